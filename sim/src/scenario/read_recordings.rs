@@ -5,9 +5,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::document::Source;
 use crate::recording::{Columns, Limits, Recording};
 
-/// Recordings that were read, by what they were read from.
+/// Recordings that were read.
 #[derive(Debug, Clone, Default)]
-pub(super) struct ReadRecordings(Arc<Mutex<Vec<(Source, Columns, Limits, Arc<Recording>)>>>);
+pub(super) struct ReadRecordings(Arc<Mutex<Vec<ReadRecording>>>);
+
+/// A recording, and what it was read from.
+#[derive(Debug)]
+struct ReadRecording {
+    source: Source,
+    columns: Columns,
+    limits: Limits,
+    recording: Recording,
+}
 
 impl ReadRecordings {
     /// A recording that was read before, or the one that is read now.
@@ -17,11 +26,17 @@ impl ReadRecordings {
         read: impl FnOnce() -> Result<Recording, E>,
     ) -> Result<Recording, E> {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((.., recording)) = all.iter().find(|(a, b, c, _)| (a, b, c) == (source, columns, limits)) {
-            return Ok(Recording::clone(recording));
+        let is_read = |one: &&ReadRecording| (&one.source, &one.columns, &one.limits) == (source, columns, limits);
+        if let Some(found) = all.iter().find(is_read) {
+            return Ok(found.recording.clone());
         }
         let recording = read()?;
-        all.push((source.clone(), columns.clone(), limits.clone(), Arc::new(recording.clone())));
+        all.push(ReadRecording {
+            source: source.clone(),
+            columns: columns.clone(),
+            limits: limits.clone(),
+            recording: recording.clone(),
+        });
         Ok(recording)
     }
 }
