@@ -30,7 +30,8 @@ type Judged<'py> = (Bound<'py, PyAny>, Vec<Bound<'py, PyAny>>);
 
 /// Judges built-in detectors, by their words, and the user's own, on a recording, the closed loop of a scenario, made recordings, or,
 /// without any of them, the shipped insertion. Returns the content of `roc.json`, and the points of each detector of one's own: over
-/// all conditions, and in each. `tell` is called with the numbers of complete and of all cases of the built-in ones.
+/// all conditions, and in each. `tell` is called with the numbers of complete and of all cases, one per detector of
+/// one's own and one for all built-in ones.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
 pub(crate) fn roc<'py>(
@@ -74,14 +75,18 @@ pub(crate) fn roc<'py>(
         }
     };
     let study = Study { signals: vec![signal], noise_std_n, seeds, thresholds, within_s };
-    let own_points = own_points(py, &study, &own)?;
-    let all = if kinds.is_empty() { 0 } else { study.noise_std_n.len() as u64 * seeds };
+    // A case of a detector of one's own, or of all built-in ones together.
+    let all = study.noise_std_n.len() as u64 * seeds * (own.len() as u64 + u64::from(!kinds.is_empty()));
     let done = Arc::new(AtomicU64::new(0));
     let counted = done.clone();
     let tell = |py: Python<'_>| {
         let done = done.load(Ordering::Relaxed);
-        tell.as_ref().filter(|_| all > 0).map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
+        tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
+    let own_points = own_points(py, &study, &own, || {
+        done.fetch_add(1, Ordering::Relaxed);
+        tell(py)
+    })?;
     // Without built-in detectors no case runs again.
     let study = Study { seeds: if kinds.is_empty() { 0 } else { seeds }, ..study };
     let judged = interruptible_told(py, threads, tell, move |stop| {
@@ -94,8 +99,13 @@ pub(crate) fn roc<'py>(
     Ok((convert::parsed(py, &roc_json(&judged.map_err(refuse)?, seeds))?, own_points))
 }
 
-/// Judges the user's own detectors.
-fn own_points<'py>(py: Python<'py>, study: &Study, own: &[Bound<'py, PyAny>]) -> PyResult<Vec<Bound<'py, PyAny>>> {
+/// Judges the user's own detectors, and calls `count` after each case of each.
+fn own_points<'py>(
+    py: Python<'py>,
+    study: &Study,
+    own: &[Bound<'py, PyAny>],
+    count: impl Fn() -> PyResult<()>,
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
     if own.is_empty() {
         return Ok(vec![]);
     }
@@ -105,7 +115,7 @@ fn own_points<'py>(py: Python<'py>, study: &Study, own: &[Bound<'py, PyAny>]) ->
         // Each case begins with a reset.
         let mut detector = detector(&own[index], &failure).map_err(OwnError::Python)?;
         alarms.extend((0..evidence.len()).filter(|sample| detector.update(&evidence[*sample]).alarm));
-        failure.take().map_or(Ok(()), |error| Err(OwnError::Python(error)))
+        failure.take().map_or_else(&count, Err).map_err(OwnError::Python)
     });
     let judged = judged.map_err(|error| match error {
         OwnError::Python(error) => error,

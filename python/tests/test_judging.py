@@ -116,3 +116,10 @@ def test_a_comparison_with_own_parts(copied):
     assert own.to_dataframe().equals(built_in.to_dataframe().loc[names])
     with pytest.raises(ValueError, match="seeds is 1"):
         trocar.compare(seeds=1, detector=copied)
+
+
+def test_the_progress_counts_every_detector(monkeypatch):
+    told = []
+    monkeypatch.setattr("trocar._progress.Progress.tell", lambda self, done, all: told.append((done, all)))
+    trocar.roc(detectors={"mine": lambda force, predicted, residual, depth, velocity, contact: False, "adaptive": None}, seeds=2, noise_std_n=[0.0, 0.02], progress=True)
+    assert told[:4] == [(1, 8), (2, 8), (3, 8), (4, 8)] and told[-1] == (8, 8)

@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+import types
 
 import numpy as np
 import pandas as pd
@@ -94,6 +95,42 @@ def test_every_executor_gives_the_same_bytes():
     same(sweep(executor=joblib.Parallel(n_jobs=2), shards=5), expected)
     with multiprocessing.get_context("spawn").Pool(2) as pool:
         same(sweep(executor=pool, shards=4), expected)
+
+
+class LikeRay:
+    """What the module ray has, on threads."""
+
+    def __init__(self):
+        self.threads = concurrent.futures.ThreadPoolExecutor(2)
+        self.cancelled = 0
+
+    def cluster_resources(self):
+        return {"CPU": 2.0, "memory": 1e9}
+
+    def remote(self, num_cpus):
+        assert num_cpus == 1
+        return lambda function: types.SimpleNamespace(remote=lambda *given: self.threads.submit(function, *given))
+
+    def put(self, value):
+        return value
+
+    def get(self, result):
+        return result.result()
+
+    def cancel(self, result):
+        self.cancelled += 1
+
+
+def test_ray_gives_the_same_bytes():
+    like_ray = LikeRay()
+    same(sweep(executor=like_ray, shards=3), sweep())
+    assert like_ray.cancelled == 3, "what an interruption leaves is cancelled"
+    ray = pytest.importorskip("ray", reason="Ray is large: it is tested where it is installed")
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
+    try:
+        same(sweep(executor=ray, shards=3), sweep())
+    finally:
+        ray.shutdown()
 
 
 def test_a_folder_continues(tmp_path):

@@ -24,16 +24,18 @@ def workers_of(executor: Any) -> Workers | None:
     """Returns the workers of an executor, which is known by its attributes; ``None`` without one."""
     if executor is None:
         return None
-    for attribute, run in (("submit", _submitted), ("n_jobs", _called), ("imap", _mapped)):
+    for attribute, run in (("submit", _submitted), ("n_jobs", _called), ("imap", _mapped), ("remote", _remote)):
         if hasattr(executor, attribute):
             return Workers(_count(executor), functools.partial(run, executor))
-    what = "an executor of concurrent.futures, a Dask client, a joblib.Parallel or a multiprocessing.Pool"
+    what = "an executor of concurrent.futures, a Dask client, a joblib.Parallel, a multiprocessing.Pool or the module ray"
     raise TypeError(f"executor is {executor!r}, must be {what}")
 
 
 def _count(executor: Any) -> int:
     if hasattr(executor, "nthreads"):
         return max(1, int(sum(executor.nthreads().values())))
+    if hasattr(executor, "cluster_resources"):
+        return max(1, int(executor.cluster_resources().get("CPU", 1)))
     for name in ("_max_workers", "_processes", "n_jobs"):
         count = getattr(executor, name, None)
         if isinstance(count, int) and count > 0:
@@ -63,6 +65,19 @@ def _mapped(executor: Any, run: _Run, names: list[str], threads: int) -> Iterato
     """Of a pool of multiprocessing."""
     results: Iterator[Any] = executor.imap(functools.partial(_run, run, threads), names)
     return results
+
+
+def _remote(ray: Any, run: _Run, names: list[str], threads: int) -> Iterator[Any]:
+    """Of Ray, where a task takes as many processors as it has threads."""
+    # A task is a function; the method with its sweep is stored once.
+    task, stored = ray.remote(num_cpus=threads)(_run), ray.put(run)
+    results = [task.remote(stored, threads, name) for name in names]
+    try:
+        for result in results:
+            yield ray.get(result)
+    finally:
+        for result in results:
+            ray.cancel(result)
 
 
 def _run(run: _Run, threads: int, name: str) -> Any:

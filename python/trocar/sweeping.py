@@ -169,8 +169,9 @@ def sweep(
     progress
         Shows the progress: with tqdm if it is installed, else as a line on standard error.
     executor
-        Runs the shards elsewhere: an executor of ``concurrent.futures``, a ``dask.distributed.Client``, a ``joblib.Parallel``, or a
-        ``multiprocessing.Pool``. The workers need the same version of trocar, and the files of the scenario at the same paths.
+        Runs the shards elsewhere: an executor of ``concurrent.futures``, a ``dask.distributed.Client``, a ``joblib.Parallel``, a
+        ``multiprocessing.Pool``, or the module ``ray``. The workers need the same version of trocar, and the files of the scenario
+        at the same paths.
     client
         The same as ``executor``.
     shards

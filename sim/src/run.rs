@@ -161,6 +161,16 @@ fn with_link(scenario: &Scenario, metrics: Metrics, report: Option<LinkReport>) 
     Metrics { link: report.map(|report| LinkMetrics::new(&report, &scenario.grid)), ..metrics }
 }
 
+/// The energies at the ports of a scenario's run, which is run for them; `None` as for [`PortMetrics::of`].
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn ports(scenario: &Scenario) -> Result<Option<PortMetrics>, RunError> {
+    let mut trace = empty_trace(scenario);
+    observe(scenario, &mut trace)?;
+    Ok(port_metrics(scenario, &trace))
+}
+
 /// The energies at the ports of a trace.
 fn port_metrics(scenario: &Scenario, trace: &Trace) -> Option<PortMetrics> {
     let columns = PortColumns {

@@ -242,6 +242,27 @@ fn a_row_has_the_results_of_its_case_alone() {
 }
 
 #[test]
+fn the_energies_of_the_ports_are_those_of_each_run() {
+    let folder = TestFolder::new();
+    folder.file(
+        "ports.toml",
+        "base = \"builtin:passivity/late-wall-waves\"\nmetrics = [\"port_generated_j\", \"port_needle_energy_j\", \"tracking_rmse_m\"]\n\
+         [axes]\n\"scaling.force\" = [0.5, 1.0, 2.0]\n",
+    );
+    folder.good(&["sweep", "ports.toml", "--quiet"]);
+    for row in rows(&folder, "out/ports/cases.csv") {
+        let force = format!("scaling.force={}", row["scaling.force"]);
+        folder.good(&["run", "passivity/late-wall-waves", "--set", &force, "--quiet", "--out", "alone"]);
+        let summary: serde_json::Value =
+            serde_json::from_str(&folder.text("alone/late-wall-waves/summary.json")).expect("JSON");
+        for name in ["generated_j", "needle_energy_j"] {
+            let alone = summary["metrics"]["ports"][name].as_f64().expect("a number");
+            assert_eq!(row[&format!("port_{name}")].parse::<f64>().expect("a number"), alone, "{name}, {force}");
+        }
+    }
+}
+
+#[test]
 fn cases_that_share_a_run_have_the_results_of_separate_runs() {
     let folder = sweep_files();
     let sweep = |name: &str, base: &str, set: &str| {

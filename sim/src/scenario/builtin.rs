@@ -24,12 +24,14 @@ const FILES: &[(&str, &[u8])] = embedded! {
         "paper/real-augmented"
         "layers/through-the-skin" "layers/skin-augmented" "layers/direct-access" "layers/epidural"
         "hand/fast-stab" "hand/trembling-hand" "hand/firm-grip" "hand/relaxed-grip" "hand/reflex" "hand/reflex-augmented"
+        "hand/perceiving" "hand/stretch-reflexes"
         "link/lossy-link" "link/saturating-master" "link/long-delay" "link/outage-at-the-rupture" "link/local-force"
         "link/position-position" "link/four-channel"
         "passivity/late-wall" "passivity/late-wall-time-domain" "passivity/late-wall-waves" "passivity/late-wall-tank"
         "passivity/long-delay-time-domain" "passivity/long-delay-waves" "passivity/long-delay-tank"
         "sensing/wrong-detector-settings" "sensing/sensor-not-ideal"
-        "strategies/clutch" "strategies/snap"
+        "strategies/clutch" "strategies/snap" "strategies/ramp-until-load" "strategies/speed-limit"
+        "strategies/forbidden-region" "strategies/damping" "strategies/cue" "strategies/tip-force"
         "tearing/yellow-ligament" "tearing/firm-phantom";
     recordings: "in_vivo_like.csv" "own_ctrl_pop.csv"
 };

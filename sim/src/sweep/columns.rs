@@ -1,7 +1,7 @@
 //! The metrics that a sweep can keep of each case.
 
 use super::stability::LoopOfCase;
-use crate::metrics::{Declaration, Metric, Metrics, RunMetric, Unit};
+use crate::metrics::{Declaration, Metric, Metrics, RunMetric, Scope, Unit};
 use crate::scenario::nearest_of;
 
 type LoopMetric = Metric<fn(&LoopOfCase<'_>) -> Option<f64>>;
@@ -91,6 +91,12 @@ impl Column {
     #[must_use]
     pub fn is_of_loop(&self) -> bool {
         matches!(self.measure, Measure::Loop(_))
+    }
+
+    /// Returns whether the value needs the energies of the ports, which follow from the trace of a run.
+    #[must_use]
+    pub fn is_of_ports(&self) -> bool {
+        matches!(self.measure, Measure::Run(metric) if metric.declaration().scope == Scope::Port)
     }
 
     /// Returns the value in SI; `None` if it is undefined or not finite.

@@ -12,7 +12,7 @@ use super::part::{Outcome, PACK_CASES, PackRows, Part};
 use super::plan::{CaseMaker, Plan};
 use super::shared_runs::{Row, SharedRuns};
 use super::stability::LoopOfCase;
-use crate::run::RunError;
+use crate::run::{RunError, ports};
 use crate::sensor::NoiseBank;
 
 /// Maximum number of noise samples in the caches of all threads together, 64 MB.
@@ -142,6 +142,7 @@ impl<'a> Worker<'a> {
     fn run_cases(&mut self, cases: &[u64]) -> Result<Vec<(u64, Row)>, SweepError> {
         let columns = &self.plan.design.columns;
         let has_loop = columns.iter().any(Column::is_of_loop);
+        let has_ports = columns.iter().any(Column::is_of_ports);
         let (mut running, mut scenarios, mut loops, mut higher) = (vec![], vec![], vec![], vec![]);
         while let Some(case) = cases.get(running.len()).copied().or_else(|| self.ahead(running.len())) {
             let scenario = self.maker.scenario(case)?;
@@ -158,7 +159,10 @@ impl<'a> Worker<'a> {
         };
         for (k, (case, run)) in running.into_iter().zip(runs).enumerate() {
             let (row, thresholds) = match run {
-                Ok(RunWithEquivalents { metrics, thresholds }) => {
+                Ok(RunWithEquivalents { mut metrics, thresholds }) => {
+                    if has_ports {
+                        metrics.ports = ports(&scenarios[k]).map_err(|error| self.maker.refused(case, error))?;
+                    }
                     let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
                     let outcome = Outcome::of(metrics.outcome);
                     let values = columns.iter().map(|column| column.value(&metrics, of_case.as_ref())).collect();
