@@ -151,8 +151,13 @@ pub fn absolute_picture(
     analysis: &Analysis,
     absolute: &AbsoluteOver,
 ) -> Result<(), PictureError> {
+    keep(folder, "absolute", &figures::absolute(&view(name, analysis, absolute))?)
+}
+
+/// What is drawn of the absolute stability over a parameter.
+pub(super) fn view(name: &str, analysis: &Analysis, absolute: &AbsoluteOver) -> AbsoluteView {
     let most = |point: &AbsolutePoint| point.bounded.most();
-    let figure = figures::absolute(&AbsoluteView {
+    AbsoluteView {
         name: name.to_owned(),
         caption: absolute.parameter.caption().to_owned(),
         values: absolute.points.iter().map(|point| point.value).collect(),
@@ -163,6 +168,5 @@ pub fn absolute_picture(
             .iter()
             .map(|point| most(point).map_or(f64::NAN, |at| arm_impedance(&analysis.settings.arm, at.frequency_hz).re))
             .collect(),
-    })?;
-    keep(folder, "absolute", &figure)
+    }
 }

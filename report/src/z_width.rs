@@ -85,15 +85,19 @@ pub fn z_width_text(z_width: &ZWidth) -> String {
 /// # Errors
 /// [`PictureError`].
 pub fn z_width_picture(folder: &Folder, name: &str, z_width: &ZWidth) -> Result<(), PictureError> {
-    let view = |walls: &[Walls]| {
+    keep(folder, "z_width", &figures::z_width(&view(name, z_width))?)
+}
+
+/// What is drawn of the Z-width.
+pub(super) fn view(name: &str, z_width: &ZWidth) -> ZWidthView {
+    let of_walls = |walls: &[Walls]| {
         let column = |of: fn(&Walls) -> Option<f64>| walls.iter().map(of).collect();
         WallsView { stable: column(|walls| walls.stable_n_per_m), passive: column(|walls| walls.passive_n_per_m) }
     };
-    let figure = figures::z_width(&ZWidthView {
+    ZWidthView {
         name: name.to_owned(),
         damping_n_s_per_m: z_width.damping_n_s_per_m.clone(),
-        tissue: view(&z_width.tissue),
-        virtual_walls: z_width.virtual_walls.as_deref().map(view),
-    })?;
-    keep(folder, "z_width", &figure)
+        tissue: of_walls(&z_width.tissue),
+        virtual_walls: z_width.virtual_walls.as_deref().map(of_walls),
+    }
 }

@@ -226,12 +226,24 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
 /// Returns the command that reproduces the analysis.
 fn command(args: &StabilityArgs, name: &str) -> String {
     let mut words = vec!["stability".to_owned(), format!("{name}.toml")];
-    for (flag, value, default) in
-        [("--x", &args.x, DEFAULT_X), ("--y", &args.y, DEFAULT_Y), ("--tissue", &args.tissue, DEFAULT_TISSUE)]
-    {
+    for (flag, value, default) in [
+        ("--x", &args.x, DEFAULT_X),
+        ("--y", &args.y, DEFAULT_Y),
+        ("--tissue", &args.tissue, DEFAULT_TISSUE),
+        ("--hand", &args.hand, DEFAULT_HAND),
+    ] {
         if value != default {
             words.extend([flag.to_owned(), value.clone()]);
         }
+    }
+    let further = [
+        ("--tissue-damping", &args.tissue_damping),
+        ("--absolute", &args.absolute),
+        ("--locus", &args.locus),
+        ("--z-width", &args.z_width),
+    ];
+    for (flag, value) in further {
+        words.extend(value.iter().flat_map(|value| [flag.to_owned(), value.clone()]));
     }
     words.extend(args.simulate.then(|| "--simulate".to_owned()));
     command_line(words.into_iter().chain(["--report".to_owned()]))

@@ -368,6 +368,40 @@ fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
 }
 
 #[test]
+fn the_page_of_stability_draws_walls_and_absolute_stability_and_repeats_its_command() {
+    let folder = TestFolder::new();
+    let further = ["--z-width", "0:50:6", "--absolute", "channel.delay_s=0:0.1:5", "--hand", "10:inf"];
+    folder.good(&[&["stability", "paper/augmented", "--report", "--quiet"], &further[..]].concat());
+    let html = folder.text("out/augmented/report.html");
+    is_sound(&html);
+    let charts = &data(&html)["charts"];
+    let drawn = |name: &str, chart: usize, series: usize| -> Vec<Option<f64>> {
+        let column = &charts[name][chart]["columns"][0]["y"][series];
+        column.as_array().expect("a column").iter().map(Json::as_f64).collect()
+    };
+    let table = |name: &str, column: usize, of: &str| -> Vec<Option<f64>> {
+        let text = folder.text(&format!("out/augmented/{name}.csv"));
+        let rows = text.lines().skip(1).filter(|line| line.starts_with(of));
+        let cell = |line: &str| line.split(',').nth(column).and_then(|cell| cell.parse().ok());
+        rows.map(cell).map(|value: Option<f64>| value.filter(|value| value.is_finite())).collect()
+    };
+    for (drawn, kept) in [
+        (drawn("z_width", 0, 0), table("z_width", 2, "tissue")),
+        (drawn("z_width", 0, 1), table("z_width", 3, "tissue")),
+        (drawn("absolute", 0, 0), table("absolute", 1, "")),
+        (drawn("absolute", 1, 0), table("absolute", 3, "")),
+    ] {
+        assert_eq!(drawn.len(), kept.len());
+        for (a, b) in drawn.into_iter().zip(kept) {
+            assert_eq!(a.is_some(), b.is_some());
+            assert!(a.zip(b).is_none_or(|(a, b)| (a - b).abs() <= 1e-3 * b.abs()), "{a:?} {b:?}");
+        }
+    }
+    let line = "--hand 10:inf --absolute channel.delay_s=0:0.1:5 --z-width 0:50:6 --report";
+    assert!(unescaped(&html).contains(line), "the command is complete");
+}
+
+#[test]
 fn every_command_that_has_it_says_what_it_does() {
     let folder = TestFolder::new();
     for command in [&["run"][..], &["compare"], &["detect"], &["sweep"], &["sweep", "merge"], &["stability"]] {
@@ -392,7 +426,7 @@ fn a_browser_draws_the_pages() {
     };
     let folder = TestFolder::new();
     folder.good(&["compare", "--report", "--quiet"]);
-    folder.good(&["stability", "--report", "--quiet"]);
+    folder.good(&["stability", "--report", "--quiet", "--z-width", "0:50:6", "--absolute", "channel.delay_s=0:0.1:5"]);
     for page in ["out/report.html", "out/classical/report.html"] {
         let html = folder.text(page);
         let profile = tempfile::tempdir().expect("a folder");

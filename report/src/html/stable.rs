@@ -5,11 +5,14 @@ use super::compared::without_paths;
 use super::map::Map;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
 use crate::Table;
-use crate::absolute::bounded_line;
+use crate::absolute::{absolute_text, bounded_line};
 use crate::digits::Few;
+use crate::figures::{AbsoluteView, WallsView, ZWidthView};
 use crate::population::{population_lines, population_table};
 use crate::stability_text::{checked, limit_table, loop_lines, port_passivity, port_table, sampled, verdict};
 use crate::switching::{event_table, seconds, switching_lines};
+use crate::z_width::z_width_text;
+use crate::{absolute, z_width};
 use trocar_sim::stability::{Analysis, LIMITED, Parameter, PortPoint, StabilityMap, Switching};
 use trocar_sim::stability_check::{Check, StabilityStudy};
 
@@ -67,6 +70,21 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
             Block::Charts { name: "ports", windows: vec![], key: vec![] },
         ];
         sections.push(Section { id: "ports", title: "Ports over frequency", blocks });
+    }
+    if let Some(absolute) = &page.study.absolute {
+        drawn.charts.insert("absolute", absolute_charts(&absolute::view(name, analysis, absolute)));
+        let blocks = vec![
+            Block::text(sentence(&absolute_text(absolute))),
+            Block::Charts { name: "absolute", windows: vec![], key: vec![] },
+        ];
+        sections.push(Section { id: "absolute", title: "Absolute stability", blocks });
+    }
+    if let Some(z_width) = &page.study.z_width {
+        drawn.charts.insert("z_width", vec![walls_chart(&z_width::view(name, z_width))]);
+        let lines = z_width_text(z_width);
+        let charts = Block::Charts { name: "z_width", windows: vec![], key: vec![] };
+        let blocks = lines.lines().map(|line| Block::text(sentence(line))).chain([charts]).collect();
+        sections.push(Section { id: "z_width", title: "Z-width", blocks });
     }
     let events = match switching {
         Err(reason) => vec![Block::text(format!("{reason}."))],
@@ -179,6 +197,60 @@ fn port_charts(ports: &[PortPoint]) -> Vec<Chart> {
     };
     let charts = [impedance, level(llewellyn, 1.0, -2.2, MAX_LLEWELLYN + 0.2), level(cosine, 0.0, -1.1, 1.1)];
     charts.map(Chart::described).to_vec()
+}
+
+/// Returns Llewellyn's parameter and the damping that a hand needs, over a parameter.
+fn absolute_charts(view: &AbsoluteView) -> Vec<Chart> {
+    let chart = |title: &str, y: ChartAxis, lines: Vec<(Series, &Vec<f64>)>, level: Option<f64>| {
+        let (series, columns): (Vec<_>, Vec<_>) = lines.into_iter().map(|(series, y)| (series, y.clone())).unzip();
+        let columns = vec![Columns::new(view.values.clone(), columns)];
+        let mut chart = Chart { series, columns, ..Chart::new(title, ChartAxis::new(&view.caption, ""), y) };
+        if let Some(level) = level {
+            // The level is in view.
+            let values = chart.columns.iter().flat_map(|columns| columns.y.iter().flatten()).map(|value| value.0);
+            let (low, high) =
+                values.filter(|value| value.is_finite()).fold((level, level), |(l, h), v| (l.min(v), h.max(v)));
+            chart.extras.thresholds = vec![Level { value: Few(level) }];
+            chart.range = Some([Few(low - 0.2), Few(high + 0.2)]);
+        }
+        chart.described()
+    };
+    vec![
+        chart(
+            "Smallest of Llewellyn's parameter: absolutely stable from 1 on",
+            ChartAxis::new("η", ""),
+            vec![(Series::line("η", "vermilion"), &view.llewellyn)],
+            Some(1.0),
+        ),
+        chart(
+            "Damping of the hand",
+            ChartAxis::new("damping", "N·s/m"),
+            vec![
+                (Series::line("needed", "blue"), &view.needed),
+                (Series::line("of the scenario's arm", "black").dashed(), &view.of_arm),
+            ],
+            None,
+        ),
+    ]
+}
+
+/// Returns the maximum stiffness of walls over their damping.
+fn walls_chart(view: &ZWidthView) -> Chart {
+    let column = |values: &[Option<f64>]| -> Vec<f64> {
+        values.iter().map(|value| value.filter(|value| *value > 0.0 && value.is_finite()).unwrap_or(f64::NAN)).collect()
+    };
+    let of_walls = |walls: &WallsView, place: &str, colour| {
+        [
+            (Series::line(format!("stable {place}"), colour), column(&walls.stable)),
+            (Series::line(format!("passive {place}"), colour).dashed(), column(&walls.passive)),
+        ]
+    };
+    let mut lines = of_walls(&view.tissue, "in the tissue", "blue").to_vec();
+    lines.extend(view.virtual_walls.iter().flat_map(|walls| of_walls(walls, "computed by the master", "green")));
+    let (series, columns): (Vec<_>, Vec<_>) = lines.into_iter().unzip();
+    let (x, y) = (ChartAxis::new("damping of the wall", "N·s/m"), ChartAxis::new("maximum stiffness", "N/m").log());
+    let columns = vec![Columns::new(view.damping_n_s_per_m.clone(), columns)];
+    Chart { series, columns, ..Chart::new("Z-width: the stiffest walls", x, y) }.described()
 }
 
 /// Returns the growth per event over the teleoperation between two events.
