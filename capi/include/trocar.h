@@ -171,13 +171,13 @@ typedef struct trocar_rig_settings {
     uint64_t estimator_parameters;
     /**
      * estimator.friction_speed_m_per_s: Speed at which half of the friction acts. In m/s; a number, at least 1e-12
-     * and at most 1e12; default 0.003. It acts for estimator.parameters = stiffness-damping-friction,
+     * and at most 1e12; default 0.003. It applies to estimator.parameters = stiffness-damping-friction,
      * least-residual.
      */
     double estimator_friction_speed_m_per_s;
     /**
      * estimator.friction_length_m: Depth at which an error is attributed to stiffness and friction in equal parts.
-     * In m; a number, at least 1e-12 and at most 1e12; default 0.005. It acts for estimator.parameters =
+     * In m; a number, at least 1e-12 and at most 1e12; default 0.005. It applies to estimator.parameters =
      * stiffness-damping-friction, least-residual.
      */
     double estimator_friction_length_m;
@@ -188,7 +188,7 @@ typedef struct trocar_rig_settings {
     uint64_t estimator_forgetting;
     /**
      * estimator.forgetting_factor: Weight of older samples after a correction, for exponential. A number, from 0
-     * to 0.99999, a memory of 1e5 corrections; default 0.7. It acts for estimator.forgetting = exponential.
+     * to 0.99999, a memory of 1e5 corrections; default 0.7. It applies to estimator.forgetting = exponential.
      */
     double estimator_forgetting_factor;
     /**
@@ -204,7 +204,7 @@ typedef struct trocar_rig_settings {
     /**
      * estimator.reset_threshold: α_0 of eq. 17, at which F_0 is restored. A number, at least 1e-12 and at most
      * 1e12; default NaN: 2/initial_gain + 10/normalisation (ten full corrections), or 2/initial_gain + 5e-4
-     * without one. It acts for estimator.forgetting = resetting.
+     * without one. It applies to estimator.forgetting = resetting.
      */
     double estimator_reset_threshold;
     /**
@@ -281,13 +281,13 @@ typedef struct trocar_rig_settings {
     uint64_t detector_motion;
     /**
      * detector.withdrawal_speed_m_per_s: A drop does not count while the needle is withdrawn faster than this
-     * (not-withdrawn). In m/s; a number, at least 0 and at most 1e12; default 0.005. It acts for detector.motion =
-     * not-withdrawn.
+     * (not-withdrawn). In m/s; a number, at least 0 and at most 1e12; default 0.005. It applies to detector.motion
+     * = not-withdrawn.
      */
     double detector_withdrawal_speed_m_per_s;
     /**
      * detector.insertion_speed_m_per_s: A drop does not count while the needle is inserted more slowly than this
-     * (inserting). In m/s; a number, at least 0 and at most 1e12; default 0.001. It acts for detector.motion =
+     * (inserting). In m/s; a number, at least 0 and at most 1e12; default 0.001. It applies to detector.motion =
      * inserting.
      */
     double detector_insertion_speed_m_per_s;
@@ -302,114 +302,114 @@ typedef struct trocar_rig_settings {
     uint64_t augmentation_enabled;
     /**
      * augmentation.freeze: Hold the slave at its measured position or at its last reference. One of enum
-     * trocar_augmentation_freeze; default TROCAR_AUGMENTATION_FREEZE_MEASURED. It acts for augmentation.hold =
+     * trocar_augmentation_freeze; default TROCAR_AUGMENTATION_FREEZE_MEASURED. It applies to augmentation.hold =
      * freeze, speed-limit, forbidden-region.
      */
     uint64_t augmentation_freeze;
     /**
      * augmentation.hold: What holds the slave during an event: a freeze, a speed limit, a region that it must not
-     * enter, or nothing. One of enum trocar_augmentation_hold; default TROCAR_AUGMENTATION_HOLD_FREEZE. It acts
-     * for augmentation.enabled = true.
+     * enter, or nothing. One of enum trocar_augmentation_hold; default TROCAR_AUGMENTATION_HOLD_FREEZE. It applies
+     * to augmentation.enabled = true.
      */
     uint64_t augmentation_hold;
     /**
      * augmentation.hold_speed_m_per_s: Largest speed of the slave during an event with a speed limit. In m/s; a
-     * number, at least 1e-12 and at most 1e12; default 0.005. It acts for augmentation.hold = speed-limit.
+     * number, at least 1e-12 and at most 1e12; default 0.005. It applies to augmentation.hold = speed-limit.
      */
     double augmentation_hold_speed_m_per_s;
     /**
      * augmentation.region_margin_m: Distance from the position at the alarm to the forbidden region. In m; a
-     * number, at least 0 and at most 1e12; default 0.0. It acts for augmentation.hold = forbidden-region.
+     * number, at least 0 and at most 1e12; default 0.0. It applies to augmentation.hold = forbidden-region.
      */
     double augmentation_region_margin_m;
     /**
      * augmentation.reengage: Close the gap to the hand at a bounded speed, keep it, or close it at once. One of
-     * enum trocar_augmentation_reengage; default TROCAR_AUGMENTATION_REENGAGE_RAMP. It acts for augmentation.hold
-     * = freeze, speed-limit, forbidden-region.
+     * enum trocar_augmentation_reengage; default TROCAR_AUGMENTATION_REENGAGE_RAMP. It applies to
+     * augmentation.hold = freeze, speed-limit, forbidden-region.
      */
     uint64_t augmentation_reengage;
     /**
      * augmentation.catch_up_speed_m_per_s: Speed at which a ramp closes the gap, in addition to the hand's motion.
-     * In m/s; a number, at least 1e-12 and at most 1e12; default 0.03. It acts for augmentation.reengage = ramp.
+     * In m/s; a number, at least 1e-12 and at most 1e12; default 0.03. It applies to augmentation.reengage = ramp.
      */
     double augmentation_catch_up_speed_m_per_s;
     /**
      * augmentation.approach_speed_m_per_s: Speed at which a ramp until load closes the gap, in addition to the
-     * hand's motion. In m/s; a number, at least 1e-12 and at most 1e12; default 0.03. It acts for
+     * hand's motion. In m/s; a number, at least 1e-12 and at most 1e12; default 0.03. It applies to
      * augmentation.reengage = ramp-until-load.
      */
     double augmentation_approach_speed_m_per_s;
     /**
      * augmentation.stop_rise_n: Rise of the measured force, above its minimum while re-engaging, at which the ramp
-     * until load stops. In N; a number, at least 1e-12 and at most 1e12; default 0.3. It acts for
+     * until load stops. In N; a number, at least 1e-12 and at most 1e12; default 0.3. It applies to
      * augmentation.reengage = ramp-until-load.
      */
     double augmentation_stop_rise_n;
     /**
      * augmentation.force_law: Let the feedback force decay, scale its variation, or add damping of the master. One
-     * of enum trocar_augmentation_force_law; default TROCAR_AUGMENTATION_FORCE_LAW_DECAY. It acts for
+     * of enum trocar_augmentation_force_law; default TROCAR_AUGMENTATION_FORCE_LAW_DECAY. It applies to
      * augmentation.enabled = true.
      */
     uint64_t augmentation_force_law;
     /**
      * augmentation.decay_ratio: Final force of the decay, as a fraction of the force at the alarm. A number, at
-     * least 0 and at most 1; default 0.0. It acts for augmentation.force_law = decay.
+     * least 0 and at most 1; default 0.0. It applies to augmentation.force_law = decay.
      */
     double augmentation_decay_ratio;
     /**
      * augmentation.decay_time_constant_s: Time constant of the decay. In s; a number, at least 1e-12 and at most
-     * 1e12; default 0.03. It acts for augmentation.force_law = decay.
+     * 1e12; default 0.03. It applies to augmentation.force_law = decay.
      */
     double augmentation_decay_time_constant_s;
     /**
      * augmentation.amplification: Gain (κ) of the amplify law. A number, at least 1 and at most 1e12; default 2.0.
-     * It acts for augmentation.force_law = amplify.
+     * It applies to augmentation.force_law = amplify.
      */
     double augmentation_amplification;
     /**
      * augmentation.damp_damping_n_s_per_m: Damping that the damp law adds to the master; 0: the feedback force is
-     * the measured one. In N·s/m; a number, at least 0 and at most 1e12; default 100.0. It acts for
+     * the measured one. In N·s/m; a number, at least 0 and at most 1e12; default 100.0. It applies to
      * augmentation.force_law = damp.
      */
     double augmentation_damp_damping_n_s_per_m;
     /**
      * augmentation.damp_time_constant_s: Time constant with which the added damping rises. In s; a number, at
-     * least 1e-12 and at most 1e12; default 0.03. It acts for augmentation.force_law = damp.
+     * least 1e-12 and at most 1e12; default 0.03. It applies to augmentation.force_law = damp.
      */
     double augmentation_damp_time_constant_s;
     /**
-     * augmentation.cue: Whether a vibration on the operator's skin marks the event. 0 or 1; default 0. It acts for
-     * augmentation.enabled = true.
+     * augmentation.cue: Whether a vibration on the operator's skin marks the event. 0 or 1; default 0. It applies
+     * to augmentation.enabled = true.
      */
     uint64_t augmentation_cue;
     /**
      * augmentation.blend_s: Length of the cross-fade back to the measured force. In s; a number, at least 0 and at
-     * most 1e12; default 0.1. It acts for augmentation.enabled = true.
+     * most 1e12; default 0.1. It applies to augmentation.enabled = true.
      */
     double augmentation_blend_s;
     /**
      * augmentation.min_hold_s: Minimum duration of the freeze. In s; a number, at least 0 and at most 1e12;
-     * default 0.5. It acts for augmentation.enabled = true.
+     * default 0.5. It applies to augmentation.enabled = true.
      */
     double augmentation_min_hold_s;
     /**
      * augmentation.max_hold_s: Maximum duration of the freeze. In s; a number, at least 0 and at most 1e12;
-     * default 1.0. It acts for augmentation.enabled = true.
+     * default 1.0. It applies to augmentation.enabled = true.
      */
     double augmentation_max_hold_s;
     /**
      * augmentation.exit_ratio: Fraction of the threshold below which g counts as quiet. A number, above 0 and at
-     * most 1; default 0.5. It acts for augmentation.enabled = true.
+     * most 1; default 0.5. It applies to augmentation.enabled = true.
      */
     double augmentation_exit_ratio;
     /**
      * augmentation.exit_quiet_s: How long g must be quiet before the slave is released. In s; a number, at least 0
-     * and at most 1e12; default 0.05. It acts for augmentation.enabled = true.
+     * and at most 1e12; default 0.05. It applies to augmentation.enabled = true.
      */
     double augmentation_exit_quiet_s;
     /**
      * augmentation.refractory_s: Refractory period after an event, in which alarms have no effect. In s; a number,
-     * at least 0 and at most 1e12; default 0.2. It acts for augmentation.enabled = true.
+     * at least 0 and at most 1e12; default 0.2. It applies to augmentation.enabled = true.
      */
     double augmentation_refractory_s;
 } trocar_rig_settings;

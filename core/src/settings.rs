@@ -92,6 +92,8 @@ pub struct ActsFor {
     pub key: &'static str,
     words: [&'static str; MAX_WORDS],
     count: usize,
+    /// The key of another choice, and its word.
+    also: Option<(&'static str, &'static str)>,
 }
 
 impl ActsFor {
@@ -104,7 +106,19 @@ impl ActsFor {
             words[index] = given[index];
             index += 1;
         }
-        Self { key, words, count: given.len() }
+        Self { key, words, count: given.len(), also: None }
+    }
+
+    /// The same words, and only with one word of another choice, too.
+    #[must_use]
+    pub const fn only_with(self, key: &'static str, word: &'static str) -> Self {
+        Self { also: Some((key, word)), ..self }
+    }
+
+    /// The conditions, one per choice, which hold together.
+    pub fn conditions(self) -> impl Iterator<Item = Self> {
+        let also = self.also.map(|(key, word)| Self::new(key, &[word]));
+        core::iter::once(Self { also: None, ..self }).chain(also)
     }
 
     /// All words of a choice but one.
@@ -151,6 +165,17 @@ impl ActsFor {
             index += 1;
         }
         self
+    }
+}
+
+impl fmt::Display for ActsFor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} = ", self.key)?;
+        for (index, word) in self.words().iter().enumerate() {
+            let comma = if index > 0 { ", " } else { "" };
+            write!(f, "{comma}{word}")?;
+        }
+        self.also.map_or(Ok(()), |(key, word)| write!(f, ", and to {key} = {word}"))
     }
 }
 

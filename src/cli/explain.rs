@@ -74,8 +74,7 @@ fn of_key(key: &Key) -> String {
         Fallback::Unset => "No default.".into(),
     };
     let unit = unit_of(key.path).map_or(String::new(), |unit| format!(" Unit: {unit}."));
-    let acts =
-        key.acts_for.map_or(String::new(), |acts| format!(" Acts for {} = {}.", acts.key, acts.words().join(", ")));
+    let acts = key.acts_for.map_or(String::new(), |acts| format!(" Applies to {acts}."));
     let facts = format!("It must be {}. {default}{unit}{acts}", key.kind);
     format!("{}\n{}\n{}", key.path, paragraph(key.meaning), paragraph(&facts))
 }

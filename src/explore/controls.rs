@@ -40,7 +40,8 @@ fn description(key: &Key) -> Json {
         Kind::Text | Kind::File => Json::Null,
     };
     // With the condition, a page disables the controls that cannot act.
-    let acts = key.acts_for.map(|acts| json!({ "key": acts.key, "words": acts.words() }));
+    let acts = key.acts_for.into_iter().flat_map(|acts| acts.conditions());
+    let acts: Vec<Json> = acts.map(|acts| json!({ "key": acts.key, "words": acts.words() })).collect();
     let name = plain_name(key.path);
     json!({ "path": key.path, "name": name, "unit": unit_of(key.path), "kind": kind, "meaning": key.meaning, "acts": acts })
 }

@@ -62,7 +62,7 @@ fn about(key: &Key) -> String {
         Fallback::Derived(rule) => format!("default NaN: {rule}"),
         Fallback::Unset => "default NaN: none".into(),
     };
-    let acts = key.acts_for.map(|acts| format!(" It acts for {} = {}.", acts.key, acts.words().join(", ")));
+    let acts = key.acts_for.map(|acts| format!(" It applies to {acts}."));
     format!("{}: {} {range}; {default}.{}", key.path, key.meaning, acts.unwrap_or_default())
 }
 

@@ -36,6 +36,8 @@ trocar_core::choice! {
 
 /// With any reaction, as its keys: every kind after the first, none.
 const WHEN_REACTING: ActsFor = ActsFor::new(Reflex::KEY.path, Reflex::WORDS.split_at(1).1);
+/// With a reaction to a fixed threshold, which a psychometric decision replaces.
+const WITH_A_THRESHOLD: ActsFor = WHEN_REACTING.only_with(Perception::KEY.path, Perception::None.word());
 
 trocar_core::settings! {
     /// When the operator notices a drop, how fast they react, and for how long.
@@ -51,15 +53,15 @@ trocar_core::settings! {
         /// Fraction of its recent level by which the felt force must drop to be noticed.
         ///
         /// Weber fraction, between 0 and 1.
-        weber_fraction: f64 [SHARE] for (WHEN_REACTING) = 0.15,
+        weber_fraction: f64 [SHARE] for (WITH_A_THRESHOLD) = 0.15,
         /// Minimum reaction time.
-        reaction_min_s: f64 [NON_NEGATIVE] for (WHEN_REACTING) = 0.15,
+        reaction_min_s: f64 [NON_NEGATIVE] for (WITH_A_THRESHOLD) = 0.15,
         /// Maximum reaction time.
-        reaction_max_s: f64 [NON_NEGATIVE] for (WHEN_REACTING) = 0.25,
+        reaction_max_s: f64 [NON_NEGATIVE] for (WITH_A_THRESHOLD) = 0.25,
         /// Time constant of the recent level of the felt force.
-        memory_s: f64 [POSITIVE] for (WHEN_REACTING) = 0.05,
+        memory_s: f64 [POSITIVE] for (WITH_A_THRESHOLD) = 0.05,
         /// Minimum level of the felt force at which a drop is noticed.
-        min_force_n: f64 at "operator.reflex_least_force_n" [NON_NEGATIVE] for (WHEN_REACTING) = 0.3,
+        min_force_n: f64 at "operator.reflex_least_force_n" [NON_NEGATIVE] for (WITH_A_THRESHOLD) = 0.3,
         /// Duration of the pause.
         pause_s: f64 [NON_NEGATIVE] for (WHEN_REACTING) = 0.5,
     }

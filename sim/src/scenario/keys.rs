@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn a_key_acts_for_words_of_a_choice_or_a_position_of_a_switch() {
-        for acts in KEYS.iter().filter_map(|key| key.acts_for) {
+        for acts in KEYS.iter().filter_map(|key| key.acts_for).flat_map(|acts| acts.conditions()) {
             let words: &[&str] = match find(acts.key).map(|choice| choice.kind) {
                 Some(Kind::Choice(words)) => words,
                 Some(Kind::Flag) => &["true", "false"],

@@ -580,7 +580,7 @@ pub fn harmless_name(name: &str) -> String {
 /// The kinds for which a key acts, then those for which their choice acts, and so on.
 fn conditions(key: &Key) -> impl Iterator<Item = ActsFor> {
     let choice = |acts: &ActsFor| find(acts.key).and_then(|choice| choice.acts_for);
-    std::iter::successors(key.acts_for, choice)
+    std::iter::successors(key.acts_for, choice).flat_map(ActsFor::conditions)
 }
 
 /// Whether the operator replays the recording.

@@ -61,11 +61,14 @@ const trocarControls = (() => {
 
   /** Returns why a key cannot act with the present values, or an empty text. */
   function inactive(key) {
-    for (let acts = key.acts; acts; acts = byPath.get(acts.key)?.acts) {
+    for (const acts of key.acts) {
       // The page always runs both schemes.
       if (acts.key === "augmentation.enabled") continue;
       const now = controls.get(acts.key)?.value;
       if (!acts.words.includes(String(now))) return `Acts only for ${acts.key} = ${acts.words.join(" or ")}; here it is ${now}.`;
+      const choice = byPath.get(acts.key);
+      const reason = choice ? inactive(choice) : "";
+      if (reason) return reason;
     }
     return "";
   }

@@ -46,8 +46,7 @@ fn row(key: &Key) -> String {
         Fallback::Value(value) => format!("`{}`", Value::from(value).to_toml()),
         Fallback::Derived(rule) => rule.into(),
     };
-    let acts =
-        key.acts_for.map_or(String::new(), |acts| format!(" *Applies to {} = {}.*", acts.key, acts.words().join(", ")));
+    let acts = key.acts_for.map_or(String::new(), |acts| format!(" *Applies to {acts}.*"));
     format!("| `{name}` | {} | {} | {}{acts} |\n", cell(&requirement(key)), cell(&default), cell(key.meaning))
 }
 

@@ -50,17 +50,9 @@ const REFUSED: &[(&str, &[Chosen])] = &[
     ("slave.damping", &[Chosen { key: "controller.kind", word: "four-channel" }]),
 ];
 
-const PSYCHOMETRIC: &[Chosen] = &[Chosen { key: "perception.kind", word: "psychometric" }];
-
-/// Keys that are accepted without effect: the threshold of the reaction, which `[perception]` replaces, and settings of
-/// the decision that make no difference in runs as short as these; and a sensor at the tip of a needle whose shaft has no
+/// Keys that are accepted without effect: settings of the decision that make no difference in runs as short as these; and a sensor at the tip of a needle whose shaft has no
 /// friction, so that `compare --strategies` has the same strategies for every tissue.
 const ACCEPTED: &[(&str, &[Chosen])] = &[
-    ("operator.reflex_weber_fraction", PSYCHOMETRIC),
-    ("operator.reflex_reaction_min_s", PSYCHOMETRIC),
-    ("operator.reflex_reaction_max_s", PSYCHOMETRIC),
-    ("operator.reflex_memory_s", PSYCHOMETRIC),
-    ("operator.reflex_least_force_n", PSYCHOMETRIC),
     (
         "perception.lapse_rate",
         &[Chosen { key: "operator.kind", word: "recording" }, Chosen { key: "operator.kind", word: "ramp" }],

@@ -181,7 +181,7 @@ impl Base {
     pub fn settings_for(&self, key: &Key, chosen: Chosen) -> Vec<String> {
         let conditions = |key: &Key| {
             let choice = |acts: &ActsFor| find_key(acts.key).and_then(|choice| choice.acts_for);
-            successors(key.acts_for, choice)
+            successors(key.acts_for, choice).flat_map(ActsFor::conditions)
         };
         let has_kind = |acts: &ActsFor| {
             let present = self.values.get(acts.key).map(|value| value.to_toml().to_string());
