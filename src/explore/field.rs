@@ -9,13 +9,14 @@ use std::time::{Duration, Instant};
 
 use axum::extract::ws::{Message, WebSocket};
 use serde::Deserialize;
-use serde_json::{Value as Json, json};
+use serde_json::json;
 use tokio::sync::OwnedSemaphorePermit;
-use tokio::time::{interval, timeout};
+use tokio::time::interval;
 
-use super::limits::{MAX_SILENCE, PING_INTERVAL, SEND_TIMEOUT};
-use super::push::{COLUMNS, FRAME, range_m};
-use super::session::Allowance;
+use super::limits::{MAX_SILENCE, PING_INTERVAL};
+use super::protocol::ServerMessage;
+use super::push::{FRAME, Opening, Row, moved, range_m};
+use super::session::{Allowance, message, sent};
 use super::state::SCHEME;
 use trocar_report::DrawnTissue;
 use trocar_sim::operator::Hand;
@@ -26,9 +27,6 @@ const MAX_ROWS: usize = 4096;
 
 /// Time to deliver the last message to the page.
 const LAST_MESSAGE: Duration = Duration::from_millis(500);
-
-/// One row, by [`COLUMNS`].
-pub type Row = [f32; COLUMNS.len()];
 
 /// A request of the page.
 #[derive(Deserialize)]
@@ -61,7 +59,7 @@ struct Waiting {
 pub struct Field {
     hand: Arc<Hand>,
     range_m: (f64, f64),
-    opening: Json,
+    opening: Opening,
     stop: AtomicBool,
     waiting: Mutex<Waiting>,
     changed: Condvar,
@@ -72,18 +70,12 @@ impl Field {
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
         let range_m = range_m(scenario);
-        let grid = scenario.grid;
         let is_augmented = scenario.values().get(SCHEME) == Some(&Value::Flag(true));
-        let opening = json!({
-            "type": "pushing", "augmented": is_augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
-            "position_scale": scenario.position_scale(), "layers": DrawnTissue::of_scenario(scenario).layers(),
-            "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
-        });
         let rows = Vec::with_capacity(MAX_ROWS);
         Self {
             hand: Arc::new(Hand::new(range_m.0)),
             range_m,
-            opening,
+            opening: Opening::new(scenario, is_augmented, range_m),
             stop: AtomicBool::new(false),
             waiting: Mutex::new(Waiting { rows, ..Waiting::default() }),
             changed: Condvar::new(),
@@ -120,10 +112,8 @@ impl Field {
             waiting.rows.push(row);
         }
         waiting.events.extend(event);
-        if waiting.tops_mm.len() != tissue.depths_mm().len() {
-            waiting.tops_mm = tissue.depths_mm().to_vec();
-        }
-        waiting.tops_mm.copy_from_slice(tissue.depths_mm());
+        waiting.tops_mm.clear();
+        waiting.tops_mm.extend_from_slice(tissue.depths_mm());
         if event.is_some() || waiting.torn.is_empty() {
             waiting.torn = tissue.torn();
         }
@@ -139,19 +129,17 @@ impl Field {
     }
 
     /// Takes a request of a page, which leads with request `leads` if it leads. Returns an answer.
-    fn take(&self, request: &Request, leads: &mut Option<u32>) -> Option<Json> {
+    fn take(&self, request: &Request, leads: &mut Option<u32>) -> Option<ServerMessage> {
         match *request {
             Request::Push { id } => {
                 let mut waiting = self.waiting();
                 if waiting.leader.is_some() {
                     let reason = "this link has a hand already: it runs once, led by one page";
-                    return Some(json!({ "type": "refused", "id": id, "message": reason, "all": [reason] }));
+                    return Some(ServerMessage::refused(id, &reason));
                 }
                 (waiting.leader, *leads) = (Some(id), Some(id));
                 self.changed.notify_all();
-                let mut opening = self.opening.clone();
-                opening["id"] = id.into();
-                return Some(opening);
+                return Some(self.opening.message(id));
             }
             Request::Aim { m } if leads.is_some() && m.is_finite() => {
                 self.hand.aim(m.clamp(self.range_m.0, self.range_m.1));
@@ -163,19 +151,16 @@ impl Field {
     }
 
     /// The next message for the page that leads, if there is one, and whether it is the last.
-    fn next(&self, id: u32) -> Option<(Json, bool)> {
+    fn next(&self, id: u32) -> Option<(ServerMessage, bool)> {
         let mut waiting = self.waiting();
         if !waiting.rows.is_empty() {
-            let message = json!({
-                "type": "moved", "id": id, "columns": COLUMNS, "rows": waiting.rows, "events": waiting.events,
-                "tops_mm": waiting.tops_mm, "torn": waiting.torn,
-            });
+            let message = moved(id, (&waiting.rows, &waiting.events), (&waiting.tops_mm, &waiting.torn));
             waiting.rows.clear();
             waiting.events.clear();
             return Some((message, false));
         }
         let text = waiting.end.as_ref().filter(|_| !waiting.is_delivered)?;
-        Some((json!({ "type": "pushed", "id": id, "text": text }), true))
+        Some((ServerMessage::json(&json!({ "type": "pushed", "id": id, "text": text })), true))
     }
 
     fn delivered(&self) {
@@ -201,8 +186,8 @@ async fn converse(socket: &mut WebSocket, field: &Field, leads: &mut Option<u32>
     loop {
         tokio::select! {
             _ = frame.tick() => {
-                let Some((message, is_last)) = leads.and_then(|id| field.next(id)) else { continue };
-                if !sent(socket, Message::Text(message.to_string().into())).await {
+                let Some((news, is_last)) = leads.and_then(|id| field.next(id)) else { continue };
+                if !sent(socket, message(news)).await {
                     return;
                 }
                 if is_last {
@@ -216,18 +201,18 @@ async fn converse(socket: &mut WebSocket, field: &Field, leads: &mut Option<u32>
             }
             received = socket.recv() => {
                 last_received = Instant::now();
-                let Some(Ok(message)) = received else { return };
+                let Some(Ok(received)) = received else { return };
                 if !allowance.take(last_received) {
                     return;
                 }
-                let text = match message {
+                let text = match received {
                     Message::Text(text) => text,
                     Message::Ping(_) | Message::Pong(_) => continue,
                     Message::Binary(_) | Message::Close(_) => return,
                 };
                 let Ok(request) = serde_json::from_str(&text) else { return };
                 if let Some(answer) = field.take(&request, leads)
-                    && !sent(socket, Message::Text(answer.to_string().into())).await
+                    && !sent(socket, message(answer)).await
                 {
                     return;
                 }
@@ -236,14 +221,15 @@ async fn converse(socket: &mut WebSocket, field: &Field, leads: &mut Option<u32>
     }
 }
 
-async fn sent(socket: &mut WebSocket, message: Message) -> bool {
-    matches!(timeout(SEND_TIMEOUT, socket.send(message)).await, Ok(Ok(())))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use trocar_sim::scenario::Source;
+
+    fn json_of(answer: Option<ServerMessage>) -> serde_json::Value {
+        let Some(ServerMessage::Text(text)) = answer else { return serde_json::Value::Null };
+        serde_json::from_str(&text).expect("JSON")
+    }
 
     #[test]
     fn one_page_leads_and_others_change_nothing() {
@@ -254,10 +240,10 @@ mod tests {
         field.take(&Request::Aim { m: 0.01 }, &mut first);
         field.hand.step(1.0);
         assert_eq!(field.hand.position_m(), field.range_m.0, "nobody has begun");
-        let opening = field.take(&Request::Push { id: 3 }, &mut first).expect("an answer");
+        let opening = json_of(field.take(&Request::Push { id: 3 }, &mut first));
         assert_eq!((opening["type"].as_str(), opening["id"].as_u64()), (Some("pushing"), Some(3)));
         assert!(field.wait(Duration::ZERO));
-        assert_eq!(field.take(&Request::Push { id: 1 }, &mut second).expect("an answer")["type"], "refused");
+        assert_eq!(json_of(field.take(&Request::Push { id: 1 }, &mut second))["type"], "refused");
         for request in [Request::Aim { m: 0.02 }, Request::Stop {}] {
             field.take(&request, &mut second);
         }

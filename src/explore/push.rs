@@ -63,15 +63,11 @@ impl Push {
         let hand = Arc::new(Hand::new(range_m.0));
         let stop = Arc::new(AtomicBool::new(false));
         let pacer = Pacer::new(id, &scenario, hand.clone(), stop.clone(), answers.clone());
-        let start = json!({
-            "type": "pushing", "id": id, "augmented": augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
-            "position_scale": scenario.position_scale(), "layers": DrawnTissue::of_scenario(&scenario).layers(),
-            "tick_s": scenario.grid.tick_s(), "longest_s": scenario.grid.time_s(scenario.grid.ticks()),
-        });
+        let opening = Opening::new(&scenario, augmented, range_m).message(id);
         let thread_hand = hand.clone();
         let started = std::thread::Builder::new().name("trocar push".into()).spawn(move || {
             let _permit = permit;
-            if answers.blocking_send(ServerMessage::json(&start)).is_err() {
+            if answers.blocking_send(opening).is_err() {
                 return;
             }
             let mut pacer = pacer;
@@ -112,6 +108,40 @@ impl Drop for Push {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
     }
+}
+
+/// What a page draws of an insertion by hand before it begins.
+#[derive(Debug)]
+pub(super) struct Opening(serde_json::Value);
+
+impl Opening {
+    /// That of a scenario whose hand can move in a range (m).
+    pub(super) fn new(scenario: &Scenario, augmented: bool, range_m: (f64, f64)) -> Self {
+        let grid = scenario.grid;
+        Self(json!({
+            "type": "pushing", "augmented": augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
+            "position_scale": scenario.position_scale(), "layers": DrawnTissue::of_scenario(scenario).layers(),
+            "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
+        }))
+    }
+
+    /// The message to the request `id`.
+    pub(super) fn message(&self, id: u32) -> ServerMessage {
+        let mut message = self.0.clone();
+        message["id"] = id.into();
+        ServerMessage::json(&message)
+    }
+}
+
+/// A message with the rows and events since the last one, and the tops of the layers (mm) with whether they are torn.
+pub(super) fn moved(
+    id: u32,
+    (rows, events): (&[Row], &[(f64, &'static str)]),
+    (tops_mm, torn): (&[f64], &[bool]),
+) -> ServerMessage {
+    ServerMessage::json(&json!({
+        "type": "moved", "id": id, "columns": COLUMNS, "rows": rows, "events": events, "tops_mm": tops_mm, "torn": torn,
+    }))
 }
 
 /// Returns the scenario of a state for an insertion by hand. A recorded force is a function of depth, because the hand does not
@@ -161,14 +191,17 @@ struct Pacer {
     began: Instant,
     last_sent: Instant,
     /// The rows since the last message, one per tick.
-    rows: Vec<[f32; COLUMNS.len()]>,
+    rows: Vec<Row>,
     events: Vec<(f64, &'static str)>,
     tissue: DrawnTissue,
     is_closed: bool,
 }
 
+/// A row of a message, by [`COLUMNS`].
+pub type Row = [f32; COLUMNS.len()];
+
 /// The columns of a row.
-pub(super) const COLUMNS: [&str; 8] = [
+const COLUMNS: [&str; 8] = [
     "time_s",
     "desired_position_mm",
     "master_position_mm",
@@ -213,11 +246,8 @@ impl Pacer {
     }
 
     fn send(&mut self) {
-        let message = json!({
-            "type": "moved", "id": self.id, "columns": COLUMNS, "rows": self.rows, "events": self.events,
-            "tops_mm": self.tissue.depths_mm(), "torn": self.tissue.torn(),
-        });
-        match self.answers.try_send(ServerMessage::json(&message)) {
+        let message = moved(self.id, (&self.rows, &self.events), (self.tissue.depths_mm(), &self.tissue.torn()));
+        match self.answers.try_send(message) {
             Ok(()) => {
                 self.rows.clear();
                 self.events.clear();

@@ -160,7 +160,7 @@ impl Session {
     }
 }
 
-fn message(answer: ServerMessage) -> Message {
+pub(super) fn message(answer: ServerMessage) -> Message {
     match answer {
         ServerMessage::Text(text) => Message::Text(text.into()),
         ServerMessage::Frame(bytes) => Message::Binary(bytes.into()),
@@ -168,7 +168,7 @@ fn message(answer: ServerMessage) -> Message {
 }
 
 /// Sends a message. Returns false if the page does not read it in time.
-async fn sent(socket: &mut WebSocket, message: Message) -> bool {
+pub(super) async fn sent(socket: &mut WebSocket, message: Message) -> bool {
     matches!(timeout(SEND_TIMEOUT, socket.send(message)).await, Ok(Ok(())))
 }
 

@@ -76,14 +76,14 @@ pub struct Calling {
     key: Key,
     own: [u8; NONCE_BYTES],
     scenario: [u8; 32],
-    answer: Option<Answer>,
+    reply: Option<SlaveReply>,
     replies: u32,
     differs: bool,
     is_ready: bool,
 }
 
 #[derive(Debug)]
-struct Answer {
+struct SlaveReply {
     of_slave: [u8; NONCE_BYTES],
     session: Session,
     round_ns: i64,
@@ -93,7 +93,7 @@ impl Calling {
     /// A call with a random number of one's own, for a scenario with this [`fingerprint`].
     #[must_use]
     pub fn new(key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32]) -> Self {
-        Self { key, own, scenario, answer: None, replies: 0, differs: false, is_ready: false }
+        Self { key, own, scenario, reply: None, replies: 0, differs: false, is_ready: false }
     }
 
     /// A Hello, sent at a time (ns).
@@ -110,20 +110,20 @@ impl Calling {
             return;
         }
         let of_slave = part(&body, OF_SLAVE);
-        match (kind, &mut self.answer) {
-            (Kind::Reply, answer) if self.key.is_authentic(bytes) => {
+        match (kind, &mut self.reply) {
+            (Kind::Reply, reply) if self.key.is_authentic(bytes) => {
                 if part::<32>(&body, SCENARIO) != self.scenario {
                     self.differs = true;
                     return;
                 }
                 let round_ns = now_ns.saturating_sub(word(&body, FIRST_NS).cast_signed()).max(0);
-                let known = answer.as_ref().filter(|answer| answer.of_slave == of_slave);
+                let known = reply.as_ref().filter(|reply| reply.of_slave == of_slave);
                 let shortest_ns = known.map_or(round_ns, |known| known.round_ns.min(round_ns));
                 let session = self.key.session(&self.own, &of_slave);
-                *answer = Some(Answer { of_slave, session, round_ns: shortest_ns });
+                *reply = Some(SlaveReply { of_slave, session, round_ns: shortest_ns });
                 self.replies += 1;
             }
-            (Kind::Ready, Some(answer)) => self.is_ready |= answer.session.0.is_authentic(bytes),
+            (Kind::Ready, Some(reply)) => self.is_ready |= reply.session.0.is_authentic(bytes),
             _ => {}
         }
     }
@@ -143,16 +143,16 @@ impl Calling {
     /// A Start for tick 0 at `start_ns`, sent at `now_ns` (ns); `None` before a reply.
     #[must_use]
     pub fn start(&self, now_ns: i64, start_ns: i64) -> Option<[u8; PACKET_BYTES]> {
-        let answer = self.answer.as_ref()?;
-        let times_ns = [start_ns.saturating_sub(now_ns), answer.round_ns / 2];
-        let body = body(&self.own, &answer.of_slave, &[0; 32], times_ns);
-        Some(answer.session.0.seal(&packet(Kind::Start, Role::Master, body)))
+        let reply = self.reply.as_ref()?;
+        let times_ns = [start_ns.saturating_sub(now_ns), reply.round_ns / 2];
+        let body = body(&self.own, &reply.of_slave, &[0; 32], times_ns);
+        Some(reply.session.0.seal(&packet(Kind::Start, Role::Master, body)))
     }
 
     /// The result for tick 0 at `start_ns` (ns), once the slave is ready.
     #[must_use]
     pub fn greeted(&self, start_ns: i64) -> Option<Greeted> {
-        let Answer { session, round_ns, .. } = self.answer.as_ref().filter(|_| self.is_ready)?;
+        let SlaveReply { session, round_ns, .. } = self.reply.as_ref().filter(|_| self.is_ready)?;
         Some(Greeted { session: session.clone(), start_ns, round_ns: *round_ns })
     }
 }

@@ -69,21 +69,23 @@ impl SteppedRun {
         }
         self.led.store(desired_m.unwrap_or(f64::NAN).to_bits(), Ordering::Relaxed);
         let engine = &mut self.engine;
-        match engine.parts.tick(self.tick, self.desired_m, &mut engine.plants, &mut self.observers) {
-            ControlFlow::Continue(next_m) => self.desired_m = next_m,
+        let outcome = match engine.parts.tick(self.tick, self.desired_m, &mut engine.plants, &mut self.observers) {
+            ControlFlow::Continue(next_m) => {
+                self.desired_m = next_m;
+                self.has_ended = self.tick + 1 >= engine.grid.ticks();
+                Ok(())
+            }
             ControlFlow::Break(outcome) => {
                 self.has_ended = true;
-                let name = self.scenario.name.clone();
-                let outcome = engine.parts.tissue_outcome().and(outcome);
-                outcome.map_err(|source| RunError::Engine { name, source })?;
+                outcome
             }
+        };
+        if self.has_ended {
+            // A tissue that cannot go on is the cause of what followed.
+            let outcome = engine.parts.tissue_outcome().and(outcome);
+            outcome.map_err(|source| RunError::Engine { name: self.scenario.name.clone(), source })?;
         }
         self.tick += 1;
-        if self.tick >= engine.grid.ticks() {
-            let name = self.scenario.name.clone();
-            engine.parts.tissue_outcome().map_err(|source| RunError::Engine { name, source })?;
-        }
-        self.has_ended |= self.tick >= engine.grid.ticks();
         Ok(!self.has_ended)
     }
 

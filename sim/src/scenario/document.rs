@@ -215,9 +215,14 @@ pub struct Entry {
 /// A file that cannot be read, is not TOML, or is based on itself; a setting that is not `section.key=value`.
 pub fn gather(source: &Source, settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = of_settings(settings)?;
-    let earlier_lists = settings.len().saturating_sub(1);
-    entries.extend(of_files(source)?.into_iter().map(|entry| Entry { layer: entry.layer + earlier_lists, ..entry }));
+    entries.extend(below(settings, of_files(source)?));
     Ok(entries)
+}
+
+/// The entries of files below lists of settings, each of which but the last is one layer more.
+pub(super) fn below(settings: &[&[String]], of_files: Vec<Entry>) -> impl Iterator<Item = Entry> {
+    let earlier_lists = settings.len().saturating_sub(1);
+    of_files.into_iter().map(move |entry| Entry { layer: entry.layer + earlier_lists, ..entry })
 }
 
 /// The entries of lists of settings, the last list in layer 0.

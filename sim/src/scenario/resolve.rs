@@ -152,7 +152,11 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
-        let values = Values::load_changed(source, settings)?;
+        Self::of_acting(Values::load_changed(source, settings)?)
+    }
+
+    /// Resolves values of which every written key has to act.
+    pub(super) fn of_acting(values: Values) -> Result<Self, ScenarioError> {
         values.check_acting(|_| false)?;
         Self::resolve(values)
     }

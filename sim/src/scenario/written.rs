@@ -1,6 +1,6 @@
 //! A scenario's files, read once for several scenarios.
 
-use super::document::{Entry, Source, of_files, of_settings};
+use super::document::{Entry, Source, below, of_files, of_settings};
 use super::error::ScenarioError;
 use super::read_recordings::ReadRecordings;
 use super::resolve::Scenario;
@@ -30,11 +30,7 @@ impl Written {
     /// As [`Scenario::load`].
     pub fn scenario(&self, source: &Source, settings: &[&[String]]) -> Result<Scenario, ScenarioError> {
         let mut entries = of_settings(settings)?;
-        let earlier_lists = settings.len().saturating_sub(1);
-        let later = |entry: &Entry| Entry { layer: entry.layer + earlier_lists, ..entry.clone() };
-        entries.extend(self.entries.iter().map(later));
-        let values = Values::of_entries(source, entries)?.remembering(self.read.clone());
-        values.check_acting(|_| false)?;
-        Scenario::resolve(values)
+        entries.extend(below(settings, self.entries.clone()));
+        Scenario::of_acting(Values::of_entries(source, entries)?.remembering(self.read.clone()))
     }
 }

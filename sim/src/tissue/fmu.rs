@@ -278,8 +278,7 @@ impl<L: Lane> Fmu<L> {
 /// What failed, after "the unit".
 fn sentence(error: &FmuError) -> String {
     match error {
-        FmuError::Call { .. } => format!("stopped: {error}"),
-        FmuError::Variable { .. } => format!("stopped: {error}"),
+        FmuError::Call { .. } | FmuError::Variable { .. } => format!("stopped: {error}"),
         other => other.to_string(),
     }
 }

@@ -122,9 +122,11 @@ macro_rules! tissues {
 
             fn failure(&self) -> Option<&TissueFailure> {
                 match self {
+                    Self::$time(part) => Tissue::<L>::failure(part),
+                    Self::$depth(part) => part.failure(),
+                    $(Self::$model(part) => part.failure(),)*
                     Self::$unit(part) => part.failure(),
                     Self::Moving(part) => part.failure(),
-                    _ => None,
                 }
             }
         }

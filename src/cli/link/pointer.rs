@@ -10,7 +10,7 @@ use crate::cli::error::{CliError, LinkError};
 use crate::explore::{Field, serve_field};
 use trocar_report::DrawnTissue;
 use trocar_sim::remote::{MasterEnd, SideSummary};
-use trocar_sim::scenario::{Scenario, Value};
+use trocar_sim::scenario::{Scenario, TissueSpec, Value};
 
 /// Time between two looks at the stop flag.
 const LOOK: Duration = Duration::from_millis(50);
@@ -61,8 +61,7 @@ pub(super) struct Pointer {
 impl Pointer {
     /// Serves the page, prints its address and opens it.
     pub(super) fn open(scenario: &Scenario, args: &MasterArgs) -> Result<Self, CliError> {
-        let kind = scenario.values().get("tissue.kind");
-        if kind.is_some_and(|kind| kind.to_toml().as_str() == Some("recording")) {
+        if matches!(scenario.tissue, TissueSpec::Recording { .. } | TissueSpec::Depth { .. }) {
             return Err(LinkError::PointerOnRecording.into());
         }
         let field = Arc::new(Field::new(scenario));

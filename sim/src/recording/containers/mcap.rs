@@ -6,7 +6,7 @@
 use mcap::{McapError, Message, MessageStream};
 use serde_json::Value as Json;
 
-use super::ros::{Decoder, Definition, Encoding};
+use super::ros::{Decoder, Definition, Encoding, MAX_ELEMENTS};
 use super::{Array, Container, Fault, Format};
 use crate::recording::Limits;
 use crate::recording::error::Problem;
@@ -103,9 +103,6 @@ impl Topic {
         }
     }
 }
-
-/// Arrays of more elements are left out, as for messages of ROS.
-const MAX_ELEMENTS: usize = 64;
 
 /// Most numbers in the messages of a topic in JSON.
 const MAX_NUMBERS: usize = 1024;

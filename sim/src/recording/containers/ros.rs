@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use super::bytes::{Cursor, Order, Scalar};
 
 /// Arrays of more elements are left out: images and point clouds are no signals.
-const MAX_ELEMENTS: usize = 64;
+pub(super) const MAX_ELEMENTS: usize = 64;
 
 /// Deepest nesting of messages.
 const MAX_DEPTH: usize = 16;
@@ -112,10 +112,9 @@ impl Field {
         };
         let base = base.split("<=").next().unwrap_or(base);
         let kind = match base {
-            "bool" | "byte" | "uint8" => Kind::Number(Scalar::U8),
-            // ROS 1 has signed bytes and unsigned characters, by the old names.
+            "byte" if encoding == Encoding::Ros1 => Kind::Number(Scalar::I8),
+            "bool" | "byte" | "char" | "uint8" => Kind::Number(Scalar::U8),
             "int8" => Kind::Number(Scalar::I8),
-            "char" => Kind::Number(Scalar::U8),
             "int16" => Kind::Number(Scalar::I16),
             "uint16" => Kind::Number(Scalar::U16),
             "int32" => Kind::Number(Scalar::I32),
@@ -411,15 +410,17 @@ float64 y";
 
     #[test]
     fn messages_of_ros_1_are_packed() {
-        let text = "time t\nuint8 a\nfloat64 b\nstring c\nint16 d";
+        let text = "time t\nuint8 a\nfloat64 b\nstring c\nint16 d\nbyte e";
         let definition = Definition::parse(Encoding::Ros1, "lab/Sample", text).expect("a definition");
         let (mut decoder, mut values) = (Decoder::new(definition), vec![]);
         let mut bytes = [[9_u32.to_le_bytes(), 5_u32.to_le_bytes()].concat(), vec![3]].concat();
         bytes.extend(2.5_f64.to_le_bytes());
         bytes.extend([1, 0, 0, 0, b'x']);
         bytes.extend((-4_i16).to_le_bytes());
+        // A byte of ROS 1 is signed.
+        bytes.push(0xff);
         decoder.decode(&bytes, &mut values).expect("numbers");
-        assert_eq!((values, decoder.names().join(" ").as_str()), (vec![0.0, 3.0, 2.5, -4.0], "t a b d"));
+        assert_eq!((values, decoder.names().join(" ").as_str()), (vec![0.0, 3.0, 2.5, -4.0, -1.0], "t a b d e"));
     }
 
     #[test]
