@@ -10,6 +10,7 @@ mod convert;
 mod detect;
 mod detector;
 mod error;
+mod figures;
 mod interrupt;
 mod own;
 mod recording;
@@ -39,6 +40,8 @@ mod _core {
     use crate::detect::detect;
     #[pymodule_export]
     use crate::detector::{Detector, Step};
+    #[pymodule_export]
+    use crate::figures::{detection_figure, figure_names, roc_figure, run_figure, stability_figure};
     #[pymodule_export]
     use crate::recording::{Recording, list_signals, read_recording};
     #[pymodule_export]

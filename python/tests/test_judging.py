@@ -25,7 +25,7 @@ def test_a_copied_detector_has_the_counts_of_the_built_in_one(copied):
         assert mine[key] == built_in[key], key
     frame = judged.to_dataframe()
     assert set(frame["detector"]) == {"mine", "squared-residual"} and set(frame["signal"]) == {"all", "in_vivo_like"}
-    assert "mine" in str(judged) and "mine" in judged._repr_html_() and len(judged.plot().axes[0].lines) == 4
+    assert "mine" in str(judged) and "mine" in judged._repr_html_() and len(judged.plot().axes[0].lines) == 2
 
 
 def test_the_report_is_that_of_the_command_line(cli, tmp_path):

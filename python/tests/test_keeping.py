@@ -101,12 +101,36 @@ def test_a_trace_is_an_xarray_with_units(run):
 
 def test_figures_are_drawn_on_given_axes(run):
     pyplot = pytest.importorskip("matplotlib.pyplot")
-    figure, axes = pyplot.subplots(3)
-    assert run.plot(ax=axes) is figure and len(axes[0].lines) == 3
-    with pytest.raises(ValueError, match="ax has 1 axes, must have 3"):
-        run.plot(ax=axes[0])
+    figure, axes = pyplot.subplots(2)
+    assert run.plot("parameters", ax=axes) is figure and axes[0].get_ylabel() == "Stiffness (N/m)"
+    with pytest.raises(ValueError, match="ax has 1 axes, must have 2"):
+        run.plot("parameters", ax=axes[0])
+    with pytest.raises(ValueError, match='figure is "stiffness", must be one of comparison, overlay, estimation'):
+        run.plot("stiffness")
     with pytest.raises(TypeError, match="with ax, figsize would have no effect"):
         run.plot(ax=axes, figsize=(1, 1))
+    pyplot.close("all")
+
+
+def test_figures_are_those_of_the_command_line(run, tmp_path):
+    """Each line of a figure has the data of the run, in the colours and with the captions of the command line's."""
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    from trocar import _core
+
+    for name in _core.figure_names()[0]:
+        figure = run.plot(name)
+        drawn = [axis for axis in figure.axes if axis.lines or axis.patches]
+        assert drawn and all(axis.get_ylabel() for axis in drawn), name
+    figure = run.plot("decision", window=(0.0, 1.0))
+    (line,) = [line for line in figure.axes[0].lines if len(line.get_xdata()) > 100]
+    at = np.searchsorted(run["time_s"], line.get_xdata())
+    assert np.array_equal(run["decision"][at], line.get_ydata())
+    # The extremes are kept, whatever is left out between them.
+    assert line.get_ydata().max() == run["decision"].max()
+    assert [level for level in figure.axes[0].lines if level.get_color() == "#cc79a7"], "the threshold"
+    loaded = tmp_path / "run.npz"
+    run.save(loaded)
+    assert len(trocar.load(loaded).plot("comparison").axes) == len(run.plot().axes)
     pyplot.close("all")
 
 

@@ -85,7 +85,7 @@ def test_a_former_name_of_a_metric_is_taken_with_a_warning():
 def test_a_frame_a_figure_and_a_table(run):
     frame = run.to_dataframe()
     assert frame.shape == (17000, 24) and frame.index.name == "time_s"
-    assert len(run.plot(figsize=(4, 6)).axes) == 3
+    assert len(run.plot(figsize=(4, 6)).axes) == 2
     assert run._repr_html_().startswith("<table>") and "detection delay" in run._repr_html_()
     assert "detection delay" in str(run) and repr(run) == "Run('augmented', 17000 ticks)"
     assert [event["frozen_motion_m"] < 1e-4 for event in run.events] == [True, True]
@@ -121,7 +121,7 @@ def test_a_detection_and_a_calibration(recording):
     columns = [recording[name] for name in ("time_s", "position_m", "velocity_m_per_s", "force_n")]
     found = trocar.detect(*columns, contact_m=0.012, ruptures_s=[5.52, 8.85])
     frame = found.to_dataframe()
-    assert frame["alarm"].sum() == 2 and len(found.plot().axes) == 3
+    assert frame["alarm"].sum() == 2 and len(found.plot().axes) == 2
     assert found.report["missed_ruptures"] == 0 and "5.527" in found._repr_html_()
     calibration = trocar.calibrate(*columns)
     assert "<table>" in calibration._repr_html_() and "[detector]" in calibration.toml

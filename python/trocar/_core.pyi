@@ -16,19 +16,24 @@ __all__ = [
     "calibrate",
     "compare",
     "detect",
+    "detection_figure",
     "detectors",
+    "figure_names",
     "keys",
     "list_signals",
     "metrics",
     "read_recording",
     "record",
     "roc",
+    "roc_figure",
     "run",
+    "run_figure",
     "run_with",
     "score",
     "seconds_of_run",
     "shipped",
     "stability",
+    "stability_figure",
     "state_space",
     "sweep",
     "sweep_plan",
@@ -240,3 +245,33 @@ def sweep_plan(path: str | None, text: str, base: Scenario | None, settings: lis
 def toml_value(value: Any) -> str: ...
 def list_signals(path: str) -> dict[str, Any]: ...
 def read_recording(path: str, time: str, position: str, velocity: str | None, force: str) -> dict[str, Any]: ...
+
+def figure_names() -> tuple[list[str], list[str]]: ...
+def run_figure(
+    figure: str,
+    runs: list[tuple[Scenario, _Traces, list[float], list[float]]],
+    window: tuple[float, float] | None,
+) -> dict[str, Any]: ...
+def detection_figure(
+    figure: str,
+    name: str,
+    columns: _Traces,
+    sampling: tuple[float, float],
+    threshold: float,
+    distance: str,
+    ruptures_s: list[float],
+    alarms_s: list[float],
+) -> dict[str, Any]: ...
+def stability_figure(
+    name: str,
+    x: tuple[str, _Floats, bool, float],
+    y: tuple[str, _Floats, bool, float],
+    stable: NDArray[np.bool_],
+    boundary: _Floats,
+    simulated: NDArray[np.int8] | None,
+) -> dict[str, Any]: ...
+def roc_figure(
+    name: str,
+    curves: list[tuple[str, list[float], list[float], list[float]]],
+    min_per_minute: float,
+) -> dict[str, Any]: ...

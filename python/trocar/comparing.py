@@ -53,11 +53,12 @@ class Comparison:
         index = pandas.Index([metric for metric, _, _, _ in self._rows], name="metric")
         return pandas.DataFrame(rows, index=index, columns=["unit", *names])
 
-    def plot(self, **options: Any) -> Figure:
-        """Draws the slave positions and feedback forces of all runs, on ``ax`` (two axes) if given, with matplotlib."""
-        from ._figures import comparison_figure
+    def plot(self, figure: str = "overlay", *, window: tuple[float, float] | None = None, **options: Any) -> Figure:
+        """Draws ``"overlay"``, all runs in the same axes, or ``"comparison"``, a row for each, with matplotlib; around the first rupture, or
+        in the ``window`` of time in s. Options as for :meth:`Run.plot`."""
+        from ._figures import draw
 
-        return comparison_figure(self, **options)
+        return draw(_core.run_figure(figure, [run._drawn() for run in self.runs], window), **options)
 
     def __str__(self) -> str:
         return self._text

@@ -75,11 +75,16 @@ class Detection(Columns):
         frame["alarm"] = alarm
         return frame.set_index("time_s")
 
-    def plot(self, **options: Any) -> Figure:
-        """Draws force, residual and decision over time with the alarms, on ``ax`` (three axes) if given, with matplotlib."""
-        from ._figures import detection_figure
+    def plot(self, figure: str = "estimation", **options: Any) -> Figure:
+        """Draws ``"estimation"`` (measured and estimated force), ``"parameters"`` (stiffness and damping with two standard errors),
+        ``"decision"`` or ``"residual"`` with matplotlib. Options as for :meth:`Run.plot`."""
+        from ._figures import draw
 
-        return detection_figure(self, **options)
+        report, detector = self.report, self.report["settings"]["detector"]
+        sampling = (report["settings"]["estimator"]["contact_m"], report["interval_s"])
+        ruptures_s, alarms_s = report["labelled_ruptures_s"], self.alarms_s.tolist()
+        about = (sampling, detector["threshold"], detector["distance"])
+        return draw(_core.detection_figure(figure, self.name, self.columns, *about, ruptures_s, alarms_s), **options)
 
     def __str__(self) -> str:
         return self._text

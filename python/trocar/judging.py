@@ -127,11 +127,26 @@ class Roc:
         return pandas.DataFrame(rows)
 
     def plot(self, **options: Any) -> Figure:
-        """Draws the best detected share over the false alarms of each detector, with a dot at its own threshold, on ``ax`` if given, with
-        matplotlib."""
-        from ._figures import roc_figure
+        """Draws the best detected share and the delay of each detector over the false alarms, with matplotlib. Options as for
+        :meth:`Run.plot`."""
+        from ._figures import draw
 
-        return roc_figure(self, **options)
+        def column(points: list[dict[str, Any]], name: str) -> list[float]:
+            return [float("nan") if point[name] is None else point[name] for point in points]
+
+        curves = []
+        for name, points in self.curves.items():
+            # The best that any threshold reaches: a lower one that finds fewer ruptures is left out.
+            best: list[dict[str, Any]] = []
+            for point in sorted(points, key=lambda point: (point["false_alarms_per_minute"] or 0.0, point["detection"] or 0.0)):
+                if point["detection"] is not None and (not best or point["detection"] > best[-1]["detection"]):
+                    best.append(point)
+            rates = [point["false_alarms_per_minute"] or 0.0 for point in best]
+            curves.append((name, rates, column(best, "detection"), column(best, "delay_median_s")))
+        hours = max((point["hours"] for points in self.curves.values() for point in points), default=0.0)
+        signals = dict.fromkeys(condition["signal"] for condition in self.report["characteristics"]["conditions"])
+        min_per_minute = 1.0 / (60.0 * hours) if hours > 0 else 1.0
+        return draw(_core.roc_figure(", ".join(signals), curves, min_per_minute), **options)
 
     def _rows(self) -> list[tuple[str, ...]]:
         def of(name: str, point: dict[str, Any]) -> tuple[str, ...]:

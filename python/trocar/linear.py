@@ -60,10 +60,16 @@ class Stability:
         return {limit["parameter"]: limit["largest_stable"] for limit in self.report["limits"]}
 
     def plot(self, **options: Any) -> Figure:
-        """Draws the map with its boundary, on ``ax`` if given, with matplotlib."""
-        from ._figures import stability_figure
+        """Draws the map with its boundary with matplotlib. Options as for :meth:`Run.plot`."""
+        from ._figures import draw
 
-        return stability_figure(self, **options)
+        def axis(name: str, places: NDArray[np.float64]) -> tuple[str, NDArray[np.float64], bool, float]:
+            about = self.report["map"][name]
+            return about["parameter"], places, about["spacing"] == "log", about["value"]
+
+        simulated = None if self.simulated is None else self.simulated.ravel()
+        places = (axis("x", self.x), axis("y", self.y), self.stable.ravel(), self.boundary.ravel(), simulated)
+        return draw(_core.stability_figure(self.report["scenario"], *places), **options)
 
     def __str__(self) -> str:
         return self._text

@@ -102,12 +102,29 @@ class Run(Columns):
             variable.attrs.update({"units": unit, "long_name": meaning})
         return data.assign_attrs(scenario=self.scenario.name)
 
-    def plot(self, **options: Any) -> Figure:
-        """Draws positions, forces and decision over time, on ``ax`` (three axes) if given. Other options are passed to
-        ``matplotlib.pyplot.subplots``."""
-        from ._figures import run_figure
+    def plot(self, figure: str = "comparison", *, window: tuple[float, float] | None = None, **options: Any) -> Figure:
+        """Draws a figure of the command line with matplotlib.
 
-        return run_figure(self, **options)
+        Parameters
+        ----------
+        figure
+            ``"comparison"`` (positions and forces side by side), ``"overlay"``, ``"estimation"``, ``"parameters"``, ``"decision"`` or
+            ``"residual"``.
+        window
+            The time in s, as ``(from, to)``; ``None`` for all of it.
+        **options
+            ``ax``: the axes to draw on, as many as the figure has panels. Others are passed to ``matplotlib.pyplot.subplots``.
+        """
+        from ._figures import draw
+
+        time_s = self["time_s"]
+        whole = (float(time_s[0]), float(time_s[-1])) if len(time_s) > 1 else None
+        return draw(_core.run_figure(figure, [self._drawn()], window or whole), **options)
+
+    def _drawn(self) -> tuple[_core.Scenario, dict[str, NDArray[Any]], list[float], list[float]]:
+        """What a figure needs of the run."""
+        ruptures_s = [rupture["time_s"] for rupture in self.ruptures]
+        return self.scenario._core, self.traces, ruptures_s, self.alarms_s.tolist()
 
     def __str__(self) -> str:
         return self._core.text()

@@ -10,7 +10,7 @@ use super::roc::of_unit;
 use super::tables::{quoted, shortest};
 use super::wrap::wrapped;
 use trocar_sim::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
-use trocar_sim::engine::ColumnValues;
+use trocar_sim::engine::{ColumnValues, TRUST_COLUMNS};
 use trocar_sim::metrics::Unit;
 
 /// Returns the result of a detection as text with tables.
@@ -138,10 +138,13 @@ impl Event {
 /// Returns the estimates by phase. A phase without samples has no row.
 pub(super) fn phases_table(phases: &[PhaseStatistics]) -> Table {
     let mut table =
-        Table::new(["phase", "duration", "mean |residual|", "σ of residual", "robust σ", "mean K", "mean B"]);
+        Table::new(["phase", "duration", "mean |residual|", "σ of residual", "robust σ", "K ± 2 s.e.", "B ± 2 s.e."]);
     let newton = |value| show(value, Unit::Newton);
-    let with =
-        |value: Option<f64>, unit: &str| value.map_or("—".to_owned(), |v| format!("{} {unit}", significant(v)));
+    let with = |value: Option<f64>, std: Option<f64>, unit: &str| {
+        let pair =
+            value.zip(std).map(|(value, std)| format!("{} ± {} {unit}", significant(value), significant(2.0 * std)));
+        pair.unwrap_or_else(|| "—".to_owned())
+    };
     for phase in phases.iter().filter(|phase| phase.samples > 0) {
         table.row([
             phase.phase.name().to_owned(),
@@ -149,8 +152,8 @@ pub(super) fn phases_table(phases: &[PhaseStatistics]) -> Table {
             newton(phase.mean_absolute_n),
             newton(phase.std_n),
             newton(phase.robust_std_n),
-            with(phase.mean_stiffness_n_per_m, "N/m"),
-            with(phase.mean_damping_n_s_per_m, "N·s/m"),
+            with(phase.mean_stiffness_n_per_m, phase.mean_stiffness_std_n_per_m, "N/m"),
+            with(phase.mean_damping_n_s_per_m, phase.mean_damping_std_n_s_per_m, "N·s/m"),
         ]);
     }
     table
@@ -237,6 +240,9 @@ pub fn write_detection(detection: &Detection, format: ColumnFormat, out: &mut (d
     ];
     let mut columns = columns.to_vec();
     columns.extend(detection.extra_parameter.iter().map(|(name, column)| (*name, column.as_slice())));
-    let columns: Vec<_> = columns.into_iter().map(|(name, column)| (name, ColumnValues::Numbers(column))).collect();
+    let trust = detection.trust();
+    let trust = TRUST_COLUMNS.iter().map(|column| column.name).zip(trust.columns());
+    let numbers = columns.into_iter().map(|(name, column)| (name, ColumnValues::Numbers(column)));
+    let columns: Vec<_> = numbers.chain(trust).collect();
     format.write("detection", &columns, out)
 }

@@ -121,12 +121,9 @@ fn shown_unit(unit: &'static str) -> &'static str {
 }
 
 fn estimation_jobs<'a>(view: EstimationView<'a>) -> Vec<Job<'a>> {
-    vec![
-        ("estimation", Box::new(move || figures::estimation(&view))),
-        ("parameters", Box::new(move || figures::parameters(&view))),
-        ("decision", Box::new(move || figures::decision(&view))),
-        ("residual", Box::new(move || figures::residual_histogram(&view))),
-    ]
+    let job =
+        |(name, draw): (&'static str, figures::DrawEstimation)| -> Job<'a> { (name, Box::new(move || draw(&view))) };
+    figures::ESTIMATION_FIGURES.map(job).into()
 }
 
 /// Writes a run's figures: `teleoperation`, `energy`, `estimation`, `parameters`, `decision`, `residual`. A run without ticks has no
@@ -184,6 +181,7 @@ pub fn detection_pictures(
     (threshold, unit): (f64, &'static str),
 ) -> Result<(), PictureError> {
     let alarms_s: Vec<f64> = report.alarms.iter().map(|alarm| alarm.time_s).collect();
+    let trust = detection.trust();
     draw(
         folder,
         estimation_jobs(EstimationView {
@@ -193,7 +191,7 @@ pub fn detection_pictures(
             residual_n: &detection.residual_n,
             stiffness_n_per_m: &detection.stiffness_n_per_m,
             damping_n_s_per_m: &detection.damping_n_s_per_m,
-            standard_errors: None,
+            standard_errors: Some([&trust.stiffness_std_n_per_m, &trust.damping_std_n_s_per_m]),
             extra_parameter: as_slice(&detection.extra_parameter),
             decision: &detection.decision,
             threshold,

@@ -44,7 +44,8 @@ pub fn stability_json(study: &StabilityStudy) -> String {
     let axis = |axis: &Axis| {
         let spacing = if axis.spacing == Spacing::Linear { "linear" } else { "log" };
         let (low, high, count) = (axis.low, axis.high, axis.count);
-        json!({ "parameter": axis.parameter.key(), "low": low, "high": high, "count": count, "spacing": spacing })
+        let (key, value) = (axis.parameter.key(), settings.get(axis.parameter));
+        json!({ "parameter": key, "value": value, "low": low, "high": high, "count": count, "spacing": spacing })
     };
     let sensitivities: Vec<Json> = sensitivities
         .iter()
@@ -73,7 +74,10 @@ pub fn stability_json(study: &StabilityStudy) -> String {
         "scenario": name,
         "warnings": study.warnings(),
         "unmodelled": study.unmodelled,
-        "left_out": study.left_out.iter().map(|part| json!({ "key": part.key, "what": part.what })).collect::<Vec<_>>(),
+        "left_out": study.left_out.iter().map(|part| json!({ "key": part.key, "what": part.what, "largest": part.bound })).collect::<Vec<_>>(),
+        "never_reached": study.unreached.iter().map(|limit| json!({
+            "key": limit.part.key, "limit": limit.limit, "largest": limit.part.bound,
+        })).collect::<Vec<_>>(),
         "tissue_of_the_run": {
             "secant_n_per_m": study.tissue.secant,
             "tangent_n_per_m": study.tissue.tangent,

@@ -9,7 +9,7 @@ use super::stability::{all, word};
 use super::wrap::wrapped;
 use trocar_sim::scenario::unit_of;
 use trocar_sim::stability::{
-    Analysis, LeftOut, Limit, Parameter, PortPoint, StabilityMap, TissueKind, is_passive_impedance,
+    Analysis, LeftOut, Limit, LoopLimit, Parameter, PortPoint, StabilityMap, TissueKind, is_passive_impedance,
 };
 use trocar_sim::stability_check::{Check, StabilityStudy};
 
@@ -28,6 +28,9 @@ pub fn stability_text(study: &StabilityStudy) -> String {
     let StabilityStudy { name, analysis, map, check, .. } = study;
     let mut text = format!("{name}: {}\n", verdict(study));
     let _ = writeln!(text, "not in the linear model: {}", study.unmodelled.join("; "));
+    for limit in &study.unreached {
+        let _ = writeln!(text, "{}", unreached(limit));
+    }
     let _ = write!(text, "\n{}\n{}", loop_table(analysis), limit_table(analysis));
     let bounded = bounded_line(analysis, &study.bounded);
     let _ = write!(text, "\n{}\n{}{bounded}{}", port_table(analysis), port_passivity(analysis), sampled(analysis));
@@ -45,6 +48,17 @@ pub fn stability_text(study: &StabilityStudy) -> String {
         text.push_str(&checked(map, check));
     }
     wrapped(&text, 2)
+}
+
+/// Returns the sentence about a limit that is never reached.
+pub(super) fn unreached(limit: &LoopLimit) -> String {
+    let bound = limit.part.bound.map_or_else(|| "—".to_owned(), significant);
+    let unit = unit_of(limit.part.key).map_or_else(String::new, |unit| format!(" {unit}"));
+    format!(
+        "never reached: {}, {}{unit}: at most {bound}{unit} for motions of the hand no farther and no faster than the scenario's",
+        limit.part,
+        significant(limit.limit),
+    )
 }
 
 /// Returns the verdict on the loop, with what it covers.

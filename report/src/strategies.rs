@@ -10,7 +10,7 @@ use super::pictures::{PictureError, keep};
 use super::tables::shortest;
 use super::wrap::wrapped;
 use super::{Folder, Table};
-use trocar_sim::compare::{Sensitivity, StrategyRow, StrategyStudy, WINDOWS_S};
+use trocar_sim::compare::{Person, Sensitivity, StrategyRow, StrategyStudy, WINDOWS_S};
 use trocar_sim::metrics::Unit;
 
 /// Returns a table with a line per strategy, and notes on its reading.
@@ -61,6 +61,9 @@ pub fn strategies_text(study: &StrategyStudy) -> String {
         study.seeds,
         study.persons.len()
     );
+    if study.persons.iter().filter_map(|name| Person::named(name)).any(|person| person.group.is_some()) {
+        notes.push_str(" Each patient has another member of a group.");
+    }
     if let Some([low, median, high]) = study.velocities_m_per_s.map(|all| all.map(|velocity| 1e3 * velocity)) {
         let _ = write!(
             notes,

@@ -1,6 +1,7 @@
 //! `trocar compare`.
 
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 
 use super::error::CliError;
 use super::warnings::Warnings;
@@ -12,7 +13,8 @@ use trocar_report::{
     strategies_picture, strategies_text,
 };
 use trocar_sim::compare::{
-    Comparison, Fact, MAX_SEEDS, SchemeStudy, SeedStudy, StrategyOptions, StrategyStudy, paper_facts,
+    Comparison, FIXED_PERSONS, Fact, MAX_SEEDS, PERSONS, Person, SchemeStudy, SeedStudy, StrategyOptions,
+    StrategyStudy, paper_facts,
 };
 use trocar_sim::run::seeds_without_effect;
 use trocar_sim::scenario::Scenario;
@@ -27,7 +29,8 @@ Examples:
   trocar compare layers/through-the-skin layers/skin-augmented
   trocar compare --seeds 200 --set sensor.force_noise_std_n=0.025
   trocar compare --schemes link/long-delay
-  trocar compare --strategies scenarios/sweeps/patients.toml";
+  trocar compare --strategies scenarios/sweeps/patients.toml
+  trocar compare --strategies --persons child,expert --patients 50 --seeds 2";
 
 /// The default scenario of a comparison of strategies.
 const STRATEGIES_SCENARIO: &str = "layers/skin-augmented";
@@ -57,11 +60,17 @@ pub(super) struct CompareArgs {
     /// Compare one scenario without a passivity scheme and with each: force, position, energy, felt impedance, overshoot, withdrawal
     #[arg(long, conflicts_with = "paper")]
     schemes: bool,
-    /// Compare the strategies against a rupture on one scenario, or on the patients of a sweep file, over three persons and --seeds
+    /// Compare the strategies against a rupture on one scenario, or on the patients of a sweep file, over persons and --seeds
     /// seeds (default 10): excess advance, what the person notices, and what a false alarm costs; default: layers/skin-augmented
     #[arg(long, conflicts_with_all = ["paper", "schemes", "all", "report"])]
     strategies: bool,
-    /// With --strategies and a sweep file: take its first N points as patients
+    /// With --strategies: the persons, or groups of people of which each patient has another member
+    ///
+    /// attentive, distracted and practised are persons; adult, child and expert are groups, whose arms, grips, perception and
+    /// reactions are drawn for every patient.
+    #[arg(long, value_name = "WHO,...", value_delimiter = ',', value_parser = PossibleValuesParser::new(PERSONS.map(|person| person.name)), requires = "strategies")]
+    persons: Vec<String>,
+    /// With --strategies and a sweep file: take its first N points as patients; with groups of people: draw N members
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=MAX_PATIENTS), requires = "strategies")]
     patients: u64,
     /// Also write report.html into DIR: one self-contained page with the scenarios, the metrics and their meaning, the events, and
@@ -157,7 +166,12 @@ fn run_strategies(args: &CompareArgs) -> Result<(), CliError> {
         [path] => path,
         all => return Err(CliError::OneScenarioOfStrategies { given: all.len() }),
     };
-    let options = StrategyOptions { patients: args.patients, seeds: args.seeds.unwrap_or(STRATEGIES_SEEDS) };
+    let chosen: Vec<&Person> = args.persons.iter().filter_map(|name| Person::named(name)).collect();
+    let options = StrategyOptions {
+        persons: if chosen.is_empty() { FIXED_PERSONS.to_vec() } else { chosen },
+        patients: args.patients,
+        seeds: args.seeds.unwrap_or(STRATEGIES_SEEDS),
+    };
     let bar = progress::counter(args.output.quiet);
     bar.set_message("runs");
     let study = StrategyStudy::of(&source_of(path), &args.changes.settings, &options, |runs| bar.inc(runs))?;

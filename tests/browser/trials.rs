@@ -13,7 +13,7 @@ use crate::page::{Body, Page};
 use crate::test_folder::TestFolder;
 
 /// All trials.
-pub const ALL: [(&str, Body); 14] = [
+pub const ALL: [(&str, Body); 15] = [
     ("the_animation_draws_the_trace_and_the_bracket_is_the_metric", |page| Box::pin(crate::picture::animation(page))),
     ("the_result_and_the_controls_in_front_fit_the_window", |page| Box::pin(crate::picture::layout(page))),
     ("the_page_looks_as_it_did", |page| Box::pin(crate::picture::look(page))),
@@ -26,6 +26,7 @@ pub const ALL: [(&str, Body); 14] = [
     ("the_pointer_pushes_through_a_rupture_and_the_slave_freezes", |page| Box::pin(push(page))),
     ("what_is_exported_runs_to_the_same_bytes", |page| Box::pin(export(page))),
     ("it_is_used_by_keys_alone_and_fits_narrow_windows", |page| Box::pin(access(page))),
+    ("a_finger_zooms_a_chart_and_scrolls_the_page", |page| Box::pin(touch(page))),
     ("axe_finds_no_violation_on_page_and_report", |page| Box::pin(crate::picture::axe(page))),
     ("screenshots", |page| Box::pin(screenshots(page))),
 ];
@@ -272,13 +273,48 @@ async fn access(page: Page) -> Page {
     // Screen readers need a name for every control.
     let nameless = "return [...document.querySelectorAll('input, select, button, canvas[tabindex], [role]')].filter(e => !(e.labels?.length || e.getAttribute('aria-label') || e.getAttribute('aria-labelledby') || e.textContent.trim() || e.role === 'status' || e.role === 'alert')).map(e => e.outerHTML)";
     assert_eq!(page.evaluate(nameless).await, Json::Array(vec![]));
-    // 1400 pixels at 125 %, a small window, a telephone.
-    for (width, height) in [(1120, 800), (800, 600), (500, 800)] {
+    // 1400 pixels at 125 %, a small window, 1280 pixels at 200 %, a telephone.
+    for (width, height) in [(1120, 800), (800, 600), (640, 400), (500, 800)] {
         page.client.set_window_size(width, height).await.expect("set");
         sleep(Duration::from_millis(300)).await;
         let wide = page.evaluate("return [document.documentElement.scrollWidth, innerWidth]").await;
         assert!(wide[0].as_u64() <= wide[1].as_u64(), "at {width}: {wide}");
     }
+    page
+}
+
+/// Sends the steps of a finger: the name of an event, and the point it touches if it does.
+async fn finger(page: &Page, steps: &[(&str, Option<(f64, f64)>)]) {
+    for (event, point) in steps {
+        let points: Vec<Json> = point.iter().map(|(x, y)| json!({ "x": x, "y": y })).collect();
+        page.devtools("Input.dispatchTouchEvent", json!({ "type": event, "touchPoints": points })).await;
+        sleep(Duration::from_millis(30)).await;
+    }
+}
+
+async fn touch(page: Page) -> Page {
+    page.devtools("Emulation.setTouchEmulationEnabled", json!({ "enabled": true })).await;
+    page.resize(390, 844).await;
+    page.open("").await;
+    let place = "const box = document.querySelector('#chart-1 .u-over').getBoundingClientRect(); return [box.left, box.top, box.width, box.height]";
+    let of_chart: [f64; 4] = serde_json::from_value(page.evaluate(place).await).expect("a place");
+    let at = |share: f64| Some((of_chart[0] + share * of_chart[2], of_chart[1] + 0.5 * of_chart[3]));
+    let shown = "const [s] = trocarPictures.frame().time_s; return trocarPictures.frame().time_s.at(-1) - s";
+    let before = page.evaluate(shown).await.as_f64().expect("a time");
+    // Across a chart a finger selects, and two taps show everything.
+    let across = [("touchStart", at(0.3)), ("touchMove", at(0.4)), ("touchMove", at(0.6)), ("touchEnd", None)];
+    finger(&page, &across).await;
+    page.wait(&format!("return (() => {{ {shown} }})() < {}", 0.6 * before)).await;
+    let taps = [("touchStart", at(0.5)), ("touchEnd", None), ("touchStart", at(0.5)), ("touchEnd", None)];
+    finger(&page, &taps).await;
+    page.wait(&format!("return (() => {{ {shown} }})() > {}", 1.5 * before)).await;
+    // Down a chart it scrolls the page.
+    let down = [0.9, 0.6, 0.3, 0.0, -0.5, -1.0]
+        .map(|share| ("touchMove", Some((of_chart[0] + 0.5 * of_chart[2], of_chart[1] + share * of_chart[3]))));
+    finger(&page, &[("touchStart", at(0.5))]).await;
+    finger(&page, &down).await;
+    finger(&page, &[("touchEnd", None)]).await;
+    page.wait("return scrollY > 20").await;
     page
 }
 

@@ -34,7 +34,7 @@ const TISSUES: &[Part] = &[
         "kelvin_voigt.rs",
         &["KelvinVoigt", "KelvinVoigtSettings"],
         &[
-            ("sim/src/stability/coverage.rs", "the tissue of the linear loop"),
+            ("sim/src/stability/tissue_kind.rs", "the tissue of the linear loop"),
             ("sim/src/stability_check/run.rs", "runs the linear loop"),
             ("sim/src/stability_check/sequences.rs", "runs the linear loop with events"),
         ],

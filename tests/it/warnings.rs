@@ -7,7 +7,7 @@ use trocar::engine::{Observer, Signals};
 use trocar::metrics::{MissReason, Outcome};
 use trocar::run::{Run, observe, run};
 use trocar::scenario::{Scenario, Source, shipped_questions};
-use trocar::stability::left_out;
+use trocar::stability::{left_out, loop_limits};
 use trocar::warning::Code;
 
 use crate::support::test_folder::TestFolder;
@@ -245,6 +245,52 @@ fn a_verdict_is_unknown_where_something_is_left_out() {
     assert!(said.contains("warning[tissue-not-covered]"), "{said}");
     let spring = ["tissue.kind=kelvin-voigt", "tissue.stiffness_n_per_m=300", "operator.kind=minimum-jerk"];
     assert_eq!(verdict("paper/augmented", &spring), (Json::Bool(true), Json::Bool(true), String::new()));
+}
+
+#[test]
+fn a_limit_that_the_loop_never_reaches_is_not_left_out() {
+    let spring = ["tissue.kind=kelvin-voigt", "tissue.stiffness_n_per_m=300", "simulation.control=sampled"];
+    let insertion = ["operator.kind=minimum-jerk", "simulation.duration_s=4"];
+    let limits = [
+        "actuator.master_force_limit_n",
+        "actuator.master_force_rate_limit_n_per_s",
+        "actuator.slave_command_limit",
+        "actuator.slave_command_rate_limit_per_s",
+        "sensor.force_range_n",
+    ];
+    let with = |factor: f64, bounds: &[f64], more: &[&str]| {
+        let given: Vec<String> =
+            limits.iter().zip(bounds).map(|(key, bound)| format!("{key}={:?}", factor * bound)).collect();
+        let all = spring.into_iter().chain(insertion).chain(given.iter().map(String::as_str));
+        load("paper/classical", &all.chain(more.iter().copied()).collect::<Vec<_>>())
+    };
+    let bounds = |more: &[&str]| -> Vec<f64> {
+        let of = loop_limits(&with(1.0, &[1.0; 5], more));
+        of.iter().map(|limit| limit.part.bound.unwrap_or_else(|| panic!("{more:?}"))).collect()
+    };
+    for more in
+        [&[][..], &["channel.forward_delay_s=0.01", "channel.backward_delay_s=0.01"], &["master.force_integral_gain=2"]]
+    {
+        let largest = bounds(more);
+        assert_eq!(left_out(&with(1.001, &largest, more)), vec![], "above the bounds");
+        assert_eq!(left_out(&with(0.999, &largest, more)).len(), 5, "below them");
+        // A limit above the bound changes nothing, whatever the hand does; one at a third of the bound acts for some hand.
+        let hands = ["operator.kind=ramp", "operator.kind=insertion-extraction", "operator.kind=minimum-jerk"];
+        let mut acts = false;
+        for hand in hands {
+            let more = [more, &[hand]].concat();
+            let of_hand = bounds(&more);
+            let trace = |scenario: Scenario| run(scenario).expect("a run").trace.slave_position_m;
+            let free = trace(with(1e6, &of_hand, &more));
+            assert!(trace(with(1.001, &of_hand, &more)) == free, "{more:?}");
+            acts |= trace(with(0.3, &of_hand, &more)) != free;
+        }
+        assert!(acts, "{more:?}");
+    }
+    // Noise has no bound, an event no linear loop.
+    for more in ["sensor.force_noise_std_n=0.01", "augmentation.enabled=true"] {
+        assert!(loop_limits(&with(1.0, &[1e6; 5], &[more])).iter().all(|limit| limit.part.bound.is_none()), "{more}");
+    }
 }
 
 #[test]

@@ -47,6 +47,11 @@ impl Axis {
         Self { low, high, log: true, max_ticks: X_TICKS }
     }
 
+    /// Whether it has ticks and their labels.
+    pub(super) fn has_ticks(&self) -> bool {
+        self.max_ticks > 0
+    }
+
     /// Returns `value` in the coordinate of the axis.
     pub(super) fn place(&self, value: f64) -> f64 {
         if self.log && value.is_finite() { if value > 0.0 { value.log10() } else { self.low - 1.0 } } else { value }

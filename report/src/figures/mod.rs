@@ -11,6 +11,7 @@ mod characteristic;
 mod comparison;
 mod decision;
 mod delays;
+mod description;
 mod energy;
 mod estimation;
 mod events;
@@ -56,6 +57,7 @@ pub use locus::{LocusView, locus};
 pub use loop_response::{LoopView, loop_response};
 pub use overlay::overlay;
 pub use paper::{distance, force, principle};
+pub(crate) use parameters::STANDARD_ERRORS;
 pub use parameters::parameters;
 pub use ports::{PortsView, ports};
 pub(crate) use raster::{letters, opaque};
@@ -128,6 +130,23 @@ pub struct EstimationView<'a> {
     /// Times of the alarms, s.
     pub alarm_times_s: &'a [f64],
 }
+
+/// Draws a figure of an estimation.
+pub type DrawEstimation = for<'a> fn(&EstimationView<'a>) -> Result<Figure<'a>, FigureError>;
+
+/// The figures of an estimation, by name.
+pub const ESTIMATION_FIGURES: [(&str, DrawEstimation); 4] = [
+    ("estimation", estimation),
+    ("parameters", parameters),
+    ("decision", decision),
+    ("residual", |view| residual_histogram(view)),
+];
+
+/// Draws a figure of runs, in a window of time in s if one is given.
+pub type DrawRuns = for<'a> fn(&[RunView<'a>], Option<(f64, f64)>) -> Result<Figure<'a>, FigureError>;
+
+/// The figures of one or several runs, by name.
+pub const RUN_FIGURES: [(&str, DrawRuns); 2] = [("comparison", comparison), ("overlay", overlay)];
 
 /// The error of drawing a figure.
 #[derive(Debug, thiserror::Error)]

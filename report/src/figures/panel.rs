@@ -25,6 +25,8 @@ const MIN_RISE: f64 = 11.0;
 const MIN_GAP: f64 = 5.0;
 /// Width of an interval of which a line keeps the minimum and the maximum.
 const INTERVAL: f64 = 0.4;
+/// Width of axes at which a line keeps 5000 intervals.
+pub(super) const RESOLVED: f64 = 5000.0 * INTERVAL;
 
 /// A signal over the horizontal axis; values are multiplied by `scale` (1000 for millimetres).
 pub(super) struct Trace<'a> {
@@ -226,7 +228,7 @@ impl<'a> Panel<'a> {
     }
 
     /// Returns the visible samples of a trace, in axis coordinates.
-    fn samples<'t>(&'t self, trace: &'t Trace<'_>, width: f64) -> impl Iterator<Item = Point> + 't {
+    pub(super) fn samples<'t>(&'t self, trace: &'t Trace<'_>, width: f64) -> impl Iterator<Item = Point> + 't {
         let shown = shown(&trace.x, &self.x);
         let (x, y) = (&trace.x[shown.clone()], &trace.y[shown]);
         let rows = kept(x, &[y], &[], (width / INTERVAL) as usize);

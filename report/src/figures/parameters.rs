@@ -12,7 +12,7 @@ use super::{EstimationView, FigureError, events};
 const SHOWN: f64 = 0.995;
 
 /// Half of the width of the band, in standard errors.
-const BAND: f64 = 2.0;
+pub(crate) const STANDARD_ERRORS: f64 = 2.0;
 const BAND_COLOR: Color = GREY.pale(0.4);
 
 /// Number of points of each edge of the band.
@@ -38,7 +38,9 @@ pub fn parameters<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureErr
         view.extra_parameter
             .map(|(name, column)| row(column, if name == "power" { "Power" } else { "Friction (N)" }, None)),
     );
-    let band = view.standard_errors.map(|_| (Sample::Shade(BAND_COLOR), "estimate ± 2 standard errors".to_owned()));
+    let band = view
+        .standard_errors
+        .map(|_| (Sample::Shade(BAND_COLOR), format!("estimate ± {STANDARD_ERRORS} standard errors")));
     let legend = band.into_iter().chain(events::entries(&[&events], window)).collect();
     Ok(Figure { name: view.name.to_owned(), legend, rows })
 }
@@ -70,7 +72,7 @@ fn band(time_s: &[f64], y: &[f64], std: &[f64], (low, high): (f64, f64)) -> Vec<
     let mut lower = vec![];
     let mut upper = vec![];
     for ((time_s, y), std) in time_s.chunks(per_point).zip(y.chunks(per_point)).zip(std.chunks(per_point)) {
-        let edges = |sign: f64| y.iter().zip(std).map(move |(y, std)| y + sign * BAND * std);
+        let edges = |sign: f64| y.iter().zip(std).map(move |(y, std)| y + sign * STANDARD_ERRORS * std);
         let (bottom, top) = (edges(-1.0).fold(f64::INFINITY, f64::min), edges(1.0).fold(f64::NEG_INFINITY, f64::max));
         let middle_s = time_s[time_s.len() / 2];
         if middle_s.is_finite() && bottom <= top {

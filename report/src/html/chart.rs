@@ -41,6 +41,8 @@ pub(super) struct Series {
     pub(super) scatter: bool,
     /// Whether the line continues over missing values.
     pub(super) span: bool,
+    /// Whether it is an edge of a band: the upper edge, and the lower one next to it.
+    pub(super) edge: bool,
 }
 
 impl Series {
@@ -54,7 +56,13 @@ impl Series {
             stepped: false,
             scatter: false,
             span: false,
+            edge: false,
         }
+    }
+
+    /// The edges of a band around a line: the upper and the lower one.
+    pub(super) fn edges(name: &str, colour: &'static str) -> [Self; 2] {
+        ["+", "−"].map(|sign| Self { width: 0.5, edge: true, ..Self::line(format!("{sign} {name}"), colour) })
     }
 
     pub(super) fn dashed(self) -> Self {

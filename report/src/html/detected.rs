@@ -4,7 +4,9 @@ use super::chart::{Chart, ChartAxis, ChartShade, Columns, Extras, Mark, Series};
 use super::compared::without_paths;
 use super::events::{self, LaneEvents, Timeline};
 use super::page::{Block, Drawn, HtmlError, Page, Section, Window, warned};
-use super::signals::{bounded, decision_unit, extra_parameter_axis, intervals_per_run, thresholded};
+use super::signals::{
+    PARAMETERS, bounded, decision_unit, estimate, extra_parameter_axis, intervals_per_run, thresholded,
+};
 use crate::DetectionEntry;
 use crate::decimate::kept;
 use crate::detection::{events_table, phases_table, residual_table, scores_table};
@@ -114,8 +116,9 @@ pub fn detection_html(page: &DetectionPage<'_>) -> Result<String, HtmlError> {
 }
 
 const MEANINGS: &str = "The residual e is the measured minus the estimated force. σ is its standard deviation. The robust σ is 1.4826 \
-     times its median absolute deviation, which ruptures hardly change. K and B are the estimated stiffness and damping. The \
-     phase is free without contact; the mean speed of the needle distinguishes insertion, hold and withdrawal. Precision is the \
+     times its median absolute deviation, which ruptures hardly change. K and B are the means of the \
+     estimated stiffness and damping, s.e. is the mean of their standard error: a B within two of them of 0, as in a hold, is not \
+     known. The phase is free without contact; the mean speed of the needle distinguishes insertion, hold and withdrawal. Precision is the \
      share of alarms that match a rupture, recall is the share of ruptures with a matching alarm, and F1 is their harmonic mean. \
      A delay is the time from a rupture to its alarm.";
 
@@ -244,15 +247,18 @@ fn charts(page: &DetectionPage<'_>) -> Vec<Chart> {
             ("residual", "N"),
             vec![(line("residual"), &detection.residual_n)],
         ),
-        bounded(
-            chart("Estimated stiffness", ("stiffness", "N/m"), vec![(line("stiffness"), &detection.stiffness_n_per_m)]),
-            0.995,
-        ),
-        bounded(
-            chart("Estimated damping", ("damping", "N·s/m"), vec![(line("damping"), &detection.damping_n_s_per_m)]),
-            0.995,
-        ),
     ];
+    let trust = detection.trust();
+    let [stiffness, damping] = PARAMETERS.map(|(title, y)| chart(title, y, vec![]));
+    let estimated = [
+        (stiffness, &detection.stiffness_n_per_m, &trust.stiffness_std_n_per_m),
+        (damping, &detection.damping_n_s_per_m, &trust.damping_std_n_s_per_m),
+    ];
+    charts.extend(
+        estimated.map(|(chart, y, std)| {
+            estimate(Chart { columns: vec![], ..chart }, &detection.time_s, (y, std), &detailed)
+        }),
+    );
     if let Some((name, column)) = &detection.extra_parameter {
         let (title, y) = extra_parameter_axis(name);
         charts.push(bounded(chart(title, y, vec![(line(y.0), column)]), 0.995));

@@ -4,6 +4,8 @@ use super::chart::{COLOURS, Chart, ChartAxis, Columns, Extras, Level, Mark, Seri
 use super::events;
 use crate::decimate::kept;
 use crate::digits::Few;
+use crate::figures::STANDARD_ERRORS;
+use trocar_sim::engine::TrustColumns;
 use trocar_sim::run::Run;
 
 /// Maximum number of runs in the charts.
@@ -14,6 +16,10 @@ const INTERVALS: usize = 1_300;
 
 /// A force (N) and a position (mm) that no needle insertion reaches.
 const PLAUSIBLE: f64 = 1e3;
+
+/// The estimated parameters: title, name and unit of their charts.
+pub(super) const PARAMETERS: [(&str, (&str, &str)); 2] =
+    [("Estimated stiffness", ("stiffness", "N/m")), ("Estimated damping", ("damping", "N·s/m"))];
 
 /// A quantity of a trace: its name and its column.
 type Quantity<'a> = (&'a str, fn(&Run) -> &[f64]);
@@ -46,16 +52,7 @@ pub(super) fn charts(runs: &[&Run]) -> Vec<Chart> {
         charts.push(drawn(chart("Force of the operator on the master", ("force", "N")), runs, &[operator], 1.0));
         charts.push(drawn(chart("Tissue force on the needle", ("force", "N")), runs, &[tissue], 1.0));
     }
-    for (title, y, quantity) in [
-        (
-            "Estimated stiffness",
-            ("stiffness", "N/m"),
-            ("stiffness", (|run| &run.trace.stiffness_n_per_m) as fn(&Run) -> &[f64]),
-        ),
-        ("Estimated damping", ("damping", "N·s/m"), ("damping", |run| &run.trace.damping_n_s_per_m)),
-    ] {
-        charts.push(bounded(drawn(chart(title, y), runs, &[quantity], 1.0), 0.995));
-    }
+    charts.extend(parameters(|title, y| chart(title, y), runs));
     if let Some(name) = runs.iter().find_map(|run| run.trace.extra_parameter.as_ref().map(|(name, _)| *name)) {
         let (title, y) = extra_parameter_axis(name);
         let column: Quantity<'_> =
@@ -72,6 +69,35 @@ pub(super) fn charts(runs: &[&Run]) -> Vec<Chart> {
     let decision = drawn(chart("Decision function and its threshold", ("decision", unit)), runs, &[decision], 1.0);
     charts.push(thresholded(decision, &thresholds));
     charts.into_iter().map(Chart::described).collect()
+}
+
+/// Returns the charts of the estimated stiffness and damping, with the band of the standard errors for a single run.
+fn parameters(chart: impl Fn(&str, (&str, &'static str)) -> Chart, runs: &[&Run]) -> [Chart; 2] {
+    let estimates: [fn(&Run) -> &[f64]; 2] = [|run| &run.trace.stiffness_n_per_m, |run| &run.trace.damping_n_s_per_m];
+    let errors: [fn(&TrustColumns) -> &[f64]; 2] =
+        [|trust| &trust.stiffness_std_n_per_m, |trust| &trust.damping_std_n_s_per_m];
+    std::array::from_fn(|k| {
+        let (title, y) = PARAMETERS[k];
+        if let [run] = runs
+            && let Some(trust) = &run.trace.trust
+        {
+            let detailed = events::detailed_intervals(&events::of_run(run).marks);
+            return estimate(chart(title, y), &run.trace.time_s, (estimates[k](run), errors[k](trust)), &detailed);
+        }
+        bounded(drawn(chart(title, y), runs, &[(y.0, estimates[k])], 1.0), 0.995)
+    })
+}
+
+/// Returns the chart of an estimate over time with the band of its standard errors. The axis is that of the estimate.
+pub(super) fn estimate(mut chart: Chart, time_s: &[f64], (y, std): (&[f64], &[f64]), detailed: &[(f64, f64)]) -> Chart {
+    let edge = |sign: f64| -> Vec<f64> { y.iter().zip(std).map(|(y, std)| y + sign * STANDARD_ERRORS * std).collect() };
+    let (upper, lower) = (edge(1.0), edge(-1.0));
+    let columns = [y, &upper, &lower];
+    let rows = kept(time_s, &columns, detailed, intervals_per_run(1));
+    chart.columns.push(Columns::rows(time_s, &columns, &rows, 1.0));
+    chart.series.push(Series::line(chart.y.label.clone(), "blue"));
+    chart.series.extend(Series::edges(&format!("{STANDARD_ERRORS} standard errors"), "blue"));
+    bounded(chart, 0.995)
 }
 
 /// Returns whether the charts of this many runs omit alarms, modes and names. The timeline shows them.
@@ -163,10 +189,11 @@ fn second_of_pair(label: String, place: usize) -> Series {
     Series { width: 1.75, ..Series::line(label, ["sky", "orange"][place.min(1)]).dashed() }
 }
 
-/// Returns the chart with a vertical axis that contains a central share of the values. Values beyond are cut off.
+/// Returns the chart with a vertical axis that contains a central share of the values of its lines. Values beyond are cut off.
 pub(super) fn bounded(mut chart: Chart, share: f64) -> Chart {
-    let columns = chart.columns.iter().flat_map(|columns| columns.y.iter().flatten());
-    let mut values: Vec<f64> = columns.map(|value| value.0).filter(|value| value.is_finite()).collect();
+    let columns = chart.columns.iter().flat_map(|columns| &columns.y).zip(&chart.series);
+    let lines = columns.filter(|(_, series)| !series.edge).flat_map(|(column, _)| column);
+    let mut values: Vec<f64> = lines.map(|value| value.0).filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);
     let Some(last) = values.len().checked_sub(1) else { return chart };
     let at = |share: f64| values[(share * last as f64) as usize];

@@ -9,7 +9,9 @@ use crate::absolute::{absolute_text, bounded_line};
 use crate::digits::Few;
 use crate::figures::{AbsoluteView, WallsView, ZWidthView};
 use crate::population::{population_lines, population_table};
-use crate::stability_text::{checked, limit_table, loop_lines, port_passivity, port_table, sampled, verdict};
+use crate::stability_text::{
+    checked, limit_table, loop_lines, port_passivity, port_table, sampled, unreached, verdict,
+};
 use crate::switching::{event_table, seconds, switching_lines};
 use crate::z_width::z_width_text;
 use crate::{absolute, z_width};
@@ -104,10 +106,15 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
     let commands = vec![Block::Command { line: page.line.to_owned(), note }];
     sections.push(Section { id: "again", title: "Reproduce", blocks: commands });
     let unmodelled = format!("Not in the linear model: {}.", page.study.unmodelled.join("; "));
+    let unreached = page.study.unreached.iter().map(|limit| sentence(&unreached(limit)));
     Page {
         command: "trocar stability",
         heading: name.clone(),
-        lead: [sentence(&verdict(page.study)), unmodelled].into_iter().chain(warned(&page.study.warnings())).collect(),
+        lead: [sentence(&verdict(page.study)), unmodelled]
+            .into_iter()
+            .chain(unreached)
+            .chain(warned(&page.study.warnings()))
+            .collect(),
         sections,
         drawn,
     }

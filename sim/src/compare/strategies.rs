@@ -2,14 +2,17 @@
 //! costs.
 
 mod catalogue;
+mod people;
 mod windows;
 
-pub use catalogue::{PERSONS, STRATEGIES, Variant};
+pub use catalogue::{STRATEGIES, Strategy};
+pub use people::{FIXED_PERSONS, Group, PERSONS, Person};
 pub use windows::WINDOWS_S;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
+use self::people::PERCEIVING;
 use self::windows::{OfWindows, Windows};
 use super::sensitivity::{Noticed, Sensitivity};
 use crate::engine::InstructionSet;
@@ -25,9 +28,12 @@ use crate::time::nearest_ticks;
 const KEPT_NUMBERS: usize = 1 << 20;
 
 /// The size of a study.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone)]
 pub struct StrategyOptions {
-    /// Largest number of patients: points of the sweep file, or 1 for a scenario.
+    /// The persons.
+    pub persons: Vec<&'static Person>,
+    /// Largest number of patients: points of the sweep file. For a scenario, the number of members of a group, or 1 without a
+    /// group.
     pub patients: u64,
     /// Number of seeds of each patient and person.
     pub seeds: u64,
@@ -131,7 +137,7 @@ pub struct StrategyStudy {
     pub rank_correlations: Vec<Option<f64>>,
 }
 
-/// The scenarios of a strategy and a person: those of a sweep file, or one.
+/// The scenarios of a strategy: those of a sweep file, or one.
 enum Cases {
     Population(Box<Plan>),
     One(Box<Template>),
@@ -156,6 +162,7 @@ impl Cases {
     fn patients(&self, options: &StrategyOptions) -> u64 {
         match self {
             Self::Population(plan) => plan.design.points().unwrap_or(0).min(options.patients),
+            Self::One(_) if options.persons.iter().any(|person| person.group.is_some()) => options.patients,
             Self::One(_) => 1,
         }
     }
@@ -172,6 +179,19 @@ impl Cases {
             Self::Population(plan) => Maker::Population(Box::new(plan.maker()), plan.design.seeds),
             Self::One(template) => Maker::One(Box::new(template.factory()), template.first().seed),
         }
+    }
+}
+
+impl Cases {
+    /// The scenarios of a patient with the first seed, one per person.
+    fn of_patient(&self, persons: &[&Person], patient: u64) -> Result<Vec<Scenario>, RunError> {
+        let first = self.maker().scenario(patient)?;
+        let of = |person: &&Person| {
+            let mut scenario = first.clone();
+            person.replace_operator(&mut scenario, patient);
+            scenario
+        };
+        Ok(persons.iter().map(of).collect())
     }
 }
 
@@ -323,15 +343,11 @@ impl StrategyStudy {
         options: &StrategyOptions,
         done: impl Fn(u64) + Sync,
     ) -> Result<Self, RunError> {
-        let load = |(strategy, person): (&Variant, &Variant)| {
-            let own = |of: &Variant| of.settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>();
-            let settings = [settings.to_vec(), own(strategy), own(person)].concat();
-            Cases::load(source, &settings, options)
+        let load = |strategy: &Strategy| {
+            let own = strategy.settings.iter().chain(&PERCEIVING).map(|&setting| setting.to_owned());
+            Cases::load(source, &settings.iter().cloned().chain(own).collect::<Vec<_>>(), options)
         };
-        let pairs: Vec<(&Variant, &Variant)> =
-            STRATEGIES.iter().flat_map(|strategy| PERSONS.iter().map(move |person| (strategy, person))).collect();
-        let cases: Vec<Cases> = pairs.into_par_iter().map(load).collect::<Result<_, _>>()?;
-        let of_strategy = |strategy: usize| &cases[strategy * PERSONS.len()..(strategy + 1) * PERSONS.len()];
+        let cases: Vec<Cases> = STRATEGIES.par_iter().map(load).collect::<Result<_, _>>()?;
         let patients = cases.first().map_or(0, |first| first.patients(options));
 
         let run_all = |strategies: std::ops::Range<usize>, alarms_s: &[Option<f64>]| -> Result<Vec<Tally>, RunError> {
@@ -339,7 +355,7 @@ impl StrategyStudy {
                 strategies.flat_map(|strategy| (0..patients).map(move |patient| (strategy, patient))).collect();
             let unit = |bank: &mut NoiseBank, (strategy, patient): (usize, u64)| {
                 let alarm_s = alarms_s.get(patient as usize).copied().flatten();
-                let tally = run_unit(bank, of_strategy(strategy), patient, options.seeds, alarm_s)?;
+                let tally = run_unit(bank, &cases[strategy], options, patient, alarm_s)?;
                 done(tally.runs);
                 Ok(tally)
             };
@@ -352,11 +368,11 @@ impl StrategyStudy {
         tallies.extend(run_all(1..STRATEGIES.len(), &alarms_s)?);
 
         let verdict = |strategy: usize| -> Result<Verdict, RunError> {
-            let swings = |cases: &Cases| -> Result<bool, RunError> {
-                let outcome = run(cases.maker().scenario(0)?)?.metrics.outcome;
-                Ok(matches!(outcome, Outcome::Oscillating { .. }))
+            let swings = |scenario: Scenario| -> Result<bool, RunError> {
+                Ok(matches!(run(scenario)?.metrics.outcome, Outcome::Oscillating { .. }))
             };
-            let swings = of_strategy(strategy).iter().map(swings).collect::<Result<Vec<_>, _>>()?;
+            let all = cases[strategy].of_patient(&options.persons, 0)?;
+            let swings = all.into_iter().map(swings).collect::<Result<Vec<_>, _>>()?;
             Ok(if swings.contains(&true) { Verdict::Oscillates } else { Verdict::Settles })
         };
         let verdicts: Vec<Verdict> = (0..STRATEGIES.len()).into_par_iter().map(verdict).collect::<Result<_, _>>()?;
@@ -377,7 +393,7 @@ impl StrategyStudy {
         Ok(Self {
             name: cases.first().map_or_else(String::new, |first| first.name().to_owned()),
             patients,
-            persons: PERSONS.iter().map(|person| person.name).collect(),
+            persons: options.persons.iter().map(|person| person.name).collect(),
             seeds: options.seeds,
             velocities_m_per_s: velocities,
             rows,
@@ -389,20 +405,20 @@ impl StrategyStudy {
 /// Runs one patient with one strategy: every person and seed, a false alarm at `alarm_s`, and the windows.
 fn run_unit(
     bank: &mut NoiseBank,
-    cases: &[Cases],
+    cases: &Cases,
+    options: &StrategyOptions,
     patient: u64,
-    seeds: u64,
     alarm_s: Option<f64>,
 ) -> Result<Tally, RunError> {
     // The seeds of a person have the same machines, whose steps are computed once.
-    let firsts = cases.iter().map(|person| person.maker().scenario(patient)).collect::<Result<Vec<_>, _>>()?;
+    let firsts = cases.of_patient(&options.persons, patient)?;
     let with_seed = |first: &Scenario, offset: u64| {
         let mut other = first.clone();
         other.seed = first.seed.wrapping_add(offset);
         other
     };
     let scenarios: Vec<Scenario> =
-        firsts.iter().flat_map(|first| (0..seeds).map(|offset| with_seed(first, offset))).collect();
+        firsts.iter().flat_map(|first| (0..options.seeds).map(|offset| with_seed(first, offset))).collect();
     let mut tally = Tally::default();
     for metrics in run_pack_sharing(bank, &scenarios) {
         tally.add(&metrics?);
@@ -465,7 +481,7 @@ mod tests {
     fn study(threads: usize) -> StrategyStudy {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let source = Source::parse("layers/skin-augmented");
-        let options = StrategyOptions { patients: 1, seeds: 3 };
+        let options = StrategyOptions { persons: FIXED_PERSONS.to_vec(), patients: 1, seeds: 3 };
         pool.install(|| StrategyStudy::of(&source, &[], &options, |_| ())).expect("runs")
     }
 

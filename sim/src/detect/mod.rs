@@ -25,6 +25,7 @@ pub use scores::{Scores, Tally};
 pub use statistics::{PhaseStatistics, ResidualStatistics};
 
 use crate::detection::DetectorSettings;
+use crate::engine::TrustColumns;
 use crate::error::InvalidValue;
 use crate::interrupt;
 use crate::recording::{Recording, ResampleError};
@@ -59,6 +60,16 @@ pub struct Detection {
     pub detector: DetectorSettings,
     /// Whether the velocities were recorded; otherwise they are estimated from the positions.
     pub is_velocity_measured: bool,
+}
+
+impl Detection {
+    /// The trust in the estimates, sample by sample.
+    #[must_use]
+    pub fn trust(&self) -> TrustColumns {
+        let parameters = (&*self.stiffness_n_per_m, &*self.damping_n_s_per_m);
+        let motion = (&*self.position_m, &*self.velocity_m_per_s);
+        TrustColumns::of((self.contact_m, self.interval_s), motion, &self.residual_n, parameters)
+    }
 }
 
 /// Maximum deviation of an interval from the median one, as a share of it, in an evenly sampled recording.

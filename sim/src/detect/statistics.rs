@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::Detection;
 use super::phases::{Phase, PhaseInterval};
+use crate::estimation::Confidence;
 use crate::quantiles::robust_std;
 
 /// Statistics of the residual over a whole recording.
@@ -66,15 +67,47 @@ pub struct PhaseStatistics {
     pub mean_stiffness_n_per_m: Option<f64>,
     /// Mean estimated damping in N·s/m; `None` as the stiffness.
     pub mean_damping_n_s_per_m: Option<f64>,
+    /// Mean standard error of the estimated stiffness in N/m; `None` as the stiffness.
+    pub mean_stiffness_std_n_per_m: Option<f64>,
+    /// Mean standard error of the estimated damping in N·s/m; `None` as the stiffness.
+    pub mean_damping_std_n_s_per_m: Option<f64>,
+}
+
+/// Samples from one evaluation of the standard errors to the next; all of them enter the errors.
+const STEP: usize = 8;
+
+/// The mean standard errors of stiffness (N/m) and damping (N·s/m) in each phase of [`Phase::ALL`].
+fn standard_errors(detection: &Detection, intervals: &[PhaseInterval]) -> [Option<[f64; 2]>; Phase::ALL.len()] {
+    let mut confidence = Confidence::new(detection.interval_s);
+    let mut sums = [([0.0; 2], 0_usize); Phase::ALL.len()];
+    for interval in intervals {
+        let Some(place) = Phase::ALL.iter().position(|phase| *phase == interval.phase) else { continue };
+        let (sum, count) = &mut sums[place];
+        for sample in interval.samples.clone() {
+            let depth_m = detection.position_m[sample] - detection.contact_m;
+            if depth_m > 0.0 {
+                confidence.add(depth_m, detection.velocity_m_per_s[sample], detection.residual_n[sample]);
+            }
+            if sample.is_multiple_of(STEP) {
+                let trust = confidence.trust();
+                sum[0] += trust.stiffness_std_n_per_m;
+                sum[1] += trust.damping_std_n_s_per_m;
+                *count += 1;
+            }
+        }
+    }
+    sums.map(|(sum, count)| (count > 0).then(|| sum.map(|sum| sum / count as f64)))
 }
 
 impl PhaseStatistics {
     /// Returns the statistics of every phase, in the order of [`Phase::ALL`].
     pub(super) fn all(detection: &Detection, intervals: &[PhaseInterval]) -> Vec<Self> {
-        Phase::ALL.map(|phase| Self::of(detection, intervals, phase)).to_vec()
+        let errors = standard_errors(detection, intervals);
+        let of = |(phase, errors): (Phase, _)| Self::of(detection, intervals, phase, errors);
+        Phase::ALL.into_iter().zip(errors).map(of).collect()
     }
 
-    fn of(detection: &Detection, intervals: &[PhaseInterval], phase: Phase) -> Self {
+    fn of(detection: &Detection, intervals: &[PhaseInterval], phase: Phase, errors: Option<[f64; 2]>) -> Self {
         let own: Vec<&PhaseInterval> = intervals.iter().filter(|interval| interval.phase == phase).collect();
         let samples = own.iter().map(|interval| interval.samples.len()).sum();
         let residual = || of_intervals(&detection.residual_n, &own);
@@ -91,6 +124,8 @@ impl PhaseStatistics {
             robust_std_n: statistics.map(|s| s.robust_std_n),
             mean_stiffness_n_per_m: mean(&detection.stiffness_n_per_m),
             mean_damping_n_s_per_m: mean(&detection.damping_n_s_per_m),
+            mean_stiffness_std_n_per_m: errors.filter(|_| is_estimated).map(|[k, _]| k),
+            mean_damping_std_n_s_per_m: errors.filter(|_| is_estimated).map(|[_, b]| b),
         }
     }
 
@@ -117,6 +152,8 @@ impl PhaseStatistics {
             robust_std_n: None,
             mean_stiffness_n_per_m: weighted(&|s| s.mean_stiffness_n_per_m),
             mean_damping_n_s_per_m: weighted(&|s| s.mean_damping_n_s_per_m),
+            mean_stiffness_std_n_per_m: weighted(&|s| s.mean_stiffness_std_n_per_m),
+            mean_damping_std_n_s_per_m: weighted(&|s| s.mean_damping_std_n_s_per_m),
         }
     }
 }
@@ -175,6 +212,31 @@ mod tests {
         );
         let never = &all[3];
         assert_eq!((never.samples, never.std_n, never.robust_std_n), (0, None, None), "undefined, not 0");
+    }
+
+    #[test]
+    fn a_held_needle_tells_little_about_the_damping() {
+        // 0.5 s of oscillation, then 2 s at rest, with an error of 0.05 N in turn up and down.
+        let mut all = detection((0..2500).map(|k| if k % 2 == 0 { 0.05 } else { -0.05 }).collect());
+        all.interval_s = 1e-3;
+        let swing = |k: usize| if k < 500 { 0.05 * k as f64 } else { 0.0 };
+        all.position_m = (0..2500).map(|k| 0.01 + 1e-3 * swing(k).sin()).collect();
+        all.velocity_m_per_s = (0..2500).map(|k| if k < 500 { 0.05 * swing(k).cos() } else { 0.0 }).collect();
+        let interval = |phase, samples| PhaseInterval { phase, samples };
+        let intervals = [interval(Phase::Insertion, 0..500), interval(Phase::Hold, 500..2500)];
+        let phases = PhaseStatistics::all(&all, &intervals);
+        let errors = |phase: usize| {
+            let of = &phases[phase];
+            [of.mean_stiffness_std_n_per_m.expect("estimated"), of.mean_damping_std_n_s_per_m.expect("estimated")]
+        };
+        let (insertion, hold) = (errors(1), errors(2));
+        assert!(hold[1] > 10.0 * insertion[1], "{insertion:?} {hold:?}");
+        assert!(hold[0] < 10.0, "the stiffness stays known: {hold:?}");
+        // The columns have the same errors, sample by sample.
+        let trust = all.trust();
+        let mean = |column: &[f64]| column[500..].iter().step_by(8).skip(1).sum::<f64>() / 249.0;
+        assert!((mean(&trust.damping_std_n_s_per_m) / hold[1] - 1.0).abs() < 0.01, "{hold:?}");
+        assert_eq!((phases[0].mean_damping_std_n_s_per_m, phases[3].mean_damping_std_n_s_per_m), (None, None));
     }
 
     #[test]

@@ -43,6 +43,24 @@ pub struct TrustColumns {
 }
 
 impl TrustColumns {
+    /// The trust in the estimates of samples `tick_s` (s) apart, of a contact at `contact_m` (m): from positions (m) and velocities
+    /// (m/s), residuals (N), and estimates of K (N/m) and B (N·s/m), all of the same length.
+    #[must_use]
+    pub fn of(
+        (contact_m, tick_s): (f64, f64),
+        (position_m, velocity_m_per_s): (&[f64], &[f64]),
+        residual_n: &[f64],
+        (k, b): (&[f64], &[f64]),
+    ) -> Self {
+        let mut trust = Self::new(contact_m, tick_s, residual_n.len());
+        let motions = position_m.iter().copied().zip(velocity_m_per_s.iter().copied());
+        let parameters = k.iter().copied().zip(b.iter().copied());
+        for ((motion, residual_n), parameters) in motions.zip(residual_n).zip(parameters) {
+            trust.add_estimate(motion, *residual_n, parameters);
+        }
+        trust
+    }
+
     /// Empty columns with room for `ticks` of `tick_s` (s), for an estimator in contact below `contact_m` (m).
     pub(super) fn new(contact_m: f64, tick_s: f64, ticks: usize) -> Self {
         Self {
@@ -57,13 +75,19 @@ impl TrustColumns {
 
     /// Adds a tick. The depth is that of the needle itself, not of the position sensor.
     pub(super) fn add(&mut self, s: &Signals<f64>) {
-        let depth_m = s.slave_position_m - self.contact_m;
+        let motion = (s.slave_position_m, s.slave_velocity_m_per_s);
+        self.add_estimate(motion, s.residual_n, (s.stiffness_n_per_m, s.damping_n_s_per_m));
+    }
+
+    /// Adds a sample: position in m and velocity in m/s, residual in N, and the estimates of K in N/m and B in N·s/m.
+    fn add_estimate(&mut self, (position_m, velocity_m_per_s): (f64, f64), residual_n: f64, (k, b): (f64, f64)) {
+        let depth_m = position_m - self.contact_m;
         let in_contact = depth_m > 0.0;
         if in_contact {
-            self.confidence.add(depth_m, s.slave_velocity_m_per_s, s.residual_n);
+            self.confidence.add(depth_m, velocity_m_per_s, residual_n);
         }
         let trust = self.confidence.trust();
-        let flags = trust.flags(s.stiffness_n_per_m, s.damping_n_s_per_m);
+        let flags = trust.flags(k, b);
         self.stiffness_std_n_per_m.push(trust.stiffness_std_n_per_m);
         self.damping_std_n_s_per_m.push(trust.damping_std_n_s_per_m);
         self.excitation.push(trust.excitation);

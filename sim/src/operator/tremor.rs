@@ -51,6 +51,19 @@ impl TremorSettings {
         require("operator.tremor_high_hz", self.high_hz, is_sampled, "below half the rate of the ticks").map(drop)
     }
 
+    /// Bounds of the displacement in m and of its speed in m/s: all sines at their peak.
+    #[must_use]
+    pub fn largest(&self) -> [f64; 2] {
+        let displacement_m = SINES as f64 * self.size_m();
+        // The tremor grows by `3 s² - 2 s³`, whose slope is at most 1.5.
+        [displacement_m, displacement_m * (TAU * self.high_hz + 1.5 / GROWTH_S)]
+    }
+
+    /// Amplitude of each sine in m.
+    fn size_m(&self) -> f64 {
+        self.amplitude_m * (2.0 / SINES as f64).sqrt()
+    }
+
     /// The tremor in m, one displacement per tick; lane `i` uses stream `first_stream + i` of the seed.
     ///
     /// A sum of sines of equal amplitude, one in each eighth of the band, with random frequency and phase.
@@ -87,7 +100,7 @@ impl SineSum {
             let phase = TAU * rng.random::<f64>();
             (vector(phase), vector(TAU * frequency_hz * tick_s))
         });
-        Self { size_m: settings.amplitude_m * (2.0 / SINES as f64).sqrt(), sines }
+        Self { size_m: settings.size_m(), sines }
     }
 
     fn next(&mut self) -> f64 {

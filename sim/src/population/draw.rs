@@ -31,8 +31,9 @@ fn between((low, high): (f64, f64), coordinate: f64) -> f64 {
     (low * libm::pow(high / low, coordinate)).clamp(low, high)
 }
 
-/// The point of a log-normal distribution with median 1.
-fn log_normal(spread: f64, coordinate: f64) -> f64 {
+/// The point of a log-normal distribution with median 1, cut off at three standard deviations: 68 % lie within the factor
+/// `spread`, up or down. `coordinate` is uniform from 0 to 1.
+pub(crate) fn log_normal(spread: f64, coordinate: f64) -> f64 {
     let (low, high) = (normal_share(-MAX_DEVIATIONS), normal_share(MAX_DEVIATIONS));
     let deviations = normal_quantile(low + coordinate * (high - low)).clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS);
     libm::pow(spread, deviations)

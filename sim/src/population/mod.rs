@@ -3,5 +3,6 @@
 mod draw;
 mod settings;
 
+pub(crate) use draw::log_normal;
 pub use draw::{DIMENSIONS, Draw};
 pub use settings::{Arms, DelayRange, Delays, PeopleSettings, PopulationSettings, TissueSpread, Tissues};

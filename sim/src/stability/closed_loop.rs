@@ -148,18 +148,12 @@ impl ClosedLoop {
             (&self.slave, of_master, (lines_at + forward, backward), &self.master, 0),
         ];
         for (from, from_at, (line, ticks), to, to_at) in ways {
-            // The arriving sample, as weights on the states.
-            let mut arrives = DVector::zeros(n);
-            let mut sent = DVector::zeros(n);
-            sent.rows_mut(from_at, from.c.len()).copy_from(&from.c);
-            if ticks == 0 {
-                arrives.copy_from(&sent);
-            } else {
-                matrix.row_mut(line).copy_from(&sent.transpose());
-                for tick in 1..ticks {
-                    matrix[(line + tick, line + tick - 1)] = 1.0;
-                }
-                arrives[line + ticks - 1] = 1.0;
+            let arrives = arriving(n, (from, from_at), (line, ticks));
+            if ticks > 0 {
+                matrix.row_mut(line).copy_from(&arriving(n, (from, from_at), (line, 0)).transpose());
+            }
+            for tick in 1..ticks {
+                matrix[(line + tick, line + tick - 1)] = 1.0;
             }
             let mut effect = DVector::zeros(n);
             effect.rows_mut(to_at, to.now.len()).copy_from(&to.now);
@@ -177,6 +171,13 @@ impl ClosedLoop {
         }
         Ok((matrix, input, output))
     }
+
+    /// The master's signal that arrives at the slave, as weights on the states.
+    pub(super) fn arrives_at_slave(&self) -> DVector<f64> {
+        let line = self.master.a.nrows() + self.slave.a.nrows();
+        arriving(self.states() as usize, (&self.master, 0), (line, self.forward as usize))
+    }
+
     /// Whether the loop is asymptotically stable.
     ///
     /// # Errors
@@ -184,4 +185,15 @@ impl ClosedLoop {
     pub fn is_stable(&self) -> Result<bool, StabilityError> {
         Ok(self.poles_outside(1.0)? == 0)
     }
+}
+
+/// The signal that a side sends and that arrives through a delay line of some ticks, as weights on `n` states. The side's and
+/// the line's states begin at `from_at` and `line`.
+fn arriving(n: usize, (from, from_at): (&Side, usize), (line, ticks): (usize, usize)) -> DVector<f64> {
+    let mut arrives = DVector::zeros(n);
+    match ticks {
+        0 => arrives.rows_mut(from_at, from.c.len()).copy_from(&from.c),
+        _ => arrives[line + ticks - 1] = 1.0,
+    }
+    arrives
 }

@@ -2,27 +2,47 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use super::TissueKind;
+use super::reached::Bounds;
 use crate::augmentation::{AugmentationSettings, ForceLawSettings, HoldSettings, Reengage};
 use crate::plant::ActuatorLimits;
-use crate::scenario::{Scenario, TissueSpec};
+use crate::scenario::Scenario;
 use crate::teleoperation::Scheme;
-use crate::tissue::TissueSettings;
 
 /// A part of a scenario that the linear loop leaves out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
     /// The key that switches it on.
     pub key: &'static str,
     /// What it is.
     pub what: &'static str,
+    /// The bound of the loop that a limit is below, in the unit of the key, if it is known.
+    pub bound: Option<f64>,
+}
+
+/// A limit of a motor or of the force sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoopLimit {
+    /// The part of the scenario. Its bound is the largest magnitude in the loop, for any motion of the hand that goes no farther
+    /// from the tissue's surface and no faster than the scenario's.
+    pub part: LeftOut,
+    /// The limit, in the unit of its key.
+    pub limit: f64,
+}
+
+impl LoopLimit {
+    /// Whether the loop never reaches it.
+    #[must_use]
+    pub fn is_unreached(&self) -> bool {
+        self.part.bound.is_some_and(|bound| bound < self.limit)
+    }
 }
 
 /// Returns the parts of a scenario that the linear loop leaves out, besides tissue and augmentation, which have their
-/// own analyses. With any of them the stability of the scenario is unknown.
+/// own analyses. With any of them the stability of the scenario is unknown. A limit that the loop
+/// never reaches is none.
 #[must_use]
 pub fn left_out(scenario: &Scenario) -> Vec<LeftOut> {
-    let ActuatorLimits { master_force_n, master_force_rate_n_per_s, slave_command, slave_command_rate_per_s, .. } =
-        scenario.actuators;
     let irregularity = &scenario.irregularity;
     let (forward, backward) = (&scenario.forward_schedule, &scenario.backward_schedule);
     let varies = [forward, backward].iter().any(|schedule| schedule.has_delays() && schedule.constant().is_none());
@@ -35,18 +55,6 @@ pub fn left_out(scenario: &Scenario) -> Vec<LeftOut> {
         (enabled && stops, "augmentation.reengage", "a ramp that stops under load"),
         (enabled && damps, "augmentation.force_law", "the added damping"),
         (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme", "the passivity scheme"),
-        (master_force_n.is_some(), "actuator.master_force_limit_n", "the limit of the master's force"),
-        (
-            master_force_rate_n_per_s.is_some(),
-            "actuator.master_force_rate_limit_n_per_s",
-            "the rate limit of its force",
-        ),
-        (slave_command.is_some(), "actuator.slave_command_limit", "the limit of the slave's command"),
-        (
-            slave_command_rate_per_s.is_some(),
-            "actuator.slave_command_rate_limit_per_s",
-            "the rate limit of its command",
-        ),
         (irregularity.jitter_s > 0.0, "channel.jitter_s", "jitter"),
         (irregularity.loss > 0.0, "channel.loss", "lost samples"),
         (forward.has_outages() || backward.has_outages(), "channel.outages_s", "outages"),
@@ -58,37 +66,53 @@ pub fn left_out(scenario: &Scenario) -> Vec<LeftOut> {
         (scenario.stiffening.acts(), "operator.stiffening_per_n", "the grip that stiffens"),
         (sensor.position_resolution_m > 0.0, "sensor.position_resolution_m", "the steps of the position sensor"),
         (sensor.force_resolution_n > 0.0, "sensor.force_resolution_n", "the steps of the force sensor"),
-        (sensor.force_range_n.is_some(), "sensor.force_range_n", "the range of the force sensor"),
     ];
-    parts.into_iter().filter(|(is_there, ..)| *is_there).map(|(_, key, what)| LeftOut { key, what }).collect()
+    let parts =
+        parts.into_iter().filter(|(is_there, ..)| *is_there).map(|(_, key, what)| LeftOut { key, what, bound: None });
+    parts
+        .chain(loop_limits(scenario).into_iter().filter(|limit| !limit.is_unreached()).map(|limit| limit.part))
+        .collect()
 }
 
-/// Whether the tissue reacts to the needle, as a closed loop needs it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TissueKind {
-    /// The spring and damper of the analysis.
-    SpringDamper,
-    /// A model or a recording by depth, which the analysis replaces by springs of its range of stiffness.
-    Other,
-    /// A force recorded over time, which does not depend on the needle.
-    RecordedForce,
+/// The limits of motors and force sensor that a scenario has, each with the bound of the loop.
+#[must_use]
+pub fn loop_limits(scenario: &Scenario) -> Vec<LoopLimit> {
+    let ActuatorLimits { master_force_n, master_force_rate_n_per_s, slave_command, slave_command_rate_per_s, .. } =
+        scenario.actuators;
+    type Bound = fn(&Bounds) -> f64;
+    let all: [(Option<f64>, (&'static str, &'static str), Bound); 5] = [
+        (master_force_n, ("actuator.master_force_limit_n", "the limit of the master's force"), |bounds| {
+            bounds.master_force[0]
+        }),
+        (
+            master_force_rate_n_per_s,
+            ("actuator.master_force_rate_limit_n_per_s", "the rate limit of its force"),
+            |bounds| bounds.master_force[1],
+        ),
+        (slave_command, ("actuator.slave_command_limit", "the limit of the slave's command"), |bounds| {
+            bounds.slave_command[0]
+        }),
+        (
+            slave_command_rate_per_s,
+            ("actuator.slave_command_rate_limit_per_s", "the rate limit of its command"),
+            |bounds| bounds.slave_command[1],
+        ),
+        (scenario.sensor.force_range_n, ("sensor.force_range_n", "the range of the force sensor"), |bounds| {
+            bounds.tissue_force_n
+        }),
+    ];
+    // The bounds take far longer than all the rest.
+    let bounds = all.iter().any(|(limit, ..)| limit.is_some()).then(|| Bounds::of(scenario)).flatten();
+    let given = |(limit, (key, what), bound): (Option<f64>, (&'static str, &'static str), Bound)| {
+        let bound = bounds.as_ref().map(bound);
+        Some(LoopLimit { part: LeftOut { key, what, bound }, limit: limit? })
+    };
+    all.into_iter().filter_map(given).collect()
 }
 
 impl Display for LeftOut {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         write!(f, "{} ({})", self.what, self.key)
-    }
-}
-
-impl TissueKind {
-    /// The kind of a scenario's tissue.
-    #[must_use]
-    pub fn of(scenario: &Scenario) -> Self {
-        match (&scenario.tissue, scenario.tissue.settings()) {
-            (TissueSpec::Recording { .. }, _) => Self::RecordedForce,
-            (_, Some(TissueSettings::KelvinVoigt(_))) => Self::SpringDamper,
-            (TissueSpec::Depth { .. } | TissueSpec::Model(_) | TissueSpec::Unit(_), _) => Self::Other,
-        }
     }
 }
 

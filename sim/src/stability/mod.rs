@@ -32,6 +32,7 @@ mod mode;
 mod parameter;
 mod population;
 mod ports;
+mod reached;
 mod response;
 mod sampled;
 mod sensitivity;
@@ -40,13 +41,14 @@ mod shares;
 mod side;
 mod switching;
 mod systems;
+mod tissue_kind;
 mod winding;
 mod z_width;
 
 pub use analysis::{Analysis, LIMITED, PortPoint};
 pub use bounded::{AbsoluteOver, AbsolutePoint, Bounded, NeededDamping, Terminations, arm_impedance};
 pub use closed_loop::ClosedLoop;
-pub use coverage::{LeftOut, TissueKind, left_out, unmodelled};
+pub use coverage::{LeftOut, LoopLimit, left_out, loop_limits, unmodelled};
 pub use error::StabilityError;
 pub use limit::{Limit, Search, largest_stable};
 pub use loop_response::LoopResponse;
@@ -65,4 +67,5 @@ pub use switching::{
     Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching, SwitchingSettings,
 };
 pub use systems::{Locus, LoopSystem, PolesAndZeros};
+pub use tissue_kind::TissueKind;
 pub use z_width::{Walls, ZWidth};

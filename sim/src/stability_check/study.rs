@@ -6,8 +6,9 @@ use super::own_tissue::TissueRange;
 use super::{Check, CheckError, check};
 use crate::scenario::Scenario;
 use crate::stability::{
-    AbsoluteOver, Analysis, Axis, Bounded, LeftOut, LoopSettings, Parameter, Population, StabilityError, StabilityMap,
-    Switching, SwitchingSettings, Terminations, TissueKind, ZWidth, left_out, map, unmodelled,
+    AbsoluteOver, Analysis, Axis, Bounded, LeftOut, LoopLimit, LoopSettings, Parameter, Population, StabilityError,
+    StabilityMap, Switching, SwitchingSettings, Terminations, TissueKind, ZWidth, left_out, loop_limits, map,
+    unmodelled,
 };
 use crate::warning::{Code, Warning};
 
@@ -21,6 +22,8 @@ pub struct StabilityStudy {
     pub name: String,
     /// The parts of the scenario that the analysis leaves out, besides tissue and augmentation.
     pub left_out: Vec<LeftOut>,
+    /// The limits of motors and force sensor that the loop never reaches.
+    pub unreached: Vec<LoopLimit>,
     /// The kind of its tissue.
     pub tissue_kind: TissueKind,
     /// The stiffness of the tissue in its run.
@@ -78,9 +81,11 @@ impl StabilityStudy {
         let (linear, switching) = rayon::join(linear, of_events);
         let ((analysis, map, population, bounded), switching) = (linear?, switching?);
         let (name, left_out, unmodelled) = (scenario.name.clone(), left_out(scenario), unmodelled(scenario));
+        let unreached = loop_limits(scenario).into_iter().filter(LoopLimit::is_unreached).collect();
         Ok(Self {
             name,
             left_out,
+            unreached,
             unmodelled,
             tissue_kind,
             tissue,
@@ -144,7 +149,9 @@ impl StabilityStudy {
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let left_out = self.left_out.iter().map(|part| {
-            let message = format!("the analysis leaves out {part}: stability is unknown");
+            let reached =
+                part.bound.map_or_else(String::new, |bound| format!(", which the loop may exceed (bound {bound:.4})"));
+            let message = format!("the analysis leaves out {part}{reached}: stability is unknown");
             Warning::new(Code::Unmodelled, message)
                 .of(&self.name)
                 .at(part.key)

@@ -237,11 +237,20 @@ const trocarCharts = (() => {
     return [x, ...lines];
   }
 
+  /** Returns the bands between the upper and the lower edges. */
+  function bands(spec) {
+    const uppers = spec.series.map((one, k) => (one.edge && spec.series[k + 1]?.edge ? k + 1 : 0)).filter((k) => k > 0);
+    return uppers.map((k) => ({
+      series: [k, k + 1],
+      fill: () => colour(spec.series[k - 1].colour).replace(/^rgb\((.*)\)$/, "rgba($1, 0.15)"),
+    }));
+  }
+
   /**
    * Draws a chart into `parent`.
    *
    * `spec`: `{ id, title, alt, height, group, markLabels, x: { label, unit, log }, y: { label, unit, log, range, ticks, named },
-   * series: [{ label, colour, width, dash, stepped, scatter, points, show }] }`. Colours are names of the theme. `ticks` is
+   * series: [{ label, colour, width, dash, stepped, scatter, points, show, edge }] }`. An upper and a lower `edge` bound a band. Colours are names of the theme. `ticks` is
    * `[{ at, label }]` for values with names; `named` aligns an axis with one below whose values have names. A series with `scatter`
    * has points without a line.
    * `columns`: x, then one array per series, all of the same length. A value that is not a number leaves a gap.
@@ -281,6 +290,7 @@ const trocarCharts = (() => {
         },
         axes: axes(spec),
         series: series(spec),
+        bands: bands(spec),
         legend: { live: true },
         cursor: {
           ...(spec.group ? { sync: { key: spec.group, scales: ["x", null] } } : {}),

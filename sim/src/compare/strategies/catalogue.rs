@@ -1,8 +1,8 @@
-//! The strategies against a rupture, and the persons that they are compared over.
+//! The strategies against a rupture.
 
-/// A strategy or a person: changes of a scenario under a name.
+/// A strategy: changes of a scenario under a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Variant {
+pub struct Strategy {
     /// Its name.
     pub name: &'static str,
     /// What it does, in a sentence.
@@ -16,43 +16,43 @@ const MEASURED: [&str; 2] = ["augmentation.force_law=damp", "augmentation.damp_d
 const ENABLED: &str = "augmentation.enabled=true";
 
 /// Every strategy, the first without any.
-pub const STRATEGIES: [Variant; 11] = [
-    Variant {
+pub const STRATEGIES: [Strategy; 11] = [
+    Strategy {
         name: "none",
         meaning: "The classical scheme: alarms have no effect.",
         settings: &["augmentation.enabled=false"],
     },
-    Variant {
+    Strategy {
         name: "freeze-decay",
         meaning: "The slave is frozen, the felt force decays, and a ramp closes the gap.",
         settings: &[ENABLED, "augmentation.force_law=decay", "augmentation.reengage=ramp"],
     },
-    Variant {
+    Strategy {
         name: "freeze-amplify",
         meaning: "The slave is frozen, the variation of the felt force is doubled, and a ramp closes the gap.",
         settings: &[ENABLED, "augmentation.force_law=amplify", "augmentation.reengage=ramp"],
     },
-    Variant {
+    Strategy {
         name: "freeze-clutch",
         meaning: "The slave is frozen, the felt force decays, and the gap is kept.",
         settings: &[ENABLED, "augmentation.force_law=decay", "augmentation.reengage=clutch"],
     },
-    Variant {
+    Strategy {
         name: "freeze-snap",
         meaning: "The slave is frozen, the felt force decays, and the gap closes at once.",
         settings: &[ENABLED, "augmentation.force_law=decay", "augmentation.reengage=snap"],
     },
-    Variant {
+    Strategy {
         name: "freeze-until-load",
         meaning: "The slave is frozen, the felt force decays, and a ramp closes the gap until the force rises.",
         settings: &[ENABLED, "augmentation.force_law=decay", "augmentation.reengage=ramp-until-load"],
     },
-    Variant {
+    Strategy {
         name: "speed-limit",
         meaning: "The slave follows slowly, the measured force is fed back, and a ramp closes the gap.",
         settings: &[ENABLED, "augmentation.hold=speed-limit", MEASURED[0], MEASURED[1]],
     },
-    Variant {
+    Strategy {
         name: "forbidden-region",
         meaning: "The slave cannot go deeper, the measured force is fed back, and the gap is kept.",
         settings: &[
@@ -63,52 +63,19 @@ pub const STRATEGIES: [Variant; 11] = [
             MEASURED[1],
         ],
     },
-    Variant {
+    Strategy {
         name: "damping",
         meaning: "The slave follows, and the master's damping rises.",
         settings: &[ENABLED, "augmentation.hold=none", MEASURED[0], "augmentation.damp_damping_n_s_per_m=100"],
     },
-    Variant {
+    Strategy {
         name: "cue",
         meaning: "The slave follows, the measured force is fed back, and a vibration marks the alarm.",
         settings: &[ENABLED, "augmentation.hold=none", "augmentation.cue=true", MEASURED[0], MEASURED[1]],
     },
-    Variant {
+    Strategy {
         name: "tip-force",
         meaning: "The classical scheme with a force sensor at the tip: the friction on the shaft is not felt.",
         settings: &["augmentation.enabled=false", "sensor.at_tip=true"],
-    },
-];
-
-/// The persons: each stops on noticing a drop of the force. Their settings are chosen here.
-pub const PERSONS: [Variant; 3] = [
-    Variant {
-        name: "attentive",
-        meaning: "The defaults of [perception].",
-        settings: &["operator.reflex=stop", "perception.kind=psychometric"],
-    },
-    Variant {
-        name: "distracted",
-        meaning: "One change in five goes unnoticed; a higher criterion and slower reactions.",
-        settings: &[
-            "operator.reflex=stop",
-            "perception.kind=psychometric",
-            "perception.lapse_rate=0.2",
-            "perception.criterion=3.5",
-            "perception.reaction_mean_s=0.35",
-            "perception.reaction_std_s=0.08",
-        ],
-    },
-    Variant {
-        name: "practised",
-        meaning: "A lower criterion and faster reactions.",
-        settings: &[
-            "operator.reflex=stop",
-            "perception.kind=psychometric",
-            "perception.lapse_rate=0.01",
-            "perception.criterion=2",
-            "perception.reaction_mean_s=0.16",
-            "perception.reaction_std_s=0.03",
-        ],
     },
 ];
