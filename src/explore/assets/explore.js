@@ -21,8 +21,12 @@ const trocar = (() => {
   let addressTimer = 0;
   /** The error of the address, displayed until the next change. */
   let notice = "";
+  /** The answer that is drawn next, with the time of the first input that it shows; `null` if all are drawn. */
+  let pending = null;
   let mapped = { id: 0, timer: 0 };
   let files = { id: 0, waiting: false, last: null };
+  /** Width of a chart in pixels. Reading it from the page at each request would cause a layout of the whole page. */
+  let chartWidth = 0;
 
   /** Returns the state in the address of the page. */
   function address() {
@@ -65,7 +69,7 @@ const trocar = (() => {
       request.at = request.at ?? at;
       return;
     }
-    const points = Math.min(1600, Math.max(400, Math.round(part("chart-1").clientWidth * 1.5)));
+    const points = Math.min(1600, Math.max(400, Math.round(chartWidth * 1.5)));
     const id = trocarLink.ask({ type: "show", state: current(), points, window: shownTime });
     if (id) request = { id, at, busy: true, again: false };
   }
@@ -141,18 +145,34 @@ const trocar = (() => {
     part("main").classList.toggle("outdated", errors.length > 0);
   }
 
-  function timed(frame) {
+  function timed(frame, at) {
     setText("timing", `both runs: ${frame.server_ms.toFixed(1)} ms`);
-    const { at } = request;
-    requestAnimationFrame(() => {
-      // A message that is posted within a frame arrives when the frame is drawn.
-      const channel = new MessageChannel();
-      channel.port1.onmessage = () => {
-        timings.push({ server_ms: frame.server_ms, total_ms: at === null ? null : performance.now() - at });
-        if (timings.length > 100) timings.shift();
-      };
-      channel.port2.postMessage(0);
-    });
+    // A message that is posted within a frame arrives when the frame is drawn.
+    const channel = new MessageChannel();
+    channel.port1.onmessage = () => {
+      timings.push({ server_ms: frame.server_ms, total_ms: at === null ? null : performance.now() - at });
+      if (timings.length > 100) timings.shift();
+    };
+    channel.port2.postMessage(0);
+  }
+
+  /** Draws the last answer, once in a frame of the screen, while the server computes the next. */
+  function draw() {
+    if (pending === null) return;
+    const { frame, at } = pending;
+    pending = null;
+    trouble(notice ? [notice] : []);
+    const diverged = frame.runs.filter((run) => run.diverged_s !== null);
+    setText("status", diverged.map((run) => `${run.name} diverges at ${run.diverged_s} s`).join("; ") || "up to date");
+    warned(frame.runs);
+    setText("answer", frame.answer);
+    animation ??= new trocarAnimation.Player(part("animation"));
+    animation.setData(frame.animation);
+    trocarPictures.draw([part("chart-1"), part("chart-2"), part("signals")], frame);
+    trocarPictures.table(part("metrics").tBodies[0], frame.table);
+    timed(frame, at);
+    const [x, y] = [state.map.x, state.map.y].map(mapValue);
+    if (typeof x === "number" && typeof y === "number" && trocarMap.is(state.map.x, state.map.y)) trocarMap.at(part("map"), x, y);
   }
 
   /** The places of the controls. */
@@ -205,22 +225,14 @@ const trocar = (() => {
         next();
         return;
       }
-      trouble(notice ? [notice] : []);
-      const diverged = frame.runs.filter((run) => run.diverged_s !== null);
-      setText("status", diverged.map((run) => `${run.name} diverges at ${run.diverged_s} s`).join("; ") || "up to date");
-      warned(frame.runs);
-      setText("answer", frame.answer);
-      animation ??= new trocarAnimation.Player(part("animation"));
-      animation.setData(frame.animation);
-      trocarPictures.draw([part("chart-1"), part("chart-2"), part("signals")], frame);
-      trocarPictures.table(part("metrics").tBodies[0], frame.table);
-      timed(frame);
-      const [x, y] = [state.map.x, state.map.y].map(mapValue);
-      if (typeof x === "number" && typeof y === "number" && trocarMap.is(state.map.x, state.map.y)) trocarMap.at(part("map"), x, y);
+      if (pending === null) requestAnimationFrame(draw);
+      pending = { frame, at: pending?.at ?? request.at };
       next();
     },
     table(message) {
-      if (message.id === request.id) trocarPictures.table(part("metrics").tBodies[0], message.table);
+      if (message.id !== request.id) return;
+      if (pending) pending.frame.table = message.table;
+      else trocarPictures.table(part("metrics").tBodies[0], message.table);
     },
     mapped(message) {
       if (message.id === mapped.id) trocarMap.show(part("map"), part("map-text"), message);
@@ -233,6 +245,8 @@ const trocar = (() => {
         part("map-text").textContent = message.all.join(" ");
         return;
       }
+      // What was computed before is not drawn any more.
+      if (message.id === request.id) pending = null;
       trouble(message.all);
       trocarPush.refused(message.id);
       if (message.id === request.id) {
@@ -277,6 +291,10 @@ const trocar = (() => {
   }
 
   function begin() {
+    chartWidth = part("chart-1").clientWidth;
+    new ResizeObserver(([{ contentRect }]) => {
+      chartWidth = contentRect.width;
+    }).observe(part("chart-1"));
     let saved = "";
     try {
       saved = localStorage.getItem("trocar-theme") ?? "";
@@ -359,5 +377,5 @@ const trocar = (() => {
   }
 
   begin();
-  return { state, timings, file: () => files.last, busy: () => request.busy || request.again, animation: () => animation };
+  return { state, timings, file: () => files.last, busy: () => request.busy || request.again || pending !== null, animation: () => animation };
 })();
