@@ -75,7 +75,9 @@ pub(super) fn verdict(study: &StabilityStudy) -> String {
     };
     let word = |is_stable: bool| if is_stable { "stable" } else { "not stable" };
     match study.is_stable() {
-        Some(true) => format!("stable {tissue}, and out of contact{}", study.delays.as_ref().map_or(String::new(), orders)),
+        Some(true) => {
+            format!("stable {tissue}, and out of contact{}", study.delays.as_ref().map_or(String::new(), orders))
+        }
         Some(false) if study.analysis.is_stable() => format!("stable {tissue}, but not at every smaller stiffness"),
         Some(false) => format!("not stable {tissue}"),
         None => {
@@ -93,7 +95,9 @@ pub(super) fn verdict(study: &StabilityStudy) -> String {
 fn orders(delays: &VaryingDelays) -> String {
     let range = |way: DelayRange| format!("{} to {}", way.min_ticks, way.max_ticks);
     let (forward, backward) = (range(delays.forward), range(delays.backward));
-    format!(", for every order of delays of {forward} ticks to the slave and of {backward} ticks to the master (small gain)")
+    format!(
+        ", for every order of delays of {forward} ticks to the slave and of {backward} ticks to the master (small gain)"
+    )
 }
 
 /// A row of the loop's table: quantity, value, frequency; and a sentence that explains the quantity.

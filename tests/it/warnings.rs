@@ -310,7 +310,8 @@ fn what_a_verdict_leaves_out_is_named_by_its_key() {
         "sensor.force_resolution_n=0.01",
         "sensor.position_resolution_m=1e-5",
     ];
-    let mut named: Vec<&str> = left_out(&load("paper/classical", &settings), None).iter().map(|part| part.key).collect();
+    let mut named: Vec<&str> =
+        left_out(&load("paper/classical", &settings), None).iter().map(|part| part.key).collect();
     named.sort_unstable();
     let mut given: Vec<&str> = settings[1..].iter().map(|setting| setting.split('=').next().expect("a key")).collect();
     given.sort_unstable();

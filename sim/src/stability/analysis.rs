@@ -1,10 +1,10 @@
 //! The analysis of one loop.
 
+use super::varying::jitter_margin_ticks;
 use super::{
     ClosedLoop, Hybrid, Limit, LoopSettings, Margins, Mode, Parameter, Ports, SampledBound, Search, Sensitivity,
     StabilityError, largest_stable, sensitivities,
 };
-use super::varying::jitter_margin_ticks;
 use crate::lti::Complex64;
 
 /// Number of frequencies of the two-port, logarithmically spaced from [`LOWEST_HZ`].

@@ -8,8 +8,7 @@ use crate::scenario::Scenario;
 use crate::stability::{
     AbsoluteOver, Analysis, Axis, Bounded, LeftOut, LoopLimit, LoopSettings, Parameter, Population, StabilityError,
     StabilityMap, Switching, SwitchingSettings, Terminations, TissueKind, VaryingDelays, ZWidth, left_out, loop_limits,
-    map,
-    unmodelled,
+    map, unmodelled,
 };
 use crate::warning::{Code, Warning};
 
