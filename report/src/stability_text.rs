@@ -74,30 +74,30 @@ pub(super) fn verdict(study: &StabilityStudy) -> String {
         }
     };
     let word = |is_stable: bool| if is_stable { "stable" } else { "not stable" };
+    let delays = study.delays.as_ref().map(ranges);
     match study.is_stable() {
         Some(true) => {
-            format!("stable {tissue}, and out of contact{}", study.delays.as_ref().map_or(String::new(), orders))
+            let orders = delays.map(|ranges| format!(", for every order of {ranges} (small gain)"));
+            format!("stable {tissue}, and out of contact{}", orders.unwrap_or_default())
         }
         Some(false) if study.analysis.is_stable() => format!("stable {tissue}, but not at every smaller stiffness"),
         Some(false) => format!("not stable {tissue}"),
         None => {
             let parts: Vec<String> = study.left_out.iter().map(LeftOut::to_string).collect();
             format!(
-                "stability unknown: the analysis leaves out {}; without that, {} {tissue}",
+                "stability unknown: the analysis leaves out {}{}; without that, {} {tissue}",
                 parts.join(", "),
+                delays.map(|ranges| format!(", with {ranges}")).unwrap_or_default(),
                 word(study.analysis.is_stable())
             )
         }
     }
 }
 
-/// Returns which delays a verdict covers.
-fn orders(delays: &VaryingDelays) -> String {
-    let range = |way: DelayRange| format!("{} to {}", way.min_ticks, way.max_ticks);
-    let (forward, backward) = (range(delays.forward), range(delays.backward));
-    format!(
-        ", for every order of delays of {forward} ticks to the slave and of {backward} ticks to the master (small gain)"
-    )
+/// Returns the ranges of delays that vary.
+fn ranges(delays: &VaryingDelays) -> String {
+    let range = |way: DelayRange| format!("{} to {} ticks", way.min_ticks, way.max_ticks);
+    format!("delays of {} to the slave and of {} to the master", range(delays.forward), range(delays.backward))
 }
 
 /// A row of the loop's table: quantity, value, frequency; and a sentence that explains the quantity.

@@ -186,7 +186,7 @@ impl SideOfShare {
     /// if the box is too large for a bound, or has a pole of the side.
     ///
     /// With `R = (z I - A)⁻¹` and the change `E` of its inverse, `ε = ‖E‖ < 1 / ‖R‖`, the response is
-    /// `(c + κ c') (R - R E R + R E R' E R) b` with `‖R'‖ <= ‖R‖ / (1 - ε ‖R‖)`: a line, and a rest of second order.
+    /// `(c + κ c') R' b`, `R' = R - R E R + R E R' E R`, with `‖R'‖ <= ‖R‖ / (1 - ε ‖R‖)`: a line, and a rest of second order.
     fn responses(&self, z: Complex64, reach: f64, (share, spread): (f64, f64)) -> Option<Disc> {
         let complex = |x: f64| Complex64::new(x, 0.0);
         let n = self.a.nrows();
@@ -203,10 +203,10 @@ impl SideOfShare {
         }
         let size = r.norm();
         let change = reach + spread * self.slopes.0;
-        let rest = change * size / (1.0 - change * size);
-        if !(rest >= 0.0) {
+        if size.is_nan() || change * size >= 1.0 {
             return None;
         }
+        let rest = change * size / (1.0 - change * size);
         let rest = rb.norm() * rest * (cr.norm() * change + spread * self.slopes.1);
         let of_share = cr.dot(&(self.a_slope.map(complex) * &rb)) + self.c_slope.map(complex).dot(&rb);
         let (by_angle, by_share) = (reach * cr.dot(&rb).norm(), spread * of_share.norm());
