@@ -538,10 +538,10 @@ mod tests {
     fn norm_by_grid(proof: &Proof, ticks: [u64; 2], gains: [f64; 2]) -> f64 {
         let nominal = proof.closed.with_delays(ticks[0], ticks[1]);
         let one = Complex64::new(1.0, 0.0);
-        let matrices: Vec<[[Complex64; 2]; 2]> = (1..=4000)
+        let matrices: Vec<[[Complex64; 2]; 2]> = (1..=1000)
             .map(|k| {
-                let z = Complex64::from_polar(1.0, PI * f64::from(k) / 4000.0);
-                let (h1, h2) = (nominal.responses_at(z)[0], nominal.responses_at(z)[1]);
+                let z = Complex64::from_polar(1.0, PI * f64::from(k) / 1000.0);
+                let [h1, h2] = nominal.responses_at(z);
                 let late = |ticks: u64| z.powi(-(ticks as i32));
                 let factor = (one - z.inv()) / (one - h1 * h2 * late(ticks[0] + ticks[1]));
                 [
@@ -557,7 +557,7 @@ mod tests {
             };
             matrices.iter().map(size).fold(0.0, f64::max)
         };
-        (-60..=60).map(|k| worst(10.0_f64.powf(0.05 * f64::from(k)))).fold(f64::INFINITY, f64::min)
+        (-30..=30).map(|k| worst(10.0_f64.powf(0.1 * f64::from(k)))).fold(f64::INFINITY, f64::min)
     }
 
     #[test]
@@ -577,7 +577,7 @@ mod tests {
                 continue;
             }
             let norm = norm_by_grid(&proof, [m1, m2], [g1, g2]);
-            if (norm - 1.0).abs() > 0.02 {
+            if (norm - 1.0).abs() > 0.03 {
                 let is_proved = proof.covers(forward, backward, (1.0, 1.0)).expect("computed");
                 assert_eq!(is_proved, norm < 1.0, "{norm} {forward:?} {backward:?}");
                 counts[usize::from(is_proved)] += 1;
