@@ -4,6 +4,7 @@
 //! cargo run --release --example verdicts -- 2000
 //! ```
 //! cargo run --release --example verdicts -- map 200
+//! cargo run --release --example verdicts -- delays 1000
 //! ```
 //! The first counts the scenarios that `stability` calls stable or certified and whose run swings or diverges, and the runs that
 //! settle and are called oscillating. Whether a run swings or settles is judged here from its last 30 s, with another
@@ -11,16 +12,20 @@
 //!
 //! The second runs every point of two stability maps of 200 by 200 points, and counts the points that are stable and called
 //! oscillating or diverged, and those that are unstable and called completed.
+//!
+//! The third counts as the first does, on loops whose delays vary: with jitter, and with delays that jump between the ends of
+//! the same range.
 
 use std::process::ExitCode;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use trocar::channel::{Irregularity, Schedule};
 use trocar::metrics::Outcome;
 use trocar::run::{Run, run};
 use trocar::scenario::{Scenario, Source};
-use trocar::stability::{Axis, ClosedLoop, LoopSettings, left_out, map};
+use trocar::stability::{Axis, ClosedLoop, LeftOut, LoopSettings, left_out, map};
 use trocar::stability_check::StabilityStudy;
 
 /// Distance of a spectral radius from 1 within which a swing takes longer than the run to show whether it grows or decays.
@@ -160,14 +165,75 @@ fn truth(run: &Run) -> Truth {
     }
 }
 
+/// Draws the settings of a scenario of which only the delays vary.
+fn drawn_with_jitter(random: &mut ChaCha8Rng) -> Vec<String> {
+    let mut all = drawn(random);
+    let jitter_s = 1e-3 * 50.0_f64.powf(random.random::<f64>());
+    let only = [
+        ("channel.jitter_s", format!("{jitter_s:.4}")),
+        ("channel.loss", "0".to_owned()),
+        ("passivity.scheme", "none".to_owned()),
+        ("operator.reflex", "none".to_owned()),
+        ("sensor.position_resolution_m", "0".to_owned()),
+        ("augmentation.enabled", "false".to_owned()),
+        ("augmentation.reengage", String::new()),
+    ];
+    all.retain(|setting| only.iter().all(|(key, _)| setting.split('=').next() != Some(key)));
+    all.extend(only.iter().filter(|(_, value)| !value.is_empty()).map(|(key, value)| format!("{key}={value}")));
+    all
+}
+
+/// The scenario with delays that jump between the ends of its jitter, each way with a phase of its own.
+fn jumping(scenario: &Scenario, random: &mut ChaCha8Rng) -> Scenario {
+    let tick_s = scenario.grid.tick_s();
+    let jitter = scenario.irregularity.jitter_ticks(tick_s) as u32;
+    let period = (0.004 * 250.0_f64.powf(random.random::<f64>()) / tick_s) as usize;
+    let mut delays = |least: u64| {
+        let phase = random.random_range(0..period.max(1));
+        let late = |tick: usize| (tick + phase) % period.max(1) < period / 2;
+        let ticks = 0..scenario.grid.ticks() as usize;
+        let delays = ticks.map(|tick| least as u32 + if late(tick) { jitter } else { 0 });
+        Schedule::new(delays.collect(), std::sync::Arc::default())
+    };
+    let mut other = scenario.clone();
+    other.irregularity = Irregularity::default();
+    (other.forward_schedule, other.backward_schedule) =
+        (delays(scenario.forward.whole), delays(scenario.backward.whole));
+    other
+}
+
+/// Analyses and runs a random scenario with jitter, and with delays that jump; `None` for settings that are refused.
+fn judged_with_jitter(seed: u64) -> Option<Judged> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let settings = drawn_with_jitter(&mut random);
+    let load = |settings: &[String]| Scenario::load(&Source::parse("hand/reflex"), settings);
+    let scenario = load(&settings).ok()?;
+    let axes = (Axis::parse("scaling.force=0.5:2:2").ok()?, Axis::parse("scaling.position=0.5:2:2").ok()?);
+    let study = StabilityStudy::of(&scenario, axes, (50.0, 600.0)).ok()?;
+    let called = run(scenario).ok()?;
+    let quiet =
+        [&settings[..], &["sensor.force_noise_std_n=0".into(), "operator.tremor_amplitude_m=0".into()]].concat();
+    let quiet = load(&quiet).ok()?;
+    let jumps = truth(&run(jumping(&quiet, &mut random)).ok()?);
+    let drawn = truth(&run(quiet).ok()?);
+    Some(Judged {
+        is_stable: study.is_stable(),
+        is_certified: study.is_certified(),
+        is_called_unstable: called.metrics.outcome != Outcome::Completed,
+        truth: if drawn == Truth::Settles { jumps } else { drawn },
+        settings,
+    })
+}
+
 /// Analyses and runs a random scenario; `None` for settings that are refused.
 fn judged(seed: u64) -> Option<Judged> {
     let settings = drawn(&mut ChaCha8Rng::seed_from_u64(seed));
     let load = |settings: &[String]| Scenario::load(&Source::parse("hand/reflex"), settings);
     let scenario = load(&settings).ok()?;
     let axes = (Axis::parse("scaling.force=0.5:2:2").ok()?, Axis::parse("scaling.position=0.5:2:2").ok()?);
-    // Both verdicts are unknown where something is left out; the analysis takes most of the time.
-    let study = if left_out(&scenario).is_empty() {
+    // Both verdicts are unknown where something else than delays that vary is left out; the analysis takes most of the time.
+    let varies = |part: &LeftOut| matches!(part.key, "channel.jitter_s" | "channel.delays_file");
+    let study = if left_out(&scenario, None).iter().all(varies) {
         Some(StabilityStudy::of(&scenario, axes, (50.0, 600.0)).ok()?)
     } else {
         None
@@ -186,11 +252,11 @@ fn judged(seed: u64) -> Option<Judged> {
 
 /// The verdicts on `count` scenarios that can be run.
 #[must_use]
-pub fn verdicts(count: usize) -> Vec<Judged> {
+pub fn verdicts(count: usize, judged: impl Fn(u64) -> Option<Judged> + Sync) -> Vec<Judged> {
     let mut all = vec![];
     let mut next = 0;
     while all.len() < count {
-        let more = (next..next + 64).into_par_iter().filter_map(judged);
+        let more = (next..next + 64).into_par_iter().filter_map(&judged);
         all.par_extend(more);
         next += 64;
     }
@@ -253,8 +319,12 @@ fn main() -> ExitCode {
         let count = std::env::args().nth(2).and_then(|text| text.parse().ok()).unwrap_or(200);
         return if maps(count).is_some() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     }
-    let count = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(200);
-    let all = verdicts(count);
+    let all = if std::env::args().nth(1).is_some_and(|word| word == "delays") {
+        verdicts(std::env::args().nth(2).and_then(|text| text.parse().ok()).unwrap_or(200), judged_with_jitter)
+    } else {
+        verdicts(std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(200), judged)
+    };
+    let count = all.len();
     let of = |is: &dyn Fn(&&Judged) -> bool| all.iter().filter(is).count();
     let (swinging, settled) = (of(&|one| one.truth == Truth::Swings), of(&|one| one.truth == Truth::Settles));
     println!("{count} scenarios: {swinging} swing or diverge, {settled} settle");

@@ -29,7 +29,7 @@ pub(super) fn word(verdict: Verdict) -> &'static str {
 #[must_use]
 pub fn stability_json(study: &StabilityStudy) -> String {
     let StabilityStudy { name, analysis, map, check, .. } = study;
-    let Analysis { settings, mode, margins, limits, sensitivities, ports, sampled } = analysis;
+    let Analysis { settings, mode, margins, jitter_margin_ticks, limits, sensitivities, ports, sampled } = analysis;
     let limit = |limit: &Limit| {
         let largest = limit.largest();
         json!({
@@ -101,7 +101,15 @@ pub fn stability_json(study: &StabilityStudy) -> String {
             "phase_rad": margins.phase_rad,
             "phase_frequency_hz": margins.phase_frequency_hz,
             "delay_s": margins.delay_s,
+            "jitter_ticks": jitter_margin_ticks,
+            "jitter_s": jitter_margin_ticks.map(|ticks| ticks as f64 * settings.tick_s),
         },
+        "varying_delays": study.delays.map(|delays| json!({
+            "forward_ticks": [delays.forward.min_ticks, delays.forward.max_ticks],
+            "backward_ticks": [delays.backward.min_ticks, delays.backward.max_ticks],
+            "is_proved_stable": delays.is_proved,
+            "can_be_outage": delays.can_be_outage,
+        })),
         "z_width": study.z_width.as_ref().map(z_width_json),
         "population": study.population.as_ref().map(population_json),
         "limits": limits.iter().map(limit).collect::<Vec<_>>(),

@@ -9,7 +9,8 @@ use super::stability::{all, word};
 use super::wrap::wrapped;
 use trocar_sim::scenario::unit_of;
 use trocar_sim::stability::{
-    Analysis, LeftOut, Limit, LoopLimit, Parameter, PortPoint, StabilityMap, TissueKind, is_passive_impedance,
+    Analysis, DelayRange, LeftOut, Limit, LoopLimit, Parameter, PortPoint, StabilityMap, TissueKind, VaryingDelays,
+    is_passive_impedance,
 };
 use trocar_sim::stability_check::{Check, StabilityStudy};
 
@@ -73,19 +74,30 @@ pub(super) fn verdict(study: &StabilityStudy) -> String {
         }
     };
     let word = |is_stable: bool| if is_stable { "stable" } else { "not stable" };
+    let delays = study.delays.as_ref().map(ranges);
     match study.is_stable() {
-        Some(true) => format!("stable {tissue}, and out of contact"),
+        Some(true) => {
+            let orders = delays.map(|ranges| format!(", for every order of {ranges} (small gain)"));
+            format!("stable {tissue}, and out of contact{}", orders.unwrap_or_default())
+        }
         Some(false) if study.analysis.is_stable() => format!("stable {tissue}, but not at every smaller stiffness"),
         Some(false) => format!("not stable {tissue}"),
         None => {
             let parts: Vec<String> = study.left_out.iter().map(LeftOut::to_string).collect();
             format!(
-                "stability unknown: the analysis leaves out {}; without that, {} {tissue}",
+                "stability unknown: the analysis leaves out {}{}; without that, {} {tissue}",
                 parts.join(", "),
+                delays.map(|ranges| format!(", with {ranges}")).unwrap_or_default(),
                 word(study.analysis.is_stable())
             )
         }
     }
+}
+
+/// Returns the ranges of delays that vary.
+fn ranges(delays: &VaryingDelays) -> String {
+    let range = |way: DelayRange| format!("{} to {} ticks", way.min_ticks, way.max_ticks);
+    format!("delays of {} to the slave and of {} to the master", range(delays.forward), range(delays.backward))
 }
 
 /// A row of the loop's table: quantity, value, frequency; and a sentence that explains the quantity.
@@ -97,6 +109,8 @@ pub(super) fn loop_lines(analysis: &Analysis) -> Vec<LoopLine> {
     let shown = |value: Option<f64>, factor: f64, unit: &str| {
         value.map_or("—".into(), |value| format!("{}{unit}", significant(factor * value)))
     };
+    let jitter = analysis.jitter_margin_ticks.map(|ticks| ticks as f64 * analysis.settings.tick_s);
+    let jitter = shown(jitter, 1e3, " ms");
     let hertz = |frequency: Option<f64>| shown(frequency, 1.0, " Hz");
     vec![
         (
@@ -130,6 +144,10 @@ pub(super) fn loop_lines(analysis: &Analysis) -> Vec<LoopLine> {
         (
             ["delay margin (round trip)".into(), shown(margins.delay_s, 1e3, " ms"), String::new()],
             "The round-trip delay that can be added before the loop becomes unstable.",
+        ),
+        (
+            ["jitter margin (each way)".into(), jitter, String::new()],
+            "The jitter that can be added to the delays both ways with every order of them proved to be stable (small gain).",
         ),
     ]
 }

@@ -107,7 +107,7 @@ enum Command {
     ///
     /// In permanent contact with a tissue f = K x + B v the loop is linear and time-invariant. The analysis uses its matrices,
     /// including delays of any length, and no simulation. It computes the dominant mode; the maximum stable force scale, position
-    /// scale, stiffness and delay, with all stable ranges; gain, phase and delay margins; the sensitivity of each limit to each
+    /// scale, stiffness and delay, with all stable ranges; gain, phase, delay and jitter margins; the sensitivity of each limit to each
     /// parameter; and the two-port of the teleoperator (hybrid parameters, Llewellyn's parameter, passivity, transmitted impedance).
     /// K and B are tissue.stiffness_n_per_m and tissue.damping_n_s_per_m for every kind of tissue.
     ///

@@ -6,7 +6,7 @@ use super::limits::MAP_POINTS;
 use super::pair::PairMaker;
 use super::protocol::{MapRequest, ServerMessage};
 use super::state::StateError;
-use trocar_sim::stability::{Axis, ClosedLoop, LoopSettings, Parameter, Spacing, map, unmodelled};
+use trocar_sim::stability::{Axis, ClosedLoop, LoopSettings, Parameter, Spacing, left_out, map, unmodelled};
 
 /// Ratio of the ends of an axis to a value that is not 0.
 const SPAN_RATIO: f64 = 12.0;
@@ -50,7 +50,7 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
         "spectral_radius": mode.spectral_radius,
         "frequency_hz": mode.frequency_hz,
         "damping_ratio": mode.damping_ratio,
-        "unmodelled": unmodelled(&scenario),
+        "unmodelled": unmodelled(&scenario, &left_out(&scenario, None)),
     })))
 }
 

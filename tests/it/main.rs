@@ -56,5 +56,6 @@ mod switching;
 mod tearing;
 mod terminal;
 mod tissue;
+mod varying_delays;
 mod wanted_rate;
 mod warnings;

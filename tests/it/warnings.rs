@@ -272,8 +272,8 @@ fn a_limit_that_the_loop_never_reaches_is_not_left_out() {
         [&[][..], &["channel.forward_delay_s=0.01", "channel.backward_delay_s=0.01"], &["master.force_integral_gain=2"]]
     {
         let largest = bounds(more);
-        assert_eq!(left_out(&with(1.001, &largest, more)), vec![], "above the bounds");
-        assert_eq!(left_out(&with(0.999, &largest, more)).len(), 5, "below them");
+        assert_eq!(left_out(&with(1.001, &largest, more), None), vec![], "above the bounds");
+        assert_eq!(left_out(&with(0.999, &largest, more), None).len(), 5, "below them");
         // A limit above the bound changes nothing, whatever the hand does; one at a third of the bound acts for some hand.
         let hands = ["operator.kind=ramp", "operator.kind=insertion-extraction", "operator.kind=minimum-jerk"];
         let mut acts = false;
@@ -287,8 +287,9 @@ fn a_limit_that_the_loop_never_reaches_is_not_left_out() {
         }
         assert!(acts, "{more:?}");
     }
-    // Noise has no bound, an event no linear loop.
-    for more in ["sensor.force_noise_std_n=0.01", "augmentation.enabled=true"] {
+    // Noise has no bound, and an event, a jitter or a reflex no linear loop.
+    let others = ["augmentation.enabled=true", "channel.jitter_s=0.002", "operator.reflex=stop"];
+    for more in ["sensor.force_noise_std_n=0.01"].into_iter().chain(others) {
         assert!(loop_limits(&with(1.0, &[1e6; 5], &[more])).iter().all(|limit| limit.part.bound.is_none()), "{more}");
     }
 }
@@ -310,7 +311,8 @@ fn what_a_verdict_leaves_out_is_named_by_its_key() {
         "sensor.force_resolution_n=0.01",
         "sensor.position_resolution_m=1e-5",
     ];
-    let mut named: Vec<&str> = left_out(&load("paper/classical", &settings)).iter().map(|part| part.key).collect();
+    let mut named: Vec<&str> =
+        left_out(&load("paper/classical", &settings), None).iter().map(|part| part.key).collect();
     named.sort_unstable();
     let mut given: Vec<&str> = settings[1..].iter().map(|setting| setting.split('=').next().expect("a key")).collect();
     given.sort_unstable();

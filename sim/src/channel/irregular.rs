@@ -38,6 +38,12 @@ impl Irregularity {
         require("channel.jitter_s", self.jitter_s, held, "at most 100000 ticks").map(drop)
     }
 
+    /// Maximum extra delay in ticks of `tick_s` (s).
+    #[must_use]
+    pub fn jitter_ticks(&self, tick_s: f64) -> u64 {
+        nearest_ticks(self.jitter_s, tick_s).min(MAX_JITTER_TICKS)
+    }
+
     /// Whether every sample arrives, with the same delay.
     #[must_use]
     pub fn is_none(&self) -> bool {
@@ -110,7 +116,7 @@ impl SampleDelays {
             tick: 0,
             delay_ticks: delay_ticks.min(MAX_DELAY_TICKS),
             schedule: Running::new(schedule.clone()),
-            draws: Draws::new(irregularity, jitter_ticks(irregularity, tick_s)),
+            draws: Draws::new(irregularity, irregularity.jitter_ticks(tick_s)),
             stream: random_stream(seed, stream),
         }
     }
@@ -130,10 +136,6 @@ impl SampleDelays {
     }
 }
 
-fn jitter_ticks(irregularity: &Irregularity, tick_s: f64) -> u64 {
-    nearest_ticks(irregularity.jitter_s, tick_s).min(MAX_JITTER_TICKS)
-}
-
 fn random_stream(seed: u64, stream: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(stream);
@@ -151,7 +153,7 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
         initial: [L; N],
         (seed, first_stream): (u64, u64),
     ) -> Self {
-        let jitter_ticks = jitter_ticks(irregularity, tick_s);
+        let jitter_ticks = irregularity.jitter_ticks(tick_s);
         let nothing = Sent { stamp: L::splat(NEVER), sample: initial };
         let stream = |lane: usize| random_stream(seed, first_stream + lane as u64);
         let places = schedule.longest(delay_ticks) + jitter_ticks + 1;

@@ -42,11 +42,31 @@ impl Schedule {
         !self.outages.is_empty()
     }
 
-    /// The delay in ticks of every sample, if it is the same and no sample is lost by it.
+    /// Minimum and maximum age in ticks of the sample that the receiver holds, from the first arrival on: of the samples that
+    /// have arrived, the one sent last. `None` without scheduled delays, and if nothing bounds the age because the last
+    /// sample, and with it all later ones, is lost.
     #[must_use]
-    pub fn constant(&self) -> Option<u64> {
-        let first = *self.delays.first()?;
-        arriving(first).filter(|_| self.delays.iter().all(|delay| *delay == first))
+    pub fn ages(&self) -> Option<(u64, u64)> {
+        let last = arriving(*self.delays.last()?)?;
+        let end = self.delays.len() + last as usize;
+        // The sample sent last of those that arrive at a tick.
+        let mut arrived = vec![None; end];
+        for (sent, delay) in self.delays.iter().enumerate() {
+            if let Some(place) = arriving(*delay).and_then(|delay| arrived.get_mut(sent + delay as usize)) {
+                *place = Some(sent);
+            }
+        }
+        let mut held = None;
+        // From the end of the file on it is the last delay.
+        let mut range = (last, last);
+        for (tick, arrived) in arrived.into_iter().enumerate() {
+            held = held.max(arrived);
+            if let Some(sent) = held {
+                let age = (tick - sent) as u64;
+                range = (range.0.min(age), range.1.max(age));
+            }
+        }
+        Some(range)
     }
 
     /// The longest delay in ticks; `own` without scheduled delays.
@@ -122,9 +142,15 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_delay_is_recognised() {
-        let constant = |delays: &[u32]| Schedule::new(delays.into(), Arc::default()).constant();
-        assert_eq!((constant(&[3, 3]), constant(&[3, 4]), constant(&[])), (Some(3), None, None));
-        assert_eq!(constant(&[Schedule::LOST; 2]), None);
+    fn ages_are_those_of_the_latest_sample_that_has_arrived() {
+        let ages = |delays: &[u32]| Schedule::new(delays.into(), Arc::default()).ages();
+        assert_eq!(ages(&[3]), Some((3, 3)));
+        // The second sample overtakes the first; at tick 4 it is still the latest, 3 ticks old.
+        assert_eq!(ages(&[6, 2, 4, 2, 2]), Some((2, 3)));
+        // A lost sample makes that before it older.
+        assert_eq!(ages(&[1, 1, Schedule::LOST, Schedule::LOST, 1]), Some((1, 3)));
+        // The delay after the end of the file counts too: the sample before is held until then.
+        assert_eq!(ages(&[1, 5]), Some((1, 5)));
+        assert_eq!((ages(&[1, Schedule::LOST]), ages(&[])), (None, None));
     }
 }

@@ -1,5 +1,6 @@
 //! The analysis of one loop.
 
+use super::varying::jitter_margin_ticks;
 use super::{
     ClosedLoop, Hybrid, Limit, LoopSettings, Margins, Mode, Parameter, Ports, SampledBound, Search, Sensitivity,
     StabilityError, largest_stable, sensitivities,
@@ -45,6 +46,10 @@ pub struct Analysis {
     pub mode: Mode,
     /// Its margins.
     pub margins: Margins,
+    /// The largest jitter of both ways, in ticks on top of the delays, for which the loop is proved to be stable in every order
+    /// of the delays; see [`VaryingDelays`](super::VaryingDelays). `None` for a loop that is not stable, and for one without
+    /// a limit.
+    pub jitter_margin_ticks: Option<u64>,
     /// The stability limit of each of [`LIMITED`].
     pub limits: Vec<Limit>,
     /// The sensitivities of these limits.
@@ -69,6 +74,7 @@ impl Analysis {
         Ok(Self {
             mode: closed.dominant_mode()?,
             margins: closed.margins()?,
+            jitter_margin_ticks: jitter_margin_ticks(settings)?,
             sensitivities: sensitivities(settings, &limits)?,
             limits,
             ports: ports(settings)?,

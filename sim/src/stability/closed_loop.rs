@@ -41,8 +41,17 @@ impl ClosedLoop {
     ) -> Result<Self, StabilityError> {
         crate::error::non_negative("tissue.stiffness_n_per_m", settings.stiffness_n_per_m)?;
         crate::error::non_negative("tissue.damping_n_s_per_m", settings.damping_n_s_per_m)?;
-        let master = Side::master(machines, settings)?;
-        let slave = Side::slave(machines, settings)?;
+        let sides = (Side::master(machines, settings)?, Side::slave(machines, settings)?);
+        Self::of_sides(sides, settings.tick_s, (settings.forward().whole, settings.backward().whole), other)
+    }
+
+    /// The loop of two sides with whole delays in ticks.
+    pub(super) fn of_sides(
+        (master, slave): (Side, Side),
+        tick_s: f64,
+        (forward, backward): (u64, u64),
+        other: Option<&Self>,
+    ) -> Result<Self, StabilityError> {
         let open_poles = match other.filter(|other| other.master.a == master.a && other.slave.a == slave.a) {
             Some(other) => other.open_poles.clone(),
             None => [eigenvalues(&master.a)?, eigenvalues(&slave.a)?].concat(),
@@ -52,9 +61,9 @@ impl ClosedLoop {
             of_other.map_or_else(|| Response::new(side), |(_, response)| response.clone())
         };
         Ok(Self {
-            tick_s: settings.tick_s,
-            forward: settings.forward().whole,
-            backward: settings.backward().whole,
+            tick_s,
+            forward,
+            backward,
             responses: [
                 response(&master, |other| (&other.master, &other.responses[0])),
                 response(&slave, |other| (&other.slave, &other.responses[1])),
@@ -63,6 +72,16 @@ impl ClosedLoop {
             slave,
             open_poles,
         })
+    }
+
+    /// The same machines with other whole delays, in ticks.
+    pub(super) fn with_delays(&self, forward: u64, backward: u64) -> Self {
+        Self { forward, backward, ..self.clone() }
+    }
+
+    /// The responses of master and slave at `z`, without the delays.
+    pub(super) fn responses_at(&self, z: Complex64) -> [Complex64; 2] {
+        [self.responses[0].at(z), self.responses[1].at(z)]
     }
 
     /// The tick in s.

@@ -2,9 +2,10 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::TissueKind;
 use super::reached::Bounds;
+use super::{TissueKind, VaryingDelays};
 use crate::augmentation::{AugmentationSettings, ForceLawSettings, HoldSettings, Reengage};
+use crate::channel::Schedule;
 use crate::plant::ActuatorLimits;
 use crate::scenario::Scenario;
 use crate::teleoperation::Scheme;
@@ -38,27 +39,57 @@ impl LoopLimit {
     }
 }
 
+/// Jitter, and delays that vary: why they are left out.
+const JITTER: [&str; 4] = [
+    "jitter",
+    "jitter, which can count as an outage",
+    "jitter, without a proof for every order of the delays",
+    "jitter during events",
+];
+const VARYING: [&str; 4] = [
+    "delays that vary",
+    "delays that vary, which can count as an outage",
+    "delays that vary, without a proof for every order of them",
+    "delays that vary during events",
+];
+
 /// Returns the parts of a scenario that the linear loop leaves out, besides tissue and augmentation, which have their
 /// own analyses. With any of them the stability of the scenario is unknown. A limit that the loop
 /// never reaches is none.
+///
+/// Delays that vary are left out without `delays`, and where these say that the loop is not proved to be stable with them.
 #[must_use]
-pub fn left_out(scenario: &Scenario) -> Vec<LeftOut> {
+pub fn left_out(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftOut> {
+    let limits = loop_limits(scenario).into_iter().filter(|limit| !limit.is_unreached()).map(|limit| limit.part);
+    other_parts(scenario, delays).into_iter().chain(limits).collect()
+}
+
+/// The parts that are left out, besides limits.
+fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftOut> {
     let irregularity = &scenario.irregularity;
     let (forward, backward) = (&scenario.forward_schedule, &scenario.backward_schedule);
-    let varies = [forward, backward].iter().any(|schedule| schedule.has_delays() && schedule.constant().is_none());
+    let varies = |schedule: &Schedule| schedule.has_delays() && schedule.ages().is_none_or(|(min, max)| min < max);
+    let delays_vary = varies(forward) || varies(backward);
+    let has_jitter = irregularity.jitter_ticks(scenario.grid.tick_s()) > 0;
     let sensor = &scenario.sensor;
     let AugmentationSettings { enabled, hold, reengage, force, .. } = scenario.augmentation;
     let (is_held, stops) = (hold == HoldSettings::Frozen, matches!(reengage, Reengage::RampUntilLoad { .. }));
     let damps = matches!(force, ForceLawSettings::Damp(_));
+    let (is_covered, why) = match delays {
+        None => (false, 0),
+        Some(delays) if delays.can_be_outage => (false, 1),
+        Some(delays) if !delays.is_proved => (false, 2),
+        Some(_) => (!enabled, 3),
+    };
     let parts = [
         (enabled && !is_held, "augmentation.hold", "a hold other than a freeze"),
         (enabled && stops, "augmentation.reengage", "a ramp that stops under load"),
         (enabled && damps, "augmentation.force_law", "the added damping"),
         (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme", "the passivity scheme"),
-        (irregularity.jitter_s > 0.0, "channel.jitter_s", "jitter"),
+        (has_jitter && !is_covered, "channel.jitter_s", JITTER[why]),
         (irregularity.loss > 0.0, "channel.loss", "lost samples"),
         (forward.has_outages() || backward.has_outages(), "channel.outages_s", "outages"),
-        (varies, "channel.delays_file", "delays that vary"),
+        (delays_vary && !is_covered, "channel.delays_file", VARYING[why]),
         (scenario.organ_motion.breathing_amplitude_m > 0.0, "tissue.breathing_amplitude_m", "breathing"),
         (scenario.organ_motion.heartbeat_amplitude_m > 0.0, "tissue.heartbeat_amplitude_m", "the heartbeat"),
         (scenario.reflex.reacts(), "operator.reflex", "the operator's reflex"),
@@ -67,10 +98,10 @@ pub fn left_out(scenario: &Scenario) -> Vec<LeftOut> {
         (sensor.position_resolution_m > 0.0, "sensor.position_resolution_m", "the steps of the position sensor"),
         (sensor.force_resolution_n > 0.0, "sensor.force_resolution_n", "the steps of the force sensor"),
     ];
-    let parts =
-        parts.into_iter().filter(|(is_there, ..)| *is_there).map(|(_, key, what)| LeftOut { key, what, bound: None });
     parts
-        .chain(loop_limits(scenario).into_iter().filter(|limit| !limit.is_unreached()).map(|limit| limit.part))
+        .into_iter()
+        .filter(|(is_there, ..)| *is_there)
+        .map(|(_, key, what)| LeftOut { key, what, bound: None })
         .collect()
 }
 
@@ -101,8 +132,9 @@ pub fn loop_limits(scenario: &Scenario) -> Vec<LoopLimit> {
             bounds.tissue_force_n
         }),
     ];
-    // The bounds take far longer than all the rest.
-    let bounds = all.iter().any(|(limit, ..)| limit.is_some()).then(|| Bounds::of(scenario)).flatten();
+    // The bounds take far longer than all the rest. They are those of a loop of which nothing else is left out.
+    let are_sought = all.iter().any(|(limit, ..)| limit.is_some()) && other_parts(scenario, None).is_empty();
+    let bounds = are_sought.then(|| Bounds::of(scenario)).flatten();
     let given = |(limit, (key, what), bound): (Option<f64>, (&'static str, &'static str), Bound)| {
         let bound = bounds.as_ref().map(bound);
         Some(LoopLimit { part: LeftOut { key, what, bound }, limit: limit? })
@@ -116,9 +148,9 @@ impl Display for LeftOut {
     }
 }
 
-/// Everything that the linear loop leaves out of a scenario, with tissue and augmentation.
+/// Everything that the linear loop leaves out of a scenario, with tissue and augmentation, and the parts of [`left_out`].
 #[must_use]
-pub fn unmodelled(scenario: &Scenario) -> Vec<String> {
+pub fn unmodelled(scenario: &Scenario, left_out: &[LeftOut]) -> Vec<String> {
     let tissue = match TissueKind::of(scenario) {
         TissueKind::SpringDamper => "lost contact",
         TissueKind::Other => "the tissue (replaced by a spring), its ruptures and friction, and lost contact",
@@ -126,6 +158,6 @@ pub fn unmodelled(scenario: &Scenario) -> Vec<String> {
     };
     let augmentation =
         scenario.augmentation.enabled.then(|| "the augmentation (see the switching analysis)".to_owned());
-    let others = left_out(scenario).into_iter().map(|part| part.to_string());
+    let others = left_out.iter().map(LeftOut::to_string);
     std::iter::once(tissue.to_owned()).chain(augmentation).chain(others).collect()
 }

@@ -42,6 +42,7 @@ mod side;
 mod switching;
 mod systems;
 mod tissue_kind;
+mod varying;
 mod winding;
 mod z_width;
 
@@ -68,4 +69,5 @@ pub use switching::{
 };
 pub use systems::{Locus, LoopSystem, PolesAndZeros};
 pub use tissue_kind::TissueKind;
+pub use varying::{DelayRange, VaryingDelays};
 pub use z_width::{Walls, ZWidth};

@@ -28,17 +28,11 @@ pub(super) struct Response {
 
 impl Response {
     pub(super) fn new(side: &Side) -> Self {
-        let states = side.a.nrows();
-        let n = states + usize::from(side.before.is_some());
-        let mut a = side.a.clone().resize(n, n, 0.0);
-        let mut b = side.now.clone().resize_vertically(n, 0.0);
-        if let Some(before) = &side.before {
-            a.view_mut((0, states), (states, 1)).copy_from(before);
-            b[states] = 1.0;
-        }
+        let (mut a, b, c) = side.with_held();
+        let n = a.nrows();
         let scales = nalgebra::linalg::balancing::balance_parlett_reinsch(&mut a);
         let mut b = b.component_div(&scales);
-        let mut c = side.c.clone().resize_vertically(n, 0.0).component_mul(&scales);
+        let mut c = c.component_mul(&scales);
         // A reflection that leaves the input on the first state alone.
         let input = if b[0] > 0.0 { -b.norm() } else { b.norm() };
         b[0] -= input;

@@ -37,8 +37,8 @@ pub struct LoopSettings {
 
 impl LoopSettings {
     /// The loop of a scenario. `K` and `B` are those of its `tissue.stiffness_n_per_m` and `tissue.damping_n_s_per_m`, for
-    /// every kind of tissue; where these keys do not act, their defaults, 200 N/m and 5 N·s/m. Delays from a file are
-    /// delays if they are constant.
+    /// every kind of tissue; where these keys do not act, their defaults, 200 N/m and 5 N·s/m. Delays from a file that
+    /// vary are the shortest of them, as jitter is on top of a delay ([`VaryingDelays`](super::VaryingDelays)).
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let values = scenario.values();
@@ -52,7 +52,7 @@ impl LoopSettings {
             _ => number(path),
         };
         let delay_s = |schedule: &Schedule, key| {
-            schedule.constant().map_or_else(|| number(key), |ticks| scenario.grid.time_s(ticks))
+            schedule.ages().map_or_else(|| number(key), |(shortest, _)| scenario.grid.time_s(shortest))
         };
         Self {
             tick_s: scenario.grid.tick_s(),

@@ -236,6 +236,19 @@ impl Side {
         Ok(Self::of(states, now, split, [sent, local, measured], None))
     }
 
+    /// `A`, `b` and `c`, with the last sample as a further state where one arrives within a tick.
+    pub(super) fn with_held(&self) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
+        let states = self.a.nrows();
+        let n = states + usize::from(self.before.is_some());
+        let mut a = self.a.clone().resize(n, n, 0.0);
+        let mut b = self.now.clone().resize_vertically(n, 0.0);
+        if let Some(before) = &self.before {
+            a.view_mut((0, states), (states, 1)).copy_from(before);
+            b[states] = 1.0;
+        }
+        (a, b, self.c.clone().resize_vertically(n, 0.0))
+    }
+
     /// Keeps only the used states. In a split tick the last sample acts first, the new one for the rest:
     /// `Γ(T) w_{k-1} + Γ_late (w_k - w_{k-1})`.
     fn of(

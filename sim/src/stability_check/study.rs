@@ -7,8 +7,8 @@ use super::{Check, CheckError, check};
 use crate::scenario::Scenario;
 use crate::stability::{
     AbsoluteOver, Analysis, Axis, Bounded, LeftOut, LoopLimit, LoopSettings, Parameter, Population, StabilityError,
-    StabilityMap, Switching, SwitchingSettings, Terminations, TissueKind, ZWidth, left_out, loop_limits, map,
-    unmodelled,
+    StabilityMap, Switching, SwitchingSettings, Terminations, TissueKind, VaryingDelays, ZWidth, left_out, loop_limits,
+    map, unmodelled,
 };
 use crate::warning::{Code, Warning};
 
@@ -24,6 +24,8 @@ pub struct StabilityStudy {
     pub left_out: Vec<LeftOut>,
     /// The limits of motors and force sensor that the loop never reaches.
     pub unreached: Vec<LoopLimit>,
+    /// Delays that vary from tick to tick; `None` if they are constant, or if nothing bounds them.
+    pub delays: Option<VaryingDelays>,
     /// The kind of its tissue.
     pub tissue_kind: TissueKind,
     /// The stiffness of the tissue in its run.
@@ -72,21 +74,23 @@ impl StabilityStudy {
         let linear = || -> Result<_, StabilityError> {
             let population = population.varies().then(over_people).transpose()?;
             let (analysis, map) = (Analysis::of(&settings)?, map(&settings, x, y)?);
-            Ok((analysis, map, population, Bounded::of(&settings, &terminations)?))
+            let delays = VaryingDelays::of(scenario, &settings)?;
+            Ok((analysis, map, population, Bounded::of(&settings, &terminations)?, delays))
         };
         let of_events = || match SwitchingSettings::with_loop(scenario, settings.clone(), sector) {
             Ok(settings) => Switching::of(&settings).map(Ok),
             Err(reason) => Ok(Err(reason)),
         };
         let (linear, switching) = rayon::join(linear, of_events);
-        let ((analysis, map, population, bounded), switching) = (linear?, switching?);
-        let (name, left_out, unmodelled) = (scenario.name.clone(), left_out(scenario), unmodelled(scenario));
+        let ((analysis, map, population, bounded, delays), switching) = (linear?, switching?);
+        let left_out = left_out(scenario, delays.as_ref());
         let unreached = loop_limits(scenario).into_iter().filter(LoopLimit::is_unreached).collect();
         Ok(Self {
-            name,
+            name: scenario.name.clone(),
+            unmodelled: unmodelled(scenario, &left_out),
             left_out,
             unreached,
-            unmodelled,
+            delays,
             tissue_kind,
             tissue,
             analysis,
@@ -120,8 +124,8 @@ impl StabilityStudy {
         Ok(())
     }
 
-    /// Whether the scenario's loop is stable, in contact with its tissue and out of it; `None` where the analysis leaves
-    /// out a part of the scenario.
+    /// Whether the scenario's loop is stable, in contact with its tissue and out of it, for every order of delays that vary;
+    /// `None` where the analysis leaves out a part of the scenario.
     #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
         let stiffness = self.analysis.limits.iter().find(|limit| limit.parameter == Parameter::Stiffness)?;

@@ -4,7 +4,9 @@ use std::cell::OnceCell;
 
 use crate::metrics::catalogue::metrics;
 use crate::scenario::Scenario;
-use crate::stability::{Analysis, ClosedLoop, LoopSettings, Margins, Mode, Switching, SwitchingSettings, left_out};
+use crate::stability::{
+    Analysis, ClosedLoop, LoopSettings, Margins, Mode, Switching, SwitchingSettings, VaryingDelays, left_out,
+};
 use crate::stability_check::{Verdict, simulate};
 
 /// The tissue stiffnesses between which events are certified, in N/m: the default of `trocar stability`.
@@ -53,8 +55,14 @@ impl<'a> LoopOfCase<'a> {
         }
     }
 
+    /// Whether the analysis leaves out a part of the scenario.
+    fn leaves_out(&self) -> bool {
+        let delays = VaryingDelays::of(self.scenario, self.settings).ok().flatten();
+        !left_out(self.scenario, delays.as_ref()).is_empty()
+    }
+
     fn certified_dwell_s(&self) -> Option<f64> {
-        if !left_out(self.scenario).is_empty() {
+        if self.leaves_out() {
             return None;
         }
         let settings = SwitchingSettings::with_loop(self.scenario, self.settings.clone(), TISSUE_N_PER_M).ok()?;
@@ -74,7 +82,7 @@ metrics! {
         /// Whether the loop is stable in permanent contact, by its matrices: 1 or 0; none if the matrices leave out a part of the scenario.
         is_stable = "is stable", Count, Higher => |l| {
             let stable = l.closed()?.is_stable().ok()?;
-            left_out(l.scenario).is_empty().then(|| as_number(stable))
+            (!l.leaves_out()).then(|| as_number(stable))
         };
         /// Whether a small motion decays in a run of the engine: 1 or 0; none if it neither decays nor grows.
         is_stable_simulated = "is stable, simulated", Count, Higher => |l| l.simulated();
