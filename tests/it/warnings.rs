@@ -287,6 +287,8 @@ fn a_limit_that_the_loop_never_reaches_is_not_left_out() {
         }
         assert!(acts, "{more:?}");
     }
+    // A loop that is not stable has no bound.
+    assert!(loop_limits(&with(1.0, &[1e6; 5], &["scaling.force=100"])).iter().all(|limit| limit.part.bound.is_none()));
     // Noise has no bound, and an event, a jitter or a reflex no linear loop.
     let others = ["augmentation.enabled=true", "channel.jitter_s=0.002", "operator.reflex=stop"];
     for more in ["sensor.force_noise_std_n=0.01"].into_iter().chain(others) {

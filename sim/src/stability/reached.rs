@@ -91,6 +91,9 @@ fn sums(settings: &LoopSettings) -> Result<Option<[f64; 3]>, StabilityError> {
         add(&mut sums, &(&rows * &state));
         state = &a * state;
         let size = state.norm();
+        if !size.is_finite() {
+            return Ok(None);
+        }
         if size <= REMAINS * largest {
             return Ok(Some(sums));
         }
