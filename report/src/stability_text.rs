@@ -56,7 +56,7 @@ pub(super) fn unreached(limit: &LoopLimit) -> String {
     let bound = limit.part.bound.map_or_else(|| "—".to_owned(), significant);
     let unit = unit_of(limit.part.key).map_or_else(String::new, |unit| format!(" {unit}"));
     format!(
-        "never reached: {}, {}{unit}: at most {bound}{unit} for motions of the hand no farther and no faster than the scenario's",
+        "never reached in contact or out of it: {}, {}{unit}: at most {bound}{unit} for motions of the hand no farther and no faster than the scenario's",
         limit.part,
         significant(limit.limit),
     )
