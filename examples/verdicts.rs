@@ -2,18 +2,22 @@
 //!
 //! ```text
 //! cargo run --release --example verdicts -- 2000
-//! ```
+//! cargo run --release --example verdicts -- all 200
 //! cargo run --release --example verdicts -- map 200
 //! cargo run --release --example verdicts -- delays 1000
 //! ```
 //! The first counts the scenarios that `stability` calls stable or certified and whose run swings or diverges, and the runs that
 //! settle and are called oscillating. Whether a run swings or settles is judged here from its last 30 s, with another
-//! rule than the program's, on a copy without noise and tremor.
+//! rule than the program's, on a copy without noise and tremor: a stable loop forgets what disturbed it. Noise can raise false
+//! alarms for ever, and the needle then swings from one event to the next: such a run does not settle, though its loop is stable,
+//! and is counted by itself. It can also still a swing, as when the needle is left in softer tissue: such a run is not counted.
+//! Only what swings is analysed, since the analysis takes nearly all of the time; `all` analyses every scenario, and so tells how
+//! many verdicts there are.
 //!
-//! The second runs every point of two stability maps of 200 by 200 points, and counts the points that are stable and called
+//! `map` runs every point of two stability maps of 200 by 200 points, and counts the points that are stable and called
 //! oscillating or diverged, and those that are unstable and called completed.
 //!
-//! The third counts as the first does, on loops whose delays vary: with jitter, and with delays that jump between the ends of
+//! `delays` counts as the first does, on loops whose delays vary: with jitter, and with delays that jump between the ends of
 //! the same range.
 
 use std::process::ExitCode;
@@ -53,8 +57,10 @@ pub struct Judged {
     pub is_certified: Option<bool>,
     /// Whether its run is called oscillating or diverged.
     pub is_called_unstable: bool,
-    /// What it does.
+    /// What it does without noise and tremor.
     pub truth: Truth,
+    /// What it does with them, if it settles without them.
+    pub with_events: Truth,
 }
 
 /// Draws the settings of a scenario.
@@ -139,23 +145,25 @@ fn drawn(random: &mut ChaCha8Rng) -> Vec<String> {
     all
 }
 
+/// How far hand or needle swings between two times, in seconds of a run of 60 s.
+fn swing_m(run: &Run, from: usize, to: usize) -> f64 {
+    let ticks = run.trace.len();
+    [&run.trace.slave_position_m, &run.trace.master_position_m]
+        .map(|column| {
+            let part = &column[ticks * from / 60..ticks * to / 60];
+            let (low, high) = part.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+            high - low
+        })
+        .into_iter()
+        .fold(0.0, f64::max)
+}
+
 /// What a run does at its end.
 fn truth(run: &Run) -> Truth {
     if matches!(run.metrics.outcome, Outcome::Diverged { .. }) {
         return Truth::Swings;
     }
-    let ticks = run.trace.len();
-    let swing = |from: usize, to: usize| {
-        [&run.trace.slave_position_m, &run.trace.master_position_m]
-            .map(|column| {
-                let part = &column[ticks * from / 60..ticks * to / 60];
-                let (low, high) = part.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
-                high - low
-            })
-            .into_iter()
-            .fold(0.0, f64::max)
-    };
-    let (before_m, last_m) = (swing(40, 50), swing(50, 60));
+    let (before_m, last_m) = (swing_m(run, 40, 50), swing_m(run, 50, 60));
     if last_m > 1e-4 && last_m >= 0.9 * before_m {
         Truth::Swings
     } else if last_m < 1e-5 || last_m < 0.5 * before_m {
@@ -163,6 +171,19 @@ fn truth(run: &Run) -> Truth {
     } else {
         Truth::Between
     }
+}
+
+/// What a run does with the noise and tremor, without which it settles, held against the same without augmentation: events swing
+/// it, if it swings by more than twice what the noise does.
+fn truth_with_events(run: &Run, plain: &Run) -> Truth {
+    if swing_m(run, 50, 60) > 2.0 * swing_m(plain, 50, 60) { truth(run) } else { Truth::Settles }
+}
+
+/// What a run does whose copy without noise and tremor swings: events can leave the needle where the loop is stable.
+fn truth_of_swinging(run: &Run, quiet: &Run) -> Truth {
+    let diverged = |run: &Run| matches!(run.metrics.outcome, Outcome::Diverged { .. });
+    let is_stilled = !diverged(quiet) && !diverged(run) && swing_m(run, 50, 60) < swing_m(quiet, 50, 60) / 3.0;
+    if is_stilled { Truth::Between } else { truth(run) }
 }
 
 /// Draws the settings of a scenario of which only the delays vary.
@@ -221,31 +242,48 @@ fn judged_with_jitter(seed: u64) -> Option<Judged> {
         is_certified: study.is_certified(),
         is_called_unstable: called.metrics.outcome != Outcome::Completed,
         truth: if drawn == Truth::Settles { jumps } else { drawn },
+        with_events: Truth::Settles,
         settings,
     })
 }
 
-/// Analyses and runs a random scenario; `None` for settings that are refused.
-fn judged(seed: u64) -> Option<Judged> {
+/// Runs a random scenario, and analyses it if it swings or `is_analysed`; `None` for settings that are refused.
+fn judged(seed: u64, is_analysed: bool) -> Option<Judged> {
     let settings = drawn(&mut ChaCha8Rng::seed_from_u64(seed));
     let load = |settings: &[String]| Scenario::load(&Source::parse("hand/reflex"), settings);
     let scenario = load(&settings).ok()?;
     let axes = (Axis::parse("scaling.force=0.5:2:2").ok()?, Axis::parse("scaling.position=0.5:2:2").ok()?);
-    // Both verdicts are unknown where something else than delays that vary is left out; the analysis takes most of the time.
+    let called = run(scenario.clone()).ok()?;
+    let with = |without: &str, more: &[&str]| {
+        let kept = settings.iter().filter(|setting| !setting.starts_with(without)).cloned();
+        let all: Vec<String> = kept.chain(more.iter().map(|&setting| setting.to_owned())).collect();
+        run(load(&all).ok()?).ok()
+    };
+    let quiet_run = with("-", &["sensor.force_noise_std_n=0", "operator.tremor_amplitude_m=0"])?;
+    let quiet = match truth(&quiet_run) {
+        Truth::Swings => truth_of_swinging(&called, &quiet_run),
+        other => other,
+    };
+    let is_augmented = settings.iter().any(|setting| setting == "augmentation.enabled=true");
+    let with_events = if quiet == Truth::Settles && is_augmented {
+        truth_with_events(&called, &with("augmentation", &["augmentation.enabled=false"])?)
+    } else {
+        Truth::Settles
+    };
+    // Both verdicts are unknown where something else than delays that vary is left out.
     let varies = |part: &LeftOut| matches!(part.key, "channel.jitter_s" | "channel.delays_file");
-    let study = if left_out(&scenario, None).iter().all(varies) {
-        Some(StabilityStudy::of(&scenario, axes, (50.0, 600.0)).ok()?)
+    let is_wanted = is_analysed || quiet == Truth::Swings;
+    let study = if is_wanted && left_out(&scenario, None).iter().all(varies) {
+        StabilityStudy::of(&scenario, axes, (50.0, 600.0)).ok()
     } else {
         None
     };
-    let called = run(scenario).ok()?;
-    let quiet =
-        [&settings[..], &["sensor.force_noise_std_n=0".into(), "operator.tremor_amplitude_m=0".into()]].concat();
     Some(Judged {
         is_stable: study.as_ref().and_then(StabilityStudy::is_stable),
         is_certified: study.as_ref().and_then(StabilityStudy::is_certified),
         is_called_unstable: called.metrics.outcome != Outcome::Completed,
-        truth: truth(&run(load(&quiet).ok()?).ok()?),
+        truth: quiet,
+        with_events,
         settings,
     })
 }
@@ -319,37 +357,46 @@ fn main() -> ExitCode {
         let count = std::env::args().nth(2).and_then(|text| text.parse().ok()).unwrap_or(200);
         return if maps(count).is_some() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     }
-    let all = if std::env::args().nth(1).is_some_and(|word| word == "delays") {
-        verdicts(std::env::args().nth(2).and_then(|text| text.parse().ok()).unwrap_or(200), judged_with_jitter)
-    } else {
-        verdicts(std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(200), judged)
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let count = words.last().and_then(|text| text.parse().ok()).unwrap_or(200);
+    let all = match words.first().map(String::as_str) {
+        Some("delays") => verdicts(count, judged_with_jitter),
+        Some("all") => verdicts(count, |seed| judged(seed, true)),
+        _ => verdicts(count, |seed| judged(seed, false)),
     };
-    let count = all.len();
     let of = |is: &dyn Fn(&&Judged) -> bool| all.iter().filter(is).count();
-    let (swinging, settled) = (of(&|one| one.truth == Truth::Swings), of(&|one| one.truth == Truth::Settles));
-    println!("{count} scenarios: {swinging} swing or diverge, {settled} settle");
+    let settles = |one: &Judged| one.truth == Truth::Settles && one.with_events == Truth::Settles;
+    let (swinging, settled) = (of(&|one| one.truth == Truth::Swings), of(&|one| settles(one)));
+    let is_kept = |one: &Judged| one.with_events == Truth::Swings;
+    let kept = of(&|one| is_kept(one));
+    println!(
+        "{count} scenarios: {swinging} swing or diverge, {kept} are kept swinging by events that noise raises, {settled} settle"
+    );
     for (what, verdict) in [("stable", false), ("certified", true)] {
         let says = |one: &Judged| if verdict { one.is_certified } else { one.is_stable };
-        let called = of(&|one| says(one) == Some(true));
         let wrong: Vec<&Judged> =
             all.iter().filter(|one| says(one) == Some(true) && one.truth == Truth::Swings).collect();
-        println!("called {what}: {called}, of which {} swing or diverge", wrong.len());
+        let not = of(&|one| says(one) == Some(false) && one.truth == Truth::Swings);
+        println!("of those that swing or diverge, called {what}: {}, not {what}: {not}, the rest unknown", wrong.len());
         for one in wrong {
             println!("  {}", one.settings.join(" "));
         }
-        println!("  unknown: {}", of(&|one| says(one).is_none()));
+        let settle = of(&|one| says(one) == Some(true) && one.truth == Truth::Settles);
+        println!("  of those that settle, called {what}: {settle}, where they are analysed");
     }
-    let oscillating = of(&|one| one.is_called_unstable && one.truth == Truth::Settles);
+    let oscillating = of(&|one| one.is_called_unstable && settles(one));
     let found = of(&|one| one.is_called_unstable && one.truth == Truth::Swings);
+    let kept_found = of(&|one| one.is_called_unstable && is_kept(one));
     println!(
-        "called oscillating or diverged: {found} of {swinging} that swing or diverge, {oscillating} of {settled} that settle"
+        "called oscillating or diverged: {found} of {swinging} that swing or diverge, {kept_found} of {kept} that events keep swinging, \
+         {oscillating} of {settled} that settle"
     );
     if std::env::var_os("VERBOSE").is_some() {
-        for one in all
-            .iter()
-            .filter(|one| one.is_called_unstable != (one.truth == Truth::Swings) && one.truth != Truth::Between)
-        {
-            println!("{:?} oscillating {}: {}", one.truth, one.is_called_unstable, one.settings.join(" "));
+        let swings = |one: &Judged| one.truth == Truth::Swings || is_kept(one);
+        let differs = |one: &&Judged| if one.is_called_unstable { settles(one) } else { swings(one) };
+        for one in all.iter().filter(differs) {
+            let (called, events) = (one.is_called_unstable, one.with_events);
+            println!("{:?}, with events {events:?}, called {called}: {}", one.truth, one.settings.join(" "));
         }
     }
     ExitCode::SUCCESS

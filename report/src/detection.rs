@@ -5,6 +5,7 @@ use std::io::{self, Write};
 
 use super::Table;
 use super::columns::ColumnFormat;
+use super::figures::STANDARD_ERRORS;
 use super::number::{counted, plain, show, significant};
 use super::roc::of_unit;
 use super::tables::{quoted, shortest};
@@ -137,12 +138,14 @@ impl Event {
 
 /// Returns the estimates by phase. A phase without samples has no row.
 pub(super) fn phases_table(phases: &[PhaseStatistics]) -> Table {
+    let of = |parameter: &str| format!("{parameter} ± {STANDARD_ERRORS} s.e.");
     let mut table =
-        Table::new(["phase", "duration", "mean |residual|", "σ of residual", "robust σ", "K ± 2 s.e.", "B ± 2 s.e."]);
+        Table::new(["phase", "duration", "mean |residual|", "σ of residual", "robust σ", &of("K"), &of("B")]);
     let newton = |value| show(value, Unit::Newton);
     let with = |value: Option<f64>, std: Option<f64>, unit: &str| {
-        let pair =
-            value.zip(std).map(|(value, std)| format!("{} ± {} {unit}", significant(value), significant(2.0 * std)));
+        let pair = value
+            .zip(std)
+            .map(|(value, std)| format!("{} ± {} {unit}", significant(value), significant(STANDARD_ERRORS * std)));
         pair.unwrap_or_else(|| "—".to_owned())
     };
     for phase in phases.iter().filter(|phase| phase.samples > 0) {

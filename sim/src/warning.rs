@@ -56,8 +56,11 @@ codes! {
         "The needle or the master swings, and the swing does not decay.",
         "The position relative to the desired position reverses at least four times in each half of the last 40 % of the run, by more \
          than 20 µm and twice the resolution of the position sensor, and the reversals do not become smaller than 80 %. The run is \
-         then repeated with the hand displaced by a tenth of the swing for 0.1 s. If the difference of the two runs decays, hand or \
-         noise force the swing and there is no warning; if it does not, the loop sustains the swing itself.";
+         then repeated with the hand displaced by a tenth of the swing for 0.1 s. If the difference of the two runs decays, the \
+         hand forces the swing and there is no warning; if it does not, the loop sustains the swing itself. With noise or tremor, two \
+         copies are run first: the loop swings if the copy without them does, and the run more than a third as much; events swing it, if \
+         two or more begin in each half and it swings by more than three times as much (standard deviation) as the copy without \
+         augmentation.";
     HandEnergyImpossible "hand-energy-impossible":
         "The hand exchanges more energy with the master than a person can.",
         "The mean power between hand and master, |∫ F_h dx_h| over the duration, is above 100 W, or the force on the hand exceeds \

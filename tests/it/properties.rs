@@ -80,7 +80,8 @@ fn null_count(metrics: &trocar::metrics::Metrics) -> usize {
     let link = metrics
         .link
         .map_or(1, |link| [link.given_up_s, link.promised_energy_j].iter().filter(|value| value.is_none()).count());
-    undefined.iter().filter(|value| value.is_none()).count() + events.sum::<usize>() + link
+    let ports = usize::from(metrics.ports.is_none());
+    undefined.iter().filter(|value| value.is_none()).count() + events.sum::<usize>() + link + ports
 }
 
 fn any_value() -> impl Strategy<Value = String> {

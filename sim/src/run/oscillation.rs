@@ -1,6 +1,7 @@
 //! Whether a run swings without decaying.
 
-use super::RunError;
+use super::{RunError, observe};
+use crate::augmentation::Mode;
 use crate::engine::{OwnParts, Trace};
 use crate::metrics::Outcome;
 use crate::operator::Operator;
@@ -30,6 +31,12 @@ const NUDGE_AT: f64 = 0.4;
 /// A difference below this share of the displacement has decayed.
 const DECAYED: f64 = 1e-6;
 
+/// Minimum number of events in each half of the tail from which they can cause the swing.
+const MIN_EVENTS: usize = 2;
+
+/// Ratio of two swings from which one is clearly larger than the other.
+const CLEARLY_LARGER: f64 = 3.0;
+
 /// Returns `Oscillating` for a run that completed but swings without decaying, otherwise its outcome.
 ///
 /// # Errors
@@ -38,9 +45,9 @@ pub(super) fn outcome(scenario: &Scenario, trace: &Trace, outcome: Outcome) -> R
     if outcome != Outcome::Completed {
         return Ok(outcome);
     }
-    let swing = RelativePositions::of(scenario, trace).lasting(scenario);
-    Ok(match swing {
-        Some(swing) if is_sustained(scenario, trace, &swing)? => {
+    let positions = RelativePositions::of(scenario, trace);
+    Ok(match positions.lasting(scenario) {
+        Some(swing) if is_of_the_loop(scenario, trace, &positions, &swing)? => {
             Outcome::Oscillating { frequency_hz: swing.frequency_hz, swing_m: swing.swing_m }
         }
         _ => outcome,
@@ -71,6 +78,16 @@ impl RelativePositions {
                 relative(&trace.master_position_m, 1.0),
             ],
         }
+    }
+
+    /// Standard deviation of the positions in the second half of the tail, of hand or needle, in m: of the larger.
+    fn late_std_m(&self) -> f64 {
+        let std_m = |values: &[f64]| {
+            let of = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / of;
+            (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / of).sqrt()
+        };
+        self.all.iter().map(|positions| std_m(&positions[positions.len() / 2..])).fold(0.0, f64::max)
     }
 
     /// The largest swing that does not become clearly smaller.
@@ -160,6 +177,54 @@ impl<O: Operator<f64>> Operator<f64> for Nudged<O> {
     fn cue(&mut self, is_on: bool) {
         self.operator.cue(is_on);
     }
+}
+
+/// Whether the loop and its events cause the swing, not the noise.
+///
+/// Noise and tremor can hold a swing of the loop in step, so that a displacement of the hand is forgotten; and events that they
+/// raise come at other times after a displacement, so that it never is. So a run with them is held against copies first.
+fn is_of_the_loop(
+    scenario: &Scenario,
+    trace: &Trace,
+    positions: &RelativePositions,
+    swing: &Swing,
+) -> Result<bool, RunError> {
+    let swing_m = positions.late_std_m();
+    if scenario.sensor.force_noise_std_n > 0.0 || scenario.tremor.amplitude_m > 0.0 {
+        let mut quiet = scenario.clone();
+        quiet.sensor.force_noise_std_n = 0.0;
+        quiet.tremor.amplitude_m = 0.0;
+        let (is_completed, quiet_m) = end_of(&quiet)?;
+        if !is_completed && swing_m * CLEARLY_LARGER > quiet_m {
+            return Ok(true);
+        }
+        if events_recur(trace) {
+            let mut plain = scenario.clone();
+            plain.augmentation.enabled = false;
+            let (is_completed, plain_m) = end_of(&plain)?;
+            if is_completed {
+                return Ok(swing_m > CLEARLY_LARGER * plain_m);
+            }
+        }
+    }
+    is_sustained(scenario, trace, swing)
+}
+
+/// Whether events begin several times in each half of the tail.
+fn events_recur(trace: &Trace) -> bool {
+    let tail = &trace.mode[tail_begin(trace.len())..];
+    let augmented = Mode::Augmented as u8;
+    let begins = |modes: &[u8]| modes.windows(2).filter(|pair| pair[0] != augmented && pair[1] == augmented).count();
+    let (early, late) = tail.split_at(tail.len() / 2);
+    begins(early).min(begins(late)) >= MIN_EVENTS
+}
+
+/// Whether a scenario's run completes without a lasting swing, and the standard deviation at its end in m.
+fn end_of(scenario: &Scenario) -> Result<(bool, f64), RunError> {
+    let mut trace = Trace::new(scenario.grid);
+    let metrics = observe(scenario, &mut trace)?;
+    let is_completed = outcome(scenario, &trace, metrics.outcome)? == Outcome::Completed;
+    Ok((is_completed, RelativePositions::of(scenario, &trace).late_std_m()))
 }
 
 /// Whether a short displacement of the hand has a lasting effect: whether the loop sustains the swing.

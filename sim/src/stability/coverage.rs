@@ -60,8 +60,13 @@ const VARYING: [&str; 4] = [
 /// Delays that vary are left out without `delays`, and where these say that the loop is not proved to be stable with them.
 #[must_use]
 pub fn left_out(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftOut> {
-    let limits = loop_limits(scenario).into_iter().filter(|limit| !limit.is_unreached()).map(|limit| limit.part);
-    other_parts(scenario, delays).into_iter().chain(limits).collect()
+    left_out_with(scenario, delays, &loop_limits(scenario))
+}
+
+/// [`left_out`] with the limits of [`loop_limits`], which take long.
+pub(crate) fn left_out_with(scenario: &Scenario, delays: Option<&VaryingDelays>, limits: &[LoopLimit]) -> Vec<LeftOut> {
+    let reached = limits.iter().filter(|limit| !limit.is_unreached()).map(|limit| limit.part);
+    other_parts(scenario, delays).into_iter().chain(reached).collect()
 }
 
 /// The parts that are left out, besides limits.

@@ -49,6 +49,7 @@ mod z_width;
 pub use analysis::{Analysis, LIMITED, PortPoint};
 pub use bounded::{AbsoluteOver, AbsolutePoint, Bounded, NeededDamping, Terminations, arm_impedance};
 pub use closed_loop::ClosedLoop;
+pub(crate) use coverage::left_out_with;
 pub use coverage::{LeftOut, LoopLimit, left_out, loop_limits, unmodelled};
 pub use error::StabilityError;
 pub use limit::{Limit, Search, largest_stable};

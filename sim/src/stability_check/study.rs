@@ -7,8 +7,8 @@ use super::{Check, CheckError, check};
 use crate::scenario::Scenario;
 use crate::stability::{
     AbsoluteOver, Analysis, Axis, Bounded, LeftOut, LoopLimit, LoopSettings, Parameter, Population, StabilityError,
-    StabilityMap, Switching, SwitchingSettings, Terminations, TissueKind, VaryingDelays, ZWidth, left_out, loop_limits,
-    map, unmodelled,
+    StabilityMap, Switching, SwitchingSettings, Terminations, TissueKind, VaryingDelays, ZWidth, left_out_with,
+    loop_limits, map, unmodelled,
 };
 use crate::warning::{Code, Warning};
 
@@ -83,8 +83,9 @@ impl StabilityStudy {
         };
         let (linear, switching) = rayon::join(linear, of_events);
         let ((analysis, map, population, bounded, delays), switching) = (linear?, switching?);
-        let left_out = left_out(scenario, delays.as_ref());
-        let unreached = loop_limits(scenario).into_iter().filter(LoopLimit::is_unreached).collect();
+        let limits = loop_limits(scenario);
+        let left_out = left_out_with(scenario, delays.as_ref(), &limits);
+        let unreached = limits.into_iter().filter(LoopLimit::is_unreached).collect();
         Ok(Self {
             name: scenario.name.clone(),
             unmodelled: unmodelled(scenario, &left_out),

@@ -21,6 +21,7 @@ pub struct LoopOfCase<'a> {
     mode: OnceCell<Option<Mode>>,
     margins: OnceCell<Option<Margins>>,
     ports: OnceCell<Option<(bool, bool)>>,
+    leaves_out: OnceCell<bool>,
 }
 
 impl<'a> LoopOfCase<'a> {
@@ -28,7 +29,8 @@ impl<'a> LoopOfCase<'a> {
     #[must_use]
     pub fn new(scenario: &'a Scenario, settings: &'a LoopSettings) -> Self {
         let (closed, mode) = (OnceCell::new(), OnceCell::new());
-        Self { scenario, settings, closed, mode, margins: OnceCell::new(), ports: OnceCell::new() }
+        let (margins, ports, leaves_out) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        Self { scenario, settings, closed, mode, margins, ports, leaves_out }
     }
 
     fn closed(&self) -> Option<&ClosedLoop> {
@@ -57,8 +59,10 @@ impl<'a> LoopOfCase<'a> {
 
     /// Whether the analysis leaves out a part of the scenario.
     fn leaves_out(&self) -> bool {
-        let delays = VaryingDelays::of(self.scenario, self.settings).ok().flatten();
-        !left_out(self.scenario, delays.as_ref()).is_empty()
+        *self.leaves_out.get_or_init(|| {
+            let delays = VaryingDelays::of(self.scenario, self.settings).ok().flatten();
+            !left_out(self.scenario, delays.as_ref()).is_empty()
+        })
     }
 
     fn certified_dwell_s(&self) -> Option<f64> {
