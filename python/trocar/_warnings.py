@@ -143,7 +143,7 @@ class NoContactWarning(TrocarWarning):
 
 
 class ForceOutOfContactWarning(TrocarWarning):
-    """The largest force of a recording acts above the contact position."""
+    """The largest force of a recording, or that of an alarm, acts above the contact position."""
 
     code = "force-out-of-contact"
 

@@ -130,10 +130,11 @@ codes! {
         "The estimator, and every detector except the adaptive one, work below estimator.contact_m only. Give --contact-m at the \
          surface of the tissue.";
     ForceOutOfContact "force-out-of-contact":
-        "The largest force of a recording acts above the contact position.",
-        "The estimator, and every detector except the adaptive one, ignore the samples above estimator.contact_m. If the largest force, of at least 1 N, is there, the \
-         contact position is too deep, or the positions decrease into the tissue: give a smaller --contact-m, or change the sign of \
-         --position.";
+        "The largest force of a recording, or that of an alarm, acts above the contact position.",
+        "The estimator, and every detector except the adaptive one, ignore the samples above estimator.contact_m. If the largest \
+         force, of at least 1 N, is there, or the adaptive detector raises an alarm there, the contact position is too deep, or the \
+         positions decrease into the tissue, or the force has the wrong sign: give a smaller --contact-m, or change the sign of \
+         --position or --force.";
     RarelyArmed "rarely-armed":
         "The detector was armed for less than a tenth of the time in contact.",
         "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong model that keeps \

@@ -80,6 +80,43 @@ fn a_spring_and_free_motion_raise_no_alarm() {
 }
 
 #[test]
+fn a_wrong_factor_that_changes_the_alarms_is_told_at_its_column() {
+    let recordings = [
+        ("builtin:own_ctrl_pop.csv", "env_out_Nm_derived"),
+        ("tests/data/teleop_1dof/m2_f_spring.csv", "tau_e_Nm"),
+        ("tests/data/teleop_1dof/m2_d_free_motion.csv", "tau_e_Nm"),
+    ];
+    let columns = [
+        ("position", "recording.scale.position_m", 0.075),
+        ("velocity", "recording.scale.velocity_m_per_s", 0.075),
+        ("force", "recording.scale.force_n", 13.333333333333334),
+    ];
+    let factors = [1000.0, 100.0, 10.0, 0.1, 0.01, 0.001, -1.0];
+    let mut changed = 0;
+    for ((file, force), detector) in recordings.into_iter().flat_map(|one| DETECTORS.map(|settings| (one, settings))) {
+        let report = |settings: &[&str]| {
+            let (detection, _) = on_lever(file, force, 0.0, &[settings, detector].concat());
+            (DetectionReport::of(&detection, &[]).warnings, detection.alarms)
+        };
+        let (warnings, alarms) = report(&[]);
+        assert!(warnings.is_empty(), "{file}, {detector:?}: {warnings:?}");
+        for ((column, key, right), factor) in columns.into_iter().flat_map(|one| factors.map(|factor| (one, factor))) {
+            let scale = format!("{key}={:?}", right * f64::abs(factor));
+            let sign = format!("recording.{column}_sign={:?}", f64::signum(factor));
+            // Without its own sign a velocity has that of the position.
+            let signs = [&sign, "recording.velocity_sign=1.0"];
+            let (warnings, others) =
+                report(&[&[scale.as_str()], &signs[..1 + usize::from(column != "velocity")]].concat());
+            let is_at = |place: &String| place.contains(&format!("--{column}"));
+            let is_named = warnings.iter().any(|warning| warning.place.as_ref().is_some_and(is_at));
+            changed += usize::from(others != alarms);
+            assert!(others == alarms || is_named, "{file}, {detector:?}, {column} times {factor}: {warnings:?}");
+        }
+    }
+    assert!(changed >= 15, "{changed}");
+}
+
+#[test]
 fn the_detector_is_adaptive_unless_a_setting_asks_for_another() {
     let kind = |settings: &[&str]| {
         let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();

@@ -238,6 +238,20 @@ fn contact(detection: &Detection, peak: usize) -> Option<Warning> {
         let remedy = "give a smaller --contact-m, or change the sign of --position, as in --position COLUMN:-mm";
         return Some(Warning::new(Code::ForceOutOfContact, message).at("--contact-m or --position").remedy(remedy));
     }
+    if let Some(alarm) = detection.alarms.iter().position(|&sample| detection.position_m[sample] <= contact_m) {
+        let sample = detection.alarms[alarm];
+        let message = format!(
+            "alarm {} at {:.3} s is raised out of contact, at a force of {:.3} N: the needle is at {:.3} mm, the contact at {:.3} mm",
+            alarm + 1,
+            detection.time_s[sample],
+            force[sample],
+            1e3 * detection.position_m[sample],
+            1e3 * contact_m
+        );
+        let remedy = "give a smaller --contact-m, or change the sign of --position or --force, as in --force COLUMN:-N";
+        let place = "--contact-m, --position or --force";
+        return Some(Warning::new(Code::ForceOutOfContact, message).at(place).remedy(remedy));
+    }
     let in_contact = detection.position_m.iter().filter(|&&position| position > contact_m).count();
     let armed = detection.conditions.iter().filter(|conditions| conditions.in_contact() && conditions.armed()).count();
     let share = armed as f64 / in_contact as f64;
