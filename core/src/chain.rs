@@ -105,3 +105,12 @@ impl<E: crate::lane::Gather, D: crate::lane::Gather> crate::lane::Gather for Cha
         })
     }
 }
+
+impl<E: crate::lane::Stored, D: crate::lane::Stored> crate::lane::Stored for Chain<f64, E, D> {
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        let Self { contact_m, estimator, detector } = self;
+        contact_m.numbers(with);
+        estimator.numbers(with);
+        detector.numbers(with);
+    }
+}

@@ -5,12 +5,15 @@
 
 mod gather;
 mod gathered;
+mod stored;
 
 #[cfg(feature = "alloc")]
 #[doc(hidden)]
 pub use gather::same_list;
 #[doc(hidden)]
 pub use gather::{Gather, LANES, gather_mask};
+
+pub use stored::Stored;
 
 #[doc(hidden)]
 pub use crate::{by_index, gather, gather_variants, of_each};

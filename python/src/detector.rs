@@ -120,6 +120,18 @@ impl Detector {
         }
     }
 
+    /// Returns the state after the samples so far.
+    fn state<'py>(&self, py: Python<'py>) -> (u64, Bound<'py, PyArray1<u64>>) {
+        (self.samples, PyArray1::from_vec(py, self.chain.state()))
+    }
+
+    /// Continues from the state of a detector with the same settings.
+    fn restore(&mut self, samples: u64, state: PyReadonlyArray1<'_, u64>) -> PyResult<()> {
+        self.chain.restore(state.as_slice().map_err(error::value)?).map_err(error::value)?;
+        self.samples = samples;
+        Ok(())
+    }
+
     /// Resets the detector to its initial state.
     fn reset(&mut self) {
         (self.chain, self.samples) = (self.initial.clone(), 0);

@@ -1,6 +1,7 @@
 """Results are mappings of their columns, can be pickled and kept, and are drawn where one wants."""
 
 import copy
+import json
 import multiprocessing
 import pickle
 
@@ -61,11 +62,53 @@ def test_a_copied_detector_goes_on_from_the_same_state():
     part = [data[name] for name in ("position_m", "velocity_m_per_s", "force_n")]
     detector = again(trocar.Detector(0.001, contact_m=0.012))
     detector.steps(*(column[:5000] for column in part))
-    other = copy.copy(detector)
-    results = [one.steps(*(column[5000:9000] for column in part)) for one in (detector, other)]
-    assert np.array_equal(*(columns["decision"] for columns, _ in results)) and len(results[0][1]) >= 1
-    with pytest.raises(TypeError, match="9000 samples cannot be pickled; reset"):
-        pickle.dumps(detector)
+    others = [copy.copy(detector), again(detector), again(again(detector))]
+    results = [one.steps(*(column[5000:9000] for column in part)) for one in (detector, *others)]
+    for columns, alarms in results:
+        assert np.array_equal(columns["decision"], results[0][0]["decision"]) and len(alarms) >= 1
+    assert [one.samples for one in others] == [9000] * 3
+
+
+@pytest.mark.parametrize("velocity", ["measured", "filtered"])
+@pytest.mark.parametrize("estimator", ["stiffness-and-damping", "stiffness-damping-friction", "hunt-crossley", "least-residual"])
+def test_a_pickled_detector_goes_on_with_every_estimator(estimator, velocity):
+    data = trocar.record()
+    position, force = data["position_m"], data["force_n"] + 0.01 * np.random.default_rng(1).standard_normal(len(data["force_n"]))
+    speed = data["velocity_m_per_s"] if velocity == "measured" else None
+    settings = {"estimator.parameters": estimator, "detector.distance": "squared-residual"}
+    goes_on_when_pickled(trocar.Detector(0.001, contact_m=0.012, velocity=velocity, **settings), position, speed, force)
+
+
+@pytest.mark.parametrize("forgetting", ["exponential", "resetting"])
+def test_a_pickled_detector_goes_on_with_either_forgetting(forgetting):
+    data = trocar.record()
+    settings = {"estimator.forgetting": forgetting, "detector.distance": "squared-residual"}
+    detector = trocar.Detector(0.001, contact_m=0.012, **settings)
+    goes_on_when_pickled(detector, data["position_m"], data["velocity_m_per_s"], data["force_n"])
+
+
+def test_a_pickled_detector_goes_on_with_every_distance(cli):
+    data = trocar.record()
+    schema = json.loads(cli("schema").stdout)
+    distances = schema["properties"]["detector"]["properties"]["distance"]["enum"]
+    assert "adaptive" in distances and len(distances) >= 10
+    for distance in distances:
+        detector = trocar.Detector(0.001, contact_m=0.012, **{"detector.distance": distance})
+        goes_on_when_pickled(detector, data["position_m"], data["velocity_m_per_s"], data["force_n"])
+
+
+def goes_on_when_pickled(detector, position, velocity, force):
+    """Pickled in free motion, in contact, and at and after a rupture, it goes on with the same bits."""
+    begun = 0
+    for end in (100, 4001, 5523, 5530, 8853, len(position)):
+        part = slice(begun, end)
+        other = again(detector)
+        columns = [
+            one.steps(position[part], None if velocity is None else velocity[part], force[part])[0] for one in (detector, other)
+        ]
+        for name, column in columns[0].items():
+            assert column.tobytes() == columns[1][name].tobytes(), (name, end)
+        detector, begun = other, end
 
 
 def test_processes_return_runs(run):

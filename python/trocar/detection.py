@@ -295,17 +295,16 @@ class Detector:
         return self.__copy__()
 
     def __reduce__(self) -> tuple[object, ...]:
-        if self.samples > 0:
-            raise TypeError(f"a detector that has processed {self.samples} samples cannot be pickled; reset() it, or copy it")
-        return _detector, (self._arguments,)
+        return _detector, (self._arguments, *self._core.state())
 
     def __repr__(self) -> str:
         return f"Detector({self.samples} samples)"
 
 
-def _detector(arguments: tuple[float, bool, list[str], str | None]) -> Detector:
+def _detector(arguments: tuple[float, bool, list[str], str | None], count: int, state: NDArray[np.uint64]) -> Detector:
     detector = object.__new__(Detector)
     detector._core, detector._arguments = _core.Detector(*arguments), arguments
+    detector._core.restore(count, state)
     return detector
 
 

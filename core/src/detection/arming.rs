@@ -128,4 +128,4 @@ impl<L: Lane> Arming<L> {
     }
 }
 
-crate::lane::gather!(Arming { settle_ticks, quiet_ticks, min_velocity, minimum_depth } same { drop_only });
+crate::lane::gather!(Arming { settle_ticks, quiet_ticks, min_velocity, minimum_depth } same { drop_only } stored);

@@ -68,7 +68,7 @@ impl<L: Lane> Cusum<L> {
     }
 }
 
-crate::lane::gather!(Cusum { threshold, drift, cap, value });
+crate::lane::gather!(Cusum { threshold, drift, cap, value } stored);
 
 #[cfg(test)]
 mod tests {

@@ -200,6 +200,15 @@ impl<D: crate::lane::Gather> crate::lane::Gather for CusumDetector<f64, D> {
     }
 }
 
+impl<D: crate::lane::Stored> crate::lane::Stored for CusumDetector<f64, D> {
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        let Self { distance, cusum, arming } = self;
+        distance.numbers(with);
+        cusum.numbers(with);
+        arming.numbers(with);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

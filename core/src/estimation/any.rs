@@ -62,7 +62,7 @@ macro_rules! estimators {
             }
         }
 
-        crate::lane::gather_variants!(AnyEstimator { $($Part),* });
+        crate::lane::gather_variants!(AnyEstimator { $($Part),* } stored);
     };
 }
 

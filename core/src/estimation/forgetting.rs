@@ -97,4 +97,4 @@ pub(super) fn form<L: Lane, const N: usize>(gain: [[L; N]; N], regressor: [L; N]
     dot(core::array::from_fn(|i| dot(gain[i], regressor)), regressor)
 }
 
-crate::lane::gather!(Exponential[N] { prior, forgotten, information });
+crate::lane::gather!(Exponential[N] { prior, forgotten, information } stored);

@@ -65,4 +65,4 @@ impl<L: Lane> Estimator<L> for Friction<L> {
     }
 }
 
-crate::lane::gather!(Friction { regression, length, speed });
+crate::lane::gather!(Friction { regression, length, speed } stored);

@@ -155,4 +155,4 @@ fn each<L: Lane>(mut value: L, function: fn(f64) -> f64) -> L {
     value
 }
 
-crate::lane::gather!(HuntCrossley { regression, power, power_gain, power_information, log_depth, dead_zone, local });
+crate::lane::gather!(HuntCrossley { regression, power, power_gain, power_information, log_depth, dead_zone, local } stored);

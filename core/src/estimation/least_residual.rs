@@ -61,4 +61,4 @@ impl<L: Lane> Estimator<L> for LeastResidual<L> {
     }
 }
 
-crate::lane::gather!(LeastResidual { without, with });
+crate::lane::gather!(LeastResidual { without, with } stored);

@@ -50,4 +50,4 @@ impl<L: Lane> Estimator<L> for Linear<L> {
     }
 }
 
-crate::lane::gather!(Linear { regression, velocity_share });
+crate::lane::gather!(Linear { regression, velocity_share } stored);

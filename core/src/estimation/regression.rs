@@ -116,8 +116,8 @@ impl<L: Lane, const N: usize> Regression<L, N> {
 
 crate::lane::gather!(Regression[N] {
     normalisation, dead_zone, dead_zone_slope, dead_zone_offset, memory, parameters, regressor, predicted,
-});
-crate::lane::gather_variants!(Memory[N] { Resetting, Exponential });
+} stored);
+crate::lane::gather_variants!(Memory[N] { Resetting, Exponential } stored);
 
 #[cfg(test)]
 mod tests {

@@ -72,4 +72,4 @@ pub(super) fn dot<L: Lane, const N: usize>(a: [L; N], b: [L; N]) -> L {
     sum
 }
 
-crate::lane::gather!(Resetting[N] { initial_gain, initial_information, reset_threshold, gain, information });
+crate::lane::gather!(Resetting[N] { initial_gain, initial_information, reset_threshold, gain, information } stored);

@@ -190,7 +190,7 @@ impl<L: Lane> Estimator<L> for Rls<L> {
 crate::lane::gather!(Rls {
     initial_gain, initial_information, reset_threshold, normalisation, velocity_share, dead_zone, dead_zone_slope,
     dead_zone_offset, stiffness, damping, gain_00, gain_01, gain_11, information, depth, velocity, predicted_force,
-} same { checks_definiteness });
+} same { checks_definiteness } stored);
 
 #[cfg(test)]
 mod tests {

@@ -74,7 +74,7 @@ fn steady_gain(tick_s: f64, r: f64, acceleration: f64) -> [f64; 2] {
     [1.0 - rho * rho, 2.0 * (1.0 - rho) * (1.0 - rho) / tick_s]
 }
 
-crate::lane::gather!(VelocityFilter { tick_s, gain, position_m, velocity_m_per_s } same { started });
+crate::lane::gather!(VelocityFilter { tick_s, gain, position_m, velocity_m_per_s } same { started } stored);
 
 #[cfg(test)]
 mod tests {

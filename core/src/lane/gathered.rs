@@ -14,10 +14,22 @@ macro_rules! of_each {
     };
 }
 /// Implements `Gather` for a struct from its numbers, its masks (`bool` over `f64`), the fields that must be equal
-/// (`same`), and the enums of which only the variant matters in the tick (`kinds`).
+/// (`same`), and the enums of which only the variant matters in the tick (`kinds`); with `stored`, also `Stored`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather {
+    ($Type:ident $([$N:ident])? { $($field:ident),* $(,)? }
+        $(masks { $($mask:ident),* })? $(same { $($same:ident),* })? $(kinds { $($kind:ident),* })? stored) => {
+        $crate::gather!($Type $([$N])? { $($field),* } $(masks { $($mask),* })? $(same { $($same),* })? $(kinds { $($kind),* })?);
+
+        impl $(<const $N: usize>)? $crate::lane::Stored for $Type<f64 $(, $N)?> {
+            fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+                $($crate::lane::Stored::numbers(&mut self.$field, with);)*
+                $($($crate::lane::Stored::numbers(&mut self.$mask, with);)*)?
+                $($($crate::lane::Stored::numbers(&mut self.$same, with);)*)?
+            }
+        }
+    };
     ($Type:ident $([$N:ident])? { $($field:ident),* $(,)? }
         $(masks { $($mask:ident),* })? $(same { $($same:ident),* })? $(kinds { $($kind:ident),* })?) => {
         impl $(<const $N: usize>)? $crate::lane::Gather for $Type<f64 $(, $N)?> {
@@ -43,10 +55,22 @@ macro_rules! gather {
     };
 }
 
-/// Implements `Gather` for an enum. All values must be the same variant, with one field or none.
+/// Implements `Gather` for an enum. All values must be the same variant, with one field or none. With `stored`, also
+/// `Stored`: the variant follows from the settings.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather_variants {
+    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? } stored) => {
+        $crate::gather_variants!($Type $([$N])? { $($Variant),* });
+
+        impl $(<const $N: usize>)? $crate::lane::Stored for $Type<f64 $(, $N)?> {
+            fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+                match self {
+                    $(Self::$Variant(part) => $crate::lane::Stored::numbers(part, with),)*
+                }
+            }
+        }
+    };
     ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? } $(empty { $($Empty:ident),* })?) => {
         impl $(<const $N: usize>)? $crate::lane::Gather for $Type<f64 $(, $N)?> {
             type Of<L: $crate::lane::Lane> = $Type<L $(, $N)?>;

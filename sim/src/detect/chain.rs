@@ -2,8 +2,9 @@
 
 use crate::chain::{Chain, Insight, Reading};
 use crate::detection::{AlarmConditions, CusumDetector, Decision};
-use crate::error::{InvalidValue, positive};
+use crate::error::{InvalidValue, positive, require};
 use crate::estimation::{AnyEstimator, Estimate, VelocityFilter};
+use crate::lane::Stored;
 use crate::scenario::DetectionSettings;
 
 /// Assumed position step if none is known, in m.
@@ -69,5 +70,32 @@ impl DetectionChain {
         let (insight, conditions) = self.chain.step_with_conditions(&Reading { velocity_m_per_s, ..*reading });
         let Insight { depth_m, estimate, decision } = insight;
         Step { velocity_m_per_s, depth_m, estimate, decision, conditions }
+    }
+
+    /// Returns the state after the samples so far, for [`DetectionChain::restore`].
+    #[must_use]
+    pub fn state(&self) -> Vec<u64> {
+        let mut state = vec![];
+        self.clone().numbers(&mut |number| state.push(*number));
+        state
+    }
+
+    /// Continues from the state of a chain with the same settings.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] if the state is of another length; the chain is then as it was.
+    pub fn restore(&mut self, state: &[u64]) -> Result<(), InvalidValue> {
+        let is_own = state.len() == self.state().len();
+        let requirement = "as large as for a detector with the same settings";
+        require("the size of a detector's state", state.len() as f64, is_own, requirement)?;
+        let mut values = state.iter();
+        self.numbers(&mut |number| *number = *values.next().expect("as many values as numbers"));
+        Ok(())
+    }
+
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        let Self { filter, chain } = self;
+        filter.numbers(with);
+        chain.numbers(with);
     }
 }

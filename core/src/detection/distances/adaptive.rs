@@ -356,7 +356,7 @@ impl<L: Lane> Adaptive<L> {
 
 crate::lane::gather!(Adaptive {
     bin, force, surplus, position, peak, low, high, motion, scales, moments, stiffest, recent_load, hold, tail, value
-} same { times, bins, newest });
+} same { times, bins, newest } stored);
 
 /// The bin so many before another one.
 #[inline(always)]
@@ -412,7 +412,7 @@ impl<L: Lane> Extremes<L> {
     }
 }
 
-crate::lane::gather!(Extremes { parts, whole } same { are_maxima });
+crate::lane::gather!(Extremes { parts, whole } same { are_maxima } stored);
 
 /// Motion and force over the reference up to a bin.
 #[derive(Debug, Clone, Copy)]
@@ -425,7 +425,7 @@ struct Motion<L> {
     fall: L,
 }
 
-crate::lane::gather!(Motion { velocity, inverse, fall });
+crate::lane::gather!(Motion { velocity, inverse, fall } stored);
 
 /// The times in bins, and what follows from them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -470,6 +470,11 @@ impl Times {
             load_decay: libm::exp(-bin_s / LOAD_MEMORY_S),
         }
     }
+}
+
+/// They follow from the settings.
+impl crate::lane::Stored for Times {
+    fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
 }
 
 /// The mean of some samples, without outliers of single bins, and the steps of the sensors.
@@ -540,7 +545,7 @@ impl<L: Lane> Bin<L> {
     }
 }
 
-crate::lane::gather!(Bin { sums, last, steps, unchanged, forces, position } same { samples, filled, has_any });
+crate::lane::gather!(Bin { sums, last, steps, unchanged, forces, position } same { samples, filled, has_any } stored);
 
 /// The fall after an alarm, which raises no other alarm.
 #[derive(Debug, Clone)]
@@ -585,7 +590,7 @@ impl<L: Lane> Hold<L> {
     }
 }
 
-crate::lane::gather!(Hold { lowest, since_lowest, bins });
+crate::lane::gather!(Hold { lowest, since_lowest, bins } stored);
 
 #[cfg(test)]
 mod tests {

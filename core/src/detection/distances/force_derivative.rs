@@ -38,4 +38,4 @@ impl<L: Lane> Distance<L> for ForceDerivative<L> {
     }
 }
 
-crate::lane::gather!(ForceDerivative { last_force } same { started });
+crate::lane::gather!(ForceDerivative { last_force } same { started } stored);

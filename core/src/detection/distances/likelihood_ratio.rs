@@ -109,7 +109,7 @@ impl<L: Lane> Distance<L> for LikelihoodRatio<L> {
     }
 }
 
-crate::lane::gather!(LikelihoodRatio { window, weight } same { samples, newest });
+crate::lane::gather!(LikelihoodRatio { window, weight } same { samples, newest } stored);
 
 #[cfg(test)]
 mod tests {

@@ -66,7 +66,7 @@ impl<L: Lane> Distance<L> for LinearFit<L> {
     }
 }
 
-crate::lane::gather!(LinearFit { window } same { length, newest, samples });
+crate::lane::gather!(LinearFit { window } same { length, newest, samples } stored);
 
 #[cfg(test)]
 mod tests {

@@ -34,4 +34,4 @@ impl<L: Lane> Distance<L> for MeanChange<L> {
     }
 }
 
-crate::lane::gather!(MeanChange { scale, offset });
+crate::lane::gather!(MeanChange { scale, offset } stored);

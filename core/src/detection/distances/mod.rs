@@ -232,7 +232,7 @@ macro_rules! distances {
             }
         }
 
-        crate::lane::gather_variants!(AnyDistance { $($Part),* });
+        crate::lane::gather_variants!(AnyDistance { $($Part),* } stored);
     };
 }
 

@@ -43,4 +43,4 @@ impl<L: Lane> Distance<L> for MovingAverage<L> {
     }
 }
 
-crate::lane::gather!(MovingAverage { average, share } same { started });
+crate::lane::gather!(MovingAverage { average, share } same { started } stored);

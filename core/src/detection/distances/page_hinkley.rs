@@ -77,7 +77,7 @@ impl<L: Lane> Distance<L> for PageHinkley<L> {
     }
 }
 
-crate::lane::gather!(PageHinkley { towards, mean, samples });
+crate::lane::gather!(PageHinkley { towards, mean, samples } stored);
 
 #[cfg(test)]
 mod tests {

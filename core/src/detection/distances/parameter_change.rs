@@ -36,3 +36,7 @@ impl crate::lane::Gather for ParameterChange<f64> {
         Some(ParameterChange(core::marker::PhantomData))
     }
 }
+
+impl crate::lane::Stored for ParameterChange<f64> {
+    fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
+}

@@ -37,3 +37,7 @@ impl crate::lane::Gather for SquaredDrop<f64> {
         Some(SquaredDrop(core::marker::PhantomData))
     }
 }
+
+impl crate::lane::Stored for SquaredDrop<f64> {
+    fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
+}

@@ -49,3 +49,7 @@ impl crate::lane::Gather for SquaredResidual<f64> {
         Some(SquaredResidual(core::marker::PhantomData))
     }
 }
+
+impl crate::lane::Stored for SquaredResidual<f64> {
+    fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
+}

@@ -155,4 +155,4 @@ fn level(times: f64, [first, second]: [f64; 2]) -> (f64, [f64; 2]) {
     (level, [beyond, beyond * beyond + further * further])
 }
 
-crate::lane::gather!(Tail { peak, sums, level, beyond, credit } same { wanted_hz, block_bins, bins, block_s, time_s });
+crate::lane::gather!(Tail { peak, sums, level, beyond, credit } same { wanted_hz, block_bins, bins, block_s, time_s } stored);

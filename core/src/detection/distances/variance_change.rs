@@ -37,4 +37,4 @@ impl<L: Lane> Distance<L> for VarianceChange<L> {
     }
 }
 
-crate::lane::gather!(VarianceChange { scale, offset });
+crate::lane::gather!(VarianceChange { scale, offset } stored);

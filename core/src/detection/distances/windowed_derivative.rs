@@ -99,4 +99,4 @@ impl<L: Lane> Distance<L> for WindowedDerivative<L> {
     }
 }
 
-crate::lane::gather!(WindowedDerivative { window, noise, muted } same { length, newest, samples, share, known, mute });
+crate::lane::gather!(WindowedDerivative { window, noise, muted } same { length, newest, samples, share, known, mute } stored);
