@@ -224,7 +224,8 @@ def record(
 class Detector:
     """Estimator and detector for single samples, as on a rig. Samples are evenly spaced by ``interval_s``.
 
-    The results are identical, bit for bit, to those of :func:`detect`, if the samples have velocities.
+    The results are identical, bit for bit, to those of :func:`detect`, if the samples have velocities. A pickled or copied detector goes on
+    from its state.
 
     Parameters
     ----------

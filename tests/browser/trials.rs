@@ -116,6 +116,7 @@ async fn refused(page: Page) -> Page {
 }
 
 async fn timing(page: Page) -> Page {
+    page.resize(1280, 800).await;
     // 7 s of insertion through the skin, in ticks of 1 ms, classical and augmented.
     page.open("scenario=builtin:layers/skin-augmented.toml&simulation.duration_s=7").await;
     let slider = page.element("key-scaling-force").await;

@@ -23,6 +23,8 @@ const trocar = (() => {
   let notice = "";
   /** The answer that is drawn next, with the time of the first input that it shows; `null` if all are drawn. */
   let pending = null;
+  /** Whether an answer was drawn since the last frame of the screen. */
+  let isDrawn = false;
   let mapped = { id: 0, timer: 0 };
   let files = { id: 0, waiting: false, last: null };
   /** Width of a chart in pixels. Reading it from the page at each request would cause a layout of the whole page. */
@@ -147,20 +149,30 @@ const trocar = (() => {
 
   function timed(frame, at) {
     setText("timing", `both runs: ${frame.server_ms.toFixed(1)} ms`);
-    // A message that is posted within a frame arrives when the frame is drawn.
-    const channel = new MessageChannel();
-    channel.port1.onmessage = () => {
-      timings.push({ server_ms: frame.server_ms, total_ms: at === null ? null : performance.now() - at });
-      if (timings.length > 100) timings.shift();
-    };
-    channel.port2.postMessage(0);
+    requestAnimationFrame(() => {
+      // A message that is posted within a frame arrives when the frame is drawn.
+      const channel = new MessageChannel();
+      channel.port1.onmessage = () => {
+        timings.push({ server_ms: frame.server_ms, total_ms: at === null ? null : performance.now() - at });
+        if (timings.length > 100) timings.shift();
+      };
+      channel.port2.postMessage(0);
+    });
   }
 
-  /** Draws the last answer, once in a frame of the screen, while the server computes the next. */
+  /**
+   * Draws the last answer, at most once in a frame of the screen, while the server computes the next. It is drawn at once, not with
+   * the next frame, which then has less to do.
+   */
   function draw() {
-    if (pending === null) return;
+    if (pending === null || isDrawn) return;
     const { frame, at } = pending;
     pending = null;
+    isDrawn = true;
+    requestAnimationFrame(() => {
+      isDrawn = false;
+      draw();
+    });
     trouble(notice ? [notice] : []);
     const diverged = frame.runs.filter((run) => run.diverged_s !== null);
     setText("status", diverged.map((run) => `${run.name} diverges at ${run.diverged_s} s`).join("; ") || "up to date");
@@ -225,9 +237,9 @@ const trocar = (() => {
         next();
         return;
       }
-      if (pending === null) requestAnimationFrame(draw);
       pending = { frame, at: pending?.at ?? request.at };
       next();
+      draw();
     },
     table(message) {
       if (message.id !== request.id) return;
