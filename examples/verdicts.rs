@@ -353,16 +353,18 @@ fn maps(count: usize) -> Option<()> {
 }
 
 fn main() -> ExitCode {
-    if std::env::args().nth(1).is_some_and(|word| word == "map") {
-        let count = std::env::args().nth(2).and_then(|text| text.parse().ok()).unwrap_or(200);
-        return if maps(count).is_some() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
-    }
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let count = words.last().and_then(|text| text.parse().ok()).unwrap_or(200);
-    let all = match words.first().map(String::as_str) {
-        Some("delays") => verdicts(count, judged_with_jitter),
+    let mut words = std::env::args().skip(1).peekable();
+    let study = words.next_if(|word| word.parse::<usize>().is_err());
+    let count = words.next().and_then(|text| text.parse().ok()).unwrap_or(200);
+    let all = match study.as_deref() {
+        None => verdicts(count, |seed| judged(seed, false)),
         Some("all") => verdicts(count, |seed| judged(seed, true)),
-        _ => verdicts(count, |seed| judged(seed, false)),
+        Some("delays") => verdicts(count, judged_with_jitter),
+        Some("map") => return if maps(count).is_some() { ExitCode::SUCCESS } else { ExitCode::FAILURE },
+        Some(other) => {
+            eprintln!("{other} is no study of verdicts: give all, map, delays, or only a number");
+            return ExitCode::from(2);
+        }
     };
     let of = |is: &dyn Fn(&&Judged) -> bool| all.iter().filter(is).count();
     let settles = |one: &Judged| one.truth == Truth::Settles && one.with_events == Truth::Settles;
@@ -370,7 +372,8 @@ fn main() -> ExitCode {
     let is_kept = |one: &Judged| one.with_events == Truth::Swings;
     let kept = of(&|one| is_kept(one));
     println!(
-        "{count} scenarios: {swinging} swing or diverge, {kept} are kept swinging by events that noise raises, {settled} settle"
+        "{} scenarios: {swinging} swing or diverge, {kept} are kept swinging by events that noise raises, {settled} settle",
+        all.len()
     );
     for (what, verdict) in [("stable", false), ("certified", true)] {
         let says = |one: &Judged| if verdict { one.is_certified } else { one.is_stable };

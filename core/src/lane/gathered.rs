@@ -93,6 +93,25 @@ macro_rules! gather_variants {
     };
 }
 
+/// Implements `Gather` and `Stored` for a part without numbers.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! gather_nothing {
+    ($Type:ident) => {
+        impl $crate::lane::Gather for $Type<f64> {
+            type Of<L: $crate::lane::Lane> = $Type<L>;
+
+            fn gather<L: $crate::lane::Lane>(_all: [&Self; $crate::lane::LANES]) -> Option<Self::Of<L>> {
+                Some($Type(core::marker::PhantomData))
+            }
+        }
+
+        impl $crate::lane::Stored for $Type<f64> {
+            fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
+        }
+    };
+}
+
 /// Builds an array of lanes, or of another number given its zero, by a loop over its index. `array::from_fn` and its
 /// closure are separate functions, compiled without the instruction set of the run and often not inlined.
 #[doc(hidden)]

@@ -4,6 +4,7 @@ use super::{RunError, observe};
 use crate::augmentation::Mode;
 use crate::engine::{OwnParts, Trace};
 use crate::metrics::Outcome;
+use crate::moments::Moments;
 use crate::operator::Operator;
 use crate::scenario::Scenario;
 
@@ -83,9 +84,9 @@ impl RelativePositions {
     /// Standard deviation of the positions in the second half of the tail, of hand or needle, in m: of the larger.
     fn late_std_m(&self) -> f64 {
         let std_m = |values: &[f64]| {
-            let of = values.len() as f64;
-            let mean = values.iter().sum::<f64>() / of;
-            (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / of).sqrt()
+            let mut moments = Moments::default();
+            values.iter().for_each(|value| moments.add(*value));
+            moments.variance().sqrt()
         };
         self.all.iter().map(|positions| std_m(&positions[positions.len() / 2..])).fold(0.0, f64::max)
     }

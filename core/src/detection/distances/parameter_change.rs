@@ -29,14 +29,4 @@ impl<L: Lane> Distance<L> for ParameterChange<L> {
     }
 }
 
-impl crate::lane::Gather for ParameterChange<f64> {
-    type Of<L: Lane> = ParameterChange<L>;
-
-    fn gather<L: Lane>(_all: [&Self; crate::lane::LANES]) -> Option<ParameterChange<L>> {
-        Some(ParameterChange(core::marker::PhantomData))
-    }
-}
-
-impl crate::lane::Stored for ParameterChange<f64> {
-    fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
-}
+crate::lane::gather_nothing!(ParameterChange);

@@ -30,14 +30,4 @@ impl<L: Lane> Distance<L> for SquaredDrop<L> {
     }
 }
 
-impl crate::lane::Gather for SquaredDrop<f64> {
-    type Of<L: Lane> = SquaredDrop<L>;
-
-    fn gather<L: Lane>(_all: [&Self; crate::lane::LANES]) -> Option<SquaredDrop<L>> {
-        Some(SquaredDrop(core::marker::PhantomData))
-    }
-}
-
-impl crate::lane::Stored for SquaredDrop<f64> {
-    fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
-}
+crate::lane::gather_nothing!(SquaredDrop);

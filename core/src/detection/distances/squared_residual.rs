@@ -42,14 +42,4 @@ impl<L: Lane> Distance<L> for SquaredResidual<L> {
     }
 }
 
-impl crate::lane::Gather for SquaredResidual<f64> {
-    type Of<L: Lane> = SquaredResidual<L>;
-
-    fn gather<L: Lane>(_all: [&Self; crate::lane::LANES]) -> Option<SquaredResidual<L>> {
-        Some(SquaredResidual(core::marker::PhantomData))
-    }
-}
-
-impl crate::lane::Stored for SquaredResidual<f64> {
-    fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
-}
+crate::lane::gather_nothing!(SquaredResidual);
