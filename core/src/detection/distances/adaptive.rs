@@ -24,23 +24,18 @@ const WINDOWS_S: [f64; 5] = [2e-3, 4e-3, 8e-3, 16e-3, 32e-3];
 /// Time before a window with which the force is compared, in s. The spike of an impact is shorter.
 const REFERENCE_S: f64 = 15e-3;
 
-/// Number of bins of a part of the reference.
-const PART: usize = 5;
-
 /// Interval of the present velocity, in s.
 const INSTANT_S: f64 = 4e-3;
 
 /// Slower motions count as rest, in m/s.
 const SLOW_M_PER_S: f64 = 2e-3;
 
-/// Largest share of the force that viscosity releases when the needle stops.
-const VISCOUS_SHARE: f64 = 0.5;
+/// Share of the force that viscosity releases when the needle stops.
+const VISCOUS_SHARE: f64 = 0.7;
 
-/// A needle that has lost less than this share of its velocity moves evenly.
+/// A needle that has lost less than this share of its velocity, and is faster than this in m/s, moves on.
 const EVEN_SHARE: f64 = 0.1;
-
-/// A fall that was under way goes on at this multiple of its rate.
-const TREND: f64 = 1.5;
+const MOVES_ON_M_PER_S: f64 = 5e-3;
 
 /// Smallest fall, as a share of the force before it.
 const LEAST_SHARE: f64 = 0.1;
@@ -90,6 +85,12 @@ const STUCK_S: f64 = 0.2;
 /// Longest time after an alarm that counts as the same fall, in s.
 const HOLD_S: f64 = 0.15;
 
+/// A force that has risen by this multiple of the scale over its lowest value ends the fall: a new load.
+const NEW_LOAD: f64 = 10.0;
+
+/// Number of bins for which it has to be there.
+const NEW_LOAD_BINS: f64 = 2.0;
+
 /// The fall of the force, in multiples of its usual change.
 ///
 /// Samples are averaged in bins of at least 1 ms, and a median of three bins removes single outliers. With the force
@@ -97,16 +98,21 @@ const HOLD_S: f64 = 0.15;
 /// a load, `r` is the force that the motion does not explain: `Δr = Δf - K Δx`. For each window `w`
 ///
 /// ```text
-/// fall_w = min(min r before the window - r, max f before the window - f - released) - slowing - continued
+/// fall_w = min(min r before the window - r - continued, max f before the window - f - released)
 /// s_k    = max over w of min(fall_w, max f) / c_w
 /// ```
 ///
-/// "before the window" is the 15 ms before it. `c_w` is the running mean, over 1 s, of the changes over `w`, each
-/// clipped at three means, and at least half of the sensor's step. *released* is what a step back can release at the
-/// stiffest load seen so far, by what the encoder shows and one step more; a hand that lets go of a rigid stop is not a
-/// rupture. *slowing* is at most half of the force, by the share of the velocity that the needle has lost, from a tenth on: viscosity.
-/// *continued* is what a fall that was under way adds at 1.5 times its rate: relaxation. A fall of less than a tenth of
-/// the force, or of a twentieth of the largest force of the last 0.3 s, counts as none, and so does every fall while the needle retreats, or within the same fall after an alarm.
+/// "before the window" is the 15 ms before it; after a load of at least a tenth of the force in these
+/// 15 ms, and for a needle that moves on through the fall, `min r` is that of the last two bins, as an impact stops a needle and a
+/// rupture lets it through. `c_w` is the running mean, over 1 s, of the changes over `w`, each clipped at
+/// three means, and at least half of the sensor's step. *released* is what a step back can release at the stiffest load seen so far,
+/// by what the encoder shows and one step more; a hand that lets go of a rigid stop is not a rupture. *continued* is what a fall that
+/// was under way adds at its rate: relaxation.
+///
+/// A fall counts as none if it is less than a tenth of the force, less than a twentieth of the largest force of the last 0.3 s, or
+/// less than 0.7 of the share of the force by which the needle has lost velocity: viscosity. So does every fall while the needle
+/// retreats or has been at rest for 64 bins, and within the same fall after an alarm: until no further tenth of the force is lost
+/// within 30 ms, or a new load has risen.
 ///
 /// Its constants are those of made recordings (`trocar roc --trials`), chosen on seeds apart from those that are reported.
 #[derive(Debug, Clone)]
@@ -160,9 +166,9 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
             force: [zero; BINS],
             surplus: [zero; BINS],
             position: [zero; BINS],
-            peak: Extremes::maxima(zero),
-            low: Extremes::minima(zero),
-            high: Extremes::maxima(zero),
+            peak: Extremes::new(zero),
+            low: Extremes::new(zero),
+            high: Extremes::new(zero),
             motion: [Motion { velocity: zero, inverse: zero, fall: zero }; BINS],
             scales: [zero; WINDOWS_S.len()],
             moments: [zero; 2],
@@ -222,8 +228,8 @@ impl<L: Lane> Adaptive<L> {
     #[inline(always)]
     fn process(&mut self, force: L, position: L) {
         if self.bins == 0.0 {
-            (self.force, self.peak) = ([force; BINS], Extremes::maxima(force));
-            (self.position, self.high) = ([position; BINS], Extremes::maxima(position));
+            (self.force, self.peak) = ([force; BINS], Extremes::new(force));
+            (self.position, self.high) = ([position; BINS], Extremes::new(position));
         }
         self.bins += 1.0;
         let last_surplus = self.surplus[self.newest];
@@ -234,17 +240,13 @@ impl<L: Lane> Adaptive<L> {
         let explained = stiffness * self.change(&self.position, 1);
         self.surplus[self.newest] = last_surplus + self.change(&self.force, 1) - explained;
         let (newest, reference) = (self.newest, self.times.reference);
-        self.low.update(&self.surplus, newest, reference);
-        self.peak.update(&self.force, newest, reference);
-        self.high.update(&self.position, newest, reference);
+        self.low.update(&self.surplus, newest, reference, L::min);
+        self.peak.update(&self.force, newest, reference, L::max);
+        self.high.update(&self.position, newest, reference, L::max);
 
         self.motion[newest] = self.motion();
 
-        let released = self.released(stiffness);
-        let mut largest = L::zero();
-        for index in 0..WINDOWS_S.len() {
-            largest = largest.max(self.relative_fall(index, released));
-        }
+        let largest = self.largest_fall(stiffness);
         self.learn(stiffness);
         let held = self.hold.update(force, self.scales[0], &self.times);
         if let Some(ended) = held.ended {
@@ -279,11 +281,14 @@ impl<L: Lane> Adaptive<L> {
         L::select(squares.gt(zero), (products / squares).max(zero), zero)
     }
 
-    /// The motion over the last reference.
+    /// The motion up to the newest bin.
     #[inline(always)]
     fn motion(&self) -> Motion<L> {
-        let reference = self.times.reference;
-        let velocity = self.change(&self.position, reference) * L::splat(self.times.per_reference);
+        let (reference, instant) = (self.times.reference, self.times.instant);
+        let mean = self.change(&self.position, reference) * L::splat(self.times.per_reference);
+        // An encoder's step is not yet a velocity.
+        let at_last = (self.change(&self.position, instant) - self.bin.steps[0]) * L::splat(self.times.per_instant);
+        let velocity = mean.max(at_last);
         Motion {
             velocity,
             inverse: L::splat(1.0) / velocity.max(L::splat(SLOW_M_PER_S)),
@@ -291,38 +296,62 @@ impl<L: Lane> Adaptive<L> {
         }
     }
 
-    /// The force in N that the needle's retreat from its deepest position can release.
+    /// The largest of the relative falls over the windows.
     #[inline(always)]
-    fn released(&self, stiffness: L) -> L {
-        let reference = self.times.reference;
-        let longest = BINS - 1 - reference;
-        // The maxima of four references side by side cover the longest window and the reference before it.
-        let mut deepest = self.position[self.newest];
-        for part in 0..4 {
-            deepest = deepest.max(self.ago(&self.high.whole, (part * reference).min(longest)));
+    fn largest_fall(&self, stiffness: L) -> L {
+        let zero = L::zero();
+        // Most forces have not fallen by the least share of any force before them, over any window.
+        let may_count = self.force[self.newest].lt(self.maximum(&self.peak) * L::splat(1.0 - LEAST_SHARE));
+        if !may_count.any() {
+            return zero;
         }
-        let retreat = deepest - self.position[self.newest] + self.bin.steps[0];
-        stiffness.max(self.stiffest) * retreat
+        // What a retreat from the deepest position can release.
+        let retreat = self.maximum(&self.high) - self.position[self.newest] + self.bin.steps[0];
+        let released = stiffness.max(self.stiffest) * retreat;
+        // The present velocity: the force is that of the bin before the last, and falls along with the velocity after it.
+        let since = self.ago(&self.position, self.times.instant - 1);
+        let velocity = (self.bin.position - since) * L::splat(self.times.per_instant);
+        let mut largest = zero;
+        for index in 0..WINDOWS_S.len() {
+            largest = largest.max(self.relative_fall(index, velocity, released));
+        }
+        // A position that has never changed says nothing of the needle.
+        let is_at_rest = self.bin.steps[0].lt(L::splat(MAX_RESOLUTION_M))
+            & !self.change(&self.position, BINS - 1).gt(L::splat(ROUNDING[0]));
+        L::select(is_at_rest, zero, largest)
     }
 
-    /// The fall over a window, relative to its scale.
+    /// The maximum over the longest window and the reference before it.
     #[inline(always)]
-    fn relative_fall(&self, index: usize, released: L) -> L {
-        let (zero, one) = (L::zero(), L::splat(1.0));
+    fn maximum(&self, maxima: &Extremes<L>) -> L {
+        let reference = self.times.reference;
+        let longest = BINS - 1 - reference;
+        let mut maximum = maxima.whole[self.newest];
+        for part in 1..4 {
+            maximum = maximum.max(self.ago(&maxima.whole, (part * reference).min(longest)));
+        }
+        maximum
+    }
+
+    /// The fall over a window at a velocity (m/s), relative to its scale.
+    #[inline(always)]
+    fn relative_fall(&self, index: usize, velocity: L, released: L) -> L {
+        let zero = L::zero();
         let window = self.times.windows[index];
         let (force, surplus) = (self.force[self.newest], self.surplus[self.newest]);
         let peak = self.ago(&self.peak.whole, window);
 
         let motion = &self.motion[before(self.newest, window)];
-        let velocity = self.change(&self.position, self.times.instant) * L::splat(self.times.per_instant);
-        let lost = (motion.velocity - velocity) * motion.inverse;
-        let stopped = (lost - L::splat(EVEN_SHARE)) * L::splat(1.0 / (1.0 - EVEN_SHARE));
-        let slowing = L::splat(VISCOUS_SHARE) * peak.max(zero) * stopped.clamp(zero, one);
+        let lost = ((motion.velocity - velocity) * motion.inverse).min(L::splat(1.0));
+        let moves_on = lost.lt(L::splat(EVEN_SHARE)) & velocity.gt(L::splat(MOVES_ON_M_PER_S));
+        let (last, lowest) = (self.ago(&self.low.twos, window), self.ago(&self.low.whole, window));
+        let was_loaded = (last - lowest).ge(L::splat(LEAST_SHARE) * peak);
+        let reference = L::select(moves_on & was_loaded, last, lowest);
 
         let continued = motion.fall * L::splat(self.times.trends[index]);
-        let drop = self.ago(&self.low.whole, window) - surplus - continued;
-        let fall = drop.min(peak - force - released) - slowing;
-        let least = (L::splat(LEAST_SHARE) * peak).max(L::splat(LEAST_RECENT_SHARE) * self.recent_load);
+        let fall = (reference - surplus - continued).min(peak - force - released);
+        let least = (L::splat(LEAST_SHARE).max(L::splat(VISCOUS_SHARE) * lost) * peak)
+            .max(L::splat(LEAST_RECENT_SHARE) * self.recent_load);
         let counts = fall.gt(least) & self.change(&self.position, window).ge(zero);
         let scale = self.scales[index].max(self.bin.steps[1] * L::splat(STEP_SHARE)).max(L::splat(LEAST_SCALE_N));
         // Nothing falls by more than there was: noise around zero force is no fall.
@@ -364,60 +393,56 @@ fn before(bin: usize, bins: usize) -> usize {
     (bin + BINS - bins) % BINS
 }
 
-/// The extremes of a signal over the reference up to each bin.
-///
-/// They are the extremes of extremes over parts of the reference: of the square root of the comparisons.
+/// The extremes of a signal over the last two, four and eight bins and over the reference, up to each bin: each is the extreme of two
+/// of the next shorter.
 #[derive(Debug, Clone)]
 struct Extremes<L> {
-    are_maxima: bool,
-    parts: [L; BINS],
+    twos: [L; BINS],
+    fours: [L; BINS],
+    eights: [L; BINS],
     whole: [L; BINS],
 }
 
 impl<L: Lane> Extremes<L> {
-    fn maxima(value: L) -> Self {
-        Self { are_maxima: true, parts: [value; BINS], whole: [value; BINS] }
+    fn new(value: L) -> Self {
+        Self { twos: [value; BINS], fours: [value; BINS], eights: [value; BINS], whole: [value; BINS] }
     }
 
-    fn minima(value: L) -> Self {
-        Self { are_maxima: false, ..Self::maxima(value) }
-    }
-
-    /// Processes the newest of the values.
+    /// Processes the newest of the values; `more` is the minimum or the maximum of two.
     #[inline(always)]
-    fn update(&mut self, values: &[L; BINS], newest: usize, reference: usize) {
-        let part = PART.min(reference);
-        let mut extreme = values[newest];
-        for bins in 1..part {
-            extreme = self.more(extreme, values[before(newest, bins)]);
-        }
-        self.parts[newest] = extreme;
-        for index in 1..reference.div_ceil(part) {
-            extreme = self.more(extreme, self.parts[before(newest, (index * part).min(reference - part))]);
-        }
-        self.whole[newest] = extreme;
+    fn update(&mut self, values: &[L; BINS], newest: usize, reference: usize, more: impl Fn(L, L) -> L) {
+        let one = values[newest];
+        let two = more(one, values[before(newest, 1)]);
+        self.twos[newest] = two;
+        let four = more(two, self.twos[before(newest, 2)]);
+        self.fours[newest] = four;
+        let eight = more(four, self.fours[before(newest, 4)]);
+        self.eights[newest] = eight;
+        // The reference is at most 15 bins.
+        self.whole[newest] = match reference {
+            8.. => more(eight, self.eights[before(newest, reference - 8)]),
+            4.. => more(four, self.fours[before(newest, reference - 4)]),
+            2.. => more(two, self.twos[before(newest, reference - 2)]),
+            _ => one,
+        };
     }
 
-    #[inline(always)]
-    fn more(&self, a: L, b: L) -> L {
-        if self.are_maxima { a.max(b) } else { a.min(b) }
-    }
-
-    /// Forgets what was, in the lanes of the mask.
+    /// Forgets what was, in the lanes of the mask, as if every bin until now had had this value.
     #[inline(always)]
     fn forget(&mut self, mask: L::Mask, value: L) {
-        for old in &mut self.whole {
+        let Self { twos, fours, eights, whole } = self;
+        for old in twos.iter_mut().chain(fours).chain(eights).chain(whole) {
             *old = L::select(mask, value, *old);
         }
     }
 }
 
-crate::lane::gather!(Extremes { parts, whole } same { are_maxima } stored);
+crate::lane::gather!(Extremes { twos, fours, eights, whole } stored);
 
 /// Motion and force over the reference up to a bin.
 #[derive(Debug, Clone, Copy)]
 struct Motion<L> {
-    /// Mean velocity in m/s.
+    /// Velocity in m/s: the mean, or the last one if it is larger.
     velocity: L,
     /// Its inverse, at most that of a slow motion.
     inverse: L,
@@ -431,7 +456,7 @@ crate::lane::gather!(Motion { velocity, inverse, fall } stored);
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Times {
     windows: [usize; WINDOWS_S.len()],
-    /// What a fall over the reference adds over each window, in multiples of it.
+    /// What a fall over the reference adds over each window at its rate, in multiples of it.
     trends: [f64; WINDOWS_S.len()],
     reference: usize,
     stiffness: usize,
@@ -456,7 +481,7 @@ impl Times {
         let (windows, reference) = (WINDOWS_S.map(bins), bins(REFERENCE_S));
         Self {
             windows,
-            trends: windows.map(|window| TREND * window as f64 / reference as f64),
+            trends: windows.map(|window| window as f64 / reference as f64),
             reference,
             stiffness: bins(STIFFNESS_INTERVAL_S),
             instant: bins(INSTANT_S),
@@ -574,17 +599,19 @@ impl<L: Lane> Hold<L> {
         self.bins = L::select(mask, L::zero(), self.bins);
     }
 
-    /// Processes the force of a bin (N) with the scale of its changes. The fall ends with two references without a lower force.
+    /// Processes the force of a bin (N) with the scale of its changes. The fall ends with two references in which the force has not
+    /// fallen further, or with a new load.
     #[inline(always)]
     fn update(&mut self, force: L, scale: L, times: &Times) -> Held<L> {
         let one = L::splat(1.0);
         let was_holding = self.since_lowest.ge(L::zero());
-        let is_lower = force.lt(self.lowest - scale);
+        let is_lower = force.lt(self.lowest - scale.max(L::splat(LEAST_SHARE) * self.lowest));
         self.lowest = L::select(is_lower, force, self.lowest);
         let since = L::select(is_lower, L::zero(), self.since_lowest + one);
         self.bins = self.bins + one;
-        let ends =
-            was_holding & (since.ge(L::splat(2.0 * times.reference as f64)) | self.bins.ge(L::splat(times.hold)));
+        let is_loaded = force.gt(self.lowest + L::splat(NEW_LOAD) * scale) & since.ge(L::splat(NEW_LOAD_BINS));
+        let is_over = since.ge(L::splat(2.0 * times.reference as f64)) | self.bins.ge(L::splat(times.hold));
+        let ends = was_holding & (is_loaded | is_over);
         self.since_lowest = L::select(was_holding & !ends, since, -one);
         Held { was_holding, ended: ends.any().then_some(ends) }
     }

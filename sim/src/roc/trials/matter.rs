@@ -29,14 +29,15 @@ pub struct Fall {
     pub start_s: f64,
     /// Its duration, in s.
     pub duration_s: f64,
-    /// By how much the force on the needle falls until then, in N: less than that of the layer if others load the needle meanwhile.
+    /// By how much the force falls between two samples of the recording, without their noise, in N: less than that of the layer if
+    /// others load the needle meanwhile, or if the sensor is too slow to show the load before it was lost.
     pub drop_n: f64,
 }
 
 impl Fall {
     /// Merges falls of which the next begins within [`APART_S`] of the end of the last, and measures their drops in forces (N)
-    /// without noise, every [`STEP_S`].
-    pub(super) fn merged(all: Vec<Self>, forces: &[f64]) -> Vec<Self> {
+    /// without noise, every `tick_s` (s).
+    pub(super) fn merged(all: Vec<Self>, forces: &[f64], tick_s: f64) -> Vec<Self> {
         let mut merged: Vec<Self> = vec![];
         for fall in all {
             match merged.last_mut().filter(|last| fall.start_s <= last.end_s() + APART_S) {
@@ -44,10 +45,15 @@ impl Fall {
                 None => merged.push(fall),
             }
         }
-        let at = |time_s: f64| ((time_s / STEP_S).round() as usize).min(forces.len() - 1);
         for fall in &mut merged {
-            let (start, end) = (at(fall.start_s), at(fall.end_s()));
-            fall.drop_n = forces[start] - forces[start..=end].iter().copied().fold(f64::MAX, f64::min);
+            let first = (fall.start_s / tick_s).floor() as usize;
+            let end = (fall.end_s() / tick_s).ceil() as usize + 1;
+            let (mut highest_n, mut drop_n) = (f64::MIN, 0.0_f64);
+            for &force_n in &forces[first.min(forces.len())..end.min(forces.len())] {
+                highest_n = highest_n.max(force_n);
+                drop_n = drop_n.max(highest_n - force_n);
+            }
+            fall.drop_n = drop_n;
         }
         merged
     }

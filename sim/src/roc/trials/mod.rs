@@ -108,14 +108,13 @@ impl Trial {
         let steps = (path.duration_s / STEP_S) as usize;
         let stride = ((1.0 / (rate_hz * STEP_S)).round() as usize).max(1);
         let mut position_m = path.at(0.0);
-        let (mut positions, mut forces, mut clean) = (vec![], vec![], vec![]);
+        let (mut positions, mut forces) = (vec![], vec![]);
         let mut contact_steps = 0_u64;
         for step in 0..steps {
             let time_s = step as f64 * STEP_S;
             // The hand is a spring with a lag: it advances when the force falls.
             let (velocity_m_per_s, force_n) = contact.step(time_s, position_m, path.at(time_s), (compliance, lag_s));
             contact_steps += u64::from(position_m > contact.surface_m);
-            clean.push(force_n);
             if step % stride == 0 {
                 positions.push(position_m);
                 forces.push(force_n);
@@ -123,7 +122,7 @@ impl Trial {
             position_m += velocity_m_per_s * STEP_S;
         }
         let tick_s = stride as f64 * STEP_S;
-        let falls = Fall::merged(contact.falls, &clean);
+        let falls = Fall::merged(contact.falls, &forces, tick_s);
         let noise_std_n = log_uniform(random, 0.002, 0.2);
         let noise = Noise::drawn(random);
         noise.add(random, noise_std_n, tick_s, &mut forces);
