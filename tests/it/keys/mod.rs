@@ -58,8 +58,6 @@ const ACCEPTED: &[(&str, &[Chosen])] = &[
         &[Chosen { key: "operator.kind", word: "recording" }, Chosen { key: "operator.kind", word: "ramp" }],
     ),
     ("perception.memory_s", &[Chosen { key: "master.coupling", word: "as-printed" }]),
-    // No further fall counts while a fall or a frozen needle lasts, so that the decision is quiet at once.
-    ("augmentation.exit_ratio", &[Chosen { key: "detector.distance", word: "adaptive" }]),
     // Only `[perception]` feels it.
     ("augmentation.cue", &[Chosen { key: "perception.kind", word: "none" }]),
     (

@@ -115,6 +115,9 @@ const VARIANTS: &[&str] = &[
      sensor.force_noise_std_n=0.02 augmentation.refractory_s=0.1",
     "detector.distance=variance-change detector.threshold=40 detector.cap=60 augmentation.max_hold_s=0.3",
     "detector.threshold=0.01 detector.drift=1e-9 sensor.force_noise_std_n=0.05",
+    // A supervisor that waits for a longer quiet than a detector's own after an alarm, while the needle moves on in noise.
+    "augmentation.hold=none augmentation.exit_quiet_s=0.1 augmentation.max_hold_s=0.4 augmentation.events_s=[0.3] \
+     operator.start_m=-0.1 sensor.force_noise_std_n=0.05",
     // A decision that is quiet at once, and a supervisor that waits for longer quiet than it may.
     "augmentation.exit_quiet_s=0.5",
     // No delays beside those of a file.

@@ -102,12 +102,11 @@ const NEW_LOAD_BINS: f64 = 2.0;
 /// s_k    = max over w of min(fall_w, max f) / c_w
 /// ```
 ///
-/// "before the window" is the 15 ms before it; after a load of at least a tenth of the force in these
-/// 15 ms, and for a needle that moves on through the fall, `min r` is that of the last two bins, as an impact stops a needle and a
-/// rupture lets it through. `c_w` is the running mean, over 1 s, of the changes over `w`, each clipped at
-/// three means, and at least half of the sensor's step. *released* is what a step back can release at the stiffest load seen so far,
-/// by what the encoder shows and one step more; a hand that lets go of a rigid stop is not a rupture. *continued* is what a fall that
-/// was under way adds at its rate: relaxation.
+/// "before the window" is the 15 ms before it; after a load of at least a tenth of the force in these 15 ms, and for a needle that
+/// moves on through the fall, `min r` is that of the last two bins, as an impact stops a needle and a rupture lets it through. `c_w`
+/// is the running mean, over 1 s, of the changes over `w`, each clipped at three means, and at least half of the sensor's step.
+/// *released* is what a step back can release at the stiffest load seen so far, by what the encoder shows and one step more; a hand
+/// that lets go of a rigid stop is not a rupture. *continued* is what a fall that was under way adds at its rate: relaxation.
 ///
 /// A fall counts as none if it is less than a tenth of the force, less than a twentieth of the largest force of the last 0.3 s, or
 /// less than 0.7 of the share of the force by which the needle has lost velocity: viscosity. So does every fall while the needle
@@ -315,7 +314,7 @@ impl<L: Lane> Adaptive<L> {
         for index in 0..WINDOWS_S.len() {
             largest = largest.max(self.relative_fall(index, velocity, released));
         }
-        // A position that has never changed says nothing of the needle.
+        // A position that has never changed, or only by coarse steps, says nothing of a needle at rest.
         let is_at_rest = self.bin.steps[0].lt(L::splat(MAX_RESOLUTION_M))
             & !self.change(&self.position, BINS - 1).gt(L::splat(ROUNDING[0]));
         L::select(is_at_rest, zero, largest)
@@ -327,6 +326,7 @@ impl<L: Lane> Adaptive<L> {
         let reference = self.times.reference;
         let longest = BINS - 1 - reference;
         let mut maximum = maxima.whole[self.newest];
+        // The maxima of four references side by side cover both.
         for part in 1..4 {
             maximum = maximum.max(self.ago(&maxima.whole, (part * reference).min(longest)));
         }
@@ -423,7 +423,7 @@ impl<L: Lane> Extremes<L> {
             8.. => more(eight, self.eights[before(newest, reference - 8)]),
             4.. => more(four, self.fours[before(newest, reference - 4)]),
             2.. => more(two, self.twos[before(newest, reference - 2)]),
-            _ => one,
+            ..2 => one,
         };
     }
 
