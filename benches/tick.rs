@@ -30,7 +30,7 @@ fn steps() -> (MasterStep, SlaveStep) {
 }
 
 fn full(engine: &mut Wired<f64, ExactPlants<f64>>, observer: &mut MetricsObserver<f64>) {
-    engine.run(observer).expect("runs");
+    engine.run_compiled(observer).expect("runs");
 }
 
 /// The plants alone: two matrices times their states and inputs, in plain code.
@@ -102,7 +102,7 @@ fn ticks(criterion: &mut Criterion) {
         group.bench_function(format!("bare/{name}"), |bencher| {
             bencher.iter_batched_ref(
                 || engine.clone(),
-                |engine| engine.run(&mut ()).expect("runs"),
+                |engine| engine.run_compiled(&mut ()).expect("runs"),
                 criterion::BatchSize::LargeInput,
             );
         });

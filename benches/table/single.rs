@@ -30,7 +30,7 @@ fn baseline() -> (Handwritten, Vec<f64>) {
     let handwritten = Handwritten::new(&scenario, desired_m, inputs.sensor.clone());
     let mut slave_m = vec![0.0; handwritten.ticks()];
     let alarms = handwritten.run(&mut slave_m);
-    engine.clone().run(&mut observer).expect("runs");
+    engine.clone().run_compiled(&mut observer).expect("runs");
     let events = observer.metrics(0).alarms.len() as u64;
     assert!(events > 0 && alarms == events, "{alarms} alarms by hand, {events} by the engine");
     let of_engine = inputs.observer.iter().map(|signals| signals.slave_position_m);

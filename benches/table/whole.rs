@@ -17,7 +17,7 @@ pub fn bare_ns(scenario: &Scenario) -> Cost {
     let (engine, _) = ready(scenario);
     time_ns(scenario.grid.ticks() as f64, || {
         let mut engine = engine.clone();
-        elapsed_s(|| engine.run(&mut ()).expect("runs"))
+        elapsed_s(|| engine.run_compiled(&mut ()).expect("runs"))
     })
 }
 
@@ -26,6 +26,6 @@ pub fn full_ns(scenario: &Scenario) -> Cost {
     let (engine, observer) = ready(scenario);
     time_ns(scenario.grid.ticks() as f64, || {
         let (mut engine, mut observer) = (engine.clone(), observer.clone());
-        elapsed_s(|| engine.run(&mut observer).expect("runs"))
+        elapsed_s(|| engine.run_compiled(&mut observer).expect("runs"))
     })
 }

@@ -21,7 +21,7 @@ fn run(scenario: &Scenario, portably: bool) -> Seen {
     let mut engine = scenario.exact_engine::<f64>(0).expect("builds");
     let metrics = MetricsObserver::<f64>::new(scenario.grid, 4);
     let mut observer = ((Trace::new(scenario.grid), Unrecorded::default()), metrics);
-    if portably { engine.run_portably(&mut observer) } else { engine.run(&mut observer) }.expect("runs");
+    if portably { engine.run(&mut observer) } else { engine.run_compiled(&mut observer) }.expect("runs");
     let ((trace, unrecorded), metrics) = observer;
     let mut columns: Vec<Vec<u64>> =
         trace.numbers().iter().map(|column| column.iter().map(|value| value.to_bits()).collect()).collect();

@@ -5,7 +5,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::{Avx2, Avx512};
-use super::{Engine, EngineError, Observer, Plants, Wiring};
+use super::{Engine, EngineError, EventObserver, Happening, Observer, Plants, Wiring};
 use crate::lane::Lane;
 
 /// The instruction set for several cases. All give the same bits.
@@ -91,6 +91,18 @@ pub(crate) trait Wide: Lane {
         engine: &mut Engine<P, W>,
         observer: &mut O,
     ) -> Result<(), EngineError>;
+
+    /// [`EventObserver::observe`] in this instruction set.
+    fn observe<O: EventObserver<Self>>(observer: &mut O, happening: &Happening<Self>);
+}
+
+/// An observer that is compiled for the instruction set of its lanes, wherever it is called from.
+pub(crate) struct InSet<O>(pub(crate) O);
+
+impl<L: Wide, O: EventObserver<L>> EventObserver<L> for InSet<O> {
+    fn observe(&mut self, happening: &Happening<L>) {
+        L::observe(&mut self.0, happening);
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -106,6 +118,11 @@ macro_rules! wide {
                     // SAFETY: such a number exists only if the machine has the instructions.
                     unsafe { run(engine, observer) }
                 }
+
+                fn observe<O: EventObserver<Self>>(observer: &mut O, happening: &Happening<Self>) {
+                    // SAFETY: as above.
+                    unsafe { observe(observer, happening) }
+                }
             }
 
             $(#[$attribute])*
@@ -114,6 +131,11 @@ macro_rules! wide {
                 observer: &mut O,
             ) -> Result<(), EngineError> {
                 engine.run_ticks(observer)
+            }
+
+            $(#[$attribute])*
+            fn observe<O: EventObserver<$Number>>(observer: &mut O, happening: &Happening<$Number>) {
+                observer.observe(happening);
             }
         };
     )*};

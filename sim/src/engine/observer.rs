@@ -1,6 +1,6 @@
 //! Observers of a run.
 
-use super::Signals;
+use super::{Happening, Signals};
 use crate::lane::Lane;
 
 /// Receives the signals of each tick.
@@ -31,6 +31,24 @@ impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     #[inline(always)]
     fn is_done(&self) -> bool {
         (**self).is_done()
+    }
+}
+
+/// Receives what happens at each tick. It is called dynamically, so that the tick is compiled once for all of them.
+pub(crate) trait EventObserver<L: Lane> {
+    /// As [`Observer::observe`].
+    fn observe(&mut self, happening: &Happening<L>);
+}
+
+/// An observer of what happens at each tick, or none.
+pub(crate) struct Additional<'a, L: Lane>(pub(crate) Option<&'a mut dyn EventObserver<L>>);
+
+impl<L: Lane> Observer<L> for Additional<'_, L> {
+    #[inline(always)]
+    fn observe(&mut self, signals: &Signals<L>) {
+        if let Some(observer) = &mut self.0 {
+            observer.observe(&Happening::of(signals));
+        }
     }
 }
 

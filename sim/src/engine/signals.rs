@@ -64,6 +64,35 @@ pub struct Signals<L: Lane> {
     pub allowed_force_step_n: L,
 }
 
+/// What happens at a tick, of its [`Signals`]: few, as every signal that an observer may receive stays live in every tick.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Happening<L: Lane> {
+    pub(crate) tick: u64,
+    pub(crate) intended_position_m: L,
+    pub(crate) slave_position_m: L,
+    pub(crate) residual_n: L,
+    pub(crate) decision: L,
+    pub(crate) mode: L,
+    pub(crate) ruptured: L::Mask,
+    pub(crate) alarm: L::Mask,
+}
+
+impl<L: Lane> Happening<L> {
+    #[inline(always)]
+    pub(crate) fn of(s: &Signals<L>) -> Self {
+        Self {
+            tick: s.tick,
+            intended_position_m: s.intended_position_m,
+            slave_position_m: s.slave_position_m,
+            residual_n: s.residual_n,
+            decision: s.decision,
+            mode: s.mode,
+            ruptured: s.ruptured,
+            alarm: s.alarm,
+        }
+    }
+}
+
 /// What the operator does at a tick.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Desired<L: Lane> {

@@ -30,32 +30,24 @@ macro_rules! wirings {
         }
 
         impl<L: Lane, P: Plants<L>> Wired<L, P> {
-            /// As [`Engine::run`], in the widest registers of the machine if they are faster.
+            /// As [`Engine::run`], in the registers of every machine.
             ///
             /// # Errors
             /// As [`Engine::run`].
-            pub fn run(&mut self, mut observer: &mut dyn Observer<L>) -> Result<(), EngineError> {
-                self.run_compiled(&mut observer)
+            pub fn run(&mut self, observer: &mut dyn Observer<L>) -> Result<(), EngineError> {
+                match self {
+                    $(Self::$Wiring(engine) => instruction_set::run_portably(engine, observer),)*
+                }
             }
 
-            /// [`Wired::run`], compiled for the observer: faster by the call of the observer in each tick, and longer
-            /// to build by a copy of the tick for each wiring.
+            /// [`Wired::run`], compiled for the observer and for wider registers, if the machine has them: identical bit
+            /// for bit, faster, and longer to build by a copy of the tick for each wiring.
             ///
             /// # Errors
             /// As [`Engine::run`].
             pub fn run_compiled<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
                 match self {
                     $(Self::$Wiring(engine) => instruction_set::run(engine, observer),)*
-                }
-            }
-
-            /// [`Wired::run`] without the machine's wider registers: slower, and identical bit for bit.
-            ///
-            /// # Errors
-            /// As [`Engine::run`].
-            pub fn run_portably(&mut self, observer: &mut dyn Observer<L>) -> Result<(), EngineError> {
-                match self {
-                    $(Self::$Wiring(engine) => instruction_set::run_portably(engine, observer),)*
                 }
             }
 

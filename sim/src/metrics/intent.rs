@@ -9,7 +9,6 @@
 //! ```
 //! The horizon of a rupture ends at the next rupture, at the latest after [`HORIZON_S`](super::HORIZON_S).
 
-use crate::engine::Signals;
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
@@ -114,25 +113,25 @@ impl<L: Lane> Pursuit<L> {
 
     /// Processes a tick. Returns whether a horizon ends at it.
     #[inline(always)]
-    pub(crate) fn follow(&mut self, s: &Signals<L>) -> bool {
-        self.slave_m = s.slave_position_m;
+    pub(crate) fn follow(&mut self, tick: u64, intended_position_m: L, slave_position_m: L) -> bool {
+        self.slave_m = slave_position_m;
         if self.is_any_known {
-            let intended = self.scale * s.intended_position_m;
-            let gap = s.slave_position_m - intended;
+            let intended = self.scale * intended_position_m;
+            let gap = slave_position_m - intended;
             let (zero, one) = (L::zero(), L::splat(1.0));
-            let is_first = s.tick == 0;
+            let is_first = tick == 0;
             self.withdraws = intended.lt(self.intended_m) & !L::Mask::splat(is_first);
-            let is_undisturbed = !self.withdraws & L::splat(s.tick as f64).gt(self.disturbed_until);
+            let is_undisturbed = !self.withdraws & L::splat(tick as f64).gt(self.disturbed_until);
             self.undisturbed_ticks = self.undisturbed_ticks + L::select(is_undisturbed, one, zero);
             self.intended_m = intended;
             self.max_gap_m = gap.max(self.max_gap_m);
-            self.max_slave_m = s.slave_position_m.max(self.max_slave_m);
+            self.max_slave_m = slave_position_m.max(self.max_slave_m);
             self.max_intended_m = intended.max(self.max_intended_m);
             let is_deepest = intended.ge(self.deepest_intended_m);
             self.deepest_intended_m = intended.max(self.deepest_intended_m);
             self.final_gap_m = L::select(is_deepest, gap, self.final_gap_m);
         }
-        s.tick >= self.next_end_tick
+        tick >= self.next_end_tick
     }
 
     /// The gap of a lane in m; `None` without known intention.

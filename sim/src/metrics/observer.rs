@@ -476,7 +476,7 @@ impl<L: Lane> Observer<L> for MetricsObserver<L> {
         // below 1 only in teleoperation and far from divergence; the general path distinguishes the rest.
         let bound = (s.master_position_m.abs() + s.slave_position_m.abs()) * L::splat(1.0 / DIVERGED_M)
             + (s.measured_force_n.abs() * L::splat(1.0 / DIVERGED_N) + s.mode);
-        self.is_horizon_due = self.pursuit.follow(s);
+        self.is_horizon_due = self.pursuit.follow(s.tick, s.intended_position_m, s.slave_position_m);
         let is_quiet = !(self.next_is_event | self.is_horizon_due | (s.ruptured | s.alarm | s.noticed).any());
         if L::WIDTH > 1 {
             let quiet = bound.lt(L::splat(1.0));

@@ -3,9 +3,11 @@
 use std::ops::Range;
 
 use super::{RunError, measure, observe};
+use crate::engine::{
+    Additional, EventObserver, ExactPlants, GatheredPlants, Happening, InSet, InstructionSet, Wide, Wired,
+};
 #[cfg(target_arch = "x86_64")]
 use crate::engine::{Avx2, Avx512};
-use crate::engine::{ExactPlants, GatheredPlants, InstructionSet, Observer, Wide, Wired};
 use crate::lane::{LANES, Lane, of_each};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use crate::scenario::{Scenario, ScenarioEngine};
@@ -44,9 +46,11 @@ fn metrics_of(runs: Vec<Result<(Metrics, ()), RunError>>) -> Vec<Result<Metrics,
 /// An additional observer of the runs of a pack: one for all lanes of an engine.
 pub(crate) trait RunObserver {
     /// The observer over lanes.
-    type OverLanes<L: Lane>: Observer<L>;
+    type OverLanes<L: Lane>: EventObserver<L>;
     /// Its result for one run.
     type Finding;
+    /// Whether there is anything to observe.
+    const OBSERVES: bool = true;
 
     /// An observer of the scenarios at these indices of the list, the first in lane 0. Unused lanes repeat the last
     /// scenario.
@@ -61,15 +65,21 @@ pub(crate) trait RunObserver {
     /// As [`measure`].
     fn run_alone(&self, scenario: &Scenario, place: usize) -> Result<(Metrics, Self::Finding), RunError> {
         let mut over_one = self.over_lanes::<f64>(place..place + 1);
-        let metrics = observe(scenario, &mut over_one)?;
+        let metrics = observe(scenario, &mut Additional(Some(&mut over_one)))?;
         Ok((metrics, Self::finding(&over_one, 0)))
     }
+}
+
+/// Nothing is observed.
+impl<L: Lane> EventObserver<L> for () {
+    fn observe(&mut self, _happening: &Happening<L>) {}
 }
 
 /// No additional observer.
 impl RunObserver for () {
     type OverLanes<L: Lane> = ();
     type Finding = ();
+    const OBSERVES: bool = false;
 
     fn over_lanes<L: Lane>(&self, _places: Range<usize>) {}
 
@@ -201,15 +211,16 @@ fn side_by_side<L: Wide, R: RunObserver>(
     let mut engine = Wired::gather::<L, GatheredPlants<L>>(engines, GatheredPlants::gather)?;
     let grid = scenarios.first()?.grid;
     let ruptures = scenarios.iter().map(|scenario| scenario.rupture_times_s().len()).max().unwrap_or(0);
-    let additional = observer.over_lanes::<L>(first..first + scenarios.len());
+    let mut additional = InSet(observer.over_lanes::<L>(first..first + scenarios.len()));
     let traits = |lane: usize| scenarios[lane.min(scenarios.len() - 1)].operator_traits();
-    let mut observers = (MetricsObserver::<L>::new(grid, ruptures).of_operators(traits), additional);
+    let called = Additional(R::OBSERVES.then_some(&mut additional as &mut dyn EventObserver<L>));
+    let mut observers = (MetricsObserver::<L>::new(grid, ruptures).of_operators(traits), called);
     // An exact engine does not fail.
     engine.run_wide(&mut observers).ok()?;
-    let (metrics, additional) = observers;
+    let (metrics, _) = observers;
     let run = |lane: usize| {
         let link = engine.link_report(lane).map(|report| LinkMetrics::new(&report, &grid));
-        (Metrics { link, ..metrics.metrics(lane) }, R::finding(&additional, lane))
+        (Metrics { link, ..metrics.metrics(lane) }, R::finding(&additional.0, lane))
     };
     Some((0..scenarios.len()).map(run).collect())
 }

@@ -46,8 +46,8 @@ impl ScenarioEngine {
         }
     }
 
-    /// [`ScenarioEngine::run`] with the exact engine compiled for its observer. The call of an observer costs little
-    /// beside the ticks of the other engines.
+    /// [`ScenarioEngine::run`] with the exact engine compiled for its observer and the machine's registers. Both matter
+    /// little beside the ticks of the other engines.
     ///
     /// # Errors
     /// As [`Engine::run`].

@@ -19,7 +19,7 @@
 
 use std::ops::Range;
 
-use crate::engine::{InstructionSet, Observer, Signals};
+use crate::engine::{EventObserver, Happening, InstructionSet};
 use crate::lane::{Lane, Mask};
 use crate::metrics::Metrics;
 use crate::run::{RunError, RunObserver, run_pack_observed, run_pack_sharing};
@@ -144,7 +144,7 @@ impl<L: Lane> EquivalentThresholds<L> {
 
     /// Evaluates a tick at which a `g` is above its threshold or a mode is not teleoperation.
     #[inline(always)]
-    fn observe_event(&mut self, s: &Signals<L>, above: L::Mask, not_teleoperation: L::Mask) {
+    fn observe_event(&mut self, s: &Happening<L>, above: L::Mask, not_teleoperation: L::Mask) {
         let is_augmented = not_teleoperation & s.mode.lt(L::splat(1.5));
         self.augmented_ticks = L::select(is_augmented, self.augmented_ticks + L::splat(1.0), L::zero());
         let is_delayed = self.augmented_ticks.gt(self.max_augmented_ticks);
@@ -165,9 +165,9 @@ impl<L: Lane> EquivalentThresholds<L> {
     }
 }
 
-impl<L: Lane> Observer<L> for EquivalentThresholds<L> {
+impl<L: Lane> EventObserver<L> for EquivalentThresholds<L> {
     #[inline(always)]
-    fn observe(&mut self, s: &Signals<L>) {
+    fn observe(&mut self, s: &Happening<L>) {
         let above = s.decision.gt(self.threshold);
         let not_teleoperation = s.mode.gt(L::splat(0.5));
         if (above | not_teleoperation).any() {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::engine::{Observer, Signals};
+use crate::engine::{EventObserver, Happening};
 use crate::lane::{Lane, Mask};
 use crate::metrics::{OperatorTraits, Pursuit};
 use crate::run::RunObserver;
@@ -48,12 +48,12 @@ impl RunObserver for Windows<'_> {
     }
 }
 
-impl<L: Lane> Observer<L> for WindowsOverLanes<L> {
+impl<L: Lane> EventObserver<L> for WindowsOverLanes<L> {
     #[inline(always)]
-    fn observe(&mut self, s: &Signals<L>) {
+    fn observe(&mut self, s: &Happening<L>) {
         let ruptured = s.ruptured.any();
         for (window, pursuit) in self.pursuits.iter_mut().enumerate() {
-            let is_due = pursuit.follow(s);
+            let is_due = pursuit.follow(s.tick, s.intended_position_m, s.slave_position_m);
             if !(is_due | ruptured) {
                 continue;
             }

@@ -38,34 +38,17 @@ fn scenario(detector: DetectorSettings) -> Scenario {
     scenario
 }
 
-/// Returns the signals of a tick in teleoperation.
-fn signals(tick: u64, residual_n: f64, decision: f64, alarm: bool) -> Signals<f64> {
-    Signals {
+/// Returns what happens at a tick in teleoperation.
+fn happening(tick: u64, residual_n: f64, decision: f64, alarm: bool) -> Happening<f64> {
+    Happening {
         tick,
-        desired_position_m: 0.0,
         intended_position_m: 0.0,
-        noticed: false,
-        master_position_m: 0.0,
-        master_velocity_m_per_s: 0.0,
-        operator_force_n: 0.0,
-        slave_reference_m: 0.0,
         slave_position_m: 0.0,
-        slave_velocity_m_per_s: 0.0,
-        tissue_force_n: 0.0,
-        measured_force_n: 0.0,
-        feedback_force_n: 0.0,
-        stiffness_n_per_m: 0.0,
-        damping_n_s_per_m: 0.0,
-        extra_parameter: 0.0,
         residual_n,
-        distance: 0.0,
         decision,
         mode: Mode::Teleoperation.code(),
         ruptured: false,
         alarm,
-        alarm_taken: alarm,
-        commanded_force_n: 0.0,
-        allowed_force_step_n: 0.0,
     }
 }
 
@@ -81,12 +64,12 @@ fn thresholds_reported_as_equivalent_raise_the_same_alarms_and_few_are_missed() 
     let (mut reported, mut true_of, mut alarm_count) = (0, 0, 0);
     for seed in 1..30 {
         let samples = insertion(seed);
-        let alarms = |threshold: f64, observer: &mut dyn Observer<f64>| -> Vec<bool> {
+        let alarms = |threshold: f64, observer: &mut dyn EventObserver<f64>| -> Vec<bool> {
             let mut detector = CusumDetector::<f64>::new(&settings(threshold), 1e-3);
             let ticks = samples.iter().zip(0..);
             let alarm = |(sample, tick): (&Evidence<f64>, u64)| {
                 let decision = detector.update(sample);
-                observer.observe(&signals(tick, sample.residual_n, decision.decision, decision.alarm));
+                observer.observe(&happening(tick, sample.residual_n, decision.decision, decision.alarm));
                 decision.alarm
             };
             ticks.map(alarm).collect()
@@ -120,7 +103,7 @@ fn remaining(settle_s: f64, samples: &[(f64, bool)]) -> Vec<f64> {
     (detector.cusum.threshold, detector.cusum.cap, detector.arming.settle_s) = (1.0, 10.0, settle_s);
     let mut observer = EquivalentThresholds::<f64>::new(&[scenario(detector)], &[vec![1.5, 3.0]]);
     for (tick, &(decision, alarm)) in (0..).zip(samples) {
-        observer.observe(&signals(tick, -0.5, decision, alarm));
+        observer.observe(&happening(tick, -0.5, decision, alarm));
     }
     observer.thresholds(0).collect()
 }
@@ -156,7 +139,7 @@ fn a_phase_that_lasts_longer_than_the_minimum_hold_drops_all() {
                 300..900 | 1200.. => Mode::Reengaging,
                 0..300 | 900..1200 => Mode::Teleoperation,
             };
-            observer.observe(&Signals { mode: mode.code(), ..signals(tick, 0.0, 0.0, false) });
+            observer.observe(&Happening { mode: mode.code(), ..happening(tick, 0.0, 0.0, false) });
         }
         observer.thresholds(0).count()
     };
