@@ -71,7 +71,7 @@ def verify(proof):
             for k, dwell in enumerate(proof["dwell_ticks"]):
                 begin = np.array([*at_alarm[:n], tracked[blend + dwell - 1 :, 4:].max(), *at_alarm[n + 1 :]])
                 growth[k] = max(growth[k], np.abs(release[n + 1]) @ begin)
-    assert np.all(growth <= np.array(proof["growth"]) * (1 + 1e-9)), growth
+    assert np.all(growth < 1) and np.allclose(growth, proof["growth"], rtol=1e-5), growth
     return growth
 
 
