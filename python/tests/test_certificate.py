@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from conftest import REPOSITORY
 
-SCRIPT = REPOSITORY / "docs" / "src" / "concepts" / "verify_certificate.py"
+CONCEPTS = REPOSITORY / "docs" / "src" / "concepts"
+SCRIPT = CONCEPTS / "verify_certificate.py"
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +37,25 @@ def test_the_script_refuses_a_changed_certificate(written):
     changed["matrix"][0][0] *= 1.05
     with pytest.raises(AssertionError):
         verify(certificate)
+
+
+def test_a_kept_gap_is_verified_by_a_script_of_its_own(cli, tmp_path):
+    script = CONCEPTS / "verify_kept_gap.py"
+    assert len(script.read_text().splitlines()) <= 80
+    small = ["--x", "scaling.position=0.9:1:2", "--y", "tissue.stiffness_n_per_m=100:200:2"]
+    changes = ["--set", "augmentation.reengage=clutch", "--set", "channel.delay_s=0.005"]
+    done = cli("stability", "paper/augmented", *small, *changes, "--quiet", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    proof = json.loads((tmp_path / "augmented" / "certificate.json").read_text())["certificates"]["kept_gap"]
+    verify = runpy.run_path(str(script))["verify"]
+    certified, at_refractory = verify(proof)
+    # The arm's spring of 698.8 N/m against 50 N/m keeps 0.9332 of the gap.
+    assert certified < 1 and 0.9332 < at_refractory < 0.94
+    # A stiffer arm at the other end of the tissue's range is not what was verified.
+    changed = next(one for one in proof["maps"] if one["name"] == "force_0")
+    changed["matrix"][0] = [-4 * value for value in changed["matrix"][0]]
+    with pytest.raises(AssertionError):
+        verify(proof)
 
 
 def test_states_have_names_and_units(written):

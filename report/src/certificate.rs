@@ -3,26 +3,37 @@
 use serde_json::{Value as Json, json};
 
 use super::switching::{rows, seconds};
-use trocar_sim::stability::{Certificate, Switching};
+use trocar_sim::stability::{Certificate, KeptGap, StateMap, StateSpace, Switching};
 
 /// Returns `certificate.json`; `None` without a certificate.
 ///
 /// Each certificate has its spaces with name and unit of each state in order and the scale of the states, its functions
 /// `V = zᵀ P z` on scaled states, its maps on states, and its inequalities: sums of `factor · Mᵀ P M`, with `M` the
 /// product of maps between scaled states, the first one applied last, that are positive definite. A map with a power is
-/// raised to each power of the inequality's range.
+/// raised to each power of the inequality's range. That of a kept gap has no functions: see [`kept_gap`].
 #[must_use]
 pub fn certificate_json(switching: &Switching) -> Option<String> {
-    let shortest = switching.certificate.as_ref()?;
     let mut certificates = serde_json::Map::new();
-    certificates.insert("shortest_dwell".into(), object(switching, shortest, None));
+    match (&switching.certificate, &switching.kept_gap) {
+        (Some(shortest), _) => {
+            certificates.insert("shortest_dwell".into(), object(switching, shortest, None));
+        }
+        (None, Some(found)) => {
+            certificates.insert("kept_gap".into(), kept_gap(switching, found));
+        }
+        (None, None) => return None,
+    }
     if let Some(found) = &switching.at_refractory {
         certificates.insert("growth_at_refractory".into(), object(switching, found, None));
     }
     if let Some(reach) = &switching.reach {
-        let bound = |value: f64, unit: &str| Some(json!({ "value": value, "unit": unit }));
-        certificates.insert("needle".into(), object(switching, &reach.slave.1, bound(reach.slave.0, "m/m")));
-        certificates.insert("feedback_force".into(), object(switching, &reach.force.1, bound(reach.force.0, "N/m")));
+        let bounds = [("needle", &reach.slave, "m/m"), ("feedback_force", &reach.force, "N/m")];
+        for (name, (value, certificate), unit) in bounds {
+            if let Some(certificate) = certificate {
+                let bound = Some(json!({ "value": value, "unit": unit }));
+                certificates.insert(name.into(), object(switching, certificate, bound));
+            }
+        }
     }
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
     let whole = json!({
@@ -35,22 +46,45 @@ pub fn certificate_json(switching: &Switching) -> Option<String> {
     serde_json::to_string(&whole).ok().map(|text| text + "\n")
 }
 
-fn object(switching: &Switching, certificate: &Certificate, bound: Option<Json>) -> Json {
-    let space = |place: usize| certificate.spaces[place].name.clone();
-    let spaces: serde_json::Map<String, Json> = (certificate.spaces.iter())
+/// Spaces by name, with their states and scale, and maps.
+fn spaces_and_maps(spaces: &[StateSpace], maps: &[StateMap]) -> (Json, Json) {
+    let named: serde_json::Map<String, Json> = (spaces.iter())
         .map(|space| {
             let states: Vec<Json> =
                 space.states.iter().map(|(name, unit)| json!({ "name": name, "unit": unit })).collect();
             (space.name.clone(), json!({ "states": states, "scale": rows(&space.scale) }))
         })
         .collect();
+    let name = |place: usize| &spaces[place].name;
+    let maps = maps.iter().map(
+        |map| json!({ "name": map.name, "from": name(map.from), "to": name(map.to), "matrix": rows(&map.matrix) }),
+    );
+    (named.into(), maps.collect())
+}
+
+/// The proof for a kept gap: the states at a release are `along · gap`, each within `rest · |gap|`, all scaled.
+fn kept_gap(switching: &Switching, found: &KeptGap) -> Json {
+    let phases = switching.phases;
+    let (spaces, maps) = spaces_and_maps(&found.spaces, &found.maps);
+    json!({
+        "dwell_s": seconds(switching, found.dwell_ticks),
+        "dwell_ticks": [found.dwell_ticks, phases.refractory],
+        "growth": [found.growth_after(found.dwell_ticks), found.growth_after(phases.refractory)],
+        "held_ticks": [phases.held.0, phases.held.1],
+        "blend_ticks": phases.blend,
+        "ticks": found.ticks,
+        "along": found.along,
+        "rest": found.rest,
+        "spaces": spaces,
+        "maps": maps,
+    })
+}
+
+fn object(switching: &Switching, certificate: &Certificate, bound: Option<Json>) -> Json {
+    let space = |place: usize| certificate.spaces[place].name.clone();
+    let (spaces, maps) = spaces_and_maps(&certificate.spaces, &certificate.maps);
     let functions: Vec<Json> = (certificate.functions.iter())
         .map(|one| json!({ "name": one.name, "space": space(one.space), "p": rows(&one.matrix) }))
-        .collect();
-    let maps: Vec<Json> = (certificate.maps.iter())
-        .map(|map| {
-            json!({ "name": map.name, "from": space(map.from), "to": space(map.to), "matrix": rows(&map.matrix) })
-        })
         .collect();
     let inequalities: Vec<Json> = (certificate.inequalities.iter())
         .map(|one| {

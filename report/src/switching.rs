@@ -56,31 +56,28 @@ pub(super) fn switching_lines(study: &StabilityStudy, switching: &Switching) -> 
         ms(phases.blend),
         policy(switching.settings.augmentation.reengage),
     );
-    match &switching.certificate {
-        None => {
-            let _ = writeln!(
-                text,
-                "certificate: none found with up to {LONGEST_DWELL_S} s of teleoperation between events; \
-                 this does not show instability"
-            );
-        }
-        Some(found) => {
-            let _ = writeln!(
-                text,
-                "certificate: the motion decays under any sequence of events with {} of teleoperation between them; {} conditions verified",
-                ms(found.dwell_ticks),
-                found.conditions,
-            );
-        }
-    }
+    let conditions = switching.certificate.as_ref().map(|found| found.conditions);
+    let conditions = conditions.or(switching.kept_gap.as_ref().map(|found| found.conditions));
+    let _ = match (switching.dwell_ticks(), conditions) {
+        (Some(dwell), Some(conditions)) => writeln!(
+            text,
+            "certificate: the motion decays under any sequence of events with {} of teleoperation between them; {conditions} conditions verified",
+            ms(dwell),
+        ),
+        _ => writeln!(
+            text,
+            "certificate: none found with up to {LONGEST_DWELL_S} s of teleoperation between events; \
+             this does not show instability"
+        ),
+    };
     let _ = writeln!(
         text,
         "the supervisor enforces {}: {}",
         ms(phases.refractory),
-        match (&switching.certificate, switching.is_certified()) {
+        match (switching.dwell_ticks(), switching.is_certified()) {
             (_, true) => certified_for(study, switching),
-            (Some(found), false) =>
-                format!("not certified, augmentation.refractory_s must be {}", seconds(switching, found.dwell_ticks)),
+            (Some(dwell), false) =>
+                format!("not certified, augmentation.refractory_s must be {}", seconds(switching, dwell)),
             (None, false) => "not certified".to_owned(),
         }
     );
@@ -89,18 +86,15 @@ pub(super) fn switching_lines(study: &StabilityStudy, switching: &Switching) -> 
         let _ = writeln!(text, "with a needle that may lose contact at any tick: {word}");
     }
     let found = switching.growth.found;
-    let _ = match &switching.at_refractory {
-        Some(certificate) => {
-            let certified = certificate.contraction.sqrt();
-            writeln!(
-                text,
-                "growth per event at {}: {} found with the stiffness chosen at every tick, at most {} by the certificate, {} times as much",
-                ms(phases.refractory),
-                significant(found),
-                significant(certified),
-                significant(certified / found),
-            )
-        }
+    let _ = match switching.certified_growth() {
+        Some(certified) => writeln!(
+            text,
+            "growth per event at {}: {} found with the stiffness chosen at every tick, at most {} by the certificate, {} times as much",
+            ms(phases.refractory),
+            significant(found),
+            significant(certified),
+            significant(certified / found),
+        ),
         None => writeln!(
             text,
             "growth per event at {}: {} found with the stiffness chosen at every tick",
@@ -221,11 +215,15 @@ pub(super) fn switching_object(study: &StabilityStudy) -> Json {
         "covers_tissue": study.covers_tissue(),
         "covers_lost_contact": switching.covers_lost_contact,
         "certificate": switching.certificate.as_ref().map(of_certificate),
+        "kept_gap": switching.kept_gap.as_ref().map(|found| json!({
+            "dwell_s": s(found.dwell_ticks),
+            "conditions": found.conditions,
+        })),
         "growth_per_event": {
             "dwell_s": s(switching.phases.refractory),
             "found": switching.growth.found,
             "found_changes_of_stiffness": switching.growth.changes,
-            "certified": switching.at_refractory.as_ref().map(|found| found.contraction.sqrt()),
+            "certified": switching.certified_growth(),
             "found_on_one_stiffness": switching.shown.found,
             "growing_dwell_s": switching.growing_dwell_ticks.map(s),
         },

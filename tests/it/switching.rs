@@ -109,6 +109,8 @@ fn delays_and_other_architectures_are_certified() {
         &["channel.forward_delay_s=0.001", "channel.backward_delay_s=0.001"][..],
         &["controller.kind=position-position"],
         &["controller.kind=local-force"],
+        &["augmentation.reengage=clutch", "channel.delay_s=0.001"],
+        &["augmentation.reengage=clutch", "channel.delay_s=0.01"],
     ] {
         let found = dwell_ms(settings, TISSUE).expect("certified");
         assert!(found <= 200.0, "{settings:?}: {found} ms");
@@ -129,13 +131,15 @@ fn five_and_ten_ticks_each_way_are_certified_with_the_supervisors_time() {
 #[test]
 fn a_gap_that_is_kept_is_certified_in_contact() {
     let switching = analysed(&["augmentation.reengage=clutch"], TISSUE);
-    let found = switching.certificate.as_ref().expect("certified");
-    assert!(switching.is_certified() && found.dwell_ticks > 1, "{} ms", found.dwell_ticks);
+    assert!(switching.is_certified() && switching.kept_gap.is_some() && switching.certificate.is_none());
     // On the softest tissue an event keeps 93 % of the gap: the spring of the arm against both springs.
     let arm = &switching.settings.of_loop.arm;
     let spring = arm.k_a_n_per_m * arm.k_h_n_per_m / (arm.k_a_n_per_m + arm.k_h_n_per_m);
     let at_rest = spring / (spring + TISSUE.0);
     assert!((switching.growth.found / at_rest - 1.0).abs() < 0.01, "{} {at_rest}", switching.growth.found);
+    // What is found and what is certified enclose the truth within a per cent.
+    let certified = switching.certified_growth().expect("certified");
+    assert!(switching.growth.found <= certified && certified < 1.01 * switching.growth.found, "{certified}");
     // Out of contact the gap stays as it is.
     assert_eq!(switching.covers_lost_contact, Some(false));
 }
@@ -155,7 +159,7 @@ fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
     for (settings, count, ticks, share) in [
         (&[][..], 2_000, 2_500, 0.1),
         (&snap[..], 1_000, 2_500, 0.1),
-        (&clutch[..], 1_000, 2_500, 0.06),
+        (&clutch[..], 1_000, 2_500, 0.1),
         (&short[..], 96_000, 240, 0.1),
     ] {
         let switching = analysed(settings, TISSUE);

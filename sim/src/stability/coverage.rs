@@ -44,13 +44,13 @@ const JITTER: [&str; 4] = [
     "jitter",
     "jitter, which can count as an outage",
     "jitter, without a proof for every order of the delays",
-    "jitter during events",
+    "jitter during events, at which the two sides then switch a varying time apart, without a proof",
 ];
 const VARYING: [&str; 4] = [
     "delays that vary",
     "delays that vary, which can count as an outage",
     "delays that vary, without a proof for every order of them",
-    "delays that vary during events",
+    "delays that vary during events, at which the two sides then switch a varying time apart, without a proof",
 ];
 
 /// Returns the parts of a scenario that the linear loop leaves out, besides tissue and augmentation, which have their

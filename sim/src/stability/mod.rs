@@ -65,8 +65,8 @@ pub use sensitivity::{Sensitivity, sensitivities};
 pub use settings::LoopSettings;
 pub use shares::ShareMap;
 pub use switching::{
-    Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, Inequality, LONGEST_DWELL_S, Lyapunov, Phases, Reach,
-    Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching, SwitchingSettings,
+    Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, Inequality, KeptGap, LONGEST_DWELL_S, Lyapunov, Phases,
+    Reach, Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching, SwitchingSettings,
 };
 pub use systems::{Locus, LoopSystem, PolesAndZeros};
 pub use tissue_kind::TissueKind;

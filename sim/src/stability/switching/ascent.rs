@@ -97,6 +97,10 @@ impl<'a> Steps<'a> {
         }
     }
 
+    pub(super) fn modes(&self) -> &'a Modes {
+        self.modes
+    }
+
     /// The steps from the last tick before an event to that before the next.
     fn cycle(&self, cycle: Cycle) -> Vec<Choices> {
         let mut steps = vec![Arc::clone(&self.teleoperation), Arc::clone(&self.freeze)];

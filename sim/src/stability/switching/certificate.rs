@@ -137,7 +137,7 @@ pub(super) struct Enclosures<'a> {
 }
 
 /// `M^n R` for all numbers of a range: products of a few powers, so that roundings do not accumulate.
-struct Powers {
+pub(super) struct Powers {
     begin: u64,
     /// `M^k` for the numbers below the stride.
     steps: Vec<Enclosure>,
@@ -146,7 +146,7 @@ struct Powers {
 }
 
 /// The first powers of a matrix, each from two of half its exponent.
-fn first_powers(base: &Enclosure, count: usize) -> Vec<Enclosure> {
+pub(super) fn first_powers(base: &Enclosure, count: usize) -> Vec<Enclosure> {
     let mut all = vec![power(base, 0), base.clone()];
     for n in 2..count {
         all.push(product(&all[n / 2], &all[n - n / 2]));
@@ -156,7 +156,7 @@ fn first_powers(base: &Enclosure, count: usize) -> Vec<Enclosure> {
 }
 
 impl Powers {
-    fn new(base: &Enclosure, (begin, end): (u64, u64), right: &Enclosure) -> Self {
+    pub(super) fn new(base: &Enclosure, (begin, end): (u64, u64), right: &Enclosure) -> Self {
         let stride = ((end - begin) as f64).sqrt() as usize + 1;
         let leaps = (end - begin) as usize / stride + 1;
         let to_begin = product(&power(base, begin), right);
@@ -165,7 +165,7 @@ impl Powers {
         Self { begin, steps: first_powers(base, stride), leaps }
     }
 
-    fn get(&self, n: u64) -> Enclosure {
+    pub(super) fn get(&self, n: u64) -> Enclosure {
         let (stride, n) = (self.steps.len(), (n - self.begin) as usize);
         product(&self.steps[n % stride], &self.leaps[n / stride])
     }

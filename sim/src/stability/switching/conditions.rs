@@ -23,15 +23,7 @@
 //! Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked, *IEEE Trans. Autom. Control*
 //! 56, 2011).
 //!
-//! A gap that is kept (`clutch`) stays in the held branch, and the next event begins in it. It changes at events only,
-//! and the state may follow the tissue at a distance from 0 that is proportional to it. The functions in time decrease as
-//! `P_H` does, by `a` towards `γ g²`, and both `P_S` and `γ g²` after the freeze are below a mean of `P_H` and `γ g²` at
-//! the beginning of the event: `max(P, γ g²)` decays from event to event.
-//!
-//! ```text
-//! entering, gap   P_S(0), γ g²  <  ρ (λ P_H + (1 - λ) γ g²)
-//! along           P(t+1) after a tick < a P(t) + (1 - a) γ g²
-//! ```
+//! A gap that is kept has a proof of its own, in `kept_gap.rs`.
 //!
 //! The functions are linear in time between nodes; a condition for a tick is then also linear in time, and holds within
 //! a piece if it holds for its first and last tick. Where the frozen map depends on the tissue, functions `P_F(t)` on the
@@ -48,12 +40,6 @@ use crate::augmentation::cross_fade;
 
 /// The weight of a condition per second relative to one per event: a tick's condition has the share of a tick.
 const PER_SECOND: f64 = 10.0;
-
-/// The same if the gap is kept, and an event reduces it by a few per cent only.
-const PER_SECOND_WITH_KEPT_GAP: f64 = 1.0;
-
-/// `λ`: the share of `P_H` at the beginning of an event if the gap is kept. `1 - λ` is exact.
-const AT_KEPT_GAP: f64 = 0.4375;
 
 /// Nodes of the functions while frozen, as shares of the shortest freeze.
 const FROZEN_SHARES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
@@ -168,8 +154,8 @@ struct Roles {
     fading: Vec<usize>,
     /// `P_S`.
     fading_held: Vec<usize>,
-    /// `P_H`: one, or with a kept gap at the nodes of the dwell.
-    held: Vec<usize>,
+    /// `P_H`.
+    held: Option<usize>,
     /// `γ`.
     gap: Option<usize>,
     /// `P_F`, with the ticks since the alarm; the last one is constant from then on.
@@ -201,7 +187,7 @@ fn pieces(ticks: u64, max: u64) -> Vec<u64> {
 impl Conditions {
     pub(super) fn new(modes: &Modes, phases: Phases, choice: Choice, focus: Option<&Focus>) -> Self {
         let kept = (-modes.tick_s / choice.hold_s).exp();
-        let decay = if modes.gap_closes() { (-modes.tick_s * choice.rate_per_s).exp() } else { 1.0 };
+        let decay = (-modes.tick_s * choice.rate_per_s).exp();
         let at_entry = choice.contraction / decay_over(decay, choice.dwell).high;
         let mut builder = Builder {
             modes,
@@ -209,7 +195,7 @@ impl Conditions {
             functions: vec![],
             maps: vec![],
             list: vec![],
-            per_tick: modes.tick_s * if modes.gap_closes() { PER_SECOND } else { PER_SECOND_WITH_KEPT_GAP },
+            per_tick: modes.tick_s * PER_SECOND,
             held: (kept, 1.0 - kept),
             decay,
             at_entry: at_entry.next_down(),
@@ -224,18 +210,13 @@ impl Conditions {
         }
         builder.enter(&roles);
         builder.fade(&roles, &fade);
-        if modes.gap_closes() {
-            builder.drop_gap(&roles);
-            builder.dwell(&roles, &dwell);
-        } else {
-            builder.dwell_with_gap(&roles, &dwell);
-        }
+        builder.drop_gap(&roles);
+        builder.dwell(&roles, &dwell);
         if let Some(focus) = focus {
             builder.bound(&roles, focus);
         }
         let Builder { functions, maps, list, decay, .. } = builder;
-        let at_events = if modes.gap_closes() { &roles.dropped } else { &roles.held };
-        Self { functions, maps, list, at_events: *at_events.last().unwrap_or(&0), decay }
+        Self { functions, maps, list, at_events: *roles.dropped.last().unwrap_or(&0), decay }
     }
 }
 
@@ -245,13 +226,8 @@ impl Builder<'_> {
         self.functions.len() - 1
     }
 
-    fn nodes(&mut self, name: &str, count: usize, space: Space) -> Vec<usize> {
-        (0..count).map(|node| self.function(name, node, space)).collect()
-    }
-
     fn roles(&mut self, dwell: &[u64], fade: &[u64]) -> Roles {
         let modes = self.modes;
-        let closes = modes.gap_closes();
         let fading = fade.len() + 1;
         // Functions that are linked stand next to each other, which keeps the solver's matrix narrow.
         let (mut frozen, mut constants) = (vec![], None);
@@ -270,18 +246,11 @@ impl Builder<'_> {
             if modes.has_gap() {
                 fading_held.push(self.function("cross_fade_with_gap", node, Space::FadingGap));
             }
-            if closes {
-                of_fading.push(self.function("cross_fade", node, Space::Fading));
-            }
+            of_fading.push(self.function("cross_fade", node, Space::Fading));
         }
-        let (mut held, mut gap) = (vec![], None);
-        if modes.has_gap() {
-            held = self.nodes("teleoperation_with_gap", if closes { 1 } else { dwell.len() + 1 }, Space::LoopGap);
-        }
-        let dropped = if closes { self.nodes("teleoperation", dwell.len() + 1, Space::Loop) } else { vec![] };
-        if modes.has_gap() {
-            gap = Some(self.function("gap", 0, Space::Gap));
-        }
+        let held = modes.has_gap().then(|| self.function("teleoperation_with_gap", 0, Space::LoopGap));
+        let dropped = (0..=dwell.len()).map(|node| self.function("teleoperation", node, Space::Loop)).collect();
+        let gap = modes.has_gap().then(|| self.function("gap", 0, Space::Gap));
         Roles { dropped, fading: of_fading, fading_held, held, gap, frozen, constants }
     }
 
@@ -356,49 +325,17 @@ impl Builder<'_> {
 
     /// `a P_H + (1 - a) γ g²` on the states with the gap.
     fn held_level(&mut self, roles: &Roles) -> Vec<Term> {
-        self.level(roles, self.held)
-    }
-
-    /// A mean of `P_H` and `γ g²`.
-    fn level(&mut self, roles: &Roles, (of_function, of_gap): (f64, f64)) -> Vec<Term> {
-        let (Some(&of_loop), Some(gap)) = (roles.held.last(), roles.gap) else { return vec![] };
+        let (Some(held), Some(gap)) = (roles.held, roles.gap) else { return vec![] };
         let rows = Space::LoopGap;
         let (one, gaps) = (self.select(rows, rows), self.select(rows, Space::Gap));
-        vec![self.term(number(of_function), of_loop, &[one]), self.term(number(of_gap), gap, &[gaps])]
+        let (of_function, of_gap) = self.held;
+        vec![self.term(number(of_function), held, &[one]), self.term(number(of_gap), gap, &[gaps])]
     }
 
-    /// As [`Self::decaying`] by `a` with `(1 - a) γ g²` added: `max(P, γ g²)` cannot grow.
-    fn along_kept_gap(
-        &mut self,
-        name: &'static str,
-        roles: &Roles,
-        (nodes, ticks): ((usize, usize), u64),
-        (rows, map): (Space, usize),
-    ) {
-        let Some(gap) = roles.gap else { return };
-        let (kept, rest) = self.held;
-        let from = self.list.len();
-        self.decaying(name, rows, nodes, ticks, (map, kept));
-        let of_gap = self.select(rows, Space::Gap);
-        let constant = self.term(number(rest), gap, &[of_gap]);
-        for condition in &mut self.list[from..] {
-            condition.terms.push(constant.clone());
-        }
-    }
-
-    /// The function at the beginning of events, times `ρ`, and the space of its rows.
-    fn at_events(&mut self, roles: &Roles) -> (Space, Vec<Term>) {
-        let contraction = number(self.at_entry);
-        if self.modes.gap_closes() {
-            let one = self.select(Space::Loop, Space::Loop);
-            let last = *roles.dropped.last().unwrap_or(&0);
-            return (Space::Loop, vec![self.term(contraction, last, &[one])]);
-        }
-        let mut level = self.level(roles, (AT_KEPT_GAP, 1.0 - AT_KEPT_GAP));
-        for term in &mut level {
-            term.factor = term.factor * contraction;
-        }
-        (Space::LoopGap, level)
+    /// The function at the beginning of events, times `ρ`.
+    fn at_events(&mut self, roles: &Roles) -> Term {
+        let one = self.select(Space::Loop, Space::Loop);
+        self.term(number(self.at_entry), *roles.dropped.last().unwrap_or(&0), &[one])
     }
 
     /// The last tick of teleoperation and the beginning of an event.
@@ -420,7 +357,7 @@ impl Builder<'_> {
             (None, Some(&fading)) => (Space::Fading, fading),
             (None, None) => return,
         };
-        let (rows, level) = self.at_events(roles);
+        let (rows, level) = (Space::Loop, self.at_events(roles));
         let releases: Vec<usize> = self
             .releases()
             .map(|vertex| {
@@ -432,14 +369,10 @@ impl Builder<'_> {
             for vertex in self.modes.vertices() {
                 let entry = self.entry(vertex, rows);
                 for &release in &releases {
-                    for (name, function, after) in self.entered(roles, (first, space)) {
-                        let maps = [(release, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
-                        let maps = after.into_iter().map(|map| (map, Count::Once)).chain(maps).collect();
-                        let mut terms = level.clone();
-                        terms.push(Term { factor: number(-1.0), unknown: function, maps });
-                        let counts = Some(self.phases.held);
-                        self.list.push(Condition { name, terms, rows, weight: self.per_event(), counts });
-                    }
+                    let maps = vec![(release, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
+                    let terms = vec![level.clone(), Term { factor: number(-1.0), unknown: first, maps }];
+                    let counts = Some(self.phases.held);
+                    self.list.push(Condition { name: "entering", terms, rows, weight: 1.0, counts });
                 }
             }
             return;
@@ -452,10 +385,8 @@ impl Builder<'_> {
         for vertex in self.modes.vertices() {
             let entry = self.entry(vertex, rows);
             for (function, maps) in [(roles.frozen[0].0, vec![entry]), (constants, vec![kept, entry])] {
-                let mut terms = level.clone();
-                terms.push(self.term(number(-1.0), function, &maps));
-                let weight = self.per_event();
-                self.list.push(Condition { name: "entering", terms, rows, weight, counts: None });
+                let terms = vec![level.clone(), self.term(number(-1.0), function, &maps)];
+                self.list.push(Condition { name: "entering", terms, rows, weight: 1.0, counts: None });
             }
             for &share in self.modes.shares() {
                 let name = format!("frozen_{vertex}_{share}");
@@ -474,26 +405,8 @@ impl Builder<'_> {
         }
         for release in releases {
             let level = vec![self.term(number(decay), last, &[one]), self.term(number(rest), constants, &[kept])];
-            for (_, function, after) in self.entered(roles, (first, space)) {
-                let mut terms = level.clone();
-                terms.push(self.term(number(-1.0), function, &[after.as_slice(), &[release]].concat()));
-                self.add("releasing", whole, terms);
-            }
+            self.below("releasing", whole, first, release, level);
         }
-    }
-
-    /// The functions at the beginning of re-engaging, with the map to their states if there is one: also that of a gap
-    /// that is kept.
-    fn entered(&mut self, roles: &Roles, (first, space): (usize, Space)) -> Vec<(&'static str, usize, Option<usize>)> {
-        let mut all = vec![("entering", first, None)];
-        if let Some(gap) = roles.gap.filter(|_| !self.modes.gap_closes()) {
-            all.push(("gap", gap, Some(self.select(space, Space::Gap))));
-        }
-        all
-    }
-
-    fn per_event(&self) -> f64 {
-        if self.modes.gap_closes() { 1.0 } else { self.per_tick }
     }
 
     fn fade(&mut self, roles: &Roles, lengths: &[u64]) {
@@ -511,11 +424,7 @@ impl Builder<'_> {
                         let name = format!("cross_fade_{vertex}_{weight}");
                         let map = self.between(name, space, space, |modes| modes.blend(vertex, weight));
                         let nodes = (nodes[piece], nodes[piece + 1]);
-                        if self.modes.gap_closes() {
-                            self.along("cross-fade", space, nodes, ticks, map);
-                        } else {
-                            self.along_kept_gap("cross-fade", roles, (nodes, ticks), (space, map));
-                        }
+                        self.along("cross-fade", space, nodes, ticks, map);
                     }
                 }
             }
@@ -531,17 +440,15 @@ impl Builder<'_> {
             let from = vec![self.term(number(1.0), last, &[one])];
             self.below("faded", Space::Fading, next, of_loop, from);
         }
-        if let (Some(&last), Some(&next), Some(&first), Some(gap)) =
-            (roles.fading_held.last(), roles.held.first(), roles.fading_held.first(), roles.gap)
+        if let (Some(&last), Some(next), Some(&first), Some(gap)) =
+            (roles.fading_held.last(), roles.held, roles.fading_held.first(), roles.gap)
         {
             let of_loop = self.select(Space::FadingGap, Space::LoopGap);
             let from = vec![self.term(number(1.0), last, &[held])];
             self.below("faded", Space::FadingGap, next, of_loop, from);
-            if self.modes.gap_closes() {
-                let of_gap = self.select(Space::FadingGap, Space::Gap);
-                let from = vec![self.term(number(1.0), first, &[held])];
-                self.below("gap", Space::FadingGap, gap, of_gap, from);
-            }
+            let of_gap = self.select(Space::FadingGap, Space::Gap);
+            let from = vec![self.term(number(1.0), first, &[held])];
+            self.below("gap", Space::FadingGap, gap, of_gap, from);
         }
     }
 
@@ -550,7 +457,7 @@ impl Builder<'_> {
     }
 
     fn drop_gap(&mut self, roles: &Roles) {
-        let (Some(&held), Some(&next)) = (roles.held.last(), roles.dropped.first()) else { return };
+        let (Some(held), Some(&next)) = (roles.held, roles.dropped.first()) else { return };
         let rows = Space::LoopGap;
         for vertex in self.modes.vertices() {
             let map = self.teleoperation(vertex, rows);
@@ -578,21 +485,6 @@ impl Builder<'_> {
         }
     }
 
-    /// The dwell with a kept gap.
-    fn dwell_with_gap(&mut self, roles: &Roles, lengths: &[u64]) {
-        let rows = Space::LoopGap;
-        let Some(&last) = roles.held.last() else { return };
-        for vertex in self.modes.vertices() {
-            let map = self.teleoperation(vertex, rows);
-            let level = self.held_level(roles);
-            self.below("held", rows, last, map, level);
-            for (piece, &ticks) in lengths.iter().enumerate() {
-                let nodes = (roles.held[piece], roles.held[piece + 1]);
-                self.along_kept_gap("dwelling", roles, (nodes, ticks), (rows, map));
-            }
-        }
-    }
-
     /// The bound of a quantity.
     fn bound(&mut self, roles: &Roles, focus: &Focus) {
         let size = self.function("bound", 0, Space::Number);
@@ -611,21 +503,11 @@ impl Builder<'_> {
                     continue;
                 }
                 let map = self.map(format!("quantity_{k}"), space, Space::Number, |_| narrow);
-                let from = match roles.gap.filter(|_| !self.modes.gap_closes()) {
-                    // A mean is below max(P, γ g²).
-                    Some(gap) => {
-                        let of_gap = self.select(space, Space::Gap);
-                        let (of_function, rest) = (number(AT_KEPT_GAP), number(1.0 - AT_KEPT_GAP));
-                        vec![self.term(of_function, function, &[whole]), self.term(rest, gap, &[of_gap])]
-                    }
-                    None => vec![self.term(number(1.0), function, &[whole])],
-                };
+                let from = vec![self.term(number(1.0), function, &[whole])];
                 self.below("bounded", space, size, map, from);
             }
         }
-        let (rows, _) = self.at_events(roles);
-        let kept = if self.modes.gap_closes() { vec![] } else { self.level(roles, (AT_KEPT_GAP, 1.0 - AT_KEPT_GAP)) };
-        let last = *roles.dropped.last().or(roles.held.last()).unwrap_or(&0);
+        let (rows, last) = (Space::Loop, *roles.dropped.last().unwrap_or(&0));
         let quantity = self.modes.row(&focus.frozen, Space::Frozen);
         let quantity = self.map("quantity_frozen".into(), Space::Frozen, Space::Number, |_| quantity);
         let whole = self.select(rows, rows);
@@ -634,11 +516,8 @@ impl Builder<'_> {
             for vertex in self.modes.vertices() {
                 let entry = self.entry(vertex, rows);
                 let maps = vec![(quantity, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
-                let mut terms = kept.clone();
-                if terms.is_empty() {
-                    terms.push(self.term(number(1.0), last, &[whole]));
-                }
-                terms.push(Term { factor: number(-1.0), unknown: size, maps });
+                let terms =
+                    vec![self.term(number(1.0), last, &[whole]), Term { factor: number(-1.0), unknown: size, maps }];
                 let counts = Some((0, self.phases.held.1));
                 self.list.push(Condition { name: "bounded", terms, rows, weight: self.per_tick, counts });
             }

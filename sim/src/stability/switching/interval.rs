@@ -31,6 +31,11 @@ impl Interval {
         }
     }
 
+    /// Both, and all between.
+    pub(super) fn with(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
     fn squared(self) -> Self {
         let (a, b) = (self.low.abs(), self.high.abs());
         let spans_zero = self.low <= 0.0 && self.high >= 0.0;
@@ -68,6 +73,11 @@ impl Mul for Interval {
         // A product with an exact 0 is exact; most entries of the maps are.
         if min == 0.0 && max == 0.0 { Self::exact(0.0) } else { Self { low: min.next_down(), high: max.next_up() } }
     }
+}
+
+/// The largest magnitude within.
+pub(super) fn magnitude(entry: Interval) -> f64 {
+    entry.low.abs().max(entry.high.abs())
 }
 
 /// A matrix of intervals.

@@ -12,9 +12,11 @@ mod certificate;
 mod conditions;
 mod event;
 mod interval;
+mod kept_gap;
 mod modes;
 mod products;
 mod reach;
+mod responses;
 mod scaling;
 mod sdp;
 mod search;
@@ -24,9 +26,12 @@ mod settings;
 pub use ascent::{Cycle, Growth};
 pub use certificate::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand};
 pub use event::EventBound;
+pub use kept_gap::KeptGap;
 pub use products::{SimulatedCycle, SimulatedGrowth};
 pub use reach::{Reach, Sequence};
 pub use settings::{Phases, SwitchingSettings};
+
+use rayon::prelude::*;
 
 use crate::stability::StabilityError;
 use ascent::Steps;
@@ -57,8 +62,10 @@ pub struct Switching {
     pub settings: SwitchingSettings,
     /// Its phases.
     pub phases: Phases,
-    /// The certificate with the shortest dwell; `None` without one up to [`LONGEST_DWELL_S`].
+    /// The certificate with the shortest dwell; `None` without one up to [`LONGEST_DWELL_S`], and for a kept gap.
     pub certificate: Option<Certificate>,
+    /// The proof for a kept gap (`clutch`), with the shortest dwell.
+    pub kept_gap: Option<KeptGap>,
     /// The certificate with the smallest growth at the supervisor's refractory time.
     pub at_refractory: Option<Certificate>,
     /// Whether the same is certified if the needle may lose contact at any tick; `None` if it is not certified in contact.
@@ -87,38 +94,44 @@ impl Switching {
         let phases = settings.phases();
         let modes = Modes::new(settings)?;
         let steps = Steps::new(&modes, phases);
-        let mut search = Search::new(settings, &modes, phases)?;
         let alone = |vertex| products::growth(&modes, phases, phases.refractory, vertex);
         let found_growths = || {
             let (growth, (softest, stiffest)) =
                 rayon::join(|| ascent::growth(&steps, phases.refractory), || rayon::join(|| alone(0), || alone(1)));
             Ok::<_, StabilityError>((growth?, softest?, stiffest?))
         };
-        let (certificate, growths) = rayon::join(|| search.shortest(), found_growths);
-        let (certificate, (growth, softest, stiffest)) = (certificate?, growths?);
-        let is_certified = certificate.as_ref().is_some_and(|found| found.dwell_ticks <= phases.refractory);
-        let tightest = || if is_certified { search.tightest(phases.refractory, growth.found) } else { Ok(None) };
-        let without_contact = || is_certified.then(|| Self::keeps_without_contact(settings, phases)).transpose();
-        let reach = || match search.choice(phases.refractory) {
-            Some(choice) if is_certified && settings.delay_ticks() == 0 => {
-                Reach::of(settings, (&modes, &steps), phases, choice)
-            }
-            _ => Ok(None),
+        let mut search = Search::new(settings, &modes, phases);
+        let (shortest, growths) = rayon::join(|| Proof::shortest(settings, &mut search), found_growths);
+        let (shortest, (growth, softest, stiffest)) = (shortest?, growths?);
+        let is_certified = shortest.as_ref().is_some_and(|found| found.dwell_ticks() <= phases.refractory);
+        let proved = match (&shortest, is_certified) {
+            (Some(found), true) => found.at_refractory(settings, &search, (&steps, phases), &growth)?,
+            _ => AtRefractory::default(),
         };
-        let (at_refractory, (covers_lost_contact, reach)) =
-            rayon::join(tightest, || rayon::join(without_contact, reach));
-        let (at_refractory, covers_lost_contact, reach) = (at_refractory?, covers_lost_contact?, reach?);
-        let longest = certificate.as_ref().map_or(phases.refractory, |found| found.dwell_ticks);
+        let longest = shortest.as_ref().map_or(phases.refractory, Proof::dwell_ticks);
+        let certified = |dwell: u64| match (&shortest, &proved.tightest) {
+            (Some(Proof::KeptGap(found)), _) if dwell >= longest => Some(found.growth_after(dwell)),
+            (_, Some(tightest)) if dwell >= phases.refractory => Some(tightest.growth_after(dwell)),
+            (Some(_), _) if dwell >= longest => Some(1.0),
+            _ => None,
+        };
         let (growing_dwell_ticks, by_dwell) = rayon::join(
             || Self::growing_dwell(&steps, longest, (phases.refractory, &growth)),
-            || search.by_dwell(&steps, at_refractory.as_ref(), &growth),
+            || by_dwell(settings, (&steps, &growth), shortest.as_ref().map(Proof::dwell_ticks), &certified),
         );
         let (growing_dwell_ticks, by_dwell) = (growing_dwell_ticks?, by_dwell?);
+        let AtRefractory { tightest, covers_lost_contact, reach } = proved;
+        let (certificate, kept_gap) = match shortest {
+            Some(Proof::Functions(found)) => (Some(*found), None),
+            Some(Proof::KeptGap(found)) => (None, Some(*found)),
+            None => (None, None),
+        };
         Ok(Self {
             phases,
             reach,
             certificate,
-            at_refractory,
+            kept_gap,
+            at_refractory: tightest,
             covers_lost_contact,
             growth,
             by_dwell,
@@ -148,20 +161,14 @@ impl Switching {
         }
     }
 
-    /// Whether the refractory time is certified with lost contact.
-    fn keeps_without_contact(settings: &SwitchingSettings, phases: Phases) -> Result<bool, StabilityError> {
-        let settings = SwitchingSettings { loses_contact: true, ..settings.clone() };
-        let modes = Modes::new(&settings)?;
-        Search::new(&settings, &modes, phases)?.is_certified(phases.refractory)
-    }
-
     /// The shortest certified dwell only, in ticks; `None` without one up to [`LONGEST_DWELL_S`].
     ///
     /// # Errors
     /// [`StabilityError`].
     pub fn certified_dwell(settings: &SwitchingSettings) -> Result<Option<u64>, StabilityError> {
         let modes = Modes::new(settings)?;
-        Ok(Search::new(settings, &modes, settings.phases())?.shortest()?.map(|found| found.dwell_ticks))
+        let mut search = Search::new(settings, &modes, settings.phases());
+        Ok(Proof::shortest(settings, &mut search)?.map(|found| found.dwell_ticks()))
     }
 
     /// Whether `dwell_ticks` of teleoperation between events are certified: one programme or a few, where
@@ -170,13 +177,117 @@ impl Switching {
     /// # Errors
     /// [`StabilityError`].
     pub fn certifies(settings: &SwitchingSettings, dwell_ticks: u64) -> Result<bool, StabilityError> {
+        if settings.keeps_gap() {
+            return Ok(Self::certified_dwell(settings)?.is_some_and(|found| found <= dwell_ticks.max(1)));
+        }
         let modes = Modes::new(settings)?;
-        Search::new(settings, &modes, settings.phases())?.is_certified(dwell_ticks.max(1))
+        Search::new(settings, &modes, settings.phases()).is_certified(dwell_ticks.max(1))
+    }
+
+    /// The shortest certified dwell, in ticks.
+    #[must_use]
+    pub fn dwell_ticks(&self) -> Option<u64> {
+        let of_functions = self.certificate.as_ref().map(|found| found.dwell_ticks);
+        of_functions.or(self.kept_gap.as_ref().map(|found| found.dwell_ticks))
+    }
+
+    /// The certified growth per event at the refractory time, if it is certified.
+    #[must_use]
+    pub fn certified_growth(&self) -> Option<f64> {
+        let refractory = self.phases.refractory;
+        let kept_gap = self.kept_gap.as_ref().filter(|_| self.is_certified());
+        let of_functions = self.at_refractory.as_ref().map(|found| found.contraction.sqrt());
+        of_functions.or(kept_gap.map(|found| found.growth_after(refractory)))
     }
 
     /// Whether the refractory time is at least the certified dwell, so that every sequence of events is stable.
     #[must_use]
     pub fn is_certified(&self) -> bool {
-        self.certificate.as_ref().is_some_and(|found| found.dwell_ticks <= self.phases.refractory)
+        self.dwell_ticks().is_some_and(|dwell| dwell <= self.phases.refractory)
     }
+}
+
+/// What certifies a dwell.
+enum Proof {
+    Functions(Box<Certificate>),
+    KeptGap(Box<KeptGap>),
+}
+
+/// What is certified with the refractory time between events.
+#[derive(Default)]
+struct AtRefractory {
+    tightest: Option<Certificate>,
+    covers_lost_contact: Option<bool>,
+    reach: Option<Reach>,
+}
+
+impl Proof {
+    /// That of the shortest dwell.
+    fn shortest(settings: &SwitchingSettings, search: &mut Search<'_>) -> Result<Option<Self>, StabilityError> {
+        if settings.keeps_gap() {
+            // Out of contact a gap stays as it is.
+            if settings.loses_contact {
+                return Ok(None);
+            }
+            let wanted = (settings.longest_dwell_ticks(), settings.delay_ticks() == 0);
+            let found = KeptGap::of(search.modes(), settings.phases(), wanted)?;
+            return Ok(found.map(|found| Self::KeptGap(Box::new(found))));
+        }
+        Ok(search.shortest()?.map(|found| Self::Functions(Box::new(found))))
+    }
+
+    fn dwell_ticks(&self) -> u64 {
+        match self {
+            Self::Functions(found) => found.dwell_ticks,
+            Self::KeptGap(found) => found.dwell_ticks,
+        }
+    }
+
+    fn at_refractory(
+        &self,
+        settings: &SwitchingSettings,
+        search: &Search<'_>,
+        (steps, phases): (&Steps<'_>, Phases),
+        growth: &Growth,
+    ) -> Result<AtRefractory, StabilityError> {
+        let dwell = phases.refractory;
+        if let Self::KeptGap(found) = self {
+            let reach = found.reach.map(|bounds| Reach::with(settings, steps, (phases, dwell), bounds)).transpose()?;
+            return Ok(AtRefractory { tightest: None, covers_lost_contact: Some(false), reach });
+        }
+        let reach = || match search.choice(dwell) {
+            Some(choice) if settings.delay_ticks() == 0 => Reach::of(settings, steps, (phases, choice)),
+            _ => Ok(None),
+        };
+        let without_contact = || {
+            let settings = SwitchingSettings { loses_contact: true, ..settings.clone() };
+            let modes = Modes::new(&settings)?;
+            Search::new(&settings, &modes, phases).is_certified(dwell)
+        };
+        let (tightest, (covers_lost_contact, reach)) =
+            rayon::join(|| search.tightest(dwell, growth.found), || rayon::join(without_contact, reach));
+        Ok(AtRefractory { tightest: tightest?, covers_lost_contact: Some(covers_lost_contact?), reach: reach? })
+    }
+}
+
+/// Longer dwells for which the growth is shown, as multiples of the refractory time.
+const LONGER: [u64; 3] = [1, 2, 4];
+
+/// Certified and found growth at the shortest certified dwell, the refractory time and longer ones.
+fn by_dwell(
+    settings: &SwitchingSettings,
+    (steps, found): (&Steps<'_>, &Growth),
+    shortest: Option<u64>,
+    certified: &(impl Fn(u64) -> Option<f64> + Sync),
+) -> Result<Vec<DwellPoint>, StabilityError> {
+    let (refractory, longest) = (settings.phases().refractory, settings.longest_dwell_ticks());
+    let mut dwells: Vec<u64> = LONGER.iter().map(|times| refractory * times).chain(shortest).collect();
+    dwells.sort_unstable();
+    dwells.dedup();
+    dwells.retain(|dwell| *dwell <= longest || *dwell == refractory);
+    let point = |dwell_ticks: u64| -> Result<DwellPoint, StabilityError> {
+        let found = if dwell_ticks == refractory { found.found } else { ascent::growth(steps, dwell_ticks)?.found };
+        Ok(DwellPoint { dwell_ticks, certified: certified(dwell_ticks), found })
+    };
+    dwells.into_par_iter().map(point).collect()
 }

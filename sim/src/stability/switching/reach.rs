@@ -33,10 +33,10 @@ const EVENTS: usize = 2;
 /// of that distance, at every tick of every admissible sequence of events.
 #[derive(Debug, Clone)]
 pub struct Reach {
-    /// Verified bound of the slave's position in m/m, with its certificate.
-    pub slave: (f64, Certificate),
-    /// Verified bound of the feedback force in N/m, with its certificate.
-    pub force: (f64, Certificate),
+    /// Verified bound of the slave's position in m/m, with its certificate; a kept gap has one proof for all.
+    pub slave: (f64, Option<Certificate>),
+    /// Verified bound of the feedback force in N/m, likewise.
+    pub force: (f64, Option<Certificate>),
     /// The largest motion of the slave found, in m/m, from the first event on; the tissue varies at every tick.
     pub slave_found: f64,
     /// The largest feedback force found, in N/m.
@@ -73,10 +73,10 @@ impl Reach {
     /// [`StabilityError`].
     pub(super) fn of(
         settings: &SwitchingSettings,
-        (modes, steps): (&Modes, &Steps<'_>),
-        phases: Phases,
-        choice: Choice,
+        steps: &Steps<'_>,
+        (phases, choice): (Phases, Choice),
     ) -> Result<Option<Self>, StabilityError> {
+        let modes = steps.modes();
         let starts: Vec<DMatrix<f64>> = modes
             .vertices()
             .map(|vertex| DMatrix::from_column_slice(modes.places_all(), 1, modes.after_step(vertex).as_slice()))
@@ -85,18 +85,38 @@ impl Reach {
             |rows: Vec<DMatrix<f64>>, frozen: DMatrix<f64>| Focus { rows, frozen, bound: 1.0, starts: starts.clone() };
         let of_force: Vec<DMatrix<f64>> =
             modes.vertices().map(|vertex| modes.force(vertex)).chain([modes.fed_back()]).collect();
-        // In a frozen or a blended tick the force is among these.
-        let felt = [modes.fed_back()];
-        let slave_found = farthest(steps, choice.dwell, &[modes.slave()]);
-        let force_found = farthest(steps, choice.dwell, &felt);
+        let [slave_found, force_found] = found(steps, choice.dwell);
         let (slave, force) = rayon::join(
             || bound(modes, phases, choice, &focus(vec![modes.slave()], modes.slave()), slave_found),
             || bound(modes, phases, choice, &focus(of_force.clone(), modes.fed_back()), force_found),
         );
         let (Some(slave), Some(force)) = (slave?, force?) else { return Ok(None) };
         let (worst, simulated) = on_one_stiffness(settings, phases, choice.dwell)?;
+        let [slave, force] = [slave, force].map(|(bound, certificate)| (bound, Some(certificate)));
         Ok(Some(Self { slave, force, slave_found: slave_found.max(simulated), force_found, worst, simulated }))
     }
+
+    /// With bounds that have been proved.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub(super) fn with(
+        settings: &SwitchingSettings,
+        steps: &Steps<'_>,
+        (phases, dwell): (Phases, u64),
+        (slave, force): (f64, f64),
+    ) -> Result<Self, StabilityError> {
+        let [slave_found, force_found] = found(steps, dwell);
+        let (worst, simulated) = on_one_stiffness(settings, phases, dwell)?;
+        let slave_found = slave_found.max(simulated);
+        Ok(Self { slave: (slave, None), force: (force, None), slave_found, force_found, worst, simulated })
+    }
+}
+
+/// The largest motion of the slave and feedback force found. In a frozen or a blended tick the force is the one fed back.
+fn found(steps: &Steps<'_>, dwell: u64) -> [f64; 2] {
+    let modes = steps.modes();
+    [modes.slave(), modes.fed_back()].map(|row| farthest(steps, dwell, &[row]))
 }
 
 /// The smallest verified bound of a quantity, above what was found, with its certificate.

@@ -67,6 +67,12 @@ impl Scales {
         Ok(Self { of_loop, metre, newton, number: 1.0, start: 1.0 })
     }
 
+    /// With one scale for each state: bounds of single states do not mix them.
+    pub(super) fn of_single_states(&self) -> Self {
+        let sizes = DVector::from_fn(self.of_loop.nrows(), |i, _| power_of_two(self.of_loop.row(i).norm()));
+        Self { of_loop: DMatrix::from_diagonal(&sizes), ..self.clone() }
+    }
+
     /// With scales for a quantity and the states at its start.
     pub(super) fn with_focus(&self, modes: &Modes, focus: &Focus) -> Self {
         let space = Space::FadingGap;

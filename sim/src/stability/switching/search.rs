@@ -2,12 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::ascent::{Growth, Steps, growth};
 use super::certificate::{Certificate, attempt};
 use super::conditions::Choice;
 use super::modes::Modes;
 use super::settings::Phases;
-use super::{DwellPoint, LONGEST_DWELL_S, SwitchingSettings};
+use super::{LONGEST_DWELL_S, SwitchingSettings};
 use crate::stability::StabilityError;
 
 /// The ratio of dwells at which the search for the shortest certified one ends.
@@ -19,21 +18,14 @@ const DWELLS_S: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, LONGEST_DWELL_S];
 /// Time constants of a function on a held gap, in s. Each is tried.
 const HOLDS_S: [f64; 4] = [0.1, 0.2, 0.05, 0.4];
 
-/// Those of a gap that is kept, relative to the time constant of the slowest mode's square.
-const KEPT_HOLDS: [f64; 3] = [1.6, 2.5, 1.25];
-
 /// Rates of decay of `V` in teleoperation as shares of the slowest mode's. The first with a certificate is used.
 const RATES: [f64; 2] = [0.95, 0.0];
 
 /// The ratio of growths at which the search for the smallest ends.
 const MAX_GROWTH_RATIO: f64 = 2.0;
 
-/// Longer dwells for which the growth is shown, as multiples of the refractory time.
-const LONGER: [u64; 3] = [1, 2, 4];
-
 /// Pieces of the functions in each phase: a few without a delay, one with many states.
 const PIECES: u64 = 2;
-const PIECES_WITH_KEPT_GAP: u64 = 4;
 const MAX_STATES_WITH_PIECES: usize = 12;
 
 /// The search.
@@ -42,27 +34,20 @@ pub(super) struct Search<'a> {
     phases: Phases,
     longest: u64,
     pieces: u64,
-    holds_s: Vec<f64>,
+    holds_s: &'static [f64],
     /// The time constant of the shortest dwell.
     hold_s: Option<f64>,
-    shortest: Option<u64>,
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(settings: &SwitchingSettings, modes: &'a Modes, phases: Phases) -> Result<Self, StabilityError> {
-        let longest = ((LONGEST_DWELL_S / settings.of_loop.tick_s) as u64).max(2);
-        let most = if modes.gap_closes() { PIECES } else { PIECES_WITH_KEPT_GAP };
-        let pieces = if modes.states() <= MAX_STATES_WITH_PIECES { most } else { 1 };
-        let holds_s = match (modes.has_gap(), modes.gap_closes()) {
-            (true, true) => HOLDS_S.to_vec(),
-            (true, false) => {
-                // `V` is a square.
-                let slowest_s = 0.5 / modes.slowest_decay_per_s()?.max(1.0 / LONGEST_DWELL_S);
-                KEPT_HOLDS.map(|times| times * slowest_s).to_vec()
-            }
-            (false, _) => HOLDS_S[..1].to_vec(),
-        };
-        Ok(Self { modes, phases, longest, pieces, holds_s, hold_s: None, shortest: None })
+    pub(super) fn new(settings: &SwitchingSettings, modes: &'a Modes, phases: Phases) -> Self {
+        let pieces = if modes.states() <= MAX_STATES_WITH_PIECES { PIECES } else { 1 };
+        let holds_s = if modes.has_gap() { &HOLDS_S[..] } else { &HOLDS_S[..1] };
+        Self { modes, phases, longest: settings.longest_dwell_ticks(), pieces, holds_s, hold_s: None }
+    }
+
+    pub(super) fn modes(&self) -> &'a Modes {
+        self.modes
     }
 
     fn certify(&self, choice: Choice) -> Result<Option<Certificate>, StabilityError> {
@@ -91,7 +76,7 @@ impl<'a> Search<'a> {
 
     /// Whether a dwell is certified.
     pub(super) fn is_certified(&self, dwell: u64) -> Result<bool, StabilityError> {
-        Ok(self.with_holds(dwell, &self.holds_s)?.is_some())
+        Ok(self.with_holds(dwell, self.holds_s)?.is_some())
     }
 
     /// The certificate with the shortest dwell.
@@ -100,7 +85,7 @@ impl<'a> Search<'a> {
         let mut fails = 0;
         let mut found = None;
         for dwell in DWELLS_S.map(ticks) {
-            found = self.with_holds(dwell, &self.holds_s)?;
+            found = self.with_holds(dwell, self.holds_s)?;
             if found.is_some() {
                 break;
             }
@@ -115,7 +100,7 @@ impl<'a> Search<'a> {
                 None => fails = middle,
             }
         }
-        (self.hold_s, self.shortest) = (Some(hold_s), Some(best.dwell_ticks));
+        self.hold_s = Some(hold_s);
         Ok(Some(best))
     }
 
@@ -150,30 +135,5 @@ impl<'a> Search<'a> {
             }
         }
         Ok(best)
-    }
-
-    /// Certified and found growth at the shortest certified dwell, the refractory time and longer ones.
-    pub(super) fn by_dwell(
-        &self,
-        steps: &Steps<'_>,
-        at_refractory: Option<&Certificate>,
-        found: &Growth,
-    ) -> Result<Vec<DwellPoint>, StabilityError> {
-        let refractory = self.phases.refractory;
-        let mut dwells: Vec<u64> = LONGER.iter().map(|times| refractory * times).collect();
-        dwells.extend(self.shortest);
-        dwells.sort_unstable();
-        dwells.dedup();
-        dwells.retain(|dwell| *dwell <= self.longest || *dwell == refractory);
-        let point = |dwell: u64| -> Result<DwellPoint, StabilityError> {
-            let found = if dwell == refractory { found.found } else { growth(steps, dwell)?.found };
-            let certified = match (at_refractory, self.shortest) {
-                (Some(certificate), _) if dwell >= refractory => Some(certificate.growth_after(dwell)),
-                (_, Some(shortest)) if dwell >= shortest => Some(1.0),
-                _ => None,
-            };
-            Ok(DwellPoint { dwell_ticks: dwell, certified, found })
-        };
-        dwells.into_par_iter().map(point).collect()
     }
 }

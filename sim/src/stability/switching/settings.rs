@@ -1,5 +1,6 @@
 //! The settings of the switching analysis.
 
+use super::LONGEST_DWELL_S;
 use crate::augmentation::{AugmentationSettings, Reengage};
 use crate::scenario::Scenario;
 use crate::stability::LoopSettings;
@@ -88,6 +89,11 @@ impl SwitchingSettings {
             blend: ticks(self.augmentation.blend_s).max(1),
             refractory: ticks(automaton.refractory_s).max(1),
         }
+    }
+
+    /// The longest dwell in the search for a certificate, in ticks.
+    pub(super) fn longest_dwell_ticks(&self) -> u64 {
+        ((LONGEST_DWELL_S / self.of_loop.tick_s) as u64).max(2)
     }
 
     /// Whether the gap after an event is kept.
