@@ -1,42 +1,45 @@
-//! Reduces columns to the samples that are visible: the minimum and maximum in each interval. Figures, pages and the live page use
-//! it, so that a peak is in all of them or in none.
+//! Reduces columns to the samples that are visible: the minimum and maximum in each interval. Figures and their descriptions use
+//! it, so that a peak is on every surface or on none.
 
 use std::ops::Range;
 
-/// Returns the kept rows in ascending order: the first and the last row, and in each interval the rows where a column has its
+/// Returns the kept rows in ascending order: the first and the last row, and in each interval the rows where the column has its
 /// minimum, its maximum or a value that is not finite. The time within `detailed` (s) is divided into about `2 * intervals`
-/// intervals, the rest into `intervals`, so that at most about `6 * columns.len() * intervals` rows are kept.
-pub(crate) fn kept(time_s: &[f64], columns: &[&[f64]], detailed: &[(f64, f64)], intervals: usize) -> Vec<usize> {
-    let rows = columns.iter().map(|column| column.len()).fold(time_s.len(), usize::min);
+/// intervals, the rest into `intervals`, so that at most about `6 * intervals` rows are kept.
+pub(crate) fn kept(time_s: &[f64], column: &[f64], detailed: &[(f64, f64)], intervals: usize) -> Vec<usize> {
+    let rows = column.len().min(time_s.len());
     let is_detailed = |row: usize| detailed.iter().any(|(from, to)| (*from..=*to).contains(&time_s[row]));
-    let count = (0..rows).filter(|row| is_detailed(*row)).count();
+    let count = if detailed.is_empty() { 0 } else { (0..rows).filter(|row| is_detailed(*row)).count() };
     let intervals = intervals.max(1);
     let (fine, coarse) = (count.div_ceil(2 * intervals).max(1), (rows - count).div_ceil(intervals).max(1));
-    let mut is_kept = vec![false; rows];
+    let mut kept = vec![];
     let mut start = 0;
     while start < rows {
         let at_start = is_detailed(start);
         let max_end = (start + if at_start { fine } else { coarse }).min(rows);
-        let end = (start + 1..max_end).find(|row| is_detailed(*row) != at_start).unwrap_or(max_end);
-        for column in columns {
-            for row in extremes(start..end, |row| column[row]).into_iter().flatten() {
-                is_kept[row] = true;
+        let changes = |row: &usize| is_detailed(*row) != at_start;
+        let end = if detailed.is_empty() { max_end } else { (start + 1..max_end).find(changes).unwrap_or(max_end) };
+        let mut found = [(start == 0).then_some(0); 4];
+        found[1..].copy_from_slice(&extremes(start..end, column));
+        found.sort_unstable();
+        for row in found.into_iter().flatten() {
+            if kept.last() != Some(&row) {
+                kept.push(row);
             }
         }
         start = end;
     }
-    for end in [is_kept.first_mut().map(|_| 0), rows.checked_sub(1)].into_iter().flatten() {
-        is_kept[end] = true;
+    if rows > 0 && kept.last() != Some(&(rows - 1)) {
+        kept.push(rows - 1);
     }
-    (0..rows).filter(|row| is_kept[*row]).collect()
+    kept
 }
 
 /// Returns the rows of the minimum, of the maximum and of the first value that is not finite.
-pub fn extremes(rows: Range<usize>, value: impl Fn(usize) -> f64) -> [Option<usize>; 3] {
+fn extremes(rows: Range<usize>, column: &[f64]) -> [Option<usize>; 3] {
     let mut found = [None; 3];
     let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
-    for row in rows {
-        let value = value(row);
+    for (row, &value) in rows.clone().zip(&column[rows]) {
         if !value.is_finite() {
             found[2] = found[2].or(Some(row));
             continue;
@@ -64,7 +67,7 @@ mod tests {
         let mut column = vec![0.0; 100_000];
         column[61_234] = 9.0;
         column[7] = -9.0;
-        let kept = kept(&time(100_000), &[&column], &[], 500);
+        let kept = kept(&time(100_000), &column, &[], 500);
         assert!(kept.contains(&61_234) && kept.contains(&7), "{kept:?}");
         assert!((500..=2_002).contains(&kept.len()), "{}", kept.len());
         assert!(kept.is_sorted() && kept.first() == Some(&0) && kept.last() == Some(&99_999));
@@ -73,7 +76,7 @@ mod tests {
     #[test]
     fn short_intervals_around_events_keep_every_sample() {
         let column: Vec<f64> = (0..10_000).map(|row| f64::from(row % 7)).collect();
-        let kept = kept(&time(10_000), &[&column], &[(4.9995, 5.1005)], 200);
+        let kept = kept(&time(10_000), &column, &[(4.9995, 5.1005)], 200);
         assert!((5_000..=5_100).all(|row| kept.contains(&row)));
         assert!(kept.len() < 1_000, "{}", kept.len());
     }
@@ -82,8 +85,8 @@ mod tests {
     fn gaps_remain_and_empty_columns_are_allowed() {
         let mut column = vec![1.0; 1_000];
         column[500] = f64::NAN;
-        assert!(kept(&time(1_000), &[&column], &[], 10).contains(&500));
-        assert!(kept(&[], &[&[]], &[], 10).is_empty());
-        assert_eq!(kept(&[0.0], &[&[1.0]], &[], 10), [0]);
+        assert!(kept(&time(1_000), &column, &[], 10).contains(&500));
+        assert!(kept(&[], &[], &[], 10).is_empty());
+        assert_eq!(kept(&[0.0], &[1.0], &[], 10), [0]);
     }
 }

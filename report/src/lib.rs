@@ -7,7 +7,7 @@ mod calibration;
 mod certificate;
 mod columns;
 mod comparison;
-pub mod decimate;
+mod decimate;
 mod detection;
 mod detections;
 pub mod diagnostic;
@@ -55,7 +55,10 @@ pub use live::live_text;
 pub use loop_response::{locus_csv, locus_picture, loop_gain_csv, loop_picture, poles_csv, step_csv};
 pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
 pub use paper::{paper_figures, paper_text};
-pub use pictures::{PictureError, comparison_pictures, detection_pictures, detections_pictures, run_pictures};
+pub use pictures::{
+    PictureError, comparison_pictures, detection_pictures, detections_pictures, live_signals, run_pictures, run_png,
+    teleoperation_axes,
+};
 pub use population::{population_csv, population_map_csv, population_picture, population_text};
 pub use remote::{side_object, side_text};
 pub use roc::{roc_csv, roc_json, roc_picture, roc_text};

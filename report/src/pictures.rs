@@ -1,11 +1,17 @@
 //! The figures of a run, a comparison and a detection, and their files.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
+use serde_json::Value as Json;
 use thiserror::Error;
 
-use super::figures::{self, EnergyView, EstimationView, Figure, FigureError, RunView, Shade, TimelineRow};
+use super::figures::{
+    self, EnergyView, EstimationView, Figure, FigureError, FigureFormat, FigureWidth, RunView, Shade, TimelineRow,
+};
 use super::{Animation, Folder, OutputError};
-use trocar_sim::detect::{Detection, DetectionReport, Phase};
+use trocar_sim::detect::{Detection, DetectionReport};
+use trocar_sim::engine::TrustColumns;
 use trocar_sim::run::Run;
 
 /// The error of drawing or writing figures.
@@ -112,6 +118,104 @@ impl<'a> DrawnRun<'a> {
     }
 }
 
+/// Number of intervals of all runs on a page together, which keeps it below 2 MB.
+const PAGE_INTERVALS: usize = 1_300;
+
+/// Describes the signals of runs for a page: those of several runs in the same axes, and the figures of a single run.
+///
+/// # Errors
+/// [`FigureError`].
+pub(super) fn page_signals(runs: &[&Run]) -> Result<Vec<Json>, FigureError> {
+    let intervals = PAGE_INTERVALS / runs.len().max(2);
+    let borrowed: Vec<_> = runs.iter().filter(|run| !run.trace.is_empty()).map(|run| DrawnRun::of(run)).collect();
+    let ends = borrowed.iter().filter_map(|run| run.run.trace.time_s.last().copied());
+    let whole = (0.0, ends.fold(0.0, f64::max));
+    match borrowed.as_slice() {
+        [] => Ok(vec![]),
+        [run] => {
+            let teleoperation = figures::comparison(&[run.view()], Some(whole))?.for_page(intervals);
+            let estimation = page_estimation(&run.estimation(), intervals)?;
+            Ok(std::iter::once(teleoperation).chain(estimation).collect())
+        }
+        runs => {
+            let views: Vec<_> = runs.iter().map(|run| (run.view(), run.estimation())).collect();
+            Ok(vec![figures::signals(&views, whole)?.for_page(intervals)])
+        }
+    }
+}
+
+/// Describes the figures of an estimation over time.
+fn page_estimation(view: &EstimationView<'_>, intervals: usize) -> Result<Vec<Json>, FigureError> {
+    let draw = [figures::estimation, figures::parameters, figures::decision];
+    draw.into_iter().map(|draw: figures::DrawEstimation| Ok(draw(view)?.for_page(intervals))).collect()
+}
+
+/// Describes the figures of a detection for a page. The last one is not over time.
+///
+/// # Errors
+/// [`FigureError`].
+pub(super) fn page_detection(
+    name: &str,
+    detection: &Detection,
+    report: &DetectionReport,
+    scale: (f64, &'static str),
+) -> Result<Vec<Json>, FigureError> {
+    let alarms_s: Vec<f64> = report.alarms.iter().map(|alarm| alarm.time_s).collect();
+    let trust = detection.trust();
+    let view = of_detection(name, (detection, &trust), (report, &alarms_s), scale);
+    let mut figures = page_estimation(&view, PAGE_INTERVALS / 2)?;
+    figures.push(figures::residual_histogram(&view)?.for_page(PAGE_INTERVALS));
+    Ok(figures)
+}
+
+/// Describes the signals of runs at some ticks for a page that shows them live, with the points apart in `bytes`, as 32-bit floats,
+/// little endian.
+///
+/// # Errors
+/// [`FigureError`] if no run has any of the ticks.
+pub fn live_signals(
+    runs: &[Run],
+    ticks: Range<usize>,
+    intervals: usize,
+    bytes: &mut Vec<u8>,
+) -> Result<Json, FigureError> {
+    let borrowed: Vec<_> = runs.iter().map(DrawnRun::of).collect();
+    let views: Vec<_> = borrowed.iter().map(|run| (run.view().at(&ticks), run.estimation().at(&ticks))).collect();
+    let times_s = views.iter().flat_map(|(run, _)| run.time_s.first().into_iter().chain(run.time_s.last())).copied();
+    let window = times_s.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+    Ok(figures::signals(&views, window)?.for_frame(intervals, bytes))
+}
+
+/// Draws the forces and positions of a run in a window of time (s) as PNG.
+///
+/// # Errors
+/// [`FigureError`].
+pub fn run_png(run: &Run, window: (f64, f64), width: FigureWidth) -> Result<Vec<u8>, FigureError> {
+    figures::comparison(&[DrawnRun::of(run).view()], Some(window))?.file(FigureFormat::Png, width)
+}
+
+/// Describes the figure of the forces and positions of a run without its signals, which a page adds.
+///
+/// # Errors
+/// [`FigureError`].
+pub fn teleoperation_axes(is_augmented: bool) -> Result<Json, FigureError> {
+    let zero: &[f64] = &[0.0];
+    let view = RunView {
+        name: "",
+        is_augmented,
+        time_s: zero,
+        master_position_m: zero,
+        slave_position_m: zero,
+        operator_force_n: zero,
+        tissue_force_n: zero,
+        feedback_force_n: zero,
+        mode: &[0],
+        rupture_times_s: &[],
+        alarm_times_s: &[],
+    };
+    Ok(figures::comparison(&[view], None)?.for_page(1))
+}
+
 fn as_slice<'a>(named: &'a Option<(&'static str, Vec<f64>)>) -> Option<(&'static str, &'a [f64])> {
     named.as_ref().map(|(name, column)| (*name, column.as_slice()))
 }
@@ -178,28 +282,34 @@ pub fn detection_pictures(
     name: &str,
     detection: &Detection,
     report: &DetectionReport,
-    (threshold, unit): (f64, &'static str),
+    scale: (f64, &'static str),
 ) -> Result<(), PictureError> {
     let alarms_s: Vec<f64> = report.alarms.iter().map(|alarm| alarm.time_s).collect();
     let trust = detection.trust();
-    draw(
-        folder,
-        estimation_jobs(EstimationView {
-            name,
-            time_s: &detection.time_s,
-            measured_force_n: &detection.measured_force_n,
-            residual_n: &detection.residual_n,
-            stiffness_n_per_m: &detection.stiffness_n_per_m,
-            damping_n_s_per_m: &detection.damping_n_s_per_m,
-            standard_errors: Some([&trust.stiffness_std_n_per_m, &trust.damping_std_n_s_per_m]),
-            extra_parameter: as_slice(&detection.extra_parameter),
-            decision: &detection.decision,
-            threshold,
-            decision_unit: shown_unit(unit),
-            rupture_times_s: &report.labelled_ruptures_s,
-            alarm_times_s: &alarms_s,
-        }),
-    )
+    draw(folder, estimation_jobs(of_detection(name, (detection, &trust), (report, &alarms_s), scale)))
+}
+
+fn of_detection<'a>(
+    name: &'a str,
+    (detection, trust): (&'a Detection, &'a TrustColumns),
+    (report, alarms_s): (&'a DetectionReport, &'a [f64]),
+    (threshold, unit): (f64, &'static str),
+) -> EstimationView<'a> {
+    EstimationView {
+        name,
+        time_s: &detection.time_s,
+        measured_force_n: &detection.measured_force_n,
+        residual_n: &detection.residual_n,
+        stiffness_n_per_m: &detection.stiffness_n_per_m,
+        damping_n_s_per_m: &detection.damping_n_s_per_m,
+        standard_errors: Some([&trust.stiffness_std_n_per_m, &trust.damping_std_n_s_per_m]),
+        extra_parameter: as_slice(&detection.extra_parameter),
+        decision: &detection.decision,
+        threshold,
+        decision_unit: shown_unit(unit),
+        rupture_times_s: &report.labelled_ruptures_s,
+        alarm_times_s: alarms_s,
+    }
 }
 
 /// Writes the figures of many recordings: `timeline`, a row per recording with its phases, ruptures and alarms (of the first
@@ -227,18 +337,14 @@ pub fn detections_pictures(folder: &Folder, reports: &[(&str, &DetectionReport)]
 }
 
 fn timeline_row<'a>(name: &'a str, report: &DetectionReport) -> TimelineRow<'a> {
-    let shade = |phase| match phase {
-        Phase::Free => None,
-        Phase::Insertion => Some(Shade::Insertion),
-        Phase::Hold => Some(Shade::Hold),
-        Phase::Withdrawal => Some(Shade::Withdrawal),
-    };
     let at = |sample: usize| sample as f64 * report.interval_s;
     let intervals = report.intervals.iter();
     TimelineRow {
         name,
         duration_s: report.duration_s,
-        shades: intervals.filter_map(|s| Some((at(s.samples.start), at(s.samples.end), shade(s.phase)?))).collect(),
+        shades: intervals
+            .filter_map(|s| Some((at(s.samples.start), at(s.samples.end), Shade::of_phase(s.phase)?)))
+            .collect(),
         rupture_times_s: report.labelled_ruptures_s.iter().map(|time| time - report.start_s).collect(),
         alarm_times_s: report.alarms.iter().map(|alarm| alarm.time_s - report.start_s).collect(),
     }

@@ -221,7 +221,7 @@ pub fn stability_pictures(folder: &Folder, study: &StabilityStudy) -> Result<(),
     draw(folder, jobs)
 }
 
-fn map_figure(study: &StabilityStudy) -> Result<Figure<'static>, FigureError> {
+pub(super) fn map_figure(study: &StabilityStudy) -> Result<Figure<'static>, FigureError> {
     let StabilityStudy { analysis, map, check, .. } = study;
     let values = |axis: &Axis| -> Vec<f64> { (0..axis.count).map(|index| axis.value(index)).collect() };
     let (x_values, y_values) = (values(&map.x), values(&map.y));
@@ -249,7 +249,7 @@ fn map_figure(study: &StabilityStudy) -> Result<Figure<'static>, FigureError> {
     })
 }
 
-fn ports_figure(name: &str, ports: &[PortPoint]) -> Result<Figure<'static>, FigureError> {
+pub(super) fn ports_figure(name: &str, ports: &[PortPoint]) -> Result<Figure<'static>, FigureError> {
     let column = |of: fn(&PortPoint) -> f64| ports.iter().map(of).collect::<Vec<f64>>();
     figures::ports(&PortsView {
         name: name.to_owned(),

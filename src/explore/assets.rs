@@ -16,7 +16,6 @@ pub(super) struct Asset {
 const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
-const TEXT: &str = "text/plain; charset=utf-8";
 const SVG: &str = "image/svg+xml";
 
 /// The page of a link, and its script; the other files are those of [`ASSETS`].
@@ -30,9 +29,6 @@ pub(super) const ASSETS: &[Asset] = &[
     Asset { path: "/", media: HTML, content: include_str!("assets/index.html") },
     Asset { path: "/explore.css", media: CSS, content: include_str!("assets/explore.css") },
     Asset { path: "/theme.css", media: CSS, content: shared::THEME_CSS },
-    Asset { path: "/uPlot.min.css", media: CSS, content: shared::UPLOT_CSS },
-    Asset { path: "/uPlot.iife.min.js", media: JAVASCRIPT, content: shared::UPLOT_JS },
-    Asset { path: "/uPlot.LICENSE", media: TEXT, content: shared::UPLOT_LICENSE },
     Asset { path: "/charts.js", media: JAVASCRIPT, content: shared::CHARTS_JS },
     Asset { path: "/animation.js", media: JAVASCRIPT, content: shared::ANIMATION_JS },
     Asset { path: "/link.js", media: JAVASCRIPT, content: include_str!("assets/link.js") },

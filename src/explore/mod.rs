@@ -18,7 +18,6 @@ mod push;
 mod server;
 mod session;
 mod state;
-mod thin;
 mod worker;
 
 pub use field::Field;

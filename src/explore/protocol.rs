@@ -87,6 +87,8 @@ pub(super) enum File {
     Toml,
     /// All signals at every tick.
     Csv,
+    /// The figure of forces and positions.
+    Png,
 }
 
 /// A request for a file of one run of a state.
@@ -97,6 +99,12 @@ pub(super) struct Export {
     pub state: State,
     pub augmented: bool,
     pub file: File,
+    /// Displayed time of a figure.
+    #[serde(default)]
+    pub window: ShownTime,
+    /// Width of a figure, with its unit.
+    #[serde(default)]
+    pub width: Option<String>,
 }
 
 /// A message to a page.

@@ -17,7 +17,8 @@ use super::pair::PairMaker;
 use super::protocol::ServerMessage;
 use super::state::{State, StateError, bounded};
 use super::worker::or_panicked;
-use trocar_report::DrawnTissue;
+use trocar_report::figures::Shade;
+use trocar_report::{DrawnTissue, teleoperation_axes};
 use trocar_sim::engine::{Observer, Signals};
 use trocar_sim::metrics::Outcome;
 use trocar_sim::operator::Hand;
@@ -121,7 +122,8 @@ impl Opening {
         Self(json!({
             "type": "pushing", "augmented": augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
             "position_scale": scenario.position_scale(), "layers": DrawnTissue::of_scenario(scenario).layers(),
-            "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
+            "figure": teleoperation_axes(augmented).ok(), "lines": LINES,
+            "shades": [Shade::Frozen.css(), Shade::Reengaging.css()], "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
         }))
     }
 
@@ -211,6 +213,9 @@ const COLUMNS: [&str; 8] = [
     "mode",
     "operator_force_n",
 ];
+
+/// The columns of the lines of the figure, panel by panel: tissue, feedback and felt force, slave and master.
+const LINES: [&[usize]; 2] = [&[4, 5, 7], &[3, 2]];
 
 impl Pacer {
     fn new(

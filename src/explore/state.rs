@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::limits::{MAX_KEYS, MAX_NUMBERS, MAX_TICKS};
+use trocar_report::figures::FigureError;
 use trocar_sim::run::RunError;
 use trocar_sim::scenario::{
     Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions,
@@ -69,6 +70,12 @@ pub enum StateError {
     /// The stability analysis failed.
     #[error(transparent)]
     Stability(#[from] StabilityError),
+    /// A figure cannot be drawn.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+    /// The width of a figure is invalid.
+    #[error("the width {0}")]
+    Width(String),
     /// No thread is available.
     #[error("cannot start the insertion: {0}")]
     Thread(std::io::Error),

@@ -12,11 +12,12 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::mpsc::Sender;
 
 use super::controls;
-use super::frame::{frame, table};
+use super::frame::{frame, picture, table};
 use super::map::mapped;
 use super::pair::{Pair, PairMaker, SCHEMES};
 use super::protocol::{Export, File, MapRequest, ServerMessage, Show};
 use super::state::{Catalogue, StateError};
+use trocar_report::figures::FigureWidth;
 use trocar_report::write_trace_csv;
 use trocar_sim::compare::NoiseCheck;
 use trocar_sim::run::run;
@@ -247,25 +248,32 @@ impl RunWorker {
         };
         let frame = frame(&pair, self.noise.as_deref().unwrap_or_default(), &show, began);
         self.shown = Some((show, pair));
-        Ok(ServerMessage::Frame(frame))
+        Ok(ServerMessage::Frame(frame?))
     }
 
     fn export(&mut self, export: &Export) -> Result<ServerMessage, StateError> {
         let scenario = self.maker.written(&export.state, export.augmented)?;
-        let (name, extension) = (scenario.name.clone(), if export.file == File::Toml { "toml" } else { "csv" });
-        let content = match export.file {
-            File::Toml => scenario.echo(),
+        let which = usize::from(export.augmented);
+        // All files of a scenario can be saved into the same folder.
+        let name = &scenario.name;
+        let name = if name.ends_with(SCHEMES[which]) { name.clone() } else { format!("{name}_{}", SCHEMES[which]) };
+        let (extension, content) = match export.file {
+            File::Toml => ("toml", scenario.echo()),
             File::Csv => {
                 let run = run(scenario)?;
                 let mut bytes = vec![];
                 // Writing to memory does not fail, and the CSV text is ASCII.
                 let _ = write_trace_csv(&run.trace, &mut bytes);
-                String::from_utf8(bytes).unwrap_or_default()
+                ("csv", String::from_utf8(bytes).unwrap_or_default())
+            }
+            File::Png => {
+                let width = export.width.as_deref().map_or(Ok(FigureWidth::default()), str::parse);
+                let width = width.map_err(StateError::Width)?;
+                let pair = self.maker.run(&export.state)?;
+                let file = (export.id, format!("{name}.png"));
+                return Ok(ServerMessage::Frame(picture(&pair.runs, which, file, (export.window, width))?));
             }
         };
-        let scheme = SCHEMES[usize::from(export.augmented)];
-        // Both files of a scenario can be saved into the same folder.
-        let name = if name.ends_with(scheme) { name } else { format!("{name}_{scheme}") };
         Ok(ServerMessage::json(&serde_json::json!({
             "type": "file",
             "id": export.id,

@@ -134,9 +134,7 @@ pub async fn layout(page: Page) -> Page {
         assert!(bottom > 0.0 && bottom < 844.0, "{name} ends at {bottom}");
     }
     // The page opens zoomed on the rupture at 5.52 s.
-    let shown = page
-        .evaluate("const [s] = trocarPictures.frame().time_s; return [s, trocarPictures.frame().time_s.at(-1)]")
-        .await;
+    let shown = page.evaluate("const { x } = trocarPictures.panel('position'); return [x.low, x.high]").await;
     let shown: (f64, f64) = serde_json::from_value(shown).expect("times");
     assert!(shown.0 > 5.0 && shown.0 < 5.52 && shown.1 > 5.52 && shown.1 < 8.0, "{shown:?}");
     page

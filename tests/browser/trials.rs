@@ -244,11 +244,14 @@ async fn export(page: Page) -> Page {
     folder.good(&arguments.collect::<Vec<_>>());
     assert!(folder.text(&format!("typed/{scenario}/trace.csv")) == csv, "the same bytes");
     page.element("export-png").await.click().await.expect("clicked");
-    page.wait("return trocar.file().name.endsWith('.png') && trocar.file().size > 10000").await;
-    // The picture has the chosen width.
-    page.evaluate("document.getElementById('export-width').value = '2148'; return null").await;
+    page.wait("return trocar.file().name.endsWith('augmented.png') && trocar.file().size > 10000").await;
+    // The picture has the chosen width at 300 dots per inch, and is that of the chosen run.
+    let width = "const { content } = trocar.file(), at = content.byteOffset; return new DataView(content.buffer).getUint32(at + 16)";
+    assert_eq!(page.evaluate(width).await, json!(2148));
+    page.evaluate("document.getElementById('export-width').value = '3.5in'; document.getElementById('export-scheme').value = '0'; return null").await;
     page.element("export-png").await.click().await.expect("clicked");
-    page.wait("return trocar.file().width === 2148").await;
+    page.wait("return trocar.file().name.endsWith('augmented_classical.png')").await;
+    assert_eq!(page.evaluate(width).await, json!(1050));
     page
 }
 
@@ -297,10 +300,10 @@ async fn touch(page: Page) -> Page {
     page.devtools("Emulation.setTouchEmulationEnabled", json!({ "enabled": true })).await;
     page.resize(390, 844).await;
     page.open("").await;
-    let place = "const box = document.querySelector('#chart-1 .u-over').getBoundingClientRect(); return [box.left, box.top, box.width, box.height]";
+    let place = "const box = document.querySelector('#chart-1 canvas').getBoundingClientRect(); return [box.left, box.top, box.width, box.height]";
     let of_chart: [f64; 4] = serde_json::from_value(page.evaluate(place).await).expect("a place");
     let at = |share: f64| Some((of_chart[0] + share * of_chart[2], of_chart[1] + 0.5 * of_chart[3]));
-    let shown = "const [s] = trocarPictures.frame().time_s; return trocarPictures.frame().time_s.at(-1) - s";
+    let shown = "const { x } = trocarPictures.panel('position'); return x.high - x.low";
     let before = page.evaluate(shown).await.as_f64().expect("a time");
     // Across a chart a finger selects, and two taps show everything.
     let across = [("touchStart", at(0.3)), ("touchMove", at(0.4)), ("touchMove", at(0.6)), ("touchEnd", None)];

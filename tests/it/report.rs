@@ -78,28 +78,28 @@ fn is_sound(html: &str) {
         assert!(!html.contains(loading), "{loading}");
     }
     assert!(html.split("href=\"").skip(1).all(|rest| rest.starts_with('#')), "only places on the page");
-    let addresses: Vec<&str> =
-        html.lines().filter(|line| line.contains("http://") || line.contains("https://")).collect();
-    assert!(addresses.iter().all(|line| line.contains("/*! https://github.com/leeoniya/uPlot")), "{addresses:?}");
-    assert!(html.contains("Permission is hereby granted") && html.contains("Copyright (c) 2022 Leon Sorokin"));
-    // Every chart has a text alternative and a place.
-    let data = data(html);
-    for (name, charts) in data["charts"].as_object().expect("charts") {
-        assert!(
-            html.contains(&format!("<div class=\"charts\" data-name=\"{name}\">"))
-                || charts.as_array() == Some(&vec![])
-        );
-        for chart in charts.as_array().expect("charts") {
-            assert!(chart["alt"].as_str().is_some_and(|alt| alt.len() > 30), "{chart}");
-            let lines: usize =
-                chart["columns"].as_array().expect("columns").iter().map(|c| c["y"].as_array().expect("y").len()).sum();
-            assert_eq!(lines, chart["series"].as_array().expect("series").len(), "{name}");
+    assert!(!html.contains("http://") && !html.contains("https://"), "no address");
+    // Every figure has a place, every panel a named line, and every line points.
+    for (name, figures) in data(html)["figures"].as_object().expect("figures") {
+        let is_empty = figures.as_array() == Some(&vec![]);
+        assert!(html.contains(&format!("<div class=\"charts\" data-name=\"{name}\">")) || is_empty);
+        for panel in panels(figures) {
+            assert!(panel["y"]["caption"].as_str().is_some_and(|caption| caption.len() > 2), "{name}");
+            let lines = panel["lines"].as_array().expect("lines");
+            assert!(lines.is_empty() || lines.iter().any(|line| line["name"] != ""), "{name}");
+            for line in lines {
+                let [x, y] = [0, 1].map(|k| line["points"][k].as_array().expect("a column").len());
+                assert_eq!(x, y, "{name}");
+            }
         }
     }
-    for (name, map) in data["maps"].as_object().expect("maps") {
-        assert!(html.contains(&format!("<div class=\"map\" data-name=\"{name}\">")));
-        assert!(map["alt"].as_str().is_some_and(|alt| alt.len() > 30), "{map}");
-    }
+}
+
+/// Returns the panels of figures, in order.
+fn panels(figures: &Json) -> Vec<Json> {
+    let list = |of: &Json| of.as_array().cloned().unwrap_or_default();
+    let rows = list(figures).into_iter().flat_map(|figure| list(&figure["rows"]));
+    rows.flat_map(|row| list(&row["panels"])).collect()
 }
 
 #[test]
@@ -181,22 +181,25 @@ fn what_is_drawn_is_what_was_recorded_to_five_digits() {
     let ticks: BTreeMap<String, usize> =
         trace["time_s"].iter().enumerate().map(|(tick, time)| (format!("{time:.6}"), tick)).collect();
     let data = data(&folder.text("out/augmented/report.html"));
-    let charts = data["charts"]["signals"].as_array().expect("charts");
+    let panels = panels(&data["figures"]["signals"]);
+    let line = |caption: &str, name: &str| -> Json {
+        let panel = panels.iter().find(|panel| panel["y"]["caption"] == caption).expect(caption);
+        let lines = panel["lines"].as_array().expect("lines");
+        lines.iter().find(|line| line["name"] == name).expect(name)["points"].clone()
+    };
     let mut seen = 0;
-    for (chart, series, column, factor) in [
-        (0, 0, "slave_position_m", 1e3),
-        (0, 1, "master_position_m", 1e3),
-        (1, 0, "feedback_force_n", 1.0),
-        (1, 1, "operator_force_n", 1.0),
-        (1, 2, "tissue_force_n", 1.0),
-        (2, 0, "stiffness_n_per_m", 1.0),
-        (3, 0, "damping_n_s_per_m", 1.0),
-        (4, 0, "residual_n", 1.0),
-        (5, 0, "decision", 1.0),
+    for (caption, name, column, factor) in [
+        ("Position (mm)", "slave", "slave_position_m", 1e3),
+        ("Position (mm)", "master", "master_position_m", 1e3),
+        ("Force (N)", "feedback", "feedback_force_n", 1.0),
+        ("Force (N)", "felt", "operator_force_n", 1.0),
+        ("Force (N)", "tissue", "tissue_force_n", 1.0),
+        ("Stiffness (N/m)", "Stiffness", "stiffness_n_per_m", 1.0),
+        ("Damping (N·s/m)", "Damping", "damping_n_s_per_m", 1.0),
+        ("Decision function g (N²)", "Decision function g", "decision", 1.0),
     ] {
-        let drawn = &charts[chart]["columns"][0];
-        let times = drawn["x"].as_array().expect("times");
-        let values = drawn["y"][series].as_array().expect("values");
+        let points = line(caption, name);
+        let (times, values) = (points[0].as_array().expect("times"), points[1].as_array().expect("values"));
         assert!((500..9_000).contains(&times.len()) && times.len() == values.len(), "{}", times.len());
         let whole = &trace[column];
         let mut extremes = (f64::INFINITY, f64::NEG_INFINITY);
@@ -217,8 +220,8 @@ fn what_is_drawn_is_what_was_recorded_to_five_digits() {
     }
     assert!(seen > 9 * 500);
     // The 0.1 s after a rupture has every tick of the force drop.
-    let times: Vec<f64> =
-        charts[1]["columns"][0]["x"].as_array().expect("times").iter().filter_map(Json::as_f64).collect();
+    let points = line("Force (N)", "tissue");
+    let times: Vec<f64> = points[0].as_array().expect("times").iter().filter_map(Json::as_f64).collect();
     assert!(times.iter().filter(|time| (5.52..5.62).contains(*time)).count() >= 95);
 }
 
@@ -302,11 +305,13 @@ fn a_large_sweep_fits_and_says_how_much_of_it_is_drawn() {
         let row = rows(&html).into_iter().find(|row| row[0] == cells[0]).expect("a row");
         assert!(cells.iter().all(|cell| row.iter().any(|shown| shown == cell)), "{row:?}: {cells:?}");
     }
-    let charts = &data(&html)["charts"]["axes"];
-    assert_eq!(charts.as_array().map(Vec::len), Some(6), "two metrics over three axes");
-    assert_eq!(charts[2]["x"]["label"], "operator.kind (1: ramp, 2: sine)");
-    assert_eq!(charts[0]["columns"][0]["x"].as_array().map(Vec::len), Some(2_000));
-    assert_eq!(data(&html)["maps"]["heat_tracking_rmse_m"]["cells"].as_array().map(Vec::len), Some(40 * 40));
+    let charts = panels(&data(&html)["figures"]["axes"]);
+    assert_eq!(charts.len(), 6, "two metrics over three axes");
+    assert_eq!(charts[2]["x"]["caption"], "operator.kind, 1: ramp, 2: sine");
+    let values = charts[0]["lines"][0]["points"][1].as_array().expect("values");
+    assert_eq!(values.iter().filter(|value| !value.is_null()).count(), 2_000);
+    let maps = panels(&data(&html)["figures"]["maps"]);
+    assert_eq!(maps[0]["fills"].as_array().map(Vec::len), Some(40 * 40));
 }
 
 #[test]
@@ -355,15 +360,22 @@ fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
             "{cells:?}"
         );
     }
-    let map = &data(&html)["maps"]["stability"];
+    let map = &panels(&data(&html)["figures"]["stability"])[0];
     let csv = folder.text("out/augmented/stability_map.csv");
-    let stable: String = csv.lines().skip(1).map(|line| line.split(',').nth(2).expect("a verdict")).collect();
-    let drawn: String = map["verdicts"].as_array().expect("rows").iter().filter_map(Json::as_str).collect();
-    assert_eq!(drawn, stable);
-    assert_eq!(
-        map["boundary"].as_array().map(Vec::len),
-        Some(folder.text("out/augmented/stability_boundary.csv").lines().count() - 1)
-    );
+    let stable = csv.lines().skip(1).filter(|line| line.split(',').nth(2) == Some("1")).count();
+    // The axes are logarithmic, with 12 by 11 cells; those at the ends are half as wide and high.
+    let share = |axis: &str, points: &Json| -> f64 {
+        let ends: Vec<f64> = points.as_array().expect("an outline").iter().filter_map(Json::as_f64).collect();
+        let [low, high] = ["low", "high"].map(|end| map[axis][end].as_f64().expect("a number"));
+        (ends.iter().copied().fold(f64::MIN, f64::max) - ends.iter().copied().fold(f64::MAX, f64::min)) / (high - low)
+    };
+    let fills = map["fills"].as_array().expect("fills");
+    let area: f64 = fills.iter().map(|fill| share("x", &fill["points"][0]) * share("y", &fill["points"][1])).sum();
+    assert!(fills.iter().all(|fill| fill["text"] == "stable"));
+    assert!((area - stable as f64 / (12.0 * 11.0)).abs() < 0.05, "{area} {stable}");
+    let boundary = map["lines"][0]["points"][0].as_array().expect("places");
+    let pieces = folder.text("out/augmented/stability_boundary.csv").lines().count() - 1;
+    assert_eq!(boundary.iter().filter(|place| !place.is_null()).count(), 2 * pieces);
     assert!(unescaped(&html).contains("Certificate: the motion decays under any sequence of events"));
 }
 
@@ -374,27 +386,33 @@ fn the_page_of_stability_draws_walls_and_absolute_stability_and_repeats_its_comm
     folder.good(&[&["stability", "paper/augmented", "--report", "--quiet"], &further[..]].concat());
     let html = folder.text("out/augmented/report.html");
     is_sound(&html);
-    let charts = &data(&html)["charts"];
-    let drawn = |name: &str, chart: usize, series: usize| -> Vec<Option<f64>> {
-        let column = &charts[name][chart]["columns"][0]["y"][series];
-        column.as_array().expect("a column").iter().map(Json::as_f64).collect()
+    let figures = &data(&html)["figures"];
+    let drawn = |name: &str, panel: usize, line: &str| -> Vec<f64> {
+        let panel = &panels(&figures[name])[panel];
+        let lines = panel["lines"].as_array().expect("lines");
+        let values = &lines.iter().find(|drawn| drawn["name"] == line).expect(line)["points"][1];
+        let place = |value: &Json| {
+            let value = value.as_f64().expect("a value");
+            if panel["y"]["log"] == true { 10_f64.powf(value) } else { value }
+        };
+        values.as_array().expect("a column").iter().map(place).collect()
     };
-    let table = |name: &str, column: usize, of: &str| -> Vec<Option<f64>> {
+    let table = |name: &str, column: usize, of: &str| -> Vec<f64> {
         let text = folder.text(&format!("out/augmented/{name}.csv"));
         let rows = text.lines().skip(1).filter(|line| line.starts_with(of));
         let cell = |line: &str| line.split(',').nth(column).and_then(|cell| cell.parse().ok());
-        rows.map(cell).map(|value: Option<f64>| value.filter(|value| value.is_finite())).collect()
+        // A value that does not exist is not drawn.
+        rows.filter_map(cell).filter(|value: &f64| value.is_finite()).collect()
     };
     for (drawn, kept) in [
-        (drawn("z_width", 0, 0), table("z_width", 2, "tissue")),
-        (drawn("z_width", 0, 1), table("z_width", 3, "tissue")),
-        (drawn("absolute", 0, 0), table("absolute", 1, "")),
-        (drawn("absolute", 1, 0), table("absolute", 3, "")),
+        (drawn("z_width", 0, "stable walls in the tissue"), table("z_width", 2, "tissue")),
+        (drawn("z_width", 0, "passive walls in the tissue"), table("z_width", 3, "tissue")),
+        (drawn("absolute", 0, "smallest over the frequencies; absolutely stable from 1 on"), table("absolute", 1, "")),
+        (drawn("absolute", 1, "damping that every hand needs"), table("absolute", 3, "")),
     ] {
         assert_eq!(drawn.len(), kept.len());
         for (a, b) in drawn.into_iter().zip(kept) {
-            assert_eq!(a.is_some(), b.is_some());
-            assert!(a.zip(b).is_none_or(|(a, b)| (a - b).abs() <= 1e-3 * b.abs()), "{a:?} {b:?}");
+            assert!((a - b).abs() <= 1e-3 * b.abs(), "{a} {b}");
         }
     }
     let line = "--hand 10:inf --absolute channel.delay_s=0:0.1:5 --z-width 0:50:6 --report";
@@ -445,11 +463,14 @@ fn a_browser_draws_the_pages() {
         let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         let said: Vec<&str> = log.lines().filter(|line| line.contains("CONSOLE")).collect();
         assert!(said.is_empty(), "{said:#?}");
-        let count = |of: &str| -> usize {
-            let places = &data(&html)[of];
-            places.as_object().expect("places").values().map(|place| place.as_array().map_or(1, Vec::len)).sum()
-        };
-        assert_eq!(dom.matches("class=\"u-over\"").count(), count("charts"), "{page}");
-        assert_eq!(dom.matches("<canvas").count(), count("charts") + count("maps"), "{page}");
+        let figures = data(&html)["figures"].as_object().expect("figures").clone();
+        let count: usize = figures.values().map(|figures| panels(figures).len()).sum();
+        assert!(count > 3, "{page}");
+        assert_eq!(dom.matches("<canvas").count(), count, "{page}");
+        assert_eq!(
+            dom.matches("The arrow keys move a cursor.").count()
+                - html.matches("The arrow keys move a cursor.").count(),
+            count
+        );
     }
 }

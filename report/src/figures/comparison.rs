@@ -26,8 +26,8 @@ pub fn comparison<'a>(runs: &[RunView<'a>], window: Option<(f64, f64)>) -> Resul
     let styled = || runs.iter().zip(&strokes);
     let (mut forces, mut positions) = (Vec::new(), Vec::new());
     for (run, line) in styled() {
-        forces.extend(force_lines(run, *line).map(|(values, ..)| Signal::force(run, values)));
-        positions.extend(position_lines(run, *line).map(|(values, ..)| Signal::position(run, values)));
+        forces.extend(force_lines(run, *line).map(|(values, ..)| Signal::force(run.time_s, values)));
+        positions.extend(position_lines(run, *line).map(|(values, ..)| Signal::position(run.time_s, values)));
     }
     let force = shared(&forces, window);
     let position = shared(&positions, window);

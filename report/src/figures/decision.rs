@@ -3,7 +3,7 @@
 use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
 use super::figure::{Figure, Row};
 use super::legend::Sample;
-use super::panel::{Panel, Trace};
+use super::panel::{Events, Panel, Trace};
 use super::style::{COMPUTED, LIMIT, TISSUE};
 use super::{EstimationView, FigureError, events};
 
@@ -21,23 +21,13 @@ pub fn decision<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureError
     view.check("decision")?;
     let (time, window) = view.time_axis(X_TICKS);
     let events = events::of_estimation(view);
-    let caption = if view.decision_unit.is_empty() {
-        String::from("Decision function g")
-    } else {
-        format!("Decision function g ({})", view.decision_unit)
-    };
-    let panel = |y, y_caption: &str, values, stroke| Panel {
+    let mut upper = decision_panel(&[view], time.clone(), events.clone());
+    upper.traces.push(Trace::new(view.time_s, view.decision, COMPUTED));
+    let lower = Panel {
         events: events.clone(),
-        traces: vec![Trace::new(view.time_s, values, stroke)],
-        ..Panel::over_time(time.clone(), y, y_caption)
+        traces: vec![Trace::new(view.time_s, view.measured_force_n, TISSUE)],
+        ..Panel::over_time(time, view.force_axis(), "Measured force (N)")
     };
-    let mut upper = panel(decision_axis(view), &caption, view.decision, COMPUTED);
-    if view.threshold.is_finite() {
-        upper.levels.push((view.threshold, LIMIT));
-        let value = format!("threshold γ = {} {}", short(view.threshold), view.decision_unit);
-        upper.legend = vec![(Sample::Line(LIMIT), value.trim_end().to_owned())];
-    }
-    let lower = panel(view.force_axis(), "Measured force (N)", view.measured_force_n, TISSUE);
     Ok(Figure {
         name: view.name.to_owned(),
         legend: events::entries(&[&events], window),
@@ -45,13 +35,32 @@ pub fn decision<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureError
     })
 }
 
-fn decision_axis(view: &EstimationView<'_>) -> Axis {
-    let peak = extent(view.decision.iter().copied()).map_or(0.0, |range| range.1);
-    let threshold = view.threshold;
-    if threshold > 0.0 && threshold.is_finite() && peak > MAX_LINEAR_PEAK * threshold {
+/// Returns the axes of decision functions with their thresholds.
+pub(super) fn decision_panel<'a>(views: &[&EstimationView<'_>], time: Axis, events: Events) -> Panel<'a> {
+    let unit = views.first().map_or("", |view| view.decision_unit);
+    let caption = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+    let mut thresholds: Vec<f64> = views.iter().map(|view| view.threshold).filter(|value| value.is_finite()).collect();
+    thresholds.sort_by(f64::total_cmp);
+    thresholds.dedup();
+    let peak = extent(views.iter().flat_map(|view| view.decision).copied()).map_or(0.0, |range| range.1);
+    let y = decision_axis(peak, thresholds.last().copied().unwrap_or(0.0));
+    let text = thresholds.iter().map(|value| short(*value)).collect::<Vec<_>>().join(", ");
+    Panel {
+        events,
+        levels: thresholds.iter().map(|value| (*value, LIMIT)).collect(),
+        legend: if thresholds.is_empty() {
+            vec![]
+        } else {
+            vec![(Sample::Line(LIMIT), format!("threshold γ = {text} {unit}").trim_end().to_owned())]
+        },
+        ..Panel::over_time(time, y, format!("Decision function g{caption}"))
+    }
+}
+
+fn decision_axis(peak: f64, threshold: f64) -> Axis {
+    if threshold > 0.0 && peak > MAX_LINEAR_PEAK * threshold {
         return Axis::log10((LOG_FLOOR * threshold, 2.0 * peak));
     }
-    let threshold = if threshold.is_finite() { threshold } else { 0.0 };
     Axis::from_zero(peak.max(1.4 * threshold), Y_TICKS)
 }
 

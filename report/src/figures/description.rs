@@ -1,67 +1,105 @@
-//! A figure as data, from which other programs draw it: the Python package with matplotlib.
+//! A figure as data, from which others draw it: pages with `charts.js`, the Python package with matplotlib.
 
 use serde_json::{Value as Json, json};
 
 use super::axis::Axis;
-use super::figure::Figure;
+use super::events::detailed;
+use super::figure::{Figure, Row};
 use super::legend::{Entry, Sample};
-use super::panel::{Panel, RESOLVED};
+use super::page::Point;
+use super::panel::Panel;
 use super::style::{Color, Stroke};
+use crate::digits::{Few, Fine};
 
-fn color(Color(red, green, blue): Color) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
+/// Number of intervals of a line for other programs.
+const INTERVALS: usize = 5000;
+
+/// How a description is written.
+struct Writer<'w> {
+    color: fn(Color) -> String,
+    /// Writes the columns x and y of points. A place that is not finite is a gap.
+    points: &'w mut dyn FnMut(Vec<Point>) -> Json,
+    /// Number of intervals of which a line keeps the extremes.
+    intervals: usize,
+    /// Whether more of them are around events.
+    is_detailed: bool,
+    /// The legend of all panels.
+    legend: &'w [Entry],
 }
 
-fn stroke(stroke: &Stroke) -> Json {
-    json!({ "color": color(stroke.color), "width": stroke.width, "dashes": stroke.dashes })
-}
+impl Writer<'_> {
+    fn stroke(&self, stroke: &Stroke) -> Json {
+        json!({ "color": (self.color)(stroke.color), "width": stroke.width, "dashes": stroke.dashes })
+    }
 
-fn entry((sample, text): &Entry) -> Json {
-    let (kind, style) = match sample {
-        Sample::Title => ("title", Json::Null),
-        Sample::Line(line) => ("line", stroke(line)),
-        Sample::Dot(dot) => ("dot", stroke(dot)),
-        Sample::Ring(ring) => ("ring", stroke(ring)),
-        Sample::Shade(shade) => ("shade", json!({ "color": color(*shade) })),
-        Sample::Alarm => ("alarm", Json::Null),
-        Sample::Rupture => ("rupture", Json::Null),
-    };
-    json!({ "kind": kind, "style": style, "text": text })
-}
+    fn entry(&self, (sample, text): &Entry) -> Json {
+        let (kind, style) = match sample {
+            Sample::Title => ("title", Json::Null),
+            Sample::Line(line) => ("line", self.stroke(line)),
+            Sample::Dot(dot) => ("dot", self.stroke(dot)),
+            Sample::Ring(ring) => ("ring", self.stroke(ring)),
+            Sample::Shade(shade) => ("shade", json!({ "color": (self.color)(*shade) })),
+            Sample::Alarm => ("alarm", Json::Null),
+            Sample::Rupture => ("rupture", Json::Null),
+        };
+        json!({ "kind": kind, "style": style, "text": text })
+    }
 
-/// Splits points into the columns x and y. A place that is not finite is `null`, a gap.
-fn columns(points: impl IntoIterator<Item = (f64, f64)>) -> [Vec<f64>; 2] {
-    let (x, y) = points.into_iter().unzip();
-    [x, y]
+    /// Returns a line, with its name in the legend. The only line of a panel has the name of the axis, others have none.
+    fn line(&mut self, panel: &Panel<'_>, points: Vec<Point>, stroke: &Stroke) -> Json {
+        let is_of = |sample: &Sample| matches!(sample, Sample::Line(of) | Sample::Dot(of) if of == stroke);
+        let entry = panel.legend.iter().chain(self.legend).find(|(sample, _)| is_of(sample));
+        let is_only = panel.traces.len() + panel.curves.len() == 1;
+        let of_axis = if is_only { panel.y_caption.split(" (").next().unwrap_or_default() } else { "" };
+        let name = entry.map_or(of_axis, |(_, text)| text);
+        json!({ "name": name, "points": (self.points)(points), "style": self.stroke(stroke) })
+    }
+
+    fn panel(&mut self, panel: &Panel<'_>) -> Json {
+        let events = &panel.events;
+        let detailed = if self.is_detailed { detailed(events) } else { vec![] };
+        let mut lines: Vec<Json> = panel
+            .traces
+            .iter()
+            .map(|trace| self.line(panel, panel.samples(trace, self.intervals, &detailed).collect(), &trace.stroke))
+            .collect();
+        lines.extend(panel.curves.iter().map(|(points, stroke)| self.line(panel, points.clone(), stroke)));
+        let fills = panel.fills.iter().enumerate().map(|(index, (outline, color))| {
+            json!({
+                "points": (self.points)(outline.clone()),
+                "color": (self.color)(*color),
+                "text": panel.readings.get(index).map_or("", String::as_str),
+            })
+        });
+        let fills: Vec<Json> = fills.collect();
+        let shades = events.shades.iter().map(|(from, to, shade)| json!([from, to, (self.color)(shade.color())]));
+        let levels =
+            panel.levels.iter().map(|(level, line)| json!({ "at": panel.y.place(*level), "style": self.stroke(line) }));
+        json!({
+            "id": panel.id,
+            "x": axis(&panel.x, &panel.x_caption),
+            "y": axis(&panel.y, &panel.y_caption),
+            "legend": panel.legend.iter().map(|one| self.entry(one)).collect::<Vec<_>>(),
+            "shades": shades.collect::<Vec<_>>(),
+            "ruptures": events.ruptures,
+            "alarms": events.alarms,
+            "fills": fills,
+            "outside": panel.readings.get(panel.fills.len()),
+            "lines": lines,
+            "levels": levels.collect::<Vec<_>>(),
+            "notes": panel.notes.iter().map(|((x, y), text)| json!([x, y, text])).collect::<Vec<_>>(),
+            "is_bare": panel.is_bare,
+        })
+    }
+
+    fn row(&mut self, row: &Row<'_>) -> Json {
+        let panels: Vec<Json> = row.panels.iter().map(|panel| self.panel(panel)).collect();
+        json!({ "title": row.title, "height": row.height, "panels": panels })
+    }
 }
 
 fn axis(axis: &Axis, caption: &str) -> Json {
     json!({ "low": axis.low, "high": axis.high, "log": axis.log, "has_ticks": axis.has_ticks(), "caption": caption })
-}
-
-fn panel(panel: &Panel<'_>) -> Json {
-    let events = &panel.events;
-    json!({
-        "x": axis(&panel.x, &panel.x_caption),
-        "y": axis(&panel.y, &panel.y_caption),
-        "legend": panel.legend.iter().map(entry).collect::<Vec<_>>(),
-        "shades": events.shades.iter().map(|(from, to, shade)| json!([from, to, color(*shade)])).collect::<Vec<_>>(),
-        "ruptures": events.ruptures,
-        "alarms": events.alarms,
-        "fills": panel.fills.iter().map(|(outline, fill)| {
-            json!({ "points": columns(outline.iter().copied()), "color": color(*fill) })
-        }).collect::<Vec<_>>(),
-        "lines": panel.traces.iter().map(|trace| {
-            json!({ "points": columns(panel.samples(trace, RESOLVED)), "style": stroke(&trace.stroke) })
-        }).chain(panel.curves.iter().map(|(points, line)| {
-            json!({ "points": columns(points.iter().copied()), "style": stroke(line) })
-        })).collect::<Vec<_>>(),
-        "levels": panel.levels.iter().map(|(level, line)| {
-            json!({ "at": panel.y.place(*level), "style": stroke(line) })
-        }).collect::<Vec<_>>(),
-        "notes": panel.notes.iter().map(|((x, y), text)| json!([x, y, text])).collect::<Vec<_>>(),
-        "is_bare": panel.is_bare,
-    })
 }
 
 impl Figure<'_> {
@@ -70,17 +108,47 @@ impl Figure<'_> {
     /// gap. Long lines are reduced to the minima and maxima of 5000 intervals.
     #[must_use]
     pub fn description(&self) -> Json {
-        let row = |row: &super::figure::Row<'_>| {
-            json!({
-                "title": row.title,
-                "height": row.height,
-                "panels": row.panels.iter().map(panel).collect::<Vec<_>>(),
-            })
+        let mut points = |points: Vec<Point>| {
+            let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
+            json!([x, y])
         };
+        self.described(Color::hex, &mut points, INTERVALS, false)
+    }
+
+    /// The same for a page: with the colours of its theme, five digits of each value, lines of `intervals`, and more around events.
+    pub(crate) fn for_page(&self, intervals: usize) -> Json {
+        let mut points = |points: Vec<Point>| {
+            let (x, y): (Vec<Fine>, Vec<Few>) = points.into_iter().map(|(x, y)| (Fine(x), Few(y))).unzip();
+            json!([x, y])
+        };
+        self.described(Color::css, &mut points, intervals, true)
+    }
+
+    /// The same with the points apart, in `bytes`, as 32-bit floats, little endian: those of a line are the index of its first x in
+    /// `bytes` and their number; all x are before y.
+    pub(crate) fn for_frame(&self, intervals: usize, bytes: &mut Vec<u8>) -> Json {
+        let mut points = |points: Vec<Point>| {
+            let start = bytes.len() / size_of::<f32>();
+            bytes.reserve(2 * points.len() * size_of::<f32>());
+            points.iter().for_each(|(x, _)| bytes.extend_from_slice(&(*x as f32).to_le_bytes()));
+            points.iter().for_each(|(_, y)| bytes.extend_from_slice(&(*y as f32).to_le_bytes()));
+            json!([start, points.len()])
+        };
+        self.described(Color::css, &mut points, intervals, false)
+    }
+
+    fn described(
+        &self,
+        color: fn(Color) -> String,
+        points: &mut dyn FnMut(Vec<Point>) -> Json,
+        intervals: usize,
+        is_detailed: bool,
+    ) -> Json {
+        let mut writer = Writer { color, points, intervals, is_detailed, legend: &self.legend };
         json!({
             "name": self.name,
-            "legend": self.legend.iter().map(entry).collect::<Vec<_>>(),
-            "rows": self.rows.iter().map(row).collect::<Vec<_>>(),
+            "legend": self.legend.iter().map(|one| writer.entry(one)).collect::<Vec<_>>(),
+            "rows": self.rows.iter().map(|row| writer.row(row)).collect::<Vec<_>>(),
         })
     }
 }

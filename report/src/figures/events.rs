@@ -2,8 +2,34 @@
 
 use super::legend::{Entry, Sample};
 use super::panel::Events;
-use super::style::shade;
+use super::shade::Shade;
 use super::{EstimationView, RunView};
+
+/// Returns the intervals in which the slave is frozen or re-engaging.
+pub(crate) fn modes(time_s: &[f64], mode: &[u8]) -> Vec<(f64, f64, Shade)> {
+    let mut shades = Vec::new();
+    let mut start = 0;
+    for same in mode.chunk_by(|a, b| a == b) {
+        let end = (start + same.len()).min(mode.len() - 1);
+        let shade = match same[0] {
+            1 => Some(Shade::Frozen),
+            2 => Some(Shade::Reengaging),
+            _ => None,
+        };
+        shades.extend(shade.map(|shade| (time_s[start], time_s[end], shade)));
+        start += same.len();
+    }
+    shades
+}
+
+/// Returns the intervals (s) around the first events, in which a page shows more detail.
+pub(super) fn detailed(events: &Events) -> Vec<(f64, f64)> {
+    const BEFORE_S: f64 = 0.1;
+    const AFTER_S: f64 = 0.6;
+    const MAX_EVENTS: usize = 200;
+    let times = events.ruptures.iter().chain(&events.alarms).take(MAX_EVENTS);
+    times.map(|time_s| (time_s - BEFORE_S, time_s + AFTER_S)).collect()
+}
 
 /// Displayed time before and after the first rupture, in s.
 const BEFORE_S: f64 = 0.4;
@@ -11,17 +37,7 @@ const AFTER_S: f64 = 1.6;
 
 /// Returns the events of a run. The shades are the intervals in which the slave is frozen or re-engaging.
 pub(super) fn of_run(run: &RunView<'_>) -> Events {
-    let mut shades = Vec::new();
-    let mut start = 0;
-    while start < run.mode.len() {
-        let mode = run.mode[start];
-        let length = run.mode[start..].iter().take_while(|&&m| m == mode).count();
-        let end = (start + length).min(run.mode.len() - 1);
-        if let Some(color) = shade(mode) {
-            shades.push((run.time_s[start], run.time_s[end], color));
-        }
-        start += length;
-    }
+    let shades = modes(run.time_s, run.mode);
     Events { shades, ruptures: run.rupture_times_s.to_vec(), alarms: run.alarm_times_s.to_vec() }
 }
 
@@ -56,11 +72,10 @@ pub(super) fn window(runs: &[RunView<'_>], requested: Option<(f64, f64)>) -> (f6
 pub(super) fn entries(events: &[&Events], window: (f64, f64)) -> Vec<Entry> {
     let inside = |time: &f64| (window.0..=window.1).contains(time);
     let mut entries = Vec::new();
-    for (mode, name) in [(1, "frozen"), (2, "re-engaging")] {
-        let Some(color) = shade(mode) else { continue };
-        let shown = |s: &(f64, f64, _)| s.2 == color && s.0 < window.1 && s.1 > window.0;
+    for shade in Shade::ALL {
+        let shown = |s: &(f64, f64, _)| s.2 == shade && s.0 < window.1 && s.1 > window.0;
         if events.iter().any(|e| e.shades.iter().any(shown)) {
-            entries.push((Sample::Shade(color), name.to_owned()));
+            entries.push((Sample::Shade(shade.color()), shade.name().to_owned()));
         }
     }
     if events.iter().any(|e| e.ruptures.iter().any(inside)) {

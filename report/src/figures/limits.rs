@@ -1,7 +1,6 @@
 //! Common axis limits of several runs. Diverged runs do not set the limits.
 
-use super::axis::{Axis, Y_TICKS, extent, quantile_extent, union};
-use super::{EstimationView, RunView};
+use super::axis::{Axis, Y_TICKS, quantile_extent, union};
 
 /// One signal of one run, with its plausible magnitude.
 pub(super) struct Signal<'a> {
@@ -19,19 +18,13 @@ const PLAUSIBLE_POSITION_M: f64 = 1.0;
 
 impl<'a> Signal<'a> {
     /// A force in N.
-    pub(super) fn force(run: &RunView<'a>, values: &'a [f64]) -> Self {
-        Self { time_s: run.time_s, values, scale: 1.0, plausible: PLAUSIBLE_FORCE_N }
-    }
-
-    /// The measured force of an estimation.
-    pub(super) fn measured(view: &EstimationView<'a>) -> Self {
-        let values = view.measured_force_n;
-        Self { time_s: view.time_s, values, scale: 1.0, plausible: PLAUSIBLE_FORCE_N }
+    pub(super) fn force(time_s: &'a [f64], values: &'a [f64]) -> Self {
+        Self { time_s, values, scale: 1.0, plausible: PLAUSIBLE_FORCE_N }
     }
 
     /// A position, displayed in mm.
-    pub(super) fn position(run: &RunView<'a>, values: &'a [f64]) -> Self {
-        Self { time_s: run.time_s, values, scale: 1e3, plausible: PLAUSIBLE_POSITION_M }
+    pub(super) fn position(time_s: &'a [f64], values: &'a [f64]) -> Self {
+        Self { time_s, values, scale: 1e3, plausible: PLAUSIBLE_POSITION_M }
     }
 }
 
@@ -45,8 +38,13 @@ pub(super) fn shared(signals: &[Signal<'_>], window: (f64, f64)) -> Axis {
             samples.filter(|(time, _)| (window.0..=window.1).contains(*time)).map(|(_, &v)| v)
         };
         let scaled = |(low, high): (f64, f64)| (low * signal.scale, high * signal.scale);
-        if inside().all(|v| v.abs() <= signal.plausible) {
-            plausible = union(plausible, extent(inside()).map(scaled));
+        let (mut range, mut is_plausible) = ((f64::INFINITY, f64::NEG_INFINITY), true);
+        for v in inside() {
+            is_plausible &= v.abs() <= signal.plausible;
+            range = (range.0.min(v), range.1.max(v));
+        }
+        if is_plausible && range.0 <= range.1 {
+            plausible = union(plausible, Some(scaled(range)));
         } else {
             let bounded = inside().filter(|v| v.abs() <= signal.plausible);
             all = union(all, quantile_extent(bounded, 0.95).map(scaled));

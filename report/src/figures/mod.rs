@@ -7,6 +7,7 @@
 
 mod absolute;
 mod axis;
+mod cases;
 mod characteristic;
 mod comparison;
 mod decision;
@@ -33,6 +34,7 @@ mod pdf;
 mod ports;
 mod raster;
 mod residual;
+mod shade;
 mod stability;
 mod strategies;
 mod style;
@@ -42,13 +44,14 @@ mod timeline;
 mod tornado;
 
 pub use absolute::{AbsoluteView, absolute};
+pub(crate) use cases::{CasesView, cases};
 pub use characteristic::{CharacteristicView, characteristic};
 pub use comparison::comparison;
 pub use decision::decision;
-pub(super) use delays::bins;
 pub use delays::delay_histogram;
 pub use energy::{EnergyView, energy};
 pub use estimation::estimation;
+pub(crate) use events::modes;
 pub use figure::Figure;
 pub(crate) use fonts::width as text_width;
 pub use format::{FigureFormat, FigureStyle, FigureWidth};
@@ -56,19 +59,22 @@ pub use heat::{AxisView, HeatView, heat_map};
 pub use locus::{LocusView, locus};
 pub use loop_response::{LoopView, loop_response};
 pub use overlay::overlay;
+pub(crate) use overlay::signals;
 pub use paper::{distance, force, principle};
 pub(crate) use parameters::STANDARD_ERRORS;
 pub use parameters::parameters;
 pub use ports::{PortsView, ports};
 pub(crate) use raster::{letters, opaque};
-pub(super) use residual::{Histogram, gaussian, histogram};
 pub use residual::{distribution, residual_histogram};
+pub use shade::Shade;
 pub use stability::{MapAxisView, MapView, stability_map};
 pub use strategies::{StrategyView, strategies};
 pub use switching::{SwitchingView, switching};
-pub use timeline::{MAX_ROWS, Shade, TimelineRow, timeline};
+pub use timeline::{MAX_ROWS, TimelineRow, timeline};
 pub use tornado::{TornadoView, tornado};
 pub use z_width::{WallsView, ZWidthView, z_width};
+
+use std::ops::Range;
 
 use axis::{Axis, extent};
 use limits::{Signal, shared};
@@ -184,7 +190,27 @@ pub enum FigureError {
     Deflate(#[source] std::io::Error),
 }
 
+/// Returns the part of a column at some ticks, as far as it has them.
+fn part<'a, T>(column: &'a [T], ticks: &Range<usize>) -> &'a [T] {
+    let end = ticks.end.min(column.len());
+    &column[ticks.start.min(end)..end]
+}
+
 impl RunView<'_> {
+    /// Returns the same run at some ticks only.
+    pub(crate) fn at(self, ticks: &Range<usize>) -> Self {
+        Self {
+            time_s: part(self.time_s, ticks),
+            master_position_m: part(self.master_position_m, ticks),
+            slave_position_m: part(self.slave_position_m, ticks),
+            operator_force_n: part(self.operator_force_n, ticks),
+            tissue_force_n: part(self.tissue_force_n, ticks),
+            feedback_force_n: part(self.feedback_force_n, ticks),
+            mode: part(self.mode, ticks),
+            ..self
+        }
+    }
+
     fn check(&self, figure: &'static str) -> Result<(), FigureError> {
         let columns = [
             ("master_position_m", self.master_position_m.len()),
@@ -199,6 +225,21 @@ impl RunView<'_> {
 }
 
 impl EstimationView<'_> {
+    /// Returns the same estimation at some ticks only.
+    pub(crate) fn at(self, ticks: &Range<usize>) -> Self {
+        Self {
+            time_s: part(self.time_s, ticks),
+            measured_force_n: part(self.measured_force_n, ticks),
+            residual_n: part(self.residual_n, ticks),
+            stiffness_n_per_m: part(self.stiffness_n_per_m, ticks),
+            damping_n_s_per_m: part(self.damping_n_s_per_m, ticks),
+            standard_errors: self.standard_errors.map(|errors| errors.map(|column| part(column, ticks))),
+            extra_parameter: self.extra_parameter.map(|(name, column)| (name, part(column, ticks))),
+            decision: part(self.decision, ticks),
+            ..self
+        }
+    }
+
     fn check(&self, figure: &'static str) -> Result<(), FigureError> {
         let columns = [
             ("measured_force_n", self.measured_force_n.len()),
@@ -219,7 +260,7 @@ impl EstimationView<'_> {
     }
 
     fn force_axis(&self) -> Axis {
-        shared(&[Signal::measured(self)], (f64::NEG_INFINITY, f64::INFINITY))
+        shared(&[Signal::force(self.time_s, self.measured_force_n)], (f64::NEG_INFINITY, f64::INFINITY))
     }
 }
 

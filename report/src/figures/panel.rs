@@ -8,6 +8,7 @@ use super::fonts;
 use super::legend::Entry;
 use super::lines::{Frame, polylines};
 use super::page::{Anchor, Item, LINE, Page, Point, Text, centred};
+use super::shade::Shade;
 use super::style::{Color, FRAME, MESH, RUPTURE, Stroke, TEXT};
 use crate::decimate::kept;
 
@@ -25,8 +26,6 @@ const MIN_RISE: f64 = 11.0;
 const MIN_GAP: f64 = 5.0;
 /// Width of an interval of which a line keeps the minimum and the maximum.
 const INTERVAL: f64 = 0.4;
-/// Width of axes at which a line keeps 5000 intervals.
-pub(super) const RESOLVED: f64 = 5000.0 * INTERVAL;
 
 /// A signal over the horizontal axis; values are multiplied by `scale` (1000 for millimetres).
 pub(super) struct Trace<'a> {
@@ -49,7 +48,7 @@ impl<'a> Trace<'a> {
 /// Events over time, drawn in every panel with the same time axis.
 #[derive(Clone, Default)]
 pub(super) struct Events {
-    pub(super) shades: Vec<(f64, f64, Color)>,
+    pub(super) shades: Vec<(f64, f64, Shade)>,
     pub(super) ruptures: Vec<f64>,
     pub(super) alarms: Vec<f64>,
 }
@@ -74,6 +73,10 @@ pub(super) struct Panel<'a> {
     pub(super) notes: Vec<(Point, String)>,
     /// Whether the axes are invisible.
     pub(super) is_bare: bool,
+    /// Name of the chart on a page, if it has one.
+    pub(super) id: &'static str,
+    /// The value of each fill and of what is outside, for the cursor of a page; empty without values.
+    pub(super) readings: Vec<String>,
 }
 
 /// The place of a panel's axes on the page, and its labels.
@@ -104,6 +107,8 @@ impl<'a> Panel<'a> {
             levels: Vec::new(),
             notes: Vec::new(),
             is_bare: false,
+            id: "",
+            readings: Vec::new(),
         }
     }
 
@@ -172,7 +177,7 @@ impl<'a> Panel<'a> {
             page.line((left + at, top), (left + at, bottom), &RUPTURE);
         }
         for trace in &self.traces {
-            let lines = polylines(self.samples(trace, width), &frame);
+            let lines = polylines(self.samples(trace, (width / INTERVAL) as usize, &[]), &frame);
             let lines = lines.into_iter().map(|line| line.into_iter().map(shift).collect()).collect();
             page.lines(lines, &trace.stroke);
         }
@@ -227,21 +232,26 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// Returns the visible samples of a trace, in axis coordinates.
-    pub(super) fn samples<'t>(&'t self, trace: &'t Trace<'_>, width: f64) -> impl Iterator<Item = Point> + 't {
+    /// Returns the visible samples of a trace, in axis coordinates, reduced to intervals, and to shorter ones within `detailed` (s).
+    pub(super) fn samples<'t>(
+        &'t self,
+        trace: &'t Trace<'_>,
+        intervals: usize,
+        detailed: &[(f64, f64)],
+    ) -> impl Iterator<Item = Point> + use<'t, 'a> {
         let shown = shown(&trace.x, &self.x);
         let (x, y) = (&trace.x[shown.clone()], &trace.y[shown]);
-        let rows = kept(x, &[y], &[], (width / INTERVAL) as usize);
+        let rows = kept(x, y, detailed, intervals);
         rows.into_iter().map(move |row| (x[row], self.y.place(y[row] * trace.scale)))
     }
 
     fn shades(&self, page: &mut Page, frame: &Frame, shift: impl Fn(Point) -> Point) {
         let mut drawn = f64::NEG_INFINITY;
-        for &(from, to, color) in &self.events.shades {
+        for &(from, to, shade) in &self.events.shades {
             let left = frame.place(from, 0.0).0.max(0.0).max(drawn);
             let right = frame.place(to, 0.0).0.min(frame.width);
             if right > left {
-                page.rectangle(shift((left, 0.0)), shift((right, frame.height)), color);
+                page.rectangle(shift((left, 0.0)), shift((right, frame.height)), shade.color());
                 drawn = right;
             }
         }

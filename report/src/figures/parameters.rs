@@ -34,15 +34,22 @@ pub fn parameters<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureErr
         row(view.stiffness_n_per_m, "Stiffness (N/m)", of_stiffness),
         row(view.damping_n_s_per_m, "Damping (N·s/m)", of_damping),
     ];
-    rows.extend(
-        view.extra_parameter
-            .map(|(name, column)| row(column, if name == "power" { "Power" } else { "Friction (N)" }, None)),
-    );
+    rows.extend(view.extra_parameter.map(|(name, column)| row(column, extra_caption(name), None)));
     let band = view
         .standard_errors
         .map(|_| (Sample::Shade(BAND_COLOR), format!("estimate ± {STANDARD_ERRORS} standard errors")));
     let legend = band.into_iter().chain(events::entries(&[&events], window)).collect();
     Ok(Figure { name: view.name.to_owned(), legend, rows })
+}
+
+/// Returns the caption of the estimator's extra parameter.
+pub(super) fn extra_caption(column: &str) -> &'static str {
+    if column == "power" { "Power" } else { "Friction (N)" }
+}
+
+/// Returns the axis of estimates.
+pub(super) fn estimate_axis<'a>(values: impl IntoIterator<Item = &'a f64>) -> Axis {
+    Axis::padded(quantile_extent(values.into_iter().copied(), SHOWN).unwrap_or((0.0, 1.0)), Y_TICKS)
 }
 
 /// A parameter over time, with the band of its standard errors, if any.
@@ -54,7 +61,7 @@ fn parameter<'a>(
     y_caption: &str,
     std: Option<&[f64]>,
 ) -> Row<'a> {
-    let axis = Axis::padded(quantile_extent(y.iter().copied(), SHOWN).unwrap_or((0.0, 1.0)), Y_TICKS);
+    let axis = estimate_axis(y);
     let outlines = std.map_or(vec![], |std| band(time_s, y, std, (axis.low, axis.high)));
     let panel = Panel {
         events: events.clone(),

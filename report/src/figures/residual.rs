@@ -60,15 +60,15 @@ pub fn distribution(name: &str, residual_n: &[f64], gaussians: &[(f64, String)])
 
 /// The distribution of a prediction error: densities (1/N) in bins of equal width `bin` (N) from `-half` to `half` (N), and the
 /// robust σ (N), if defined.
-pub(crate) struct Histogram {
-    pub(crate) half: f64,
-    pub(crate) bin: f64,
-    pub(crate) densities: Vec<f64>,
-    pub(crate) sigma: Option<f64>,
+struct Histogram {
+    half: f64,
+    bin: f64,
+    densities: Vec<f64>,
+    sigma: Option<f64>,
 }
 
 /// Returns the finite errors (N) and their distribution.
-pub(crate) fn histogram(residual_n: &[f64]) -> (Vec<f64>, Histogram) {
+fn histogram(residual_n: &[f64]) -> (Vec<f64>, Histogram) {
     let residuals: Vec<f64> = residual_n.iter().copied().filter(|e| e.is_finite()).collect();
     let sigma = robust_spread(&residuals);
     let (low, high) = extent(residuals.iter().copied()).unwrap_or((0.0, 0.0));
@@ -111,7 +111,7 @@ fn outline(densities: &[f64], half: f64, bin: f64, y: &Axis) -> Vec<(f64, f64)> 
     points
 }
 
-pub(crate) fn gaussian(e: f64, sigma: f64) -> f64 {
+fn gaussian(e: f64, sigma: f64) -> f64 {
     (-0.5 * (e / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt())
 }
 

@@ -79,8 +79,12 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure<'static>, FigureError>
             column += length;
         }
     }
+    panel.readings = vec!["stable".to_owned(); panel.fills.len()];
+    panel.readings.push("not stable".to_owned());
     let place = |point: Point| (x_axis.place(point.0), y_axis.place(point.1));
-    panel.curves.extend(view.boundary.iter().map(|piece| (piece.iter().copied().map(place).collect(), BOUNDARY)));
+    // One line with a gap after each segment.
+    let pieces = view.boundary.iter().flat_map(|[from, to]| [place(*from), place(*to), (f64::NAN, f64::NAN)]);
+    panel.curves.push((pieces.collect(), BOUNDARY));
     panel.curves.extend(dots(view).map(|(point, stroke)| (vec![place(point)], stroke)));
     let scenario = place((x.scenario_value, y.scenario_value));
     panel.curves.push((vec![scenario], Stroke::solid(WHITE, 7.0)));

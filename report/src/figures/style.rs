@@ -23,7 +23,38 @@ pub(super) const TEXT: f64 = 8.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Color(pub(super) u8, pub(super) u8, pub(super) u8);
 
+/// The colours by their names in the theme of a page, which has a light and a dark one of each.
+const NAMES: [(&str, Color); 10] = [
+    ("page", WHITE),
+    ("grid", GRID),
+    ("grey", GREY),
+    ("black", BLACK),
+    ("orange", ORANGE),
+    ("sky", SKY),
+    ("green", GREEN),
+    ("blue", BLUE),
+    ("vermilion", VERMILION),
+    ("purple", PURPLE),
+];
+
 impl Color {
+    /// Returns the colour as red, green and blue in hexadecimal digits.
+    pub(super) fn hex(self) -> String {
+        format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
+    }
+
+    /// Returns the colour as CSS for a page: the theme's colour of its name, at its coverage. Other colours are the same in any theme.
+    pub(super) fn css(self) -> String {
+        if let Some((name, _)) = NAMES.iter().find(|(_, color)| *color == self) {
+            return format!("var(--{name})");
+        }
+        let pale = |(name, color): &(&str, Self)| {
+            let percent = (1..100).find(|percent| color.pale(f64::from(*percent) / 100.0) == self)?;
+            Some(format!("color-mix(in srgb, var(--{name}) {percent}%, transparent)"))
+        };
+        NAMES[2..].iter().find_map(pale).unwrap_or_else(|| self.hex())
+    }
+
     /// Returns the colour on white paper at this coverage, 0 to 1.
     pub(super) const fn pale(self, coverage: f64) -> Self {
         const fn mix(channel: u8, coverage: f64) -> u8 {
@@ -70,6 +101,8 @@ pub(super) const MESH: Stroke = Stroke::solid(GRID, 0.5);
 pub(super) const TISSUE: Stroke = Stroke::solid(SKY, 2.4);
 /// The hand: the master, and the force that the operator feels.
 pub(super) const HAND: Stroke = Stroke::dashed(GREEN, 1.3, &[1.5, 1.7]);
+/// The hand of another run in the same axes.
+pub(super) const HAND_OF_CLASSICAL: Stroke = Stroke::dashed(GREEN, 0.9, &[5.0, 2.5]);
 /// A run by classical teleoperation.
 pub(super) const CLASSICAL: Stroke = Stroke::dashed(BLUE, 1.1, &[6.0, 1.8]);
 /// A run by augmented teleoperation.
@@ -116,11 +149,19 @@ pub(super) fn of_runs(is_augmented: impl IntoIterator<Item = bool>) -> Vec<Strok
     is_augmented.into_iter().map(&mut style).collect()
 }
 
-/// Returns the shade of an interval in a mode, or `None` for teleoperation.
-pub(super) fn shade(mode: u8) -> Option<Color> {
-    match mode {
-        1 => Some(ORANGE.pale(0.34)),
-        2 => Some(ORANGE.pale(0.13)),
-        _ => None,
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_has_the_theme_s_colour_at_its_coverage() {
+        assert_eq!(VERMILION.css(), "var(--vermilion)");
+        assert_eq!(WHITE.css(), "var(--page)");
+        assert_eq!(ORANGE.pale(0.34).css(), "color-mix(in srgb, var(--orange) 34%, transparent)");
+        assert_eq!(GREY.pale(0.45).css(), "color-mix(in srgb, var(--grey) 45%, transparent)");
+        assert_eq!(Color(0x44, 0x01, 0x54).css(), "#440154");
+        for (name, _) in NAMES {
+            assert!(crate::html::assets::THEME_CSS.contains(&format!("--{name}: light-dark(")), "{name}");
+        }
     }
 }

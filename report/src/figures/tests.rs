@@ -295,13 +295,40 @@ fn owned(figure: Result<Figure<'_>, FigureError>) -> Figure<'static> {
     let Figure { name, legend, rows } = figure.expect("a figure");
     let trace =
         |Trace { x, y, scale, stroke }: Trace<'_>| Trace::new(x.into_owned(), y.into_owned(), stroke).times(scale);
-    let panel =
-        |Panel { x, y, x_caption, y_caption, legend, events, fills, traces, curves, levels, notes, is_bare }: Panel<
-            '_,
-        >| {
-            let traces = traces.into_iter().map(trace).collect();
-            Panel { x, y, x_caption, y_caption, legend, events, fills, traces, curves, levels, notes, is_bare }
-        };
+    let panel = |Panel {
+                     x,
+                     y,
+                     x_caption,
+                     y_caption,
+                     legend,
+                     events,
+                     fills,
+                     traces,
+                     curves,
+                     levels,
+                     notes,
+                     is_bare,
+                     id,
+                     readings,
+                 }: Panel<'_>| {
+        let traces = traces.into_iter().map(trace).collect();
+        Panel {
+            x,
+            y,
+            x_caption,
+            y_caption,
+            legend,
+            events,
+            fills,
+            traces,
+            curves,
+            levels,
+            notes,
+            is_bare,
+            id,
+            readings,
+        }
+    };
     let row =
         |Row { title, height, panels }: Row<'_>| Row { title, height, panels: panels.into_iter().map(panel).collect() };
     Figure { name, legend, rows: rows.into_iter().map(row).collect() }

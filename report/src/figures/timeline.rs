@@ -2,37 +2,14 @@
 
 use super::FigureError;
 use super::axis::{Axis, X_TICKS};
+use super::events::entries;
 use super::figure::{Figure, Row};
-use super::legend::{Entry, Sample};
+use super::legend::Sample;
 use super::panel::{Events, Panel};
-use super::style::{Color, GREY, SKY};
+use super::shade::Shade;
 
 /// Maximum number of recordings in one figure.
 pub const MAX_ROWS: usize = 120;
-
-/// The phases that are shaded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shade {
-    /// The needle moves in.
-    Insertion,
-    /// The needle is at rest.
-    Hold,
-    /// The needle moves out.
-    Withdrawal,
-}
-
-impl Shade {
-    const ALL: [(Self, &'static str); 3] =
-        [(Self::Insertion, "insertion"), (Self::Hold, "hold"), (Self::Withdrawal, "withdrawal")];
-
-    fn color(self) -> Color {
-        match self {
-            Self::Insertion => SKY.pale(0.6),
-            Self::Hold => GREY.pale(0.2),
-            Self::Withdrawal => SKY.pale(0.25),
-        }
-    }
-}
 
 /// One recording's phases and events, in s after its first sample.
 #[derive(Clone, Debug)]
@@ -61,25 +38,22 @@ pub fn timeline(rows: &[TimelineRow<'_>]) -> Result<Figure<'static>, FigureError
     let longest_s = rows.iter().map(|row| row.duration_s).filter(|s| s.is_finite()).fold(0.0, f64::max);
     let time = Axis::exact((0.0, longest_s), X_TICKS);
     let blank = Axis::exact((0.0, 1.0), 0);
-    let mut legend: Vec<Entry> = vec![];
-    for (shade, name) in Shade::ALL {
-        if rows.iter().any(|row| row.shades.iter().any(|shown| shown.2 == shade)) {
-            legend.push((Sample::Shade(shade.color()), name.to_owned()));
-        }
+    let events: Vec<Events> = rows
+        .iter()
+        .map(|row| Events {
+            shades: row.shades.clone(),
+            ruptures: row.rupture_times_s.clone(),
+            alarms: row.alarm_times_s.clone(),
+        })
+        .collect();
+    let mut legend = entries(&events.iter().collect::<Vec<_>>(), (f64::NEG_INFINITY, f64::INFINITY));
+    for (_, name) in legend.iter_mut().filter(|(sample, _)| matches!(sample, Sample::Rupture)) {
+        *name = "labelled rupture".to_owned();
     }
-    if rows.iter().any(|row| !row.rupture_times_s.is_empty()) {
-        legend.push((Sample::Rupture, "labelled rupture".to_owned()));
-    }
-    if rows.iter().any(|row| !row.alarm_times_s.is_empty()) {
-        legend.push((Sample::Alarm, "alarm".to_owned()));
-    }
-    let panel = |row: &TimelineRow<'_>| {
-        let shades = row.shades.iter().map(|&(from, to, shade)| (from, to, shade.color())).collect();
-        let (ruptures, alarms) = (row.rupture_times_s.clone(), row.alarm_times_s.clone());
-        Panel { events: Events { shades, ruptures, alarms }, ..Panel::over_time(time.clone(), blank.clone(), "") }
-    };
-    let rows = rows.iter().map(|row| Row { title: Some(row.name.to_owned()), ..Row::of(16.0, panel(row)) }).collect();
-    Ok(Figure { name: String::new(), legend, rows })
+    let panel = |events| Panel { events, ..Panel::over_time(time.clone(), blank.clone(), "") };
+    let rows = rows.iter().zip(events);
+    let rows = rows.map(|(row, events)| Row { title: Some(row.name.to_owned()), ..Row::of(16.0, panel(events)) });
+    Ok(Figure { name: String::new(), legend, rows: rows.collect() })
 }
 
 #[cfg(test)]

@@ -3,11 +3,11 @@
 use super::command::command_line;
 use super::events::{self, Timeline};
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
-use super::signals;
 use crate::answer::answer;
 use crate::comparison::{facts_table, is_main, row_cells};
 use crate::finding::finding;
 use crate::number::show;
+use crate::pictures::page_signals;
 use crate::seeds::seeds_table;
 use crate::tables::outcome;
 use crate::{Animation, Table};
@@ -20,6 +20,9 @@ const AFTER_S: f64 = 1.0;
 
 /// Maximum number of scenarios in the heading.
 const MAX_NAMED: usize = 3;
+
+/// Maximum number of runs in the charts.
+const MAX_RUNS: usize = 8;
 
 /// Maximum number of ruptures with a button.
 const MAX_WINDOWS: usize = 6;
@@ -41,7 +44,7 @@ pub fn run_html(run: &Run) -> Result<String, HtmlError> {
         scenarios_section(&[run]),
     ];
     let page =
-        Page { command: "trocar run", heading: name.to_owned(), lead: lead(&[run]), sections, drawn: drawn(&[run]) };
+        Page { command: "trocar run", heading: name.to_owned(), lead: lead(&[run]), sections, drawn: drawn(&[run])? };
     page.render()
 }
 
@@ -94,7 +97,7 @@ pub fn comparison_html(
     });
     sections.push(scenarios_section(&runs));
     let heading = if names.len() > MAX_NAMED { format!("{} scenarios", names.len()) } else { names.join(" and ") };
-    let page = Page { command: "trocar compare", heading, lead: lead(&runs), sections, drawn: drawn(&runs) };
+    let page = Page { command: "trocar compare", heading, lead: lead(&runs), sections, drawn: drawn(&runs)? };
     page.render()
 }
 
@@ -148,7 +151,7 @@ fn rows_table(
 fn events_section(runs: &[&Run]) -> Section {
     let lanes: Vec<_> = runs.iter().map(|run| events::of_run(run)).collect();
     let ends = runs.iter().filter_map(|run| run.trace.time_s.last().copied());
-    let timeline = Timeline::of(&lanes, (0.0, ends.fold(0.0, f64::max)), events::RUN_KEY.to_vec());
+    let timeline = Timeline::of(&lanes, (0.0, ends.fold(0.0, f64::max)), "rupture");
     let table: Table = events::events_table(runs);
     let table = match table.rows() {
         [_] => Block::text("No rupture and no alarm."),
@@ -167,11 +170,10 @@ fn charts_section(runs: &[&Run]) -> Section {
     };
     let windows = ruptures.iter().take(MAX_WINDOWS).enumerate().map(window).collect();
     let mut blocks = vec![];
-    if runs.len() > signals::MAX_RUNS {
-        blocks.push(Block::text(format!("The charts show the first {} of {} runs.", signals::MAX_RUNS, runs.len())));
+    if runs.len() > MAX_RUNS {
+        blocks.push(Block::text(format!("The charts show the first {} of {} runs.", MAX_RUNS, runs.len())));
     }
-    let key = if signals::is_crowded(runs.len()) { &events::RUN_KEY[..1] } else { &events::RUN_KEY[..] };
-    blocks.push(Block::Charts { name: "signals", windows, key: key.to_vec() });
+    blocks.push(Block::Figures { name: "signals", windows });
     blocks.push(Block::text(
         "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around ruptures and alarms \
          is kept. trace.csv has every tick.",
@@ -179,10 +181,10 @@ fn charts_section(runs: &[&Run]) -> Section {
     Section { id: "signals", title: "Signals", blocks }
 }
 
-fn drawn(runs: &[&Run]) -> Drawn {
+fn drawn(runs: &[&Run]) -> Result<Drawn, HtmlError> {
     let mut drawn = Drawn { animation: Animation::of(runs), ..Drawn::default() };
-    drawn.charts.insert("signals", signals::charts(runs));
-    drawn
+    drawn.figures.insert("signals", page_signals(&runs[..runs.len().min(MAX_RUNS)])?);
+    Ok(drawn)
 }
 
 /// Returns the section with the resolved scenarios.

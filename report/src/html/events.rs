@@ -2,11 +2,9 @@
 
 use serde::Serialize;
 
-use super::chart::{ChartShade, Mark};
 use crate::Table;
-use crate::digits::Fine;
+use crate::figures::{Shade, modes};
 use crate::number::{show, significant};
-use trocar_sim::engine::Trace;
 use trocar_sim::metrics::{RuptureMetrics, Unit};
 use trocar_sim::run::Run;
 
@@ -20,8 +18,10 @@ pub(super) struct Timeline {
     pub(super) alt: String,
     pub(super) ticks: Vec<Tick>,
     pub(super) lanes: Vec<Lane>,
-    /// The key: the class of each shade and mark, and its text.
-    pub(super) key: Vec<(&'static str, &'static str)>,
+    /// The name of a rupture.
+    pub(super) rupture: &'static str,
+    /// The key of the shades: the colour of each and its name.
+    pub(super) key: Vec<(String, &'static str)>,
 }
 
 /// A tick of the axis.
@@ -45,7 +45,7 @@ pub(super) struct Lane {
 pub(super) struct Bar {
     pub(super) at: String,
     pub(super) width: String,
-    pub(super) name: &'static str,
+    pub(super) color: String,
     pub(super) title: String,
 }
 
@@ -57,17 +57,34 @@ pub(super) struct Point {
     pub(super) title: String,
 }
 
+/// A rupture or an alarm.
+#[derive(Clone, Debug)]
+pub(super) struct Mark {
+    pub(super) at_s: f64,
+    /// `rupture` or `alarm`.
+    pub(super) kind: &'static str,
+    pub(super) label: String,
+    /// What became of it.
+    pub(super) fate: String,
+}
+
 /// The events of a lane. Times are in s.
 #[derive(Clone, Debug)]
 pub(super) struct LaneEvents {
     pub(super) name: String,
-    pub(super) shades: Vec<ChartShade>,
+    pub(super) shades: Vec<(f64, f64, Shade)>,
     pub(super) marks: Vec<Mark>,
 }
 
 impl Timeline {
     /// Returns the timeline of lanes from `from_s` to `to_s`.
-    pub(super) fn of(lanes: &[LaneEvents], (from_s, to_s): (f64, f64), key: Vec<(&'static str, &'static str)>) -> Self {
+    pub(super) fn of(lanes: &[LaneEvents], (from_s, to_s): (f64, f64), rupture: &'static str) -> Self {
+        let mut shades: Vec<Shade> = vec![];
+        for (.., shade) in lanes.iter().flat_map(|lane| &lane.shades) {
+            if !shades.contains(shade) {
+                shades.push(*shade);
+            }
+        }
         let span = if to_s > from_s { to_s - from_s } else { 1.0 };
         let share = |time_s: f64| format!("{:.3}", (100.0 * (time_s - from_s) / span).clamp(0.0, 100.0));
         let at_s = |time_s: f64| format!("{time_s:.3} s");
@@ -77,11 +94,11 @@ impl Timeline {
                 .shades
                 .iter()
                 .take(MAX_MARKS)
-                .map(|shade| Bar {
-                    at: share(shade.from.0),
-                    width: share(from_s + shade.to.0 - shade.from.0),
-                    name: shade.name,
-                    title: format!("{}, {} to {}", shade.name, at_s(shade.from.0), at_s(shade.to.0)),
+                .map(|&(from, to, shade)| Bar {
+                    at: share(from),
+                    width: share(from_s + to - from),
+                    color: shade.css(),
+                    title: format!("{}, {} to {}", shade.name(), at_s(from), at_s(to)),
                 })
                 .collect(),
             marks: lane
@@ -89,9 +106,9 @@ impl Timeline {
                 .iter()
                 .take(MAX_MARKS)
                 .map(|mark| Point {
-                    at: share(mark.at.0),
+                    at: share(mark.at_s),
                     kind: mark.kind,
-                    title: [format!("{}, {}", mark.label, at_s(mark.at.0)), mark.fate.clone()]
+                    title: [format!("{}, {}", mark.label, at_s(mark.at_s)), mark.fate.clone()]
                         .join(if mark.fate.is_empty() { "" } else { ": " }),
                 })
                 .collect(),
@@ -109,7 +126,8 @@ impl Timeline {
                 .map(|time_s| Tick { at: share(time_s), label: without_trailing_zeros(time_s) })
                 .collect(),
             lanes: lanes.iter().map(lane).collect(),
-            key,
+            rupture,
+            key: shades.into_iter().map(|shade| (shade.css(), shade.name())).collect(),
         }
     }
 }
@@ -131,25 +149,6 @@ fn without_trailing_zeros(value: f64) -> String {
     if text.is_empty() || text == "-0" { "0".into() } else { text.to_owned() }
 }
 
-/// Returns the intervals in which the slave is frozen or re-engaging.
-pub(super) fn modes(trace: &Trace) -> Vec<ChartShade> {
-    let mut shades = vec![];
-    let mut start = 0;
-    for same in trace.mode.chunk_by(|a, b| a == b) {
-        let end = (start + same.len()).min(trace.time_s.len().saturating_sub(1));
-        let name = match same[0] {
-            1 => Some("augmented"),
-            2 => Some("reengaging"),
-            _ => None,
-        };
-        if let Some(name) = name {
-            shades.push(ChartShade { from: Fine(trace.time_s[start]), to: Fine(trace.time_s[end]), name });
-        }
-        start += same.len();
-    }
-    shades
-}
-
 /// Returns the name of a rupture: its number and the layer.
 fn named(index: usize, rupture: &RuptureMetrics) -> String {
     let layer = rupture.layer.map_or(String::new(), |layer| format!(" ({layer})"));
@@ -168,25 +167,21 @@ fn fate(rupture: &RuptureMetrics) -> String {
 /// Returns the events of a run, in order of time.
 pub(super) fn of_run(run: &Run) -> LaneEvents {
     let ruptures = run.metrics.ruptures.iter().enumerate().map(|(index, rupture)| Mark {
-        at: Fine(rupture.time_s),
+        at_s: rupture.time_s,
         kind: "rupture",
         label: named(index, rupture),
         fate: fate(rupture),
     });
     let alarms = run.metrics.alarms.iter().map(|alarm| Mark {
-        at: Fine(alarm.time_s),
+        at_s: alarm.time_s,
         kind: "alarm",
         label: if alarm.matched { "alarm".into() } else { "false alarm".into() },
         fate: String::new(),
     });
     let mut marks: Vec<Mark> = ruptures.chain(alarms).collect();
-    marks.sort_by(|a, b| a.at.0.total_cmp(&b.at.0));
-    LaneEvents { name: run.scenario.name.clone(), shades: modes(&run.trace), marks }
+    marks.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+    LaneEvents { name: run.scenario.name.clone(), shades: modes(&run.trace.time_s, &run.trace.mode), marks }
 }
-
-/// The key of a run's marks and shades.
-pub(super) const RUN_KEY: [(&str, &str); 4] =
-    [("rupture", "rupture"), ("alarm", "alarm"), ("augmented", "frozen"), ("reengaging", "re-engaging")];
 
 /// Returns the events of runs in order of time, each with its outcome.
 pub(super) fn events_table(runs: &[&Run]) -> Table {
@@ -230,13 +225,6 @@ pub(super) fn events_table(runs: &[&Run]) -> Table {
     table
 }
 
-/// Returns the intervals (s) around events, which are displayed in more detail.
-pub(super) fn detailed_intervals(marks: &[Mark]) -> Vec<(f64, f64)> {
-    const BEFORE_S: f64 = 0.1;
-    const AFTER_S: f64 = 0.6;
-    marks.iter().take(MAX_MARKS).map(|mark| (mark.at.0 - BEFORE_S, mark.at.0 + AFTER_S)).collect()
-}
-
 /// Returns a duration as text.
 pub(super) fn seconds(seconds: f64) -> String {
     format!("{} s", significant(seconds))
@@ -254,10 +242,10 @@ mod tests {
 
     #[test]
     fn events_lie_at_their_times() {
-        let marks = vec![Mark { at: Fine(2.5), kind: "alarm", label: "alarm".into(), fate: "late".into() }];
-        let shades = vec![ChartShade { from: Fine(2.5), to: Fine(3.0), name: "augmented" }];
+        let marks = vec![Mark { at_s: 2.5, kind: "alarm", label: "alarm".into(), fate: "late".into() }];
+        let shades = vec![(2.5, 3.0, Shade::Frozen)];
         let lane = LaneEvents { name: "a".into(), shades, marks };
-        let timeline = Timeline::of(&[lane], (0.0, 10.0), RUN_KEY.to_vec());
+        let timeline = Timeline::of(&[lane], (0.0, 10.0), "rupture");
         let drawn = &timeline.lanes[0];
         assert_eq!((drawn.shades[0].at.as_str(), drawn.shades[0].width.as_str()), ("25.000", "5.000"));
         assert_eq!((drawn.marks[0].at.as_str(), drawn.marks[0].title.as_str()), ("25.000", "alarm, 2.500 s: late"));

@@ -1,20 +1,16 @@
 //! `report.html`: the results of a command on one self-contained page.
 //!
 //! A page consists of [`page::Section`]s. [`page::Page::render`] inserts them into the template `assets/report.html`, together with
-//! the style, the plotting library (uPlot, MIT), `assets/charts.js`, `assets/report.js` and the data of the charts. A page loads no
-//! other file and contains no date and no path. The same results give the same bytes. All text from scenarios and recordings is
-//! escaped.
+//! the style, `assets/charts.js`, `assets/report.js` and the descriptions of the figures. A page loads no other file and contains no
+//! date and no path. The same results give the same bytes. All text from scenarios and recordings is escaped.
 
 pub mod assets;
 mod bars;
-mod chart;
 mod command;
 mod compared;
 mod detected;
 mod events;
-mod map;
 mod page;
-mod signals;
 mod stable;
 mod swept;
 

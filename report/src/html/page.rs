@@ -7,23 +7,29 @@ use trocar_sim::warning::Warning;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
+use serde_json::Value as Json;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use super::assets;
 use super::bars::Influence;
-use super::chart::Chart;
 use super::events::Timeline;
-use super::map::Map;
+use crate::figures::FigureError;
 use crate::{Animation, Table};
 
-const STYLE: [&str; 3] = [assets::UPLOT_CSS, assets::THEME_CSS, assets::REPORT_CSS];
-const SCRIPT: [&str; 4] = [assets::UPLOT_JS, assets::CHARTS_JS, assets::ANIMATION_JS, assets::REPORT_JS];
+const STYLE: [&str; 2] = [assets::THEME_CSS, assets::REPORT_CSS];
+const SCRIPT: [&str; 3] = [assets::CHARTS_JS, assets::ANIMATION_JS, assets::REPORT_JS];
 
 /// The error of a page that cannot be rendered.
 #[derive(Debug, Error)]
 #[error("cannot render the report: {0}")]
 pub struct HtmlError(String);
+
+impl From<FigureError> for HtmlError {
+    fn from(error: FigureError) -> Self {
+        Self(error.to_string())
+    }
+}
 
 /// A page.
 #[derive(Clone, Debug)]
@@ -35,15 +41,14 @@ pub(super) struct Page {
     /// Introduction, one paragraph per text.
     pub(super) lead: Vec<String>,
     pub(super) sections: Vec<Section>,
-    /// The data of charts and maps, by name.
     pub(super) drawn: Drawn,
 }
 
-/// The data of charts and maps, by name.
+/// What the script of a page draws.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Drawn {
-    pub(super) charts: BTreeMap<&'static str, Vec<Chart>>,
-    pub(super) maps: BTreeMap<String, Map>,
+    /// Descriptions of figures, by the name of their block.
+    pub(super) figures: BTreeMap<&'static str, Vec<Json>>,
     /// The animation below the introduction.
     pub(super) animation: Option<Animation>,
 }
@@ -77,8 +82,7 @@ pub(super) struct Window {
 pub(super) enum Block {
     Text { text: String },
     Table { caption: String, head: Vec<String>, rows: Vec<Row>, is_text: bool },
-    Charts { name: &'static str, windows: Vec<Window>, key: Vec<(&'static str, &'static str)> },
-    Map { name: String },
+    Figures { name: &'static str, windows: Vec<Window> },
     Timeline(Timeline),
     Influences { caption: String, rows: Vec<Influence> },
     File { name: String, text: String },
@@ -95,6 +99,11 @@ pub(super) fn warned(warnings: &[Warning]) -> Vec<String> {
 }
 
 impl Block {
+    /// Returns the place of figures.
+    pub(super) fn figures(name: &'static str) -> Self {
+        Self::Figures { name, windows: vec![] }
+    }
+
     pub(super) fn text(text: impl Into<String>) -> Self {
         Self::Text { text: text.into() }
     }
@@ -125,7 +134,6 @@ struct Context<'a> {
     policy: String,
     style: String,
     script: String,
-    licence: &'static str,
     version: &'static str,
 }
 
@@ -151,7 +159,6 @@ impl Page {
             policy: policy(&script),
             style,
             script,
-            licence: assets::UPLOT_LICENSE,
             version: env!("CARGO_PKG_VERSION"),
         };
         environment
@@ -192,6 +199,7 @@ fn base64(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::json;
 
     #[test]
     fn base64_agrees_with_the_standard() {
@@ -206,10 +214,8 @@ mod tests {
     #[test]
     fn every_text_is_escaped() {
         let evil = "</script><script>alert(1)</script><!-- & ' \" {{ heading }} {% raw %}";
-        let mut chart = Chart::new(evil, Default::default(), Default::default());
-        chart.alt = evil.to_owned();
         let mut drawn = Drawn::default();
-        drawn.charts.insert("signals", vec![chart]);
+        drawn.figures.insert("signals", vec![json!({ "name": evil, "legend": [{ "text": evil }] })]);
         let mut table = Table::new([evil, evil]);
         table.row([evil, evil]);
         let blocks = vec![

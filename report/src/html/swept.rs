@@ -1,11 +1,11 @@
 //! The page of a sweep.
 
 use super::bars::influences;
-use super::chart::{Chart, ChartAxis, Columns, Series};
-use super::map::Map;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
+use crate::figures::{self, CasesView};
 use crate::number::readable;
-use crate::sweep::{SUMMARY_HEADING, heading, summary_row};
+use crate::sweep::{SUMMARY_HEADING, heading, heat_figure, summary_row};
+use serde_json::Value as Json;
 use trocar_sim::scenario::Value;
 use trocar_sim::sweep::{Axis, Column, Design, Findings, Levels, Rows, SweepError};
 
@@ -50,13 +50,9 @@ pub struct DrawnCases {
 pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
     let SweepPage { design, findings, cases: drawing, .. } = *page;
     let mut drawn = Drawn::default();
-    let mut maps = vec![];
-    for map in &findings.heat_maps {
-        let name = format!("heat_{}", design.columns[map.column].name);
-        drawn.maps.insert(name.clone(), Map::of_sweep(design, map));
-        maps.push(Block::Map { name });
-    }
-    drawn.charts.insert("axes", charts(design, drawing));
+    let maps = findings.heat_maps.iter().map(|map| Ok(heat_figure(design, map)?.for_page(0)));
+    drawn.figures.insert("maps", maps.collect::<Result<_, HtmlError>>()?);
+    drawn.figures.insert("axes", charts(design, drawing));
     let mut sections = vec![metrics(design, findings)];
     if !design.axes.is_empty() {
         let about = "The first-order Sobol index is the share of the metric's variance that the axis explains alone. The standardised \
@@ -67,10 +63,10 @@ pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
         let blocks = vec![Block::text(about), Block::Influences { caption: "Influence of each axis".into(), rows }];
         sections.push(Section { id: "influences", title: "Influences", blocks });
     }
-    if !maps.is_empty() {
-        sections.push(Section { id: "maps", title: "Maps over two axes", blocks: maps });
+    if !findings.heat_maps.is_empty() {
+        sections.push(Section { id: "maps", title: "Maps over two axes", blocks: vec![Block::figures("maps")] });
     }
-    if !drawn.charts["axes"].is_empty() {
+    if !drawn.figures["axes"].is_empty() {
         let shown = if drawing.cases < findings.cases {
             format!("{} of {} cases are drawn, evenly chosen; cases.parquet has all", drawing.cases, findings.cases)
         } else {
@@ -78,7 +74,7 @@ pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
         };
         let about =
             format!("{shown}. The line connects the medians of the drawn cases at each level or class of the axis.");
-        let blocks = vec![Block::text(about), Block::Charts { name: "axes", windows: vec![], key: vec![] }];
+        let blocks = vec![Block::text(about), Block::figures("axes")];
         sections.push(Section { id: "axes", title: "Metrics over each axis", blocks });
     }
     let file = Block::File { name: "sweep.toml".into(), text: page.canonical.to_owned() };
@@ -152,7 +148,7 @@ fn place(axis: &Axis, value: &Value) -> f64 {
     }
 }
 
-fn charts(design: &Design, drawing: &DrawnCases) -> Vec<Chart> {
+fn charts(design: &Design, drawing: &DrawnCases) -> Vec<Json> {
     let mut charts = vec![];
     for (metrics, index) in drawing.metrics.iter().zip(&design.focus) {
         let column = &design.columns[*index];
@@ -165,36 +161,35 @@ fn charts(design: &Design, drawing: &DrawnCases) -> Vec<Chart> {
     charts
 }
 
-fn chart(column: &Column, axis: &Axis, values: &[f64], metrics: &[f64]) -> Chart {
+fn chart(column: &Column, axis: &Axis, values: &[f64], metrics: &[f64]) -> Json {
     let (factor, unit) = readable(column.unit);
     let words = match &axis.levels {
         Levels::List(list) if !axis.is_numeric() => {
             let word =
                 |(at, level): (usize, &Value)| format!("{}: {}", at + 1, level.to_toml().to_string().trim_matches('"'));
-            format!(" ({})", list.iter().enumerate().map(word).collect::<Vec<_>>().join(", "))
+            format!(", {}", list.iter().enumerate().map(word).collect::<Vec<_>>().join(", "))
         }
         _ => String::new(),
     };
     let mut cases: Vec<(f64, f64)> =
         values.iter().zip(metrics).filter(|(x, _)| x.is_finite()).map(|(x, y)| (*x, factor * y)).collect();
     cases.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let x = ChartAxis { label: format!("{}{words}", axis.key.path), unit: "", log: axis.is_log() };
-    let y = ChartAxis::new("value", unit.trim_start());
-    let mut chart = Chart::new(format!("{} over {}", column.name, axis.key.path), x, y);
-    chart.series = vec![
-        Series { scatter: true, ..Series::line("cases", "sky") },
-        Series { span: true, width: 2.5, ..Series::line("median", "vermilion") },
-    ];
+    let unit = if unit.is_empty() { String::new() } else { format!(" ({})", unit.trim_start()) };
     let medians = medians(&cases, axis.is_log());
-    let (x, y): (Vec<f64>, Vec<f64>) = cases.into_iter().unzip();
-    chart.columns = vec![Columns::new(x, vec![y, medians])];
-    chart.described()
+    figures::cases(&CasesView {
+        x_caption: format!("{}{words}", axis.key.path),
+        is_log: axis.is_log(),
+        y_caption: format!("{} over {}{unit}", column.name, axis.key.path),
+        cases: &cases,
+        medians: &medians,
+    })
+    .for_page(2 * cases.len())
 }
 
-/// Returns the median of each class at its middle case, and NaN elsewhere. `cases` are sorted by x. If there are few distinct values
-/// of x, each of them is a class.
-fn medians(cases: &[(f64, f64)], log: bool) -> Vec<f64> {
-    let mut medians = vec![f64::NAN; cases.len()];
+/// Returns the median of each class at its middle case. `cases` are sorted by x. If there are few distinct values of x, each of
+/// them is a class.
+fn medians(cases: &[(f64, f64)], log: bool) -> Vec<(f64, f64)> {
+    let mut medians = vec![];
     let Some((&(low, _), &(high, _))) = cases.first().zip(cases.last()) else { return medians };
     let distinct = cases.chunk_by(|a, b| a.0 == b.0).count();
     let scale = |x: f64| if log { x.ln() } else { x };
@@ -203,13 +198,11 @@ fn medians(cases: &[(f64, f64)], log: bool) -> Vec<f64> {
     let is_same = |a: &(f64, f64), b: &(f64, f64)| {
         if distinct <= 2 * CLASSES { a.0 == b.0 } else { class(a.0) == class(b.0) }
     };
-    let mut start = 0;
     for group in cases.chunk_by(is_same) {
         let mut values: Vec<f64> = group.iter().map(|(_, y)| *y).filter(|y| y.is_finite()).collect();
         if let Some(median) = trocar_sim::quantiles::quantile_of(&mut values, 0.5) {
-            medians[start + group.len() / 2] = median;
+            medians.push((group[group.len() / 2].0, median));
         }
-        start += group.len();
     }
     medians
 }
@@ -221,20 +214,14 @@ mod tests {
     #[test]
     fn each_level_has_its_median() {
         let cases = [(1.0, 5.0), (1.0, 1.0), (1.0, 3.0), (2.0, f64::NAN), (4.0, 7.0), (4.0, 9.0)];
-        let found: Vec<(f64, f64)> = medians(&cases, true)
-            .into_iter()
-            .zip(&cases)
-            .filter(|(m, _)| m.is_finite())
-            .map(|(m, c)| (c.0, m))
-            .collect();
-        assert_eq!(found, [(1.0, 3.0), (4.0, 8.0)]);
+        assert_eq!(medians(&cases, true), [(1.0, 3.0), (4.0, 8.0)]);
     }
 
     #[test]
     fn an_axis_without_levels_has_classes() {
         let cases: Vec<(f64, f64)> = (0..1000).map(|k| (f64::from(k), f64::from(k))).collect();
-        let medians: Vec<f64> = medians(&cases, false).into_iter().filter(|median| median.is_finite()).collect();
+        let medians = medians(&cases, false);
         assert_eq!(medians.len(), CLASSES);
-        assert!(medians.is_sorted());
+        assert!(medians.is_sorted_by_key(|median| median.1));
     }
 }

@@ -250,7 +250,7 @@ const trocar = (() => {
       if (message.id === mapped.id) trocarMap.show(part("map"), part("map-text"), message);
     },
     file(message) {
-      if (message.id === files.id) save(message.name, new Blob([message.content], { type: "text/plain" }), message.content);
+      if (message.id === files.id) save(message.name, message.content);
     },
     refused(message) {
       if (message.id === mapped.id) {
@@ -269,7 +269,8 @@ const trocar = (() => {
     },
   };
 
-  function save(name, blob, content) {
+  function save(name, content) {
+    const blob = new Blob([content], { type: typeof content === "string" ? "text/plain" : "image/png" });
     const link = document.createElement("a");
     link.href = URL.createObjectURL(blob);
     link.download = name;
@@ -339,19 +340,13 @@ const trocar = (() => {
       button: part("push"), field: part("field"),
       strips: part("pushed"), text: part("push-text"), scheme: part("push-scheme"), lamp: part("lamp"), state: current,
     });
-    for (const file of ["toml", "csv"]) {
+    for (const file of ["toml", "csv", "png"]) {
       part(`export-${file}`).addEventListener("click", () => {
-        files.id = trocarLink.ask({ type: "export", state: current(), augmented: part("export-scheme").value === "1", file });
+        const picture = file === "png" ? { window: shownTime, width: part("export-width").value } : {};
+        files.id = trocarLink.ask({ type: "export", state: current(), augmented: part("export-scheme").value === "1", file, ...picture });
         if (!files.id) part("status").textContent = "no connection to the server: nothing is saved";
       });
     }
-    part("export-png").addEventListener("click", async () => {
-      if (trocarPictures.frame() === null) return;
-      const run = Number(part("export-scheme").value);
-      const { blob, width } = await trocarPictures.png(part("command").textContent, run, Number(part("export-width").value));
-      save(`${state.scenario.replace(/^.*[/:]|\.toml$/g, "")}_${["classical", "augmented"][run]}.png`, blob, null);
-      files.last.width = width;
-    });
     part("copy-link").addEventListener("click", async () => {
       try {
         await navigator.clipboard.writeText(location.href);
@@ -362,7 +357,7 @@ const trocar = (() => {
     });
     window.addEventListener("chartzoom", ({ detail }) => {
       if (detail.group !== trocarPictures.GROUP) return;
-      shownTime = detail.min === null ? "all" : { between: [Math.max(0, detail.min), Math.max(0, detail.max)] };
+      shownTime = detail.range === null ? "all" : { between: [detail.range.low, detail.range.high].map((at) => Math.max(0, at)) };
       show();
     });
     for (const time of ["rupture", "all"]) {

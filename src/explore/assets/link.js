@@ -7,25 +7,20 @@ const trocarLink = (() => {
   let receive = () => {};
   let changed = () => {};
 
-  /** Returns the header of a frame with its lines: time_s, and for each run an object of columns. */
+  /** Returns a message of JSON and bytes: a file with its content, or a figure whose lines have their points. */
   function unpacked(buffer) {
     const length = new DataView(buffer).getUint32(0, true);
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+    if (head.type === "file") return { ...head, content: new Uint8Array(buffer, 4 + length) };
     const numbers = new Float32Array(buffer, 4 + length);
-    // A diverged run has gaps, which charts need as null. Otherwise the typed array is used directly.
-    const gaps = head.runs.some((run) => run.diverged_s !== null);
-    const line = (index) => {
-      const raw = numbers.subarray(index * head.points, (index + 1) * head.points);
-      return gaps ? Array.from(raw, (value) => (Number.isFinite(value) ? value : null)) : raw;
-    };
-    const width = head.columns.length;
-    head.time_s = line(0);
-    head.runs.forEach((run, which) => {
-      run.lines = {};
-      head.columns.forEach((name, column) => {
-        run.lines[name] = line(1 + which * width + column);
-      });
-    });
+    for (const { panels } of head.figure.rows) {
+      for (const { lines, fills } of panels) {
+        for (const one of [...lines, ...fills]) {
+          const [from, count] = one.points;
+          one.points = [numbers.subarray(from, from + count), numbers.subarray(from + count, from + 2 * count)];
+        }
+      }
+    }
     return head;
   }
 

@@ -62,11 +62,11 @@ const trocarListen = (() => {
     const { context, volume: gain } = nodes();
     context.resume();
     gain.gain.value = Number(volume.value);
-    const run = frame.runs[which];
-    const feedback = run.lines.feedback_force_n;
-    const max = feedback.reduce((largest, value) => Math.max(largest, value ?? 0), 1e-6);
-    const [from, to] = [frame.time_s[0], frame.time_s[frame.time_s.length - 1]];
-    const cues = run.alarms.map(([at]) => at).filter((at) => at >= from && at <= to);
+    const panel = trocarPictures.panel("feedback-force");
+    const [times, feedback] = panel.lines.find((line) => line.name === frame.runs[which].name).points;
+    const max = feedback.reduce((largest, value) => (value > largest ? value : largest), 1e-6);
+    const [from, to] = [panel.x.low, panel.x.high];
+    const cues = panel.alarms.filter((at) => at >= from && at <= to).sort((a, b) => a - b);
     const began = performance.now();
     let index = 0;
     playing = { frame: 0 };
@@ -75,8 +75,8 @@ const trocarListen = (() => {
       if (!playing) return;
       const time = from + (at - began) / 1000;
       gain.gain.value = Number(volume.value);
-      while (index + 1 < frame.time_s.length && frame.time_s[index + 1] <= time) index += 1;
-      force(feedback[index] ?? 0, max);
+      while (index + 1 < times.length && times[index + 1] <= time) index += 1;
+      force(feedback[index] || 0, max);
       while (cues.length > 0 && cues[0] <= time) {
         cues.shift();
         cue(lamp);
@@ -94,7 +94,7 @@ const trocarListen = (() => {
       parts.button.addEventListener("click", () => {
         const frame = trocarPictures.frame();
         if (playing) stop(parts.button, parts.output);
-        else if (frame && frame.time_s.length > 1) play(parts, frame, Number(parts.scheme.value));
+        else if (frame) play(parts, frame, Number(parts.scheme.value));
       });
       // A hidden page is not redrawn, and its tone would continue.
       document.addEventListener("visibilitychange", () => document.hidden && stop(parts.button, parts.output));

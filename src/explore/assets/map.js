@@ -8,33 +8,17 @@ const trocarMap = (() => {
   let move = () => {};
   let visible = false;
 
-  /** Returns the conversions between values of an axis and shares of its length. */
-  function scale(axis) {
-    if (axis.log) {
-      const ratio = Math.log(axis.high / axis.low);
-      return { share: (v) => Math.log(v / axis.low) / ratio, value: (s) => axis.low * Math.exp(s * ratio) };
-    }
-    const width = axis.high - axis.low;
-    return { share: (v) => (v - axis.low) / width, value: (s) => axis.low + s * width };
+  /** Returns an axis in its coordinate: a logarithmic one has exponents of ten. */
+  function placed({ low, high, log }) {
+    return log ? { low: Math.log10(low), high: Math.log10(high), log } : { low, high, log };
   }
 
-  /** Returns round values of an axis. */
-  function ticks(axis) {
-    const found = [];
-    if (axis.log) {
-      for (let power = Math.floor(Math.log10(axis.low)); power <= Math.ceil(Math.log10(axis.high)); power += 1) {
-        for (const digit of [1, 2, 5]) {
-          const value = digit * 10 ** power;
-          if (value >= axis.low * 0.999 && value <= axis.high * 1.001) found.push(value);
-        }
-      }
-      return found;
-    }
-    const rough = (axis.high - axis.low) / 5;
-    const unit = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10].map((digit) => digit * unit).find((size) => size >= rough) || rough;
-    for (let value = Math.ceil(axis.low / step) * step; value <= axis.high * 1.0001; value += step) found.push(value);
-    return found;
+  /** Returns the conversions between values of an axis and shares of its length. */
+  function scale(axis) {
+    const { low, high, log } = placed(axis);
+    const share = (place) => (place - low) / (high - low);
+    const value = (s) => low + s * (high - low);
+    return { share: (v) => share(log ? Math.log10(v) : v), value: (s) => (log ? 10 ** value(s) : value(s)) };
   }
 
   const written = (value) => String(Number(value.toPrecision(3)));
@@ -95,31 +79,11 @@ const trocarMap = (() => {
       context.lineTo(left + xScale.share(x1) * width, top + (1 - yScale.share(y1)) * height);
     }
     context.stroke();
-    context.lineWidth = 1;
-    context.strokeStyle = trocarCharts.colour("line");
-    context.strokeRect(left, top, width, height);
-    context.fillStyle = trocarCharts.colour("ink");
-    context.font = '12px system-ui, "DejaVu Sans", sans-serif';
-    context.textAlign = "center";
-    let free = -Infinity;
-    for (const value of ticks(map.x)) {
-      const x = left + xScale.share(value) * width;
-      context.strokeRect(x, top + height, 0, 4);
-      const half = context.measureText(written(value)).width / 2;
-      if (x - half < free) continue;
-      free = x + half + 8;
-      context.fillText(written(value), x, top + height + 17);
-    }
-    context.fillText(map.x.name, left + width / 2, top + height + 38);
-    context.textAlign = "right";
-    free = Infinity;
-    for (const value of ticks(map.y)) {
-      const y = top + (1 - yScale.share(value)) * height;
-      context.strokeRect(left - 4, y, 4, 0);
-      if (y > free) continue;
-      free = y - 16;
-      context.fillText(written(value), left - 7, y + 4);
-    }
+    const [x, y] = [placed(map.x), placed(map.y)];
+    const axis = (of, count, caption) => ({ ticks: trocarCharts.ticks(of, count), caption });
+    const toX = (at) => left + ((at - x.low) / (x.high - x.low)) * width;
+    const toY = (at) => top + ((y.high - at) / (y.high - y.low)) * height;
+    trocarCharts.axes(context, { left, top, width, height }, axis(x, 6, map.x.name), axis(y, 6), toX, toY);
     context.save();
     context.translate(14, top + height / 2);
     context.rotate(-Math.PI / 2);
@@ -130,11 +94,11 @@ const trocarMap = (() => {
     const sx = xScale.share(now.x);
     const sy = yScale.share(now.y);
     if (sx >= 0 && sx <= 1 && sy >= 0 && sy <= 1) {
-      const [x, y] = [left + sx * width, top + (1 - sy) * height];
+      const [atX, atY] = [left + sx * width, top + (1 - sy) * height];
       context.lineWidth = 5;
       context.strokeStyle = trocarCharts.colour("page");
       context.beginPath();
-      context.arc(x, y, 8, 0, 7);
+      context.arc(atX, atY, 8, 0, 7);
       context.stroke();
       context.lineWidth = 3;
       context.strokeStyle = trocarCharts.colour("vermilion");

@@ -64,32 +64,21 @@ const trocarPush = (() => {
     const shades = [];
     for (const row of rows) {
       const open = shades[shades.length - 1];
-      const name = row[6] === 1 ? "augmented" : "reengaging";
+      const color = state.shades[row[6] - 1];
       if (row[6] === 0) continue;
-      if (open && open.name === name && row[0] - open.to < 0.05) open.to = row[0];
-      else shades.push({ from: row[0], to: row[0], name });
+      if (open && open[2] === color && row[0] - open[1] < 0.05) open[1] = row[0];
+      else shades.push([row[0], row[0], color]);
     }
-    const from = rows[0][0];
-    const marks = state.events.filter(([at]) => at >= from).map(([at, kind]) => ({ at, kind }));
-    const extras = { shades, marks, thresholds: [] };
-    const positions = [column(0), column(2), column(3)];
-    const forces = [column(0), column(4), column(5)];
-    if (charts === null) {
-      const x = { label: "time", unit: "s" };
-      charts = [
-        trocarCharts.chart(parts.strips, {
-          id: "push-position", title: "Position", height: 170, x, y: { label: "position", unit: "mm" },
-          series: [{ label: "master", colour: "sky", width: 4 }, { label: "slave", colour: "vermilion", width: 2 }],
-        }, positions, extras),
-        trocarCharts.chart(parts.strips, {
-          id: "push-force", title: "Force", height: 150, x, y: { label: "force", unit: "N" },
-          series: [{ label: "tissue", colour: "sky", width: 4 }, { label: "feedback", colour: "vermilion", width: 2 }],
-        }, forces, extras),
-      ];
-      return;
-    }
-    charts[0].update(positions, extras);
-    charts[1].update(forces, extras);
+    const [from, time] = [rows[0][0], column(0)];
+    const marks = (kind) => state.events.filter((event) => event[0] >= from && event[1] === kind).map(([at]) => at);
+    const panels = state.figure.rows[0].panels.map((panel, index) => ({
+      ...panel, shades, ruptures: marks("rupture"), alarms: marks("alarm"),
+      x: { ...panel.x, low: from, high: Math.max(last, from + 1) },
+      y: { ...panel.y, low: null, high: null },
+      lines: panel.lines.map((line, at) => ({ ...line, points: [time, column(state.lines[index][at])] })),
+    }));
+    charts ??= panels.map((panel) => new trocarCharts.Chart(parts.strips, panel, { height: 160 }));
+    charts.forEach((chart, index) => chart.update(panels[index]));
   }
 
   function end(text) {
@@ -158,6 +147,7 @@ const trocarPush = (() => {
       if (!state || message.id !== state.id) return;
       if (message.type === "pushing" && !state.ended) {
         state.range = message.range_mm;
+        [state.figure, state.lines, state.shades] = [message.figure, message.lines, message.shades];
         state.augmented = message.augmented;
         state.aim = message.range_mm[0];
         state.scale = message.position_scale;

@@ -1,29 +1,27 @@
-// Charts of trocar's pages, drawn with uPlot: several lines over one axis, shaded modes, marked events, thresholds. Dragging
-// zooms, a double click shows everything, and a click on a name in the legend hides its line. Keyboard: the arrow keys move the
-// cursor, + and - zoom about it, 0 shows everything. Charts of one group share zoom and cursor.
+// Charts of trocar's pages, drawn from the descriptions of its figures: each panel is a chart. Dragging zooms, a double click or tap
+// shows everything, and a click on a name in the legend hides its line. Keyboard: the arrow keys move the cursor, + and - zoom about
+// it, 0 shows everything. Charts of one group with the same horizontal axis share zoom and cursor.
 "use strict";
 
 const trocarCharts = (() => {
+  /** Pixels per point of a description's lines, and the margins around the axes. */
+  const PER_POINT = 1.5;
+  const MARGIN = { left: 56, right: 12, top: 9, bottom: 36 };
+  const FONT = '12px system-ui, "DejaVu Sans", Arial, sans-serif';
   const groups = new Map();
-  /** Width of an axis whose values have names, and of the label of an axis. */
-  const NAMED_SIZE = 110;
-  const LABEL_SIZE = 22;
-  const font = (size) => `${size}px system-ui, "DejaVu Sans", Arial, sans-serif`;
+  const dark = window.matchMedia("(prefers-color-scheme: dark)");
 
   /** Cache of the theme's colours, because each look-up in the browser recomputes all styles. */
-  let colours = new Map();
-  const clearColours = () => {
-    colours = new Map();
-  };
-  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", clearColours);
-  window.addEventListener("themechange", clearColours);
+  const colours = new Map();
+  dark.addEventListener("change", () => colours.clear());
+  window.addEventListener("themechange", () => colours.clear());
 
-  /** Returns a colour name such as "blue" as rgb() in the current theme. */
+  /** Returns a colour of the theme such as "blue", or a colour as CSS, resolved for the current theme. */
   function colour(name) {
     if (!colours.has(name)) {
       // Only a colour that an element has is resolved for light or dark.
       const probe = document.body.appendChild(document.createElement("i"));
-      probe.style.color = `var(--${name}, ${name})`;
+      probe.style.color = /^[a-z-]+$/.test(name) ? `var(--${name})` : name;
       colours.set(name, getComputedStyle(probe).color);
       probe.remove();
     }
@@ -32,7 +30,7 @@ const trocarCharts = (() => {
 
   /** Returns a number with four significant digits, or a dash if it is undefined. */
   function number(value) {
-    if (value === null || value === undefined || !Number.isFinite(value)) return "—";
+    if (!Number.isFinite(value)) return "—";
     const size = Math.abs(value);
     if (value === 0) return "0";
     if (size < 5e-5 || size >= 1e6) return value.toExponential(1);
@@ -46,335 +44,463 @@ const trocarCharts = (() => {
     return String(Number(value.toPrecision(6)));
   }
 
-  /** Returns the hooks that draw the shades below the lines, and the events and thresholds above them. */
-  function decorations(state) {
-    const xPixel = (plot, value) => plot.valToPos(value, "x", true);
-    return {
-      drawClear: (plot) => {
-        const { ctx, bbox } = plot;
-        ctx.save();
-        for (const { from, to, name } of state.shades) {
-          const left = Math.max(xPixel(plot, from), bbox.left);
-          const right = Math.min(xPixel(plot, to), bbox.left + bbox.width);
-          if (right <= left) continue;
-          ctx.fillStyle = colour(`shade-${name}`);
-          ctx.fillRect(left, bbox.top, right - left, bbox.height);
+  /** Returns about `count` round ticks of an axis, in its coordinate: a logarithmic axis has exponents of ten. */
+  function ticks({ low, high, log }, count) {
+    if (log) {
+      const powers = [];
+      for (let power = Math.floor(low); power <= high + 1e-9; power += 1) {
+        for (const digit of high - low < 3.5 ? [1, 2, 5] : [1]) {
+          const at = power + Math.log10(digit);
+          if (at >= low - 1e-9 && at <= high + 1e-9) powers.push({ at, label: short(digit * 10 ** power) });
         }
-        ctx.restore();
-      },
-      draw: (plot) => {
-        const { ctx, bbox } = plot;
-        const ratio = window.devicePixelRatio || 1;
-        ctx.save();
-        ctx.beginPath();
-        ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
-        ctx.clip();
-        for (const { at, kind, label } of state.marks) {
-          const x = Math.round(xPixel(plot, at)) + 0.5;
-          ctx.strokeStyle = colour(kind === "alarm" ? "black" : "grey");
-          ctx.setLineDash(kind === "alarm" ? [] : [4 * ratio, 4 * ratio]);
-          ctx.lineWidth = 1.25 * ratio;
-          ctx.beginPath();
-          ctx.moveTo(x, bbox.top);
-          ctx.lineTo(x, bbox.top + bbox.height);
-          ctx.stroke();
-          if (label && state.spec.markLabels) {
-            ctx.font = font(12 * ratio);
-            ctx.textAlign = "left";
-            ctx.fillStyle = colour("quiet");
-            ctx.fillText(label, x + 4 * ratio, bbox.top + 13 * ratio);
+      }
+      if (powers.length > 1) return powers;
+    }
+    const minStep = (high - low) / count || 1;
+    const power = 10 ** Math.floor(Math.log10(minStep));
+    const step = [1, 2, 5, 10].map((digit) => digit * power).find((size) => size >= minStep) ?? minStep;
+    const found = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step && found.length < 50; k += 1) {
+      found.push({ at: k * step, label: short(log ? 10 ** (k * step) : k * step) });
+    }
+    return found;
+  }
+
+  /** Draws the ticks and labels of axes around an area; `toX` and `toY` give the pixels of places. */
+  function axes(context, { left, top, width, height }, x, y, toX, toY) {
+    const line = (fromX, fromY, endX, endY) => {
+      context.beginPath();
+      context.moveTo(fromX, fromY);
+      context.lineTo(endX, endY);
+      context.stroke();
+    };
+    const bottom = top + height;
+    context.setLineDash([]);
+    context.font = FONT;
+    context.lineWidth = 1;
+    context.strokeStyle = colour("line");
+    context.fillStyle = colour("ink");
+    line(left, top, left, bottom);
+    line(left, bottom, left + width, bottom);
+    context.textAlign = "center";
+    let free = -Infinity;
+    for (const { at, label } of x.ticks) {
+      line(toX(at), bottom, toX(at), bottom + 4);
+      const half = context.measureText(label).width / 2;
+      if (toX(at) - half < free) continue;
+      context.fillText(label, toX(at), bottom + 16);
+      free = toX(at) + half + 8;
+    }
+    context.fillText(x.caption, left + width / 2, bottom + 31, width);
+    context.textAlign = "right";
+    free = Infinity;
+    for (const { at, label } of y.ticks) {
+      line(left - 4, toY(at), left, toY(at));
+      if (toY(at) > free) continue;
+      context.fillText(label, left - 7, toY(at) + 4);
+      free = toY(at) - 14;
+    }
+  }
+
+  function html(name, attributes = {}, text = "") {
+    const made = document.createElement(name);
+    for (const [attribute, value] of Object.entries(attributes)) made.setAttribute(attribute, value);
+    made.textContent = text;
+    return made;
+  }
+
+  /** Returns the sample of a legend's entry. */
+  function sample({ kind, style }) {
+    const [color, width] = [style?.color ?? "var(--black)", Math.min(6, PER_POINT * (style?.width ?? 1))];
+    const dashes = (style?.dashes ?? []).map((length) => PER_POINT * length).join();
+    const shapes = {
+      line: `<path d="M0 6h24" stroke="${color}" stroke-width="${width}" stroke-dasharray="${dashes}"/>`,
+      dot: `<circle cx="12" cy="6" r="${width / 2 + 1}" fill="${color}"/>`,
+      ring: `<circle cx="12" cy="6" r="3" fill="none" stroke="${color}"/>`,
+      shade: `<path d="M0 0h24v12h-24z" fill="${color}"/>`,
+      rupture: '<path d="M12 0v12" stroke="var(--grey)" stroke-width="1.5" stroke-dasharray="3 3"/>',
+      alarm: '<path d="M12 0v12M8 0h8l-4 5z" stroke="var(--black)" fill="var(--black)"/>',
+    };
+    const made = html("span", { class: "sample", "aria-hidden": "true" });
+    made.innerHTML = shapes[kind] ? `<svg width="24" height="12">${shapes[kind]}</svg>` : "";
+    return made;
+  }
+
+  /** Returns an item of a legend. */
+  function entry(one) {
+    const item = html("li");
+    item.append(sample(one), one.text);
+    return item;
+  }
+
+  /** Splits a caption such as "Force (N)" into the name and the unit. */
+  function named(caption) {
+    const [, name, unit] = caption.match(/^(.*?)(?: \(([^()]*)\))?$/);
+    return { name, unit: unit ?? "" };
+  }
+
+  /** Returns the index of the last point at or before x, at least 0. */
+  function before(xs, x) {
+    let [low, high] = [0, xs.length];
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (xs[middle] <= x) low = middle;
+      else high = middle;
+    }
+    return low;
+  }
+
+  const value = (axis, place) => (axis.log ? 10 ** place : place);
+
+  /** One panel of a figure. */
+  class Chart {
+    /** `options`: `{ group, height, whole }`; `whole` is the full range of x if the panel is only a part of it. */
+    constructor(parent, panel, { group = null, height = 200, whole = null } = {}) {
+      this.figure = html("figure", { class: "chart", ...(panel.id ? { id: `chart-${panel.id}` } : {}) });
+      const caption = html("figcaption", {}, panel.y.caption || panel.x.caption);
+      this.reading = html("span", { class: "quiet" });
+      caption.append(" ", this.reading);
+      const plot = html("div", { class: "plot" });
+      this.canvas = html("canvas", { tabindex: 0, role: "img" });
+      [this.mark, this.selected] = ["cursor", "selected"].map((name) => html("div", { class: name }));
+      plot.append(this.canvas, this.mark, this.selected);
+      this.legend = html("ul", { class: "legend" });
+      this.figure.append(caption, plot, this.legend);
+      parent.append(this.figure);
+      this.hidden = new Set();
+      this.height = height;
+      this.width = Math.max(this.figure.clientWidth, 200);
+      this.isVisible = true;
+      this.cursor = null;
+      const key = `${group} ${panel.x.caption}`;
+      this.group = (group && groups.get(key)) || new Set();
+      if (group) groups.set(key, this.group);
+      this.group.add(this);
+      this.name = group;
+      this.update(panel, whole);
+      this.listen();
+    }
+
+    /** Draws another panel in the same chart: at once if it is in view, otherwise when it comes into view. */
+    update(panel, whole = null) {
+      this.panel = panel;
+      this.whole = whole;
+      this.zoomed = null;
+      const key = JSON.stringify([panel.legend, panel.lines.map((line) => line.name)]);
+      if (key !== this.key) this.nameLines();
+      this.key = key;
+      this.isDrawn = false;
+      if (this.isVisible) this.draw();
+    }
+
+    /** Makes the legend: the names of the lines are switches. */
+    nameLines() {
+      const { panel } = this;
+      const { name, unit } = named(panel.x.caption);
+      const [low, high] = [panel.x.low, panel.x.high].map((end) => number(value(panel.x, end)));
+      const names = [...new Set(panel.lines.map((line) => line.name).filter((name) => name !== ""))];
+      this.canvas.setAttribute("aria-label", `${panel.y.caption || "Intervals"} against ${name} from ${low} to ${high} ${unit}: ${names.join(", ")}. The arrow keys move a cursor.`);
+      this.values = [];
+      const lines = names.map((text) => {
+        const one = panel.lines.find((line) => line.name === text);
+        const item = html("li");
+        const button = html("button", { type: "button", role: "switch", "aria-checked": String(!this.hidden.has(text)) });
+        button.append(sample({ kind: one.points[0].length === 1 ? "dot" : "line", style: one.style }), text);
+        button.addEventListener("click", () => {
+          if (!this.hidden.delete(text)) this.hidden.add(text);
+          button.setAttribute("aria-checked", String(!this.hidden.has(text)));
+          this.draw();
+        });
+        const shown = html("span", { class: "value" });
+        this.values.push([text, shown]);
+        item.append(button, shown);
+        return item;
+      });
+      const others = panel.legend.filter((one) => one.kind !== "line" || !names.includes(one.text));
+      this.legend.replaceChildren(...lines, ...others.map(entry));
+    }
+
+    /** Returns the displayed ranges of x and y. With a zoom, y is that of the displayed points, within the limits of the panel. */
+    limits() {
+      const { x, y } = this.panel;
+      if (!this.zoomed && y.low !== null) return [x, y];
+      const { low, high } = this.zoomed ?? x;
+      let [min, max] = [Infinity, -Infinity];
+      for (const { points: [xs, ys], name } of this.panel.lines) {
+        if (this.hidden.has(name)) continue;
+        for (let i = 0; i < xs.length; i += 1) {
+          if (xs[i] < low || xs[i] > high || !Number.isFinite(ys[i])) continue;
+          if (ys[i] < min) min = ys[i];
+          if (ys[i] > max) max = ys[i];
+        }
+      }
+      const margin = 0.05 * (max - min) || 0.05 * Math.abs(max) || 0.5;
+      const isEmpty = !(min <= max);
+      const within = { low: isEmpty ? (y.low ?? 0) : Math.max(y.low ?? -Infinity, min - margin), high: isEmpty ? (y.high ?? 1) : Math.min(y.high ?? Infinity, max + 2 * margin) };
+      return [{ ...x, low, high }, within.low < within.high ? { ...y, ...within } : y];
+    }
+
+    /** Draws the panel. Returns the canvas. */
+    draw() {
+      const { canvas, panel } = this;
+      this.isDrawn = true;
+      const ratio = window.devicePixelRatio || 1;
+      const [pixelWidth, pixelHeight] = [this.width * ratio, this.height * ratio].map(Math.round);
+      if (canvas.width !== pixelWidth || canvas.height !== pixelHeight) {
+        [canvas.width, canvas.height] = [pixelWidth, pixelHeight];
+        [canvas.style.width, canvas.style.height] = [`${this.width}px`, `${this.height}px`];
+      }
+      const context = (this.context ??= canvas.getContext("2d"));
+      context.setTransform(ratio, 0, 0, ratio, 0, 0);
+      context.clearRect(0, 0, this.width, this.height);
+      const [x, y] = (this.shown = this.limits());
+      const area = { left: MARGIN.left, top: MARGIN.top, width: this.width - MARGIN.left - MARGIN.right, height: this.height - MARGIN.top - MARGIN.bottom };
+      const { left, top, width, height } = (this.area = area);
+      const [perX, perY] = [width / (x.high - x.low), height / (y.high - y.low)];
+      const toX = (place) => left + (place - x.low) * perX;
+      const toY = (place) => top + Math.min(1e5, Math.max(-1e5, (y.high - place) * perY));
+      const xTicks = x.has_ticks ? ticks(x, Math.max(2, width / 80)) : [];
+      const yTicks = y.has_ticks ? ticks(y, Math.max(2, height / 32)) : [];
+      context.save();
+      context.beginPath();
+      context.rect(left, top, width, height);
+      context.clip();
+      for (const [from, to, color] of panel.shades) {
+        context.fillStyle = colour(color);
+        context.fillRect(toX(from), top, toX(to) - toX(from), height);
+      }
+      context.beginPath();
+      for (const { at } of xTicks) {
+        context.moveTo(toX(at), top);
+        context.lineTo(toX(at), top + height);
+      }
+      for (const { at } of yTicks) {
+        context.moveTo(left, toY(at));
+        context.lineTo(left + width, toY(at));
+      }
+      context.lineWidth = 1;
+      context.strokeStyle = colour("grid");
+      context.stroke();
+      this.fills = panel.fills.map(({ points: [xs, ys], color }) => {
+        const path = new Path2D();
+        for (let i = 0; i < xs.length; i += 1) path.lineTo(toX(xs[i]), toY(ys[i]));
+        context.fillStyle = colour(color);
+        context.fill(path);
+        return path;
+      });
+      const stroke = ({ color, width, dashes }) => {
+        context.strokeStyle = colour(color);
+        context.lineWidth = PER_POINT * width;
+        context.setLineDash(dashes.map((length) => PER_POINT * length));
+        context.stroke();
+      };
+      const upright = (times, style) => {
+        context.beginPath();
+        for (const at of times) {
+          context.moveTo(toX(at), top);
+          context.lineTo(toX(at), top + height);
+        }
+        stroke(style);
+      };
+      upright(panel.ruptures, { color: "grey", width: 1, dashes: [3, 3] });
+      context.lineJoin = "round";
+      for (const { points: [xs, ys], style, name } of panel.lines) {
+        if (this.hidden.has(name)) continue;
+        const dots = new Path2D();
+        context.beginPath();
+        let isDown = false;
+        for (let i = 0; i < xs.length; i += 1) {
+          const at = ys[i];
+          if (!Number.isFinite(at)) isDown = false;
+          else if (isDown) context.lineTo(toX(xs[i]), toY(at));
+          else if (i + 1 < xs.length && Number.isFinite(ys[i + 1])) {
+            context.moveTo(toX(xs[i]), toY(at));
+            isDown = true;
+          } else {
+            // A point between gaps.
+            dots.moveTo(toX(xs[i]), toY(at));
+            dots.arc(toX(xs[i]), toY(at), (PER_POINT * style.width) / 2 + 0.5, 0, 2 * Math.PI);
           }
         }
-        ctx.setLineDash([10 * ratio, 4 * ratio, 2 * ratio, 4 * ratio]);
-        for (const { value, scale } of state.thresholds) {
-          const y = plot.valToPos(value, scale || "y", true);
-          ctx.strokeStyle = colour("vermilion");
-          ctx.lineWidth = 1.5 * ratio;
-          ctx.beginPath();
-          ctx.moveTo(bbox.left, y);
-          ctx.lineTo(bbox.left + bbox.width, y);
-          ctx.stroke();
-        }
-        ctx.restore();
-      },
-    };
-  }
-
-  /** Returns the full range of x: that of the columns, or the given one if the columns are only a part of it. */
-  function fullRange(state) {
-    const [xs] = state.plot.data;
-    return state.whole ?? [xs[0] ?? 0, xs[xs.length - 1] ?? 1];
-  }
-
-  /** Shows the same range of x in every chart of the group, or everything if both are null. */
-  function zoom(state, min, max) {
-    for (const other of state.group) {
-      other.zoomed = min === null ? null : { min, max };
-      const [first, last] = fullRange(other);
-      other.plot.setScale("x", min === null ? { min: first, max: last } : { min, max });
+        stroke(style);
+        context.fillStyle = colour(style.color);
+        context.fill(dots);
+      }
+      for (const { at, style } of panel.levels) {
+        context.beginPath();
+        context.moveTo(left, toY(at));
+        context.lineTo(left + width, toY(at));
+        stroke(style);
+      }
+      upright(panel.alarms, { color: "black", width: 0.8, dashes: [] });
+      context.fillStyle = colour("black");
+      context.beginPath();
+      for (const at of panel.alarms) {
+        context.moveTo(toX(at) - 4, top);
+        context.lineTo(toX(at) + 4, top);
+        context.lineTo(toX(at), top + 6);
+      }
+      context.fill();
+      context.restore();
+      context.font = FONT;
+      context.fillStyle = colour("ink");
+      context.textAlign = "center";
+      for (const [atX, atY, text] of panel.notes) context.fillText(text, toX(atX), toY(atY) + 4);
+      if (!panel.is_bare) axes(context, area, { ticks: xTicks, caption: panel.x.caption }, { ticks: yTicks }, toX, toY);
+      this.point(this.cursor, false);
     }
-    window.dispatchEvent(new CustomEvent("chartzoom", { detail: { group: state.spec.group, min, max } }));
-  }
 
-  /** Zooms by a finger: dragging across selects a range, a double tap shows everything. Dragging down scrolls the page. */
-  function touch(state) {
-    const { over } = state.plot;
-    let from = null;
-    let tapped = 0;
-    over.style.touchAction = "pan-y";
-    const at = (event) => Math.min(Math.max(event.clientX - over.getBoundingClientRect().left, 0), over.clientWidth);
-    const select = (left, width) => state.plot.setSelect({ left, width, top: 0, height: width ? over.clientHeight : 0 }, false);
-    over.addEventListener("pointerdown", (event) => {
-      if (event.pointerType !== "touch") return;
-      from = at(event);
-      if (event.timeStamp - tapped < 350) zoom(state, null, null);
-      tapped = event.timeStamp;
-    });
-    over.addEventListener("pointermove", (event) => {
-      if (from !== null && event.pointerType === "touch") select(Math.min(from, at(event)), Math.abs(at(event) - from));
-    });
-    over.addEventListener("pointercancel", () => {
-      from = null;
-      select(0, 0);
-    });
-    over.addEventListener("pointerup", (event) => {
-      if (from === null || event.pointerType !== "touch") return;
-      const [left, right] = [from, at(event)].sort((a, b) => a - b);
-      from = null;
-      select(0, 0);
-      if (right - left >= 12) zoom(state, state.plot.posToVal(left, "x"), state.plot.posToVal(right, "x"));
-    });
-  }
+    /** Moves the cursor to a place, or removes it (`null`), in all charts of the group. */
+    point(place, isShared = true) {
+      if (isShared) this.group.forEach((chart) => chart.isVisible && chart.point(place && { ...place, y: chart === this ? place.y : null }, false));
+      if (isShared || (place === null && this.cursor === null)) return;
+      this.cursor = place;
+      const [x, y] = this.shown;
+      const isInside = place !== null && place.x >= x.low && place.x <= x.high;
+      this.mark.hidden = !isInside;
+      const { name, unit } = named(this.panel.x.caption);
+      const at = isInside ? this.area.left + ((place.x - x.low) / (x.high - x.low)) * this.area.width : 0;
+      this.mark.style.transform = `translate(${at}px, ${this.area.top}px)`;
+      this.mark.style.height = `${this.area.height}px`;
+      this.reading.textContent = isInside ? `${name} ${number(value(x, place.x))} ${unit}` : "";
+      const of = named(this.panel.y.caption).unit;
+      for (const [text, shown] of this.values) {
+        const line = this.panel.lines.find((one) => one.name === text && one.points[0].length > 2);
+        const at = line && isInside ? line.points[1][before(line.points[0], place.x)] : undefined;
+        shown.textContent = line && isInside ? `${Number.isFinite(at) ? number(value(y, at)) : "—"} ${of}` : "";
+      }
+      if (!isInside || place.y === null || this.panel.fills.every((fill) => fill.text === "")) return;
+      // Of a map: the value of the cell.
+      const ratio = window.devicePixelRatio || 1;
+      const down = this.area.top + ((y.high - place.y) / (y.high - y.low)) * this.area.height;
+      const index = this.fills.findLastIndex((path) => this.context.isPointInPath(path, at * ratio, down * ratio));
+      const cell = index < 0 ? (this.panel.outside ?? "—") : this.panel.fills[index].text;
+      this.reading.textContent += `, ${named(this.panel.y.caption).name} ${number(value(y, place.y))}: ${cell}`;
+    }
 
-  /** Handles a key: moves the cursor or zooms. */
-  function keys(state, event) {
-    const { plot } = state;
-    const { min, max } = plot.scales.x;
-    const width = plot.over.clientWidth;
-    const left = plot.cursor.left >= 0 ? plot.cursor.left : width / 2;
-    const top = plot.over.clientHeight / 2;
-    // Moves the cursor of the whole group, as a motion of the mouse does.
-    const move = (by) => plot.setCursor({ left: Math.min(width, Math.max(0, left + by)), top }, true, true);
-    const about = plot.posToVal(left, "x");
-    // A logarithmic axis zooms by ratios. The range never exceeds the data.
-    const [to, from] = state.spec.x.log ? [Math.log, Math.exp] : [(x) => x, (x) => x];
-    const scaled = (factor) => {
-      const [first, last] = fullRange(state);
-      const end = (x) => from(to(about) + (to(x) - to(about)) * factor);
-      const [low, high] = [Math.max(end(min), first), Math.min(end(max), last)];
-      if (low <= first && high >= last) zoom(state, null, null);
-      else if (low < high) zoom(state, low, high);
-    };
-    const step = event.shiftKey ? 40 : 4;
-    const actions = {
-      ArrowLeft: () => move(-step),
-      ArrowRight: () => move(step),
-      "+": () => scaled(0.6),
-      "=": () => scaled(0.6),
-      "-": () => scaled(1 / 0.6),
-      0: () => zoom(state, null, null),
-    };
-    const action = actions[event.key];
-    if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
-    event.preventDefault();
-    action();
-  }
+    /** Shows a range of x in every chart of the group, or everything if it is null. */
+    zoom(range) {
+      for (const chart of this.group) {
+        chart.zoomed = range;
+        chart.isDrawn = false;
+        if (chart.isVisible) chart.draw();
+      }
+      window.dispatchEvent(new CustomEvent("chartzoom", { detail: { group: this.name, range } }));
+    }
 
-  /** Makes the names of the legend switches with keyboard focus. */
-  function legend(state) {
-    const rows = state.plot.root.querySelectorAll(".u-legend .u-series");
-    rows.forEach((row, index) => {
-      if (index === 0) return;
-      const name = row.querySelector("th");
-      name.tabIndex = 0;
-      name.setAttribute("role", "switch");
-      const updateChecked = () => name.setAttribute("aria-checked", String(state.plot.series[index].show));
-      updateChecked();
-      name.addEventListener("click", () => setTimeout(updateChecked));
-      name.addEventListener("keydown", (event) => {
-        if (event.key !== "Enter" && event.key !== " ") return;
-        event.preventDefault();
-        state.plot.setSeries(index, { show: !state.plot.series[index].show });
-        updateChecked();
+    /** Returns the place of an event in the coordinates of the axes, within them. */
+    place({ clientX, clientY }) {
+      const box = this.canvas.getBoundingClientRect();
+      const [x, y] = this.shown;
+      const share = (at, of) => Math.min(1, Math.max(0, at / of));
+      return {
+        x: x.low + share(clientX - box.left - this.area.left, this.area.width) * (x.high - x.low),
+        y: y.high - share(clientY - box.top - this.area.top, this.area.height) * (y.high - y.low),
+      };
+    }
+
+    /** Handles pointer, keys, size, visibility and theme. A finger selects across; down, it scrolls the page. */
+    listen() {
+      const { canvas, selected } = this;
+      let from = null;
+      let pressed = { at: -Infinity, x: 0 };
+      const select = (event) => {
+        const [left, right] = [from, event.clientX].sort((a, b) => a - b);
+        selected.hidden = event.type !== "pointermove" || right - left < 4;
+        const start = left - canvas.getBoundingClientRect().left;
+        selected.style.cssText = `left: ${start}px; width: ${right - left}px; top: ${this.area.top}px; height: ${this.area.height}px`;
+        return [left, right];
+      };
+      selected.hidden = true;
+      this.mark.hidden = true;
+      canvas.addEventListener("pointerdown", (event) => {
+        if (event.button !== 0) return;
+        from = event.clientX;
+        canvas.setPointerCapture(event.pointerId);
+        const isSecond = event.timeStamp - pressed.at < 350 && Math.abs(event.clientX - pressed.x) < 20;
+        pressed = { at: isSecond ? -Infinity : event.timeStamp, x: event.clientX };
+        if (isSecond) this.zoom(null);
       });
-    });
+      canvas.addEventListener("pointermove", (event) => {
+        this.point(this.place(event));
+        if (from !== null) select(event);
+      });
+      canvas.addEventListener("pointerup", (event) => {
+        if (from === null) return;
+        const [left, right] = select(event);
+        from = null;
+        const [low, high] = [left, right].map((clientX) => this.place({ clientX, clientY: 0 }).x);
+        if (right - left >= 8 && low < high) this.zoom({ low, high });
+      });
+      canvas.addEventListener("pointercancel", () => {
+        from = null;
+        selected.hidden = true;
+      });
+      canvas.addEventListener("pointerleave", () => this.point(null));
+      canvas.addEventListener("keydown", (event) => this.key(event));
+      new ResizeObserver(([{ contentRect }]) => {
+        if (contentRect.width > 0 && contentRect.width !== this.width) this.resize(contentRect.width, this.height);
+      }).observe(this.figure);
+      // A chart outside the window is drawn when it comes into view.
+      new IntersectionObserver((entries) => {
+        this.isVisible = entries[entries.length - 1].isIntersecting;
+        if (this.isVisible && !this.isDrawn) this.draw();
+      }).observe(this.figure);
+      dark.addEventListener("change", () => this.draw());
+      window.addEventListener("themechange", () => this.draw());
+      window.addEventListener("beforeprint", () => this.isDrawn || this.draw());
+    }
+
+    resize(width, height) {
+      [this.width, this.height] = [width, height];
+      this.draw();
+    }
+
+    remove() {
+      this.group.delete(this);
+      this.figure.remove();
+    }
+
+    /** Handles a key: moves the cursor or zooms about it. */
+    key(event) {
+      const [x, y] = this.shown;
+      const { x: about, y: level } = this.cursor ?? { x: (x.low + x.high) / 2, y: null };
+      const pixels = event.shiftKey ? 40 : 4;
+      const [across, up] = [(pixels * (x.high - x.low)) / this.area.width, (pixels * (y.high - y.low)) / this.area.height];
+      const move = (by, raise) => {
+        const within = (at, axis) => Math.min(axis.high, Math.max(axis.low, at));
+        this.point({ x: within(about + by, x), y: within((level ?? (y.low + y.high) / 2) + raise, y) });
+      };
+      const scaled = (factor) => {
+        const [first, last] = this.whole ?? [this.panel.x.low, this.panel.x.high];
+        const [low, high] = [Math.max(about + (x.low - about) * factor, first), Math.min(about + (x.high - about) * factor, last)];
+        this.zoom(low <= first && high >= last ? null : { low, high });
+      };
+      const actions = {
+        ArrowLeft: () => move(-across, 0),
+        ArrowRight: () => move(across, 0),
+        ...(this.panel.fills.some((fill) => fill.text) ? { ArrowUp: () => move(0, up), ArrowDown: () => move(0, -up) } : {}),
+        "+": () => scaled(0.6),
+        "=": () => scaled(0.6),
+        "-": () => scaled(1 / 0.6),
+        0: () => this.zoom(null),
+      };
+      if (!actions[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      actions[event.key]();
+    }
   }
 
-  function axes(spec) {
-    const named = spec.y.ticks && {
-      splits: () => spec.y.ticks.map((tick) => tick.at),
-      values: () => spec.y.ticks.map((tick) => tick.label),
-      label: undefined,
-      size: NAMED_SIZE,
-    };
-    const common = {
-      stroke: () => colour("ink"),
-      grid: { stroke: () => colour("grid"), width: 1 },
-      ticks: { stroke: () => colour("line"), width: 1 },
-      font: font(13),
-      labelFont: font(13),
-    };
-    // A chart whose title names the quantity has no label beside its axis.
-    const yLabel = spec.y.label ? { label: spec.y.unit ? `${spec.y.label}, ${spec.y.unit}` : spec.y.label, labelSize: LABEL_SIZE } : {};
-    return [
-      { ...common, label: spec.x.unit ? `${spec.x.label}, ${spec.x.unit}` : spec.x.label, labelSize: 22, size: 36 },
-      { ...common, ...yLabel, size: spec.y.named ? NAMED_SIZE - LABEL_SIZE : spec.y.label ? 62 : 46, ...named },
-    ];
+  /** Draws all panels of a figure into `parent`, with the key of what all have, and returns their charts. */
+  function figure(parent, description, group) {
+    const panels = description.rows.flatMap((row) => row.panels.map((panel) => ({ panel, height: Math.max(120, Math.round(1.6 * row.height)) })));
+    const isOfLine = (one) => panels.some(({ panel }) => panel.lines.some((line) => line.name === one.text));
+    const key = description.legend.filter((one) => one.kind !== "title" && !isOfLine(one));
+    const list = html("ul", { class: "legend key" });
+    list.append(...key.map(entry));
+    if (key.length) parent.append(list);
+    return panels.map(({ panel, height }) => new Chart(parent, panel, { group, height }));
   }
 
-  function series(spec) {
-    const x = { label: spec.x.label, value: (_, v) => (v === null || v === undefined ? "—" : `${number(v)} ${spec.x.unit || ""}`) };
-    const lines = spec.series.map((one) => ({
-      label: one.label,
-      stroke: () => colour(one.colour),
-      width: one.width || 2,
-      dash: one.dash,
-      show: one.show !== false,
-      paths: one.scatter ? () => null : one.stepped ? uPlot.paths.stepped({ align: 1 }) : undefined,
-      points: one.points || one.scatter ? { show: true, size: one.scatter ? 6 : 5 } : { show: false },
-      value: (_, v) => (v === null || v === undefined ? "—" : `${number(v)} ${spec.y.unit || ""}`),
-    }));
-    return [x, ...lines];
-  }
-
-  /** Returns the bands between the upper and the lower edges. */
-  function bands(spec) {
-    const uppers = spec.series.map((one, k) => (one.edge && spec.series[k + 1]?.edge ? k + 1 : 0)).filter((k) => k > 0);
-    return uppers.map((k) => ({
-      series: [k, k + 1],
-      fill: () => colour(spec.series[k - 1].colour).replace(/^rgb\((.*)\)$/, "rgba($1, 0.15)"),
-    }));
-  }
-
-  /**
-   * Draws a chart into `parent`.
-   *
-   * `spec`: `{ id, title, alt, height, group, markLabels, x: { label, unit, log }, y: { label, unit, log, range, ticks, named },
-   * series: [{ label, colour, width, dash, stepped, scatter, points, show, edge }] }`. An upper and a lower `edge` bound a band. Colours are names of the theme. `ticks` is
-   * `[{ at, label }]` for values with names; `named` aligns an axis with one below whose values have names. A series with `scatter`
-   * has points without a line.
-   * `columns`: x, then one array per series, all of the same length. A value that is not a number leaves a gap.
-   * `extras`: `{ shades: [{ from, to, name: "augmented" | "reengaging" }], marks: [{ at, kind: "rupture" | "alarm", label }],
-   * thresholds: [{ value }], whole: [from, to], zoomed: { min, max } }`. `whole` is the full range of x if the columns are only a part
-   * of it, and `zoomed` the displayed range, or null for everything.
-   * Returns `{ plot, figure, update(columns, extras), flush(), zoom(min, max), destroy() }`. `zoom` shows a range of x in
-   * the whole group, or everything if both are null. A zoom dispatches the event "chartzoom" on the window, with the group and the
-   * range of x, which is null for everything.
-   */
-  function chart(parent, spec, columns, extras = {}) {
-    const figure = document.createElement("figure");
-    figure.className = "chart";
-    if (spec.id) figure.id = spec.id;
-    const caption = document.createElement("figcaption");
-    caption.textContent = spec.title;
-    figure.append(caption);
-    parent.append(figure);
-    const group = spec.group ? groups.get(spec.group) || new Set() : new Set();
-    if (spec.group) groups.set(spec.group, group);
-    const state = { spec, group, zoomed: null, pending: null, shades: [], marks: [], thresholds: [], ...extras };
-    const range = spec.y.range && ((_, low, high) => spec.y.range(low, high));
-    // uPlot draws up to the first of several points at the end of its range. A range a little wider than the points has them all.
-    const isScattered = spec.series.some((one) => one.scatter);
-    const widened = (low, high) =>
-      spec.x.log ? [low / 1.001, high * 1.001] : [low - 1e-3 * (high - low || 1), high + 1e-3 * (high - low || 1)];
-    const xRange = isScattered ? (_, low, high) => widened(low, high) : spec.x.log ? (_, low, high) => [low, high] : null;
-    const hooks = decorations(state);
-    state.plot = new uPlot(
-      {
-        width: Math.max(figure.clientWidth, 280),
-        height: spec.height || 240,
-        scales: {
-          // A logarithmic axis has these limits too, and not the next powers of ten.
-          x: { time: false, distr: spec.x.log ? 3 : 1, ...(xRange ? { range: xRange } : {}) },
-          y: { distr: spec.y.log ? 3 : 1, ...(range ? { range } : {}) },
-        },
-        axes: axes(spec),
-        series: series(spec),
-        bands: bands(spec),
-        legend: { live: true },
-        cursor: {
-          ...(spec.group ? { sync: { key: spec.group, scales: ["x", null] } } : {}),
-          drag: { x: true, y: false, setScale: false },
-          bind: {
-            dblclick: () => () => {
-              zoom(state, null, null);
-              return null;
-            },
-          },
-        },
-        hooks: {
-          drawClear: [hooks.drawClear],
-          draw: [hooks.draw],
-          setSelect: [
-            (plot) => {
-              const { left, width } = plot.select;
-              if (width < 4) return;
-              const [min, max] = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
-              plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
-              zoom(state, min, max);
-            },
-          ],
-        },
-      },
-      columns,
-      figure,
-    );
-    group.add(state);
-    const over = state.plot.over;
-    over.tabIndex = 0;
-    over.setAttribute("role", "img");
-    over.setAttribute("aria-label", spec.alt || spec.title);
-    over.addEventListener("keydown", (event) => keys(state, event));
-    legend(state);
-    touch(state);
-    if (state.zoomed) state.plot.setScale("x", state.zoomed);
-    const resized = new ResizeObserver(() => {
-      const width = Math.max(figure.clientWidth, 280);
-      if (width !== state.plot.width) state.plot.setSize({ width, height: spec.height || 240 });
-    });
-    resized.observe(figure);
-    const apply = () => {
-      if (!state.pending) return;
-      const columns = state.pending;
-      state.pending = null;
-      state.plot.setData(columns, state.zoomed === null);
-      if (state.zoomed !== null) state.plot.setScale("x", state.zoomed);
-    };
-    // A chart outside the viewport is drawn when it becomes visible.
-    state.visible = true;
-    const watch = new IntersectionObserver((entries) => {
-      state.visible = entries[entries.length - 1].isIntersecting;
-      if (state.visible) apply();
-    });
-    watch.observe(figure);
-    window.addEventListener("beforeprint", apply);
-    const redraw = () => state.plot.redraw(false, true);
-    const dark = window.matchMedia("(prefers-color-scheme: dark)");
-    dark.addEventListener("change", redraw);
-    window.addEventListener("themechange", redraw);
-    return {
-      plot: state.plot,
-      figure,
-      update(newColumns, newExtras = {}) {
-        Object.assign(state, newExtras);
-        state.pending = newColumns;
-        if (state.visible) apply();
-      },
-      /** Draws pending columns now. */
-      flush: apply,
-      zoom: (min, max) => zoom(state, min, max),
-      destroy() {
-        resized.disconnect();
-        watch.disconnect();
-        window.removeEventListener("beforeprint", apply);
-        dark.removeEventListener("change", redraw);
-        window.removeEventListener("themechange", redraw);
-        group.delete(state);
-        state.plot.destroy();
-        figure.remove();
-      },
-    };
-  }
-
-  return { chart, colour, number, short };
+  return { Chart, figure, axes, ticks, colour, number, short };
 })();

@@ -1,0 +1,62 @@
+//! What an interval of time is shaded for, and its colour.
+
+use super::style::{Color, GREY, ORANGE, SKY};
+use trocar_sim::detect::Phase;
+
+/// What an interval of time is shaded for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shade {
+    /// The slave is frozen.
+    Frozen,
+    /// The slave is re-engaging.
+    Reengaging,
+    /// The needle advances in the tissue.
+    Insertion,
+    /// The needle rests in the tissue.
+    Hold,
+    /// The needle leaves the tissue.
+    Withdrawal,
+}
+
+impl Shade {
+    pub(super) const ALL: [Self; 5] = [Self::Frozen, Self::Reengaging, Self::Insertion, Self::Hold, Self::Withdrawal];
+
+    /// Returns the shade of a phase; free motion has none.
+    #[must_use]
+    pub fn of_phase(phase: Phase) -> Option<Self> {
+        match phase {
+            Phase::Free => None,
+            Phase::Insertion => Some(Self::Insertion),
+            Phase::Hold => Some(Self::Hold),
+            Phase::Withdrawal => Some(Self::Withdrawal),
+        }
+    }
+
+    /// Returns its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Frozen => "frozen",
+            Self::Reengaging => "re-engaging",
+            Self::Insertion => "insertion",
+            Self::Hold => "hold",
+            Self::Withdrawal => "withdrawal",
+        }
+    }
+
+    pub(super) fn color(self) -> Color {
+        match self {
+            Self::Frozen => ORANGE.pale(0.34),
+            Self::Reengaging => ORANGE.pale(0.13),
+            Self::Insertion => SKY.pale(0.6),
+            Self::Hold => GREY.pale(0.2),
+            Self::Withdrawal => SKY.pale(0.25),
+        }
+    }
+
+    /// Returns its colour as CSS for a page.
+    #[must_use]
+    pub fn css(self) -> String {
+        self.color().css()
+    }
+}
