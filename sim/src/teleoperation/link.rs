@@ -306,7 +306,11 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
     #[inline(always)]
     fn limit_reference(&mut self, reference_m: L, slave: &AtSlave<L>) -> L {
         let port = self.port_of(slave);
-        self.scheme.limit_reference(reference_m, &port)
+        let limited_m = self.scheme.limit_reference(reference_m, &port);
+        if self.scheme.sends_payload() {
+            self.positions.hold_at(limited_m);
+        }
+        limited_m
     }
 
     #[inline(always)]

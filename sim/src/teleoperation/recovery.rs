@@ -112,6 +112,13 @@ impl<L: Lane> Receiver<L> {
         self.recover(target, is_fresh, given_up)
     }
 
+    /// Holds this output (a slave's reference that a scheme has limited) instead of the target, for as long as nothing is
+    /// received: a slave that was held back does not go on to where the hand was before the outage.
+    #[inline(always)]
+    pub(super) fn hold_at(&mut self, output: L) {
+        self.last = L::select(self.is_lost, output, self.last);
+    }
+
     /// The fast path: every lane has a fresh sample and is neither lost nor recovering.
     #[inline(always)]
     fn receive(&mut self, target: L) -> L {

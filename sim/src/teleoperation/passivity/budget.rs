@@ -11,11 +11,18 @@ use crate::teleoperation::PassivitySettings;
 pub(super) const ENERGY: usize = 0;
 /// Where the slave's payload holds its shortage.
 pub(super) const SHORTAGE: usize = 3;
+/// Where the master's payload holds the feedback force over the last tick.
+pub(super) const FELT: usize = 3;
+
+/// The share of what a side can spare below the level that it sends each tick, so that neither starves while the other has
+/// energy: within 0.2 s at a tick of 1 ms.
+const SHARE: f64 = 0.005;
 
 /// An account on each side, both with the level `budget_j` at the start, and the limits that keep them above 0:
 ///
 /// ```text
-/// sent = max(A - level, 0)             what exceeds the level goes to the other side at once
+/// sent = max(A - level, 0)             what exceeds the level goes to the other side at once,
+///      + share · what can be spared    and a share of the rest
 /// d    = limit · max(1 - A / level)    damping of the hand while one of the two accounts is short
 /// ```
 /// A slave that is short of energy, for its level or for the way to the hand, tells the master, so that the operator pays for a motion that costs energy, such as a
@@ -25,6 +32,7 @@ pub(super) struct Budget<L> {
     level: L,
     inverse_level: L,
     reserve: L,
+    share: L,
     max_damping: L,
     master: Account<L>,
     slave: Account<L>,
@@ -44,6 +52,7 @@ impl<L: Lane> Budget<L> {
             level: L::splat(level_j),
             inverse_level: L::splat(1.0 / level_j),
             reserve: L::splat(RESERVE * level_j),
+            share: L::splat(SHARE),
             max_damping: L::splat(settings.damping.damping_limit_n_s_per_m),
             master: account.clone(),
             slave: account,
@@ -66,7 +75,9 @@ impl<L: Lane> Budget<L> {
     #[inline(always)]
     pub(super) fn master_sends(&mut self, displacement_m: L) -> L {
         self.master.add(self.force.work_j(displacement_m));
-        self.master.send((self.master.energy_j - self.level).max(L::zero()))
+        let over = (self.master.energy_j - self.level).max(L::zero());
+        let spare = (self.master.energy_j - over - self.reserve).max(L::zero());
+        self.master.send(over + self.share * spare)
     }
 
     /// What the slave receives, and the work of its port.
@@ -86,8 +97,10 @@ impl<L: Lane> Budget<L> {
     #[inline(always)]
     pub(super) fn slave_sends(&mut self) -> (L, L) {
         // What the last command may still take stays here.
-        let kept = self.level.max(self.reference.committed_j + self.reserve);
-        let total = self.slave.send((self.slave.energy_j - kept).max(L::zero()));
+        let needed = self.reference.committed_j + self.reserve;
+        let over = (self.slave.energy_j - self.level.max(needed)).max(L::zero());
+        let spare = (self.slave.energy_j - over - needed).max(L::zero());
+        let total = self.slave.send(over + self.share * spare);
         (total, L::splat(1.0) - (self.slave.energy_j - self.reference.missing_j) * self.inverse_level)
     }
 
@@ -109,4 +122,15 @@ impl<L: Lane> Budget<L> {
     }
 }
 
-crate::lane::gather!(Budget { level, inverse_level, reserve, max_damping, master, slave, force, reference, shortage });
+crate::lane::gather!(Budget {
+    level,
+    inverse_level,
+    reserve,
+    share,
+    max_damping,
+    master,
+    slave,
+    force,
+    reference,
+    shortage
+});

@@ -22,7 +22,7 @@ pub(super) struct ForceLimit<L> {
     /// The force (N) without the limit and without a scheme's damping.
     command_n: L,
     /// Largest tissue force (N) that has arrived so far.
-    pub(super) shown_n: L,
+    shown_n: L,
     /// Energy in J taken from the hand by added damping, or withheld from it.
     pub(super) dissipated_j: L,
 }

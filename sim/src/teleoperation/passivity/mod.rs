@@ -11,6 +11,7 @@
 mod account;
 mod budget;
 mod force_limit;
+mod hand_yield;
 mod limits;
 pub(super) mod no_scheme;
 mod port;

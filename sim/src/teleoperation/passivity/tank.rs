@@ -1,8 +1,9 @@
 //! An energy tank on each side.
 
 use super::account::Account;
-use super::budget::ENERGY;
+use super::budget::{ENERGY, FELT};
 use super::force_limit::ForceLimit;
+use super::hand_yield::HandYield;
 use super::reference_limit::ReferenceLimit;
 use super::{
     Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, RESERVE, SchemeContext, SchemeEnergies, SlavePort,
@@ -41,7 +42,8 @@ const MAX_LEVELS: f64 = 10.0;
 /// E_m - E_s >= -2 tank_level_j    at every tick
 /// ```
 /// A tank pays for the motion to which a command commits the slave, its lag included, so this holds at the physical ports
-/// and from a preloaded contact too.
+/// and from a preloaded contact too. The slave gives way to the tissue as the hand will once it feels the force
+/// ([`HandYield`]).
 #[derive(Debug, Clone)]
 pub struct Tank<L> {
     level: L,
@@ -54,6 +56,7 @@ pub struct Tank<L> {
     slave: Account<L>,
     force: ForceLimit<L>,
     reference: ReferenceLimit<L>,
+    hand: HandYield<L>,
 }
 
 impl<L: Lane> Tank<L> {
@@ -72,6 +75,7 @@ impl<L: Lane> PassivityScheme<L> for Tank<L> {
         let mut payload = [L::zero(); PAYLOAD];
         self.master.add(self.force.work_j(displacement_m));
         payload[ENERGY] = Self::share(&mut self.master, self.max, self.share, L::zero());
+        payload[FELT] = self.force.force_n;
         payload
     }
 
@@ -79,7 +83,7 @@ impl<L: Lane> PassivityScheme<L> for Tank<L> {
     fn receive_position(&mut self, position_m: L, arrived: &Arrived<L>, port: &SlavePort<L>) -> L {
         self.slave.receive(arrived.payload[ENERGY]);
         self.slave.add(-port.work_j);
-        position_m
+        position_m - self.hand.update(port.force_n, arrived.payload[FELT])
     }
 
     #[inline(always)]
@@ -139,8 +143,21 @@ impl<L: Lane> BuiltInScheme<L> for Tank<L> {
             slave: Account::new(level),
             force: ForceLimit::new(context),
             reference: ReferenceLimit::new(context, catch_up.max_stiffness_n_per_m, catch_up.catch_up_speed_m_per_s),
+            hand: HandYield::new(context),
         }
     }
 }
 
-crate::lane::gather!(Tank { level, inverse_level, reserve, max, share, max_damping, master, slave, force, reference });
+crate::lane::gather!(Tank {
+    level,
+    inverse_level,
+    reserve,
+    max,
+    share,
+    max_damping,
+    master,
+    slave,
+    force,
+    reference,
+    hand
+});

@@ -1,6 +1,7 @@
 //! Passivity observer and controller in the time domain, at both ports.
 
-use super::budget::{Budget, ENERGY, SHORTAGE};
+use super::budget::{Budget, ENERGY, FELT, SHORTAGE};
+use super::hand_yield::HandYield;
 use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SchemeEnergies, SlavePort};
 use crate::lane::Lane;
 use crate::teleoperation::{BudgetSettings, CatchUpSettings, DampingSettings, PassivitySettings};
@@ -22,9 +23,12 @@ use trocar_core::settings::Key;
 /// Singh, Muskardin, Balachandran and Kondak 2018, *Smoother position-drift compensation for time domain passivity approach
 /// based teleoperation*): a slave that was held back catches up while its account allows it, and a hand that moves while
 /// the slave is short of energy is damped, which pays for it.
+///
+/// The slave gives way to the tissue as the hand will once it feels the force ([`HandYield`]).
 #[derive(Debug, Clone)]
 pub struct TimeDomain<L> {
     budget: Budget<L>,
+    hand: HandYield<L>,
 }
 
 impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
@@ -32,13 +36,14 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
     fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
         let mut payload = [L::zero(); PAYLOAD];
         payload[ENERGY] = self.budget.master_sends(displacement_m);
+        payload[FELT] = self.budget.force.force_n;
         payload
     }
 
     #[inline(always)]
     fn receive_position(&mut self, position_m: L, arrived: &Arrived<L>, port: &SlavePort<L>) -> L {
         self.budget.slave_receives(&arrived.payload, port);
-        position_m
+        position_m - self.hand.update(port.force_n, arrived.payload[FELT])
     }
 
     #[inline(always)]
@@ -77,8 +82,11 @@ impl<L: Lane> BuiltInScheme<L> for TimeDomain<L> {
     }
 
     fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self {
-        Self { budget: Budget::new(settings, context, settings.catch_up.catch_up_speed_m_per_s) }
+        Self {
+            budget: Budget::new(settings, context, settings.catch_up.catch_up_speed_m_per_s),
+            hand: HandYield::new(context),
+        }
     }
 }
 
-crate::lane::gather!(TimeDomain { budget });
+crate::lane::gather!(TimeDomain { budget, hand });

@@ -27,6 +27,13 @@ trocar_core::settings! {
 /// time delays*). This one acts above 30 Hz, beyond the bandwidth of hand and slave.
 const FILTER_S: f64 = 5e-3;
 
+/// Largest force as a multiple of the tissue's: as much as the hand pays for the motion of the slave.
+const FORCE_MARGIN: f64 = 1.2;
+
+/// Time constant in s with which the force's limit decays, once the tissue's force is gone. A hand in free motion soon feels
+/// nothing.
+const RELEASE_S: f64 = 0.15;
+
 /// Where a payload holds the wave over the last tick.
 const WAVE: usize = 1;
 /// Where a payload holds the running energy of the wave.
@@ -52,7 +59,8 @@ const WAVE_ENERGY: usize = 2;
 /// for drift (Chawda and O'Malley 2015,
 /// *Position synchronization in bilateral teleoperation under time-varying communication delays*).
 ///
-/// The force never exceeds the largest tissue force that has arrived: without it a hand in free motion would drag `b v`.
+/// The force exceeds the tissue force that has arrived, or a recent one that decays, by at most a fifth: without this limit a
+/// hand in free motion would drag `b v`, and waves that return from a free needle would swing it beyond its way.
 /// Without delay positions and forces are sent, under the same budget.
 #[derive(Debug, Clone)]
 pub struct Waves<L> {
@@ -80,6 +88,10 @@ pub struct Waves<L> {
     filter_share: L,
     /// The returned wave, filtered.
     returned: L,
+    /// A recent tissue force (N), the share of it that a tick keeps, and the largest force as a multiple of it.
+    recent_n: L,
+    kept_share: L,
+    force_margin: L,
     /// The slave's reference without the supervisor's changes, on the master's scale, in m: at the last tick, and as the
     /// waves command it now.
     reference: L,
@@ -175,9 +187,10 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
             return force_n;
         }
         self.returned = self.returned + self.filter_share * (self.back.receive(arrived) - self.returned);
-        let shown_n = self.budget.force.shown_n;
+        self.recent_n = force_n.abs().max(self.kept_share * self.recent_n);
         let force_n = (self.impedance * self.moved - self.gain_out * self.returned) * self.inverse_tick;
-        force_n.clamp(-shown_n, shown_n)
+        let max_n = self.force_margin * self.recent_n;
+        force_n.clamp(-max_n, max_n)
     }
 
     #[inline(always)]
@@ -233,6 +246,9 @@ impl<L: Lane> BuiltInScheme<L> for Waves<L> {
             moved: zero,
             filter_share: L::splat(tick_s / (tick_s + FILTER_S)),
             returned: zero,
+            recent_n: zero,
+            kept_share: L::splat(1.0 - tick_s / (tick_s + RELEASE_S)),
+            force_margin: L::splat(FORCE_MARGIN),
             reference: context.start_m,
             target: context.start_m,
             force_n: zero,
@@ -263,6 +279,9 @@ crate::lane::gather!(Waves {
     moved,
     filter_share,
     returned,
+    recent_n,
+    kept_share,
+    force_margin,
     reference,
     target,
     force_n,
