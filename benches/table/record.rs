@@ -41,7 +41,7 @@ impl Inputs {
         let mut recorder = Recorder(Vec::with_capacity(scenario.grid.ticks() as usize));
         let mut engine = scenario.general_engine::<f64>(0).expect("a shipped scenario builds");
         let mut operator = engine.parts.operator.clone();
-        engine.run_compiled(&mut recorder).expect("runs");
+        engine.run(&mut recorder).expect("runs");
         let signals = recorder.0;
         let mut estimator = Rls::<f64>::new(&scenario.estimator);
         let mut evidence_of = |s: &Signals<f64>| {

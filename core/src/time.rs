@@ -46,6 +46,7 @@ impl TickGrid {
 
     /// Time of tick `k` in s: `k * tick_s`, rounded once. Where the tick is the inverse of a whole rate it is
     /// `k / rate`, so that tick 69 of 1 ms is 0.069 and not 0.06900000000000001.
+    #[inline]
     #[must_use]
     pub fn time_s(&self, k: u64) -> f64 {
         self.rate_hz.map_or(k as f64 * self.tick_s, |rate| k as f64 / rate)

@@ -3,13 +3,14 @@
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trocar_sim::room::copy_of;
 
 use crate::error;
 
 /// Returns a copy of one-dimensional float64 samples, because the array can change while the lock is released. The Python code has
 /// checked the type, the shape and the layout.
 pub(crate) fn samples(array: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<f64>> {
-    Ok(array.as_slice().map_err(error::value)?.to_vec())
+    Ok(copy_of(array.as_slice().map_err(error::value)?))
 }
 
 /// Inserts a vector into a dictionary as an array, without a copy.

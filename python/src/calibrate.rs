@@ -6,7 +6,7 @@ use trocar_report::{calibration_object, calibration_text, calibration_toml};
 use trocar_sim::detect::calibration::{self, CalibrationRequest};
 use trocar_sim::scenario::Values;
 
-use crate::detect::Samples;
+use crate::detect::{Refusal, Samples};
 use crate::interrupt::interruptible;
 use crate::{convert, error};
 
@@ -46,9 +46,11 @@ pub(crate) fn calibrate<'py>(
     };
     let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
     let values = Values::from_settings(name, &settings).map_err(|error| error::scenario(py, &error))?;
-    let (spec, _) = samples.spec(py, values)?;
-    let calibration =
-        interruptible(py, threads, move |_| calibration::calibrate(&spec, &request))?.map_err(error::value)?;
+    let calibrated = interruptible(py, threads, move |_| {
+        let (spec, _) = samples.spec(values)?;
+        Ok::<_, Refusal>(calibration::calibrate(&spec, &request))
+    })?;
+    let calibration = calibrated.map_err(|refusal| refusal.raise(py))?.map_err(error::value)?;
     let json = convert::python(py, &calibration_object(name, &calibration))?;
     Ok((json, calibration_text(name, &calibration), calibration_toml(&calibration)))
 }

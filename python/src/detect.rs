@@ -4,8 +4,10 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_report::{detection_object, detection_text};
-use trocar_sim::detect::DetectionReport;
-use trocar_sim::scenario::{DetectionSpec, Source, Values};
+use trocar_sim::detect::{DetectionReport, detect_recording};
+use trocar_sim::error::InvalidValue;
+use trocar_sim::recording::ArrayError;
+use trocar_sim::scenario::{DetectionSpec, ScenarioError, Source, Values};
 
 use crate::arrays::{put, samples};
 use crate::interrupt::interruptible;
@@ -32,18 +34,34 @@ impl Samples {
         Self { recording: recording.samples().clone().into_columns() }
     }
 
-    /// Returns the specification of the detection, and its values.
-    pub(crate) fn spec(self, py: Python<'_>, mut values: Values) -> PyResult<(DetectionSpec, Values)> {
-        let refuse = |error| error::scenario(py, &error);
+    /// Returns the specification of the detection, and its values. It reads every sample, and needs no interpreter.
+    pub(crate) fn spec(self, mut values: Values) -> Result<(DetectionSpec, Values), Refusal> {
         let max_gap_s = match values.get("recording.max_gap_s") {
             Some(trocar_sim::scenario::Value::Number(gap_s)) => Some(*gap_s),
             _ => None,
         };
         let (time_s, position_m, velocity_m_per_s, force_n) = self.recording;
         let recording = trocar_sim::recording::Recording::new(time_s, position_m, velocity_m_per_s, force_n, max_gap_s)
-            .map_err(error::value)?;
-        let spec = DetectionSpec::of(&mut values, recording).map_err(refuse)?;
+            .map_err(Refusal::Samples)?;
+        let spec = DetectionSpec::of(&mut values, recording).map_err(Refusal::Scenario)?;
         Ok((spec, values))
+    }
+}
+
+/// Why samples are refused.
+pub(crate) enum Refusal {
+    Samples(ArrayError),
+    Scenario(ScenarioError),
+    Value(InvalidValue),
+}
+
+impl Refusal {
+    pub(crate) fn raise(&self, py: Python<'_>) -> PyErr {
+        match self {
+            Self::Samples(error) => error::value(error),
+            Self::Scenario(error) => error::scenario(py, error),
+            Self::Value(error) => error::value(error),
+        }
     }
 }
 
@@ -57,10 +75,10 @@ pub(crate) fn tuning(py: Python<'_>, file: &str) -> PyResult<Vec<String>> {
     Ok(values.written_settings(&SECTIONS))
 }
 
-type Detected<'py> = (Bound<'py, PyDict>, Bound<'py, PyArray1<i64>>, Bound<'py, PyAny>, String);
+type Detected<'py> = (Bound<'py, PyDict>, Bound<'py, PyArray1<i64>>, bool, Bound<'py, PyAny>, String);
 
-/// Detects ruptures. Returns the columns of `detection.csv`, the samples with an alarm, the content of `detection.json`, and the
-/// text.
+/// Detects ruptures. Returns the columns of `detection.csv`, their rows with an alarm, whether the samples were resampled, the
+/// content of `detection.json`, and the text.
 #[pyfunction]
 #[pyo3(signature = (name, time_s, position_m, velocity_m_per_s, force_n, settings, settings_file))]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
@@ -78,15 +96,15 @@ pub(crate) fn detect<'py>(
     all.extend(settings);
     let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
     let values = Values::from_settings(name, &all).map_err(|error| error::scenario(py, &error))?;
-    let (spec, values) = samples.spec(py, values.with_adaptive_detector())?;
-    // The report has two halves.
-    let (detection, report) = interruptible(py, 2, move |_| {
+    // Detection and report use two threads.
+    let (detection, report, values) = interruptible(py, 2, move |_| {
+        let (spec, values) = samples.spec(values.with_adaptive_detector())?;
         let ruptures_s = spec.recording.ruptures_s;
-        let detection = trocar_sim::detect::detect_recording(spec.recording.recording, &spec.settings)?;
+        let detection = detect_recording(spec.recording.recording, &spec.settings).map_err(Refusal::Value)?;
         let report = DetectionReport::of(&detection, &ruptures_s);
-        Ok::<_, trocar_sim::error::InvalidValue>((detection, report))
+        Ok::<_, Refusal>((detection, report, values))
     })?
-    .map_err(error::value)?;
+    .map_err(|refusal| refusal.raise(py))?;
     let json = convert::python(py, &detection_object(name, &report, &values))?;
     let text = detection_text(name, &report);
     let columns = PyDict::new(py);
@@ -103,5 +121,5 @@ pub(crate) fn detect<'py>(
         put(&columns, name, values)?;
     }
     let alarms = detection.alarms.into_iter().map(|sample| sample as i64).collect();
-    Ok((columns, PyArray1::from_vec(py, alarms), json, text))
+    Ok((columns, PyArray1::from_vec(py, alarms), detection.is_resampled, json, text))
 }

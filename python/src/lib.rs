@@ -14,6 +14,7 @@ mod figures;
 mod interrupt;
 mod own;
 mod recording;
+mod rig;
 mod roc;
 mod run;
 mod scenario;
@@ -44,6 +45,8 @@ mod _core {
     use crate::figures::{detection_figure, figure_names, roc_figure, run_figure, stability_figure};
     #[pymodule_export]
     use crate::recording::{Recording, list_signals, read_recording};
+    #[pymodule_export]
+    use crate::rig::{Command, HapticController};
     #[pymodule_export]
     use crate::roc::{detectors, record, roc, trial};
     #[pymodule_export]

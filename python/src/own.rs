@@ -185,12 +185,17 @@ impl Part {
                 }
             }
         }
+        if outputs.iter().all(|value| value.is_finite()) { outputs } else { self.refuse(outputs) }
+    }
+
+    /// Ends the run for outputs that are not finite.
+    #[cold]
+    fn refuse<const OUTPUTS: usize>(&self, outputs: [f64; OUTPUTS]) -> [f64; OUTPUTS] {
         if let Some((name, value)) = self.role.outputs.iter().zip(outputs).find(|(_, value)| !value.is_finite()) {
             let message = format!("the {} returned {name} = {value}, must be finite", self.role.name);
             self.failure.set(PyValueError::new_err(message));
-            return [0.0; OUTPUTS];
         }
-        outputs
+        [0.0; OUTPUTS]
     }
 }
 

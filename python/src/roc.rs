@@ -61,7 +61,7 @@ pub(crate) fn roc<'py>(
         (Some(scenario), _) => Signal::closed_loop(scenario.scenario.clone(), &kinds).map_err(refuse)?,
         (None, Some(recording)) => {
             let values = Values::from_settings(name, &settings).map_err(refuse_scenario)?;
-            let (spec, _) = Samples::kept(recording).spec(py, values)?;
+            let (spec, _) = Samples::kept(recording).spec(values).map_err(|refusal| refusal.raise(py))?;
             Signal::recorded(name.to_owned(), &spec, &kinds).map_err(refuse)?
         }
         (None, None) => {

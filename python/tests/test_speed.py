@@ -74,7 +74,7 @@ trocar.detect(time_s[:100], position_m[:100], velocity_m_per_s[:100], force_n[:1
 peak = lambda: 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 resident = lambda: 4096 * int(open("/proc/self/statm").read().split()[1])
 # What the arrays above needed on the way is used up, so that the peak is one of the detection.
-held = np.ones((peak() - resident()) // 8)
+held = np.ones(max(peak() - resident(), 0) // 8)
 before = peak()
 found = trocar.detect(time_s, position_m, velocity_m_per_s, force_n)
 results = sum(column.nbytes for column in found.values())

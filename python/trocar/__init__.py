@@ -55,6 +55,7 @@ from .judging import Roc, Trial, roc, trials
 from .linear import Stability, StateSpace, stability, state_space
 from .parts import Compiled, Simulation
 from .recordings import list_signals, read_recording
+from .rig import HapticController
 from .running import Run, load, run
 from .scenario import Scenario
 from .sweeping import Range, Sweep, merge, shard, sweep
@@ -72,6 +73,7 @@ __all__ = [
     "ForceOutOfContactWarning",
     "ForceSignWarning",
     "HandEnergyImpossibleWarning",
+    "HapticController",
     "GuessedColumnsWarning",
     "HarmlessAlarmsWarning",
     "HighSamplingRateWarning",

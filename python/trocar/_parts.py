@@ -65,7 +65,9 @@ def _address(function: Any) -> int:
 
 
 class _Stepped(Protocol):
-    step: Callable[..., Any]
+    # Read alone: a method is none that can be set.
+    @property
+    def step(self) -> Callable[..., Any]: ...
 
 
 Part = Union[Callable[..., Any], _Stepped, Compiled]

@@ -95,7 +95,7 @@ def compare(
 
     >>> import trocar
     >>> comparison = trocar.compare()
-    >>> all(fact["holds"] for fact in comparison.facts)
+    >>> all(fact["holds"] for fact in comparison.facts or [])
     True
     """
     all_of_them = [scenario_of(scenario) for scenario in scenarios or _PAPER_PAIR]

@@ -154,7 +154,7 @@ def detect(
     """
     changes = _changes(contact_m, ruptures_s, settings)
     times, positions, speeds, forces = _samples(time, position, velocity, force)
-    columns, rows, report, text = _core.detect(
+    columns, rows, is_resampled, report, text = _core.detect(
         name,
         times,
         positions,
@@ -164,10 +164,7 @@ def detect(
         None if settings_file is None else os.fspath(settings_file),
     )
     warn(report["warnings"])
-    if np.array_equal(columns["time_s"], times):
-        alarms = rows
-    else:
-        alarms = np.searchsorted(times, columns["time_s"][rows], side="right").astype(np.int64) - 1
+    alarms = np.searchsorted(times, columns["time_s"][rows], side="right").astype(np.int64) - 1 if is_resampled else rows
     return Detection(name, columns, alarms, rows, report, text)
 
 

@@ -215,7 +215,9 @@ def roc(
         Shows the progress: with tqdm if it is installed, else as a line on standard error.
 
     >>> import trocar
-    >>> def steep(force_n, predicted_force_n, residual_n, depth_m, velocity_m_per_s, in_contact):
+    >>> def steep(
+    ...     force_n: float, predicted_n: float, residual_n: float, depth_m: float, velocity_m_per_s: float, in_contact: bool
+    ... ) -> bool:
     ...     return in_contact and residual_n < -0.5
     >>> roc = trocar.roc(detectors={"steep": steep, "adaptive": None}, seeds=5)
     >>> [point["cases"] for point in roc.at_own_threshold().values()]

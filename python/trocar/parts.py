@@ -23,7 +23,7 @@ The force of a tissue is positive when it resists insertion; ``ruptured`` is the
 gives the feedback force and the largest change of it that it allows, the motion law the slave's reference and whether re-engaging may end.
 
 >>> import trocar
->>> def spring(tick, position_m, velocity_m_per_s):
+>>> def spring(tick: int, position_m: float, velocity_m_per_s: float) -> float:
 ...     return 200.0 * max(position_m, 0.0)
 >>> run = trocar.run("layers/skin-augmented", tissue=spring)
 >>> run.ruptures

@@ -21,6 +21,7 @@ pub mod quantiles;
 pub mod recording;
 pub mod remote;
 pub mod roc;
+pub mod room;
 pub mod run;
 pub mod scenario;
 pub mod sensor;

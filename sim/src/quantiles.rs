@@ -1,6 +1,8 @@
 //! Quantiles from order statistics, the confidence interval of a median, a robust standard deviation, ranks, and the
 //! standard normal distribution.
 
+use crate::interrupt;
+
 /// Ratio of the standard deviation of a Gaussian to its median absolute deviation.
 const GAUSSIAN_MAD: f64 = 1.4826;
 
@@ -38,59 +40,101 @@ pub fn median_ranks(count: u64) -> (u64, u64) {
 
 /// The upper median; `None` without values.
 pub fn upper_median(values: &[f64]) -> Option<f64> {
-    order_statistic(|| values.iter().copied(), values.len() / 2)
+    order_statistic(|visit| visit(values), values.len() / 2)
 }
 
 /// 1.4826 times the median absolute deviation from the median, both upper medians: a standard deviation that is robust
-/// to outliers; `None` without values. `values` returns the same values at every call.
-pub fn robust_std<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> Option<f64> {
-    let middle = values().count() / 2;
-    let median = order_statistic(&values, middle)?;
-    Some(GAUSSIAN_MAD * order_statistic(|| values().map(|value| (value - median).abs()), middle)?)
+/// to outliers; `None` without values. The values are those of all parts.
+pub fn robust_std(parts: &[&[f64]]) -> Option<f64> {
+    let middle = parts.iter().map(|part| part.len()).sum::<usize>() / 2;
+    let median = order_statistic(|visit| parts.iter().for_each(|part| visit(part)), middle)?;
+    let deviations = |visit: &mut dyn FnMut(&[f64])| {
+        let mut deviations = [0.0; AT_ONCE];
+        for block in parts.iter().flat_map(|part| part.chunks(AT_ONCE)) {
+            deviations.iter_mut().zip(block).for_each(|(deviation, value)| *deviation = (value - median).abs());
+            visit(&deviations[..block.len()]);
+        }
+    };
+    Some(GAUSSIAN_MAD * order_statistic(deviations, middle)?)
 }
 
-/// Bits of a key that one pass of [`order_statistic`] counts, and the number of values that are selected in memory.
-const RADIX_BITS: u32 = 16;
-const MAX_SELECTED: usize = 1 << 16;
+/// Number of values that are computed for [`order_statistic`] at once.
+pub(crate) const AT_ONCE: usize = 512;
 
-/// The order statistic of a rank (0 is the smallest) by [`f64::total_cmp`]; `None` beyond the last. `values` returns the same values
-/// at every call.
+/// Number of values that are selected in memory, of a sample, and ranks of the sample to either side of the one that is sought: four
+/// standard deviations of it.
+const MAX_SELECTED: usize = 1 << 16;
+const SAMPLE: usize = 1 << 14;
+const MARGIN: usize = 4 * 64;
+
+/// The order statistic of a rank (0 is the smallest) by [`f64::total_cmp`]; `None` beyond the last. `visit_all` shows all values to its
+/// argument, some at once, the same at every call.
 ///
-/// Each pass counts the values by the next 16 bits of their keys, which are ordered as they are, and keeps the part that has the rank:
-/// millions of values are neither copied nor moved.
-pub fn order_statistic<I: Iterator<Item = f64>>(values: impl Fn() -> I, mut rank: usize) -> Option<f64> {
-    // The leading bits of the key that are known, how many they are, and the number of keys with them.
-    let (mut prefix, mut known, mut count) = (0_u64, 0, values().count());
-    let keys = |prefix: u64, known: u32| {
-        values().map(key).filter(move |key| known == 0 || key >> (u64::BITS - known) == prefix)
-    };
-    let mut counts = vec![];
-    while known < u64::BITS {
-        if count <= MAX_SELECTED {
-            let mut keys: Vec<u64> = keys(prefix, known).collect();
-            return (rank < count).then(|| of_key(*keys.select_nth_unstable(rank).1));
-        }
-        counts.clear();
-        counts.resize(1 << RADIX_BITS, 0);
-        let shift = u64::BITS - known - RADIX_BITS;
-        keys(prefix, known).for_each(|key| counts[(key >> shift) as usize & ((1 << RADIX_BITS) - 1)] += 1);
-        let mut up_to = 0;
-        let bucket = counts.iter().position(|in_bucket| {
-            up_to += in_bucket;
-            up_to > rank
-        })?;
-        count = counts[bucket];
-        rank -= up_to - count;
-        (prefix, known) = (prefix << RADIX_BITS | bucket as u64, known + RADIX_BITS);
+/// A sample of many values gives two bounds that the order statistic lies between, almost certainly, and one pass counts the values
+/// below them and keeps those between (Floyd and Rivest, *Communications of the ACM* 18, 1975): millions of values are neither copied
+/// nor moved. If it does not lie there, all of them are.
+pub fn order_statistic(visit_all: impl Fn(&mut dyn FnMut(&[f64])), rank: usize) -> Option<f64> {
+    interrupt::check();
+    let mut count = 0;
+    visit_all(&mut |values| count += values.len());
+    if rank >= count {
+        return None;
     }
-    Some(of_key(prefix))
+    let between = if count > MAX_SELECTED { between_bounds(&visit_all, count, rank) } else { None };
+    let among_all = || {
+        let mut keys = Vec::with_capacity(count);
+        visit_all(&mut |values| keys.extend(values.iter().map(key)));
+        select(keys, rank)
+    };
+    Some(of_key(between.unwrap_or_else(among_all)))
+}
+
+/// The key of a rank, if it lies between the bounds that a sample gives.
+fn between_bounds(visit_all: impl Fn(&mut dyn FnMut(&[f64])), count: usize, rank: usize) -> Option<u64> {
+    let (step, mut next, mut sample) = (count / SAMPLE, 0, Vec::with_capacity(2 * SAMPLE));
+    visit_all(&mut |values| {
+        while let Some(value) = values.get(next) {
+            sample.push(key(value));
+            next += step;
+        }
+        next -= values.len();
+    });
+    sample.sort_unstable();
+    let place = (rank as f64 / count as f64 * sample.len() as f64) as usize;
+    let low = place.checked_sub(MARGIN).map_or(0, |place| sample[place]);
+    let high = sample.get(place + MARGIN).copied().unwrap_or(u64::MAX);
+    let (mut below, mut at_low, mut at_high, mut between) = (0, 0, 0, vec![]);
+    visit_all(&mut |values| {
+        // Two loops, and no branch but for the few from one bound to the other: on which side a value lies cannot be predicted.
+        below += values.iter().map(|value| usize::from(key(value) < low)).sum::<usize>();
+        for key in values.iter().map(key).filter(|key| key.wrapping_sub(low) <= high - low) {
+            if key == low {
+                at_low += 1;
+            } else if key == high {
+                at_high += 1;
+            } else {
+                between.push(key);
+            }
+        }
+    });
+    let rank = rank.checked_sub(below)?;
+    match rank.checked_sub(at_low) {
+        None => Some(low),
+        Some(rank) if rank < between.len() => Some(select(between, rank)),
+        Some(rank) => (rank - between.len() < at_high).then_some(high),
+    }
+}
+
+fn select(mut keys: Vec<u64>, rank: usize) -> u64 {
+    *keys.select_nth_unstable(rank).1
 }
 
 /// A number that is ordered as the value is by [`f64::total_cmp`].
 #[inline(always)]
-fn key(value: f64) -> u64 {
+fn key(value: &f64) -> u64 {
     let bits = value.to_bits();
-    if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
+    // All bits of a negative number are inverted, of another one the sign; without a branch on it, which cannot be predicted.
+    bits ^ ((bits.cast_signed() >> 63).cast_unsigned() | 1 << 63)
 }
 
 fn of_key(key: u64) -> f64 {
@@ -166,8 +210,9 @@ mod tests {
     fn the_upper_median_and_the_spread_about_it_are_of_order_statistics() {
         assert_eq!(upper_median(&[4.0, 1.0, 3.0, 2.0]), Some(3.0));
         // Deviations 2, 1, 0 and 97 from 3: their upper median is 2.
-        let robust_std = |values: &[f64]| robust_std(|| values.iter().copied());
+        let robust_std = |values: &[f64]| robust_std(&[values]);
         assert_eq!(robust_std(&[1.0, 2.0, 3.0, 100.0]), Some(1.4826 * 2.0));
+        assert_eq!(super::robust_std(&[&[1.0, 2.0], &[], &[3.0, 100.0]]), Some(1.4826 * 2.0));
         assert_eq!((upper_median(&[]), robust_std(&[])), (None, None));
     }
 
@@ -179,18 +224,21 @@ mod tests {
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
         let wide: Vec<f64> = (0..5000).map(|_| next() * 1e3_f64.powf(8.0 * next())).collect();
-        // More than fit into memory of one selection, in one bucket of 16 bits; they differ in the last bits.
+        // More than are selected in memory; they differ in the last bits.
         let narrow: Vec<f64> =
             (0..100_000).map(|_| f64::from_bits(1.0_f64.to_bits() + (1e5 * (next() + 0.5)) as u64)).collect();
+        // Few values many times; and every value of the sample is the same, while the others are smaller.
+        let few: Vec<f64> = (0..100_000).map(|_| (3.0 * next()).round()).collect();
+        let misleading: Vec<f64> = (0..131_072).map(|k| if k % 8 == 0 { 1.0 } else { next() }).collect();
         let special = vec![0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::MIN_POSITIVE, -1.0, 1.0];
-        for values in [wide, narrow, special, vec![-0.25; 70_000]] {
+        for values in [wide, narrow, few, misleading, special, vec![-0.25; 70_000]] {
             let mut sorted = values.clone();
             sorted.sort_unstable_by(f64::total_cmp);
             for rank in (0..values.len()).step_by(values.len() / 7) {
-                let found = order_statistic(|| values.iter().copied(), rank).map(f64::to_bits);
+                let found = order_statistic(|visit| values.chunks(1000).for_each(&mut *visit), rank).map(f64::to_bits);
                 assert_eq!(found, Some(sorted[rank].to_bits()), "{rank} of {}", values.len());
             }
-            assert_eq!(order_statistic(|| values.iter().copied(), values.len()), None);
+            assert_eq!(order_statistic(|visit| visit(&values), values.len()), None);
         }
     }
 

@@ -136,7 +136,7 @@ pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<
 /// As [`run`].
 pub fn observe_with(scenario: &Scenario, own: OwnParts, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
     let mut engine = scenario.build_with(own)?;
-    let metrics = with_metrics(scenario, observer, |observers| engine.run(observers))?;
+    let metrics = with_metrics(scenario, observer, |observers| engine.run_compiled(observers))?;
     Ok(with_link(scenario, metrics, engine.parts.link_report(0)))
 }
 

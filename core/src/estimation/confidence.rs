@@ -26,6 +26,7 @@ pub struct Trust {
 impl Trust {
     /// What is wrong with the estimate `K` and `B`, as a sum: 1 if 0 is within two standard errors of K, 2 of B, 4 if one of
     /// them is negative, which no tissue is.
+    #[inline]
     #[must_use]
     pub fn flags(&self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> u8 {
         let is_uncertain = |value: f64, std: f64| Lane::abs(value) <= 2.0 * std;
@@ -67,9 +68,10 @@ impl Confidence {
     }
 
     /// Adds a sample in contact: its depth in m, velocity in m/s, and the prediction error of its force in N.
+    #[inline]
     pub fn add(&mut self, depth_m: f64, velocity_m_per_s: f64, residual_n: f64) {
         let (p, v, decay) = (depth_m, velocity_m_per_s, self.decay);
-        for (index, product) in [p * p, p * v, v * v].into_iter().enumerate() {
+        for (index, product) in [p * p, p * v, v * v].iter().enumerate() {
             self.information[index] = decay * self.information[index] + product;
             self.squared_weights[index] = decay * decay * self.squared_weights[index] + product;
         }
@@ -78,11 +80,12 @@ impl Confidence {
     }
 
     /// The trust after the samples so far.
+    #[inline]
     #[must_use]
     pub fn trust(&self) -> Trust {
         let variance = if self.weight > 0.0 { self.squared_error / self.weight } else { 0.0 };
-        let variance = variance.max(MIN_VARIANCE_N2);
-        let prior = PRIOR_STD.map(|std| 1.0 / (std * std));
+        let variance = Lane::max(variance, MIN_VARIANCE_N2);
+        let prior = [1.0 / (PRIOR_STD[0] * PRIOR_STD[0]), 1.0 / (PRIOR_STD[1] * PRIOR_STD[1])];
         let [m00, m01, m11] = self.information;
         let [s00, s01, s11] = self.squared_weights;
         let (a00, a01, a11) = (m00 + variance * prior[0], m01, m11 + variance * prior[1]);
@@ -93,8 +96,8 @@ impl Confidence {
         let of = |x: f64, y: f64| variance * (x * x * b00 + 2.0 * x * y * b01 + y * y * b11);
         let excitation = if m00 > 0.0 && m11 > 0.0 { (1.0 - m01 * m01 / (m00 * m11)).clamp(0.0, 1.0) } else { 0.0 };
         Trust {
-            stiffness_std_n_per_m: Lane::sqrt(of(i00, i01).max(0.0)),
-            damping_std_n_s_per_m: Lane::sqrt(of(i01, i11).max(0.0)),
+            stiffness_std_n_per_m: Lane::sqrt(Lane::max(of(i00, i01), 0.0)),
+            damping_std_n_s_per_m: Lane::sqrt(Lane::max(of(i01, i11), 0.0)),
             excitation,
         }
     }

@@ -85,7 +85,7 @@ fn histogram(residual_n: &[f64]) -> (Vec<f64>, Histogram) {
 
 /// Returns 1.4826 times the median absolute deviation from the median, or `None` if it is 0 or implausible.
 fn robust_spread(values: &[f64]) -> Option<f64> {
-    robust_std(|| values.iter().copied()).filter(|spread| *spread > 1e-12 && *spread < 1e12)
+    robust_std(&[values]).filter(|spread| *spread > 1e-12 && *spread < 1e12)
 }
 
 fn densities(values: &[f64], half: f64, bin: f64) -> Vec<f64> {

@@ -7,6 +7,7 @@ use crate::detection::AlarmConditions;
 pub struct SampleConditions(u8);
 
 impl SampleConditions {
+    #[inline]
     pub(super) fn of(conditions: &AlarmConditions<f64>) -> Self {
         let AlarmConditions { in_contact, armed, is_drop, moves_as_required, is_deep, .. } = *conditions;
         let all = [in_contact, armed, is_drop, moves_as_required, is_deep];

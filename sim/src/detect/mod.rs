@@ -24,11 +24,15 @@ pub use report::{DetectedAlarm, DetectionReport, ExtraParameterEstimate, Label};
 pub use scores::{Scores, Tally};
 pub use statistics::{PhaseStatistics, ResidualStatistics};
 
-use crate::detection::DetectorSettings;
+use plausibility::{Plausibility, Signals};
+
+use crate::detection::{Decision, DetectorSettings};
 use crate::engine::TrustColumns;
 use crate::error::InvalidValue;
+use crate::estimation::Estimate;
 use crate::interrupt;
 use crate::recording::{Recording, ResampleError};
+use crate::room::with_room;
 use crate::scenario::{DetectionSettings, DetectionSpec};
 
 /// The estimates and decisions for a recording, with a value per sample.
@@ -60,6 +64,11 @@ pub struct Detection {
     pub detector: DetectorSettings,
     /// Whether the velocities were recorded; otherwise they are estimated from the positions.
     pub is_velocity_measured: bool,
+    /// Whether the samples are those of the recording resampled, as its own are unevenly spaced.
+    pub is_resampled: bool,
+    /// The phases of the insertion, in order of time.
+    pub phases: Vec<PhaseInterval>,
+    recorded: Plausibility,
 }
 
 impl Detection {
@@ -96,57 +105,106 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
 /// As [`detect`].
 pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> Result<Detection, InvalidValue> {
     let interval_s = recording.median_interval_s();
-    let Samples { time_s, position_m, velocity_m_per_s: measured, force_n } = samples(recording);
-    let is_velocity_measured = measured.is_some();
-    let filtered = || VelocitySource::Filtered { step_m: position_step_m(&position_m, settings.position_resolution_m) };
+    let samples = samples(recording);
+    let filtered =
+        || VelocitySource::Filtered { step_m: position_step_m(&samples.position_m, settings.position_resolution_m) };
+    let is_velocity_measured = samples.velocity_m_per_s.is_some();
     let velocity = if is_velocity_measured { VelocitySource::Measured } else { filtered() };
     let mut chain = DetectionChain::new(settings, interval_s, velocity)?;
-    let count = time_s.len();
-    let column = || Vec::with_capacity(count);
-    let mut detection = Detection {
+    let signals = Signals::of(&samples, interval_s, settings);
+    let of_samples = || {
+        let phases = PhaseRule::default().split(signals.position_m, interval_s, settings.contact_m);
+        (phases, Plausibility::of(&signals))
+    };
+    // Of a long recording, what the samples alone tell takes half as long as the chain.
+    let (computed, (phases, recorded)) = rayon::join(|| Computed::of(&mut chain, &signals), of_samples);
+    let Samples { time_s, position_m, velocity_m_per_s: measured, force_n, is_resampled } = samples;
+    let [residual_n, stiffness_n_per_m, damping_n_s_per_m, distance, decision] = computed.columns;
+    Ok(Detection {
         interval_s,
         time_s,
         position_m,
-        velocity_m_per_s: measured.unwrap_or_else(column),
+        velocity_m_per_s: measured.or(computed.velocity_m_per_s).unwrap_or_default(),
         measured_force_n: force_n,
-        residual_n: column(),
-        stiffness_n_per_m: column(),
-        damping_n_s_per_m: column(),
-        distance: column(),
-        decision: column(),
-        extra_parameter: settings.estimator.extra_parameter_column().map(|name| (name, column())),
-        alarms: vec![],
+        residual_n,
+        stiffness_n_per_m,
+        damping_n_s_per_m,
+        distance,
+        decision,
+        extra_parameter: settings.estimator.extra_parameter_column().zip(computed.extra_parameter),
+        alarms: computed.alarms,
         contact_m: settings.contact_m,
-        touched: false,
-        conditions: Vec::with_capacity(count),
+        touched: computed.touched,
+        conditions: computed.conditions,
         detector: settings.detector,
         is_velocity_measured,
-    };
-    for sample in 0..count {
-        interrupt::check_at(sample as u64);
-        let step = chain.step(&Reading {
-            position_m: detection.position_m[sample],
-            velocity_m_per_s: if is_velocity_measured { detection.velocity_m_per_s[sample] } else { 0.0 },
-            force_n: detection.measured_force_n[sample],
-        });
-        detection.touched |= step.depth_m > 0.0;
-        if !is_velocity_measured {
-            detection.velocity_m_per_s.push(step.velocity_m_per_s);
+        is_resampled,
+        phases,
+        recorded,
+    })
+}
+
+/// What the chain computes from the samples.
+struct Computed {
+    /// Residual, stiffness, damping, distance, decision.
+    columns: [Vec<f64>; 5],
+    velocity_m_per_s: Option<Vec<f64>>,
+    extra_parameter: Option<Vec<f64>>,
+    conditions: Vec<SampleConditions>,
+    alarms: Vec<usize>,
+    touched: bool,
+}
+
+/// Number of samples that go through the chain before they are appended to the columns.
+const AT_ONCE: usize = 512;
+
+impl Computed {
+    fn of(chain: &mut DetectionChain, signals: &Signals<'_>) -> Self {
+        let count = signals.time_s.len();
+        let mut all = Self {
+            columns: std::array::from_fn(|_| with_room(count)),
+            velocity_m_per_s: signals.velocity_m_per_s.is_none().then(|| with_room(count)),
+            extra_parameter: signals.has_extra_parameter.then(|| with_room(count)),
+            conditions: with_room(count),
+            alarms: vec![],
+            touched: false,
+        };
+        let mut block = [[0.0; AT_ONCE]; 7];
+        for first in (0..count).step_by(AT_ONCE) {
+            interrupt::check();
+            let length = AT_ONCE.min(count - first);
+            let [position_m, force_n] = [signals.position_m, signals.force_n].map(|column| &column[first..][..length]);
+            let measured = signals.velocity_m_per_s.map(|column| &column[first..][..length]);
+            for at in 0..length {
+                let step = chain.step(&Reading {
+                    position_m: position_m[at],
+                    velocity_m_per_s: measured.map_or(0.0, |column| column[at]),
+                    force_n: force_n[at],
+                });
+                all.touched |= step.depth_m > 0.0;
+                let Estimate { residual_n, stiffness_n_per_m, damping_n_s_per_m, extra_parameter, .. } = step.estimate;
+                let Decision { distance, decision, alarm } = step.decision;
+                block[0][at] = residual_n;
+                block[1][at] = stiffness_n_per_m;
+                block[2][at] = damping_n_s_per_m;
+                block[3][at] = distance;
+                block[4][at] = decision;
+                block[5][at] = step.velocity_m_per_s;
+                block[6][at] = extra_parameter;
+                all.conditions.push(SampleConditions::of(&step.conditions));
+                if alarm {
+                    all.alarms.push(first + at);
+                }
+            }
+            let [computed @ .., velocity, extra] = &block;
+            let optional = [(&mut all.velocity_m_per_s, velocity), (&mut all.extra_parameter, extra)];
+            let optional = optional.into_iter().filter_map(|(column, values)| Some((column.as_mut()?, values)));
+            for (column, values) in all.columns.iter_mut().zip(computed).chain(optional) {
+                column.extend_from_slice(&values[..length]);
+            }
         }
-        detection.residual_n.push(step.estimate.residual_n);
-        detection.stiffness_n_per_m.push(step.estimate.stiffness_n_per_m);
-        detection.damping_n_s_per_m.push(step.estimate.damping_n_s_per_m);
-        if let Some((_, values)) = &mut detection.extra_parameter {
-            values.push(step.estimate.extra_parameter);
-        }
-        detection.distance.push(step.decision.distance);
-        detection.decision.push(step.decision.decision);
-        detection.conditions.push(SampleConditions::of(&step.conditions));
-        if step.decision.alarm {
-            detection.alarms.push(sample);
-        }
+        all
     }
-    Ok(detection)
 }
 
 /// Evenly spaced samples.
@@ -155,16 +213,18 @@ struct Samples {
     position_m: Vec<f64>,
     velocity_m_per_s: Option<Vec<f64>>,
     force_n: Vec<f64>,
+    is_resampled: bool,
 }
 
 fn samples(recording: Recording) -> Samples {
     let interval_s = recording.median_interval_s();
-    let uneven = |pair: &[f64]| (pair[1] - pair[0] - interval_s).abs() > EVEN_SHARE * interval_s;
+    let is_even = |at_s: f64| (at_s - interval_s).abs() <= EVEN_SHARE * interval_s;
     let as_recorded = |recording: Recording| {
         let (time_s, position_m, velocity_m_per_s, force_n) = recording.into_columns();
-        Samples { time_s, position_m, velocity_m_per_s, force_n }
+        Samples { time_s, position_m, velocity_m_per_s, force_n, is_resampled: false }
     };
-    if !recording.time_s().windows(2).any(uneven) {
+    let (min_s, max_s) = recording.interval_range_s();
+    if is_even(min_s) && is_even(max_s) {
         return as_recorded(recording);
     }
     let resample = |recording: &Recording| {
@@ -173,7 +233,7 @@ fn samples(recording: Recording) -> Samples {
         let start_s = recording.time_s().first().copied().unwrap_or(0.0);
         let time_s = (0..ticks).map(|k| start_s + k as f64 * interval_s).collect();
         let (position_m, velocity_m_per_s, force_n) = (even.position_m, even.velocity_m_per_s, even.force_n);
-        Ok::<_, ResampleError>(Samples { time_s, position_m, velocity_m_per_s, force_n })
+        Ok::<_, ResampleError>(Samples { time_s, position_m, velocity_m_per_s, force_n, is_resampled: true })
     };
     // The median of ascending times is a valid tick; if resampling fails nevertheless, the samples stay as recorded.
     resample(&recording).unwrap_or_else(|_| as_recorded(recording))

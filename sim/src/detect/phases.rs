@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use serde::Serialize;
 
+use crate::interrupt;
+
 /// The phase of an insertion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -80,6 +82,7 @@ impl PhaseRule {
         let shortest = samples(self.shortest_s);
         let mut intervals: Vec<PhaseInterval> = vec![];
         for sample in 0..position_m.len() {
+            interrupt::check_at(sample as u64);
             let phase = self.phase_at(position_m, sample, half, interval_s, contact_m);
             extend(&mut intervals, phase, sample..sample + 1);
         }

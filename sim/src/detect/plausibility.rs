@@ -1,7 +1,8 @@
 //! Whether the numbers of a recording can be those of a needle insertion.
 
-use super::{Detection, LabelMiss};
-use crate::detection::DetectorSettings;
+use super::{Detection, LabelMiss, Samples};
+use crate::interrupt;
+use crate::scenario::DetectionSettings;
 use crate::warning::{Code, Warning};
 
 /// Minimum and maximum sampling rate without a warning, in Hz.
@@ -64,16 +65,66 @@ pub fn sampling_rate(interval_s: f64) -> Option<Warning> {
     Some(warning.at("--time").remedy("check the unit of the time, as in --time COLUMN:ms; record at 1 kHz or more"))
 }
 
+/// The samples of a recording, and what is assumed of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Signals<'a> {
+    pub(super) time_s: &'a [f64],
+    pub(super) position_m: &'a [f64],
+    pub(super) velocity_m_per_s: Option<&'a [f64]>,
+    pub(super) force_n: &'a [f64],
+    pub(super) has_extra_parameter: bool,
+    interval_s: f64,
+    contact_m: f64,
+    rupture_std_n: f64,
+}
+
+impl<'a> Signals<'a> {
+    pub(super) fn of(samples: &'a Samples, interval_s: f64, settings: &DetectionSettings) -> Self {
+        Self {
+            time_s: &samples.time_s,
+            position_m: &samples.position_m,
+            velocity_m_per_s: samples.velocity_m_per_s.as_deref(),
+            force_n: &samples.force_n,
+            has_extra_parameter: settings.estimator.extra_parameter_column().is_some(),
+            interval_s,
+            contact_m: settings.contact_m,
+            rupture_std_n: settings.detector.distance.hypotheses.rupture_std_n,
+        }
+    }
+}
+
+/// Whether the samples of a recording can be those of an insertion.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Plausibility {
+    /// The sample of the largest force; `None` without samples.
+    peak: Option<usize>,
+    /// The warnings about force, position and velocity.
+    magnitudes: Vec<Warning>,
+    constant_force: Option<Warning>,
+}
+
+impl Plausibility {
+    pub(super) fn of(signals: &Signals<'_>) -> Self {
+        let Some(peak) = peak(signals.force_n) else { return Self::default() };
+        let checks: [&dyn Fn() -> Option<Warning>; 3] =
+            [&|| force(signals, peak), &|| travel(signals), &|| velocity(signals)];
+        Self {
+            peak: Some(peak),
+            magnitudes: checks.into_iter().filter_map(|check| check()).collect(),
+            constant_force: constant_force(signals, peak),
+        }
+    }
+}
+
 /// Returns the warnings about a recording and its detection.
 pub(super) fn warnings(detection: &Detection, misses: &[LabelMiss]) -> Vec<Warning> {
     let mut all: Vec<Warning> = misses.iter().map(LabelMiss::warning).collect();
     all.extend(sampling_rate(detection.interval_s));
-    if let Some(peak) = peak(&detection.measured_force_n) {
-        all.extend(force(detection, &detection.detector, peak));
-        all.extend(travel(detection));
-        all.extend(velocity(detection));
+    let Plausibility { peak, magnitudes, constant_force } = &detection.recorded;
+    if let Some(peak) = *peak {
+        all.extend_from_slice(magnitudes);
         all.extend(contact(detection, peak));
-        all.extend(constant_force(detection, peak));
+        all.extend(constant_force.clone());
     }
     all
 }
@@ -90,9 +141,9 @@ fn peak(values: &[f64]) -> Option<usize> {
 }
 
 /// The sign and the magnitude of the force, which is largest at the sample `peak`.
-fn force(detection: &Detection, detector: &DetectorSettings, peak: usize) -> Option<Warning> {
-    let peak_n = detection.measured_force_n[peak].abs();
-    let drop_n = detector.distance.hypotheses.rupture_std_n;
+fn force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
+    let peak_n = signals.force_n[peak].abs();
+    let drop_n = signals.rupture_std_n;
     let unit = "check the unit of the force, as in --force COLUMN:mN or --force COLUMN:gf";
     if peak_n > MAX_FORCE_N {
         let message = format!("the force reaches {peak_n:.3} N; needle insertions stay below {MAX_FORCE_N} N");
@@ -104,7 +155,7 @@ fn force(detection: &Detection, detector: &DetectorSettings, peak: usize) -> Opt
         );
         return Some(Warning::new(Code::ForceMagnitude, message).at("--force").remedy(unit));
     }
-    let slope = Slope::of(detection, peak)?;
+    let slope = Slope::of(signals, peak)?;
     if peak_n >= MIN_RESISTING_N && slope.correlation < FALLING && slope.work_j < 0.0 {
         let message = format!(
             "the force falls by {:.0} N/m while the needle advances: it does not resist the insertion",
@@ -132,9 +183,9 @@ struct Slope {
 }
 
 impl Slope {
-    fn of(detection: &Detection, peak: usize) -> Option<Self> {
+    fn of(signals: &Signals<'_>, peak: usize) -> Option<Self> {
         // Up to the largest force: after it the needle goes on in a tissue that gave way.
-        let pairs = || detection.position_m[..=peak].iter().zip(&detection.measured_force_n[..=peak]);
+        let pairs = || signals.position_m[..=peak].iter().zip(&signals.force_n[..=peak]);
         let advancing = || {
             pairs()
                 .zip(pairs().skip(1))
@@ -163,8 +214,8 @@ impl Slope {
 }
 
 /// The range of the positions.
-fn travel(detection: &Detection) -> Option<Warning> {
-    let (low_m, high_m) = range(&detection.position_m)?;
+fn travel(signals: &Signals<'_>) -> Option<Warning> {
+    let (low_m, high_m) = range(signals.position_m)?;
     let (travel_m, (min_m, max_m)) = (high_m - low_m, TRAVEL_M);
     (travel_m > max_m || travel_m < min_m).then(|| {
         let message = format!(
@@ -179,16 +230,14 @@ fn travel(detection: &Detection) -> Option<Warning> {
 }
 
 /// Whether a recorded velocity is the slope of the positions.
-fn velocity(detection: &Detection) -> Option<Warning> {
-    if !detection.is_velocity_measured {
-        return None;
-    }
-    let (position, velocity) = (&detection.position_m, &detection.velocity_m_per_s);
-    let length = SLOPE_SAMPLES as f64 * detection.interval_s;
+fn velocity(signals: &Signals<'_>) -> Option<Warning> {
+    let (position, velocity) = (signals.position_m, signals.velocity_m_per_s?);
+    let length = SLOPE_SAMPLES as f64 * signals.interval_s;
     let (mut vv, mut vs, mut ss) = (0.0, 0.0, 0.0);
     let windows = velocity.len().saturating_sub(SLOPE_SAMPLES);
     let mut sums = [0.0; WINDOWS_AT_ONCE];
     for first in (0..windows).step_by(WINDOWS_AT_ONCE) {
+        interrupt::check();
         let sums = &mut sums[..WINDOWS_AT_ONCE.min(windows - first)];
         sums.fill(-0.0);
         for offset in 1..SLOPE_SAMPLES {
@@ -274,8 +323,8 @@ fn contact(detection: &Detection, peak: usize) -> Option<Warning> {
 }
 
 /// Whether the force changes while the needle moves.
-fn constant_force(detection: &Detection, peak: usize) -> Option<Warning> {
-    let (force, position) = (&detection.measured_force_n, &detection.position_m);
+fn constant_force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
+    let (force, position) = (signals.force_n, signals.position_m);
     let mut start = 0;
     let mut longest: Option<(f64, usize, usize)> = None;
     for sample in 1..=force.len() {
@@ -285,7 +334,7 @@ fn constant_force(detection: &Detection, peak: usize) -> Option<Warning> {
         // A force that is there once has not stayed.
         if sample - start > 1 && force[start].abs() >= MIN_RESISTING_N {
             let (low_m, high_m) = range(&position[start..sample])?;
-            let travel_m = high_m - low_m.max(detection.contact_m);
+            let travel_m = high_m - low_m.max(signals.contact_m);
             if travel_m >= MIN_MOTION_M && longest.is_none_or(|(other_m, ..)| travel_m > other_m) {
                 longest = Some((travel_m, start, sample - 1));
             }
@@ -298,8 +347,8 @@ fn constant_force(detection: &Detection, peak: usize) -> Option<Warning> {
     let message = format!(
         "the force stays at {:.4} N from {:.4} to {:.4} s, while the needle moves by {:.2} mm: {cause}, and no rupture can be detected",
         force[from],
-        detection.time_s[from],
-        detection.time_s[to],
+        signals.time_s[from],
+        signals.time_s[to],
         1e3 * travel_m
     );
     let remedy = "use a sensor with a larger range, or record its value anew at every sample";

@@ -5,10 +5,10 @@ use serde::Serialize;
 use super::Detection;
 use super::matching::match_alarms;
 use super::misses::{LabelMiss, misses};
-use super::phases::{PhaseInterval, PhaseRule};
+use super::phases::PhaseInterval;
 use super::plausibility::warnings;
 use super::scores::{Scores, Tally};
-use super::statistics::{PhaseStatistics, ResidualStatistics};
+use super::statistics::{PhaseStatistics, ResidualStatistics, statistics};
 use crate::detection::DetectorSettings;
 use crate::metrics::RUPTURE_WINDOW_S;
 use crate::quantiles::upper_median;
@@ -161,15 +161,7 @@ impl DetectionReport {
             contact_s,
         });
         let scores = tally.as_ref().map(Scores::of);
-        let phases = || {
-            let rule = PhaseRule::default();
-            let intervals = rule.split(&detection.position_m, detection.interval_s, detection.contact_m);
-            (PhaseStatistics::all(detection, &intervals), intervals)
-        };
-        let residual = || ResidualStatistics::of(|| detection.residual_n.iter().copied());
-        // Of a long recording each takes as long as a good part of the detection.
-        let ((phases, intervals), (residual, warnings)) =
-            rayon::join(phases, || (residual(), warnings(detection, &misses)));
+        let (residual, phases) = statistics(detection);
         Self {
             samples: detection.time_s.len(),
             interval_s: detection.interval_s,
@@ -185,14 +177,14 @@ impl DetectionReport {
             labelled_kinds: labels.unwrap_or_default().iter().map(|label| label.kind.clone()).collect(),
             missed_ruptures: scores.map(|scores| scores.missed),
             false_alarms: scores.map(|scores| scores.false_alarms),
-            warnings,
+            warnings: warnings(detection, &misses),
             misses,
             labelled_ruptures_s,
             window_s,
             scores,
             residual,
             phases,
-            intervals,
+            intervals: detection.phases.clone(),
             tally,
             further_estimate: ExtraParameterEstimate::of(&detection.extra_parameter),
         }

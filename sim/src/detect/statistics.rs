@@ -3,8 +3,9 @@
 use serde::Serialize;
 
 use super::Detection;
-use super::phases::{Phase, PhaseInterval};
+use super::phases::Phase;
 use crate::estimation::Confidence;
+use crate::interrupt;
 use crate::quantiles::robust_std;
 
 /// Statistics of the residual over a whole recording.
@@ -22,26 +23,120 @@ pub struct ResidualStatistics {
     pub robust_std_n: f64,
 }
 
-impl ResidualStatistics {
-    /// Returns the statistics of residuals in N; 0 without residuals. `residual` returns the same values at every call.
-    pub(super) fn of<I: Iterator<Item = f64>>(residual: impl Fn() -> I) -> Self {
-        let mut sums = (0_usize, -0.0, -0.0, 0.0_f64);
-        residual().for_each(|e| {
-            let magnitude = e.abs();
-            sums = (sums.0 + 1, sums.1 + e, sums.2 + magnitude, sums.3.max(magnitude));
-        });
-        let (count, sum_n, absolute_n, max_absolute_n) = sums;
-        let count = count.max(1) as f64;
-        let mean_n = sum_n / count;
-        let variance = residual().map(|e| (e - mean_n).powi(2)).sum::<f64>() / count;
-        Self {
-            mean_n,
-            std_n: variance.sqrt(),
-            mean_absolute_n: absolute_n / count,
-            max_absolute_n,
-            robust_std_n: robust_std(residual).unwrap_or(0.0),
+/// Sums over some samples. They begin with -0, as those of an iterator do.
+#[derive(Clone, Copy)]
+struct Sums {
+    samples: usize,
+    residual_n: f64,
+    absolute_n: f64,
+    max_absolute_n: f64,
+    stiffness_n_per_m: f64,
+    damping_n_s_per_m: f64,
+}
+
+impl Sums {
+    const NONE: Self = Self {
+        samples: 0,
+        residual_n: -0.0,
+        absolute_n: -0.0,
+        max_absolute_n: 0.0,
+        stiffness_n_per_m: -0.0,
+        damping_n_s_per_m: -0.0,
+    };
+
+    #[inline]
+    fn add(&mut self, residual_n: f64, stiffness_n_per_m: f64, damping_n_s_per_m: f64) {
+        let absolute_n = residual_n.abs();
+        self.samples += 1;
+        self.residual_n += residual_n;
+        self.absolute_n += absolute_n;
+        self.max_absolute_n = self.max_absolute_n.max(absolute_n);
+        self.stiffness_n_per_m += stiffness_n_per_m;
+        self.damping_n_s_per_m += damping_n_s_per_m;
+    }
+
+    /// A sum over the samples as a mean; 0 without samples.
+    fn mean(&self, sum: f64) -> f64 {
+        sum / self.samples.max(1) as f64
+    }
+
+    /// The statistics, with the sum of the squared deviations from the mean (N²) and the robust standard deviation (N).
+    fn statistics(&self, squares_n2: f64, robust_std_n: Option<f64>) -> ResidualStatistics {
+        ResidualStatistics {
+            mean_n: self.mean(self.residual_n),
+            std_n: self.mean(squares_n2).sqrt(),
+            mean_absolute_n: self.mean(self.absolute_n),
+            max_absolute_n: self.max_absolute_n,
+            robust_std_n: robust_std_n.unwrap_or(0.0),
         }
     }
+}
+
+/// The sums and the squared deviations from the mean residual, over all samples and over those of each phase of [`Phase::ALL`].
+struct Totals {
+    all: (Sums, f64),
+    phases: [(Sums, f64); Phase::ALL.len()],
+}
+
+impl Totals {
+    /// Two passes for all of them: the sums of a phase do not wait for those of all samples.
+    fn of(detection: &Detection) -> Self {
+        let mut all = Sums::NONE;
+        let mut phases = [Sums::NONE; Phase::ALL.len()];
+        for interval in &detection.phases {
+            let samples = interval.samples.clone();
+            let (stiffness, damping) =
+                (&detection.stiffness_n_per_m[samples.clone()], &detection.damping_n_s_per_m[samples.clone()]);
+            let parameters = stiffness.iter().zip(damping);
+            let phase = &mut phases[interval.phase as usize];
+            let mut sums = (all, *phase);
+            for (residual_n, (k, b)) in detection.residual_n[samples].iter().zip(parameters) {
+                sums.0.add(*residual_n, *k, *b);
+                sums.1.add(*residual_n, *k, *b);
+            }
+            (all, *phase) = sums;
+            interrupt::check();
+        }
+        let mut totals = Self { all: (all, -0.0), phases: phases.map(|sums| (sums, -0.0)) };
+        let mean_n = all.mean(all.residual_n);
+        for interval in &detection.phases {
+            let (sums, squares) = &mut totals.phases[interval.phase as usize];
+            let phase_n = sums.mean(sums.residual_n);
+            let (mut of_all, mut of_phase) = (totals.all.1, *squares);
+            for residual_n in &detection.residual_n[interval.samples.clone()] {
+                of_all += (residual_n - mean_n).powi(2);
+                of_phase += (residual_n - phase_n).powi(2);
+            }
+            (totals.all.1, *squares) = (of_all, of_phase);
+            interrupt::check();
+        }
+        totals
+    }
+}
+
+/// The robust standard deviations in N, over all samples and over those of each phase of [`Phase::ALL`].
+fn robust_stds(detection: &Detection) -> (Option<f64>, [Option<f64>; Phase::ALL.len()]) {
+    let all = robust_std(&[&detection.residual_n]);
+    let of_phase = |phase| {
+        interrupt::check();
+        let own = detection.phases.iter().filter(|interval| interval.phase == phase);
+        robust_std(&own.map(|interval| &detection.residual_n[interval.samples.clone()]).collect::<Vec<_>>())
+    };
+    (all, Phase::ALL.map(of_phase))
+}
+
+/// The statistics of the residual, and those of every phase, in the order of [`Phase::ALL`].
+pub(super) fn statistics(detection: &Detection) -> (ResidualStatistics, Vec<PhaseStatistics>) {
+    // Of a long recording each takes as long as a good part of the detection.
+    let totals = || rayon::join(|| Totals::of(detection), || standard_errors(detection));
+    let ((totals, errors), (robust, robust_phases)) = rayon::join(totals, || robust_stds(detection));
+    let (sums, squares_n2) = totals.all;
+    let of = |phase: Phase| {
+        let (sums, squares_n2) = totals.phases[phase as usize];
+        let residual = (sums.samples > 0).then(|| sums.statistics(squares_n2, robust_phases[phase as usize]));
+        PhaseStatistics::of(detection, phase, &sums, residual, errors[phase as usize])
+    };
+    (sums.statistics(squares_n2, robust), Phase::ALL.into_iter().map(of).collect())
 }
 
 /// The statistics of one phase over all its intervals. A value is `None` if it is undefined: in a phase that does not
@@ -77,13 +172,13 @@ pub struct PhaseStatistics {
 const STEP: usize = 8;
 
 /// The mean standard errors of stiffness (N/m) and damping (N·s/m) in each phase of [`Phase::ALL`].
-fn standard_errors(detection: &Detection, intervals: &[PhaseInterval]) -> [Option<[f64; 2]>; Phase::ALL.len()] {
+fn standard_errors(detection: &Detection) -> [Option<[f64; 2]>; Phase::ALL.len()] {
     let mut confidence = Confidence::new(detection.interval_s);
     let mut sums = [([0.0; 2], 0_usize); Phase::ALL.len()];
-    for interval in intervals {
-        let Some(place) = Phase::ALL.iter().position(|phase| *phase == interval.phase) else { continue };
-        let (sum, count) = &mut sums[place];
+    for interval in &detection.phases {
+        let (sum, count) = &mut sums[interval.phase as usize];
         for sample in interval.samples.clone() {
+            interrupt::check_at(sample as u64);
             let depth_m = detection.position_m[sample] - detection.contact_m;
             if depth_m > 0.0 {
                 confidence.add(depth_m, detection.velocity_m_per_s[sample], detection.residual_n[sample]);
@@ -100,30 +195,25 @@ fn standard_errors(detection: &Detection, intervals: &[PhaseInterval]) -> [Optio
 }
 
 impl PhaseStatistics {
-    /// Returns the statistics of every phase, in the order of [`Phase::ALL`].
-    pub(super) fn all(detection: &Detection, intervals: &[PhaseInterval]) -> Vec<Self> {
-        let errors = standard_errors(detection, intervals);
-        let of = |(phase, errors): (Phase, _)| Self::of(detection, intervals, phase, errors);
-        Phase::ALL.into_iter().zip(errors).map(of).collect()
-    }
-
-    fn of(detection: &Detection, intervals: &[PhaseInterval], phase: Phase, errors: Option<[f64; 2]>) -> Self {
-        let own: Vec<&PhaseInterval> = intervals.iter().filter(|interval| interval.phase == phase).collect();
-        let samples = own.iter().map(|interval| interval.samples.len()).sum();
-        let residual = || of_intervals(&detection.residual_n, &own);
-        let statistics = (samples > 0).then(|| ResidualStatistics::of(residual));
-        let is_estimated = samples > 0 && phase != Phase::Free;
-        let mean = |column: &[f64]| is_estimated.then(|| of_intervals(column, &own).sum::<f64>() / samples as f64);
+    fn of(
+        detection: &Detection,
+        phase: Phase,
+        sums: &Sums,
+        residual: Option<ResidualStatistics>,
+        errors: Option<[f64; 2]>,
+    ) -> Self {
+        let is_estimated = sums.samples > 0 && phase != Phase::Free;
+        let mean = |sum: f64| is_estimated.then(|| sums.mean(sum));
         Self {
             phase,
-            intervals: own.len(),
-            samples,
-            duration_s: samples as f64 * detection.interval_s,
-            mean_absolute_n: statistics.map(|s| s.mean_absolute_n),
-            std_n: statistics.map(|s| s.std_n),
-            robust_std_n: statistics.map(|s| s.robust_std_n),
-            mean_stiffness_n_per_m: mean(&detection.stiffness_n_per_m),
-            mean_damping_n_s_per_m: mean(&detection.damping_n_s_per_m),
+            intervals: detection.phases.iter().filter(|interval| interval.phase == phase).count(),
+            samples: sums.samples,
+            duration_s: sums.samples as f64 * detection.interval_s,
+            mean_absolute_n: residual.map(|s| s.mean_absolute_n),
+            std_n: residual.map(|s| s.std_n),
+            robust_std_n: residual.map(|s| s.robust_std_n),
+            mean_stiffness_n_per_m: mean(sums.stiffness_n_per_m),
+            mean_damping_n_s_per_m: mean(sums.damping_n_s_per_m),
             mean_stiffness_std_n_per_m: errors.filter(|_| is_estimated).map(|[k, _]| k),
             mean_damping_std_n_s_per_m: errors.filter(|_| is_estimated).map(|[_, b]| b),
         }
@@ -158,16 +248,13 @@ impl PhaseStatistics {
     }
 }
 
-/// The values of a column in some intervals.
-fn of_intervals<'a>(column: &'a [f64], intervals: &'a [&PhaseInterval]) -> impl Iterator<Item = f64> + 'a {
-    intervals.iter().flat_map(|interval| column[interval.samples.clone()].iter().copied())
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::phases::PhaseInterval;
+    use super::super::plausibility::Plausibility;
     use super::*;
 
-    fn detection(residual_n: Vec<f64>) -> Detection {
+    fn detection(residual_n: Vec<f64>, phases: Vec<PhaseInterval>) -> Detection {
         let count = residual_n.len();
         let ramp = || (0..count).map(|k| k as f64).collect::<Vec<_>>();
         Detection {
@@ -188,19 +275,23 @@ mod tests {
             conditions: vec![],
             detector: crate::detection::DetectorSettings::default(),
             is_velocity_measured: true,
+            is_resampled: false,
+            phases,
+            recorded: Plausibility::default(),
         }
     }
 
     #[test]
     fn a_phase_is_summed_over_its_intervals_and_nothing_else() {
         let interval = |phase, samples| PhaseInterval { phase, samples };
-        let intervals = [
+        let intervals = vec![
             interval(Phase::Free, 0..1),
             interval(Phase::Insertion, 1..3),
             interval(Phase::Hold, 3..4),
             interval(Phase::Insertion, 4..6),
         ];
-        let all = PhaseStatistics::all(&detection(vec![9.0, 1.0, -1.0, 5.0, 3.0, -3.0]), &intervals);
+        let (residual, all) = statistics(&detection(vec![9.0, 1.0, -1.0, 5.0, 3.0, -3.0], intervals));
+        assert_eq!((residual.mean_n, residual.max_absolute_n), (14.0 / 6.0, 9.0));
         let insertion = &all[1];
         assert_eq!((insertion.intervals, insertion.samples, insertion.duration_s), (2, 4, 2.0));
         assert_eq!((insertion.mean_absolute_n, insertion.std_n), (Some(2.0), Some(5.0_f64.sqrt())));
@@ -217,14 +308,14 @@ mod tests {
     #[test]
     fn a_held_needle_tells_little_about_the_damping() {
         // 0.5 s of oscillation, then 2 s at rest, with an error of 0.05 N in turn up and down.
-        let mut all = detection((0..2500).map(|k| if k % 2 == 0 { 0.05 } else { -0.05 }).collect());
+        let interval = |phase, samples| PhaseInterval { phase, samples };
+        let intervals = vec![interval(Phase::Insertion, 0..500), interval(Phase::Hold, 500..2500)];
+        let mut all = detection((0..2500).map(|k| if k % 2 == 0 { 0.05 } else { -0.05 }).collect(), intervals);
         all.interval_s = 1e-3;
         let swing = |k: usize| if k < 500 { 0.05 * k as f64 } else { 0.0 };
         all.position_m = (0..2500).map(|k| 0.01 + 1e-3 * swing(k).sin()).collect();
         all.velocity_m_per_s = (0..2500).map(|k| if k < 500 { 0.05 * swing(k).cos() } else { 0.0 }).collect();
-        let interval = |phase, samples| PhaseInterval { phase, samples };
-        let intervals = [interval(Phase::Insertion, 0..500), interval(Phase::Hold, 500..2500)];
-        let phases = PhaseStatistics::all(&all, &intervals);
+        let (_, phases) = statistics(&all);
         let errors = |phase: usize| {
             let of = &phases[phase];
             [of.mean_stiffness_std_n_per_m.expect("estimated"), of.mean_damping_std_n_s_per_m.expect("estimated")]
@@ -241,9 +332,11 @@ mod tests {
 
     #[test]
     fn pooling_weighs_by_samples() {
-        let intervals = |samples| [PhaseInterval { phase: Phase::Hold, samples }];
-        let one = PhaseStatistics::all(&detection(vec![1.0, -1.0]), &intervals(0..2));
-        let two = PhaseStatistics::all(&detection(vec![4.0, -4.0, 4.0, -4.0]), &intervals(0..4));
+        let of = |residual_n: Vec<f64>| {
+            let intervals = vec![PhaseInterval { phase: Phase::Hold, samples: 0..residual_n.len() }];
+            statistics(&detection(residual_n, intervals)).1
+        };
+        let (one, two) = (of(vec![1.0, -1.0]), of(vec![4.0, -4.0, 4.0, -4.0]));
         let both = PhaseStatistics::pooled(Phase::Hold, one.iter().chain(&two));
         assert_eq!((both.samples, both.duration_s, both.mean_absolute_n), (6, 3.0, Some(3.0)));
         assert_eq!(both.std_n, Some((66.0_f64 / 6.0).sqrt()));

@@ -14,6 +14,7 @@
 //! [`Parts::tick`] implements this list; [`MasterSide`] and [`SlaveSide`] do the steps of one side. The combination of parts is the engine's wiring: it is chosen once, when a
 //! scenario is built ([`Wired`]), and the tick is compiled for each wiring.
 
+mod built_in_or;
 mod column;
 #[cfg(target_arch = "x86_64")]
 mod eight;
@@ -36,6 +37,7 @@ mod trace;
 mod trust;
 mod wired;
 
+pub use built_in_or::BuiltInOr;
 pub use column::{ColumnValues, TraceColumn};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use eight::{Avx2, Avx512};
@@ -48,7 +50,7 @@ pub use integrated::IntegratedPlants;
 pub use limited::LimitedPlants;
 pub use observer::Observer;
 pub(crate) use observer::{Additional, EventObserver};
-pub use own::{OwnEngine, OwnParts, OwnWiring};
+pub use own::{OwnEngine, OwnParts, OwnPlants, OwnWiring};
 pub use parts::{Parts, Wiring};
 pub use plants::{IntegrationError, MasterReading, Plants, SlaveReading};
 pub use port_energies::PortEnergies;

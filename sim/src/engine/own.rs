@@ -1,29 +1,50 @@
 //! User-defined parts in place of built-in ones.
 
-use super::{Engine, Parts, Plants};
-use crate::augmentation::{ForceLaw, MotionLaw};
+use super::{AnyDetector, BuiltInOr, Engine, EngineError, ExactPlants, Observer, Parts, Plants, instruction_set};
+use crate::augmentation::{AnyForceLaw, ForceLaw, HeldReference, MotionLaw};
 use crate::detection::{Detector, Distance};
-use crate::estimation::Estimator;
-use crate::operator::Operator;
+use crate::estimation::{AnyEstimator, Estimator};
+use crate::operator::{HumanOperator, Operator};
 use crate::sensor::AnySensor;
-use crate::teleoperation::{Architecture, Connection, PassivityScheme};
-use crate::tissue::Tissue;
+use crate::teleoperation::{Architecture, Connection, DirectLink, PassivityScheme};
+use crate::tissue::{AnyTissue, Tissue};
 
-/// The parts of an engine with user-defined parts: all of them are called dynamically.
+/// The parts of an engine with user-defined parts: these are called dynamically, the others are within the tick.
 pub type OwnWiring = Parts<
     f64,
-    Box<dyn Operator<f64> + Send>,
-    Box<dyn Tissue<f64> + Send>,
+    BuiltInOr<HumanOperator<f64>, dyn Operator<f64> + Send>,
+    BuiltInOr<AnyTissue<f64>, dyn Tissue<f64> + Send>,
     AnySensor<f64>,
-    Box<dyn Estimator<f64> + Send>,
-    Box<dyn Detector<f64> + Send>,
-    Box<dyn Connection<f64> + Send>,
-    Box<dyn MotionLaw<f64> + Send>,
-    Box<dyn ForceLaw<f64> + Send>,
+    BuiltInOr<AnyEstimator<f64>, dyn Estimator<f64> + Send>,
+    BuiltInOr<AnyDetector<f64>, dyn Detector<f64> + Send>,
+    BuiltInOr<DirectLink<f64>, dyn Connection<f64> + Send>,
+    BuiltInOr<HeldReference<f64>, dyn MotionLaw<f64> + Send>,
+    BuiltInOr<AnyForceLaw<f64>, dyn ForceLaw<f64> + Send>,
 >;
 
+/// The machines of an engine with user-defined parts.
+pub type OwnPlants = BuiltInOr<ExactPlants<f64>, dyn Plants<f64> + Send>;
+
 /// An engine with user-defined parts.
-pub type OwnEngine = Engine<Box<dyn Plants<f64> + Send>, OwnWiring>;
+pub type OwnEngine = Engine<OwnPlants, OwnWiring>;
+
+impl OwnEngine {
+    /// As [`Engine::run`], in the widest registers of the machine if they are faster.
+    ///
+    /// # Errors
+    /// As [`Engine::run`].
+    pub fn run_wide(&mut self, mut observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
+        self.run_compiled(&mut observer)
+    }
+
+    /// [`OwnEngine::run_wide`], compiled for the observer.
+    ///
+    /// # Errors
+    /// As [`Engine::run`].
+    pub fn run_compiled<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
+        instruction_set::run(self, observer)
+    }
+}
 
 /// User-defined parts that replace those of a scenario. Parts that are not given are those of the scenario.
 ///

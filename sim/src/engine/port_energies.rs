@@ -37,6 +37,7 @@ struct Last {
 
 impl PortEnergies {
     /// Adds the work since the last tick.
+    #[inline]
     pub fn add(&mut self, s: &Signals<f64>) {
         let now = Last {
             master_m: s.master_position_m,

@@ -74,12 +74,14 @@ impl TrustColumns {
     }
 
     /// Adds a tick. The depth is that of the needle itself, not of the position sensor.
+    #[inline]
     pub(super) fn add(&mut self, s: &Signals<f64>) {
         let motion = (s.slave_position_m, s.slave_velocity_m_per_s);
         self.add_estimate(motion, s.residual_n, (s.stiffness_n_per_m, s.damping_n_s_per_m));
     }
 
     /// Adds a sample: position in m and velocity in m/s, residual in N, and the estimates of K in N/m and B in N·s/m.
+    #[inline]
     fn add_estimate(&mut self, (position_m, velocity_m_per_s): (f64, f64), residual_n: f64, (k, b): (f64, f64)) {
         let depth_m = position_m - self.contact_m;
         let in_contact = depth_m > 0.0;

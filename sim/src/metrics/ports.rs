@@ -97,7 +97,7 @@ impl PortMetrics {
         let mut at = 0;
         let ticks = time_s.len();
         for k in 0..ticks {
-            let [hand, fed_back, reference, needle] = [hand_j, master_j, reference_j, needle_j].map(|column| column[k]);
+            let (hand, fed_back, reference, needle) = (hand_j[k], master_j[k], reference_j[k], needle_j[k]);
             master.update(hand - fed_back);
             link.update(fed_back - energy_scale * reference);
             slave.update(reference - needle);

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::{Limits, Recording};
+use crate::interrupt;
 
 /// The error of samples in memory that are not a valid recording.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -82,7 +83,7 @@ impl Recording {
             if values.len() != times {
                 return Err(ArrayError::Length { name, length: values.len(), times });
             }
-            if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+            if let Some(index) = first_where(values, |value| !value.is_finite()) {
                 return Err(ArrayError::NotFinite { name, index, value: values[index] });
             }
         }
@@ -106,7 +107,9 @@ impl Recording {
         let limit_s = max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * self.median_interval_s());
         let gap = |pair: &[f64]| pair[1] - pair[0];
         let allowed = |gap_s: f64| gap_s <= limit_s * (1.0 + 1e-9);
-        match self.time_s().windows(2).position(|pair| !allowed(gap(pair))) {
+        let too_long = || self.time_s().windows(2).position(|pair| !allowed(gap(pair)));
+        let (_, longest_s) = self.interval_range_s();
+        match if allowed(longest_s) { None } else { too_long() } {
             None => Ok(()),
             Some(before) => {
                 let gap_s = gap(&self.time_s()[before..before + 2]);
@@ -114,6 +117,15 @@ impl Recording {
             }
         }
     }
+}
+
+/// The index of the first value for which a condition holds, found some values at a time, as the processor's vectors do.
+pub(crate) fn first_where(values: &[f64], holds: impl Fn(&f64) -> bool) -> Option<usize> {
+    const AT_ONCE: usize = 512;
+    interrupt::check();
+    let has_any = |block: &[f64]| block.iter().fold(false, |any, value| any | holds(value));
+    let block = values.chunks(AT_ONCE).position(has_any)? * AT_ONCE;
+    Some(block + values[block..].iter().position(holds)?)
 }
 
 #[cfg(test)]

@@ -53,6 +53,7 @@ mod table;
 mod utf16;
 
 pub use arrays::ArrayError;
+pub(crate) use arrays::first_where;
 pub use column::{Column, ColumnError, Columns};
 pub use delays::{DelayRow, read_delays};
 pub use error::{Place, Problem, RecordingError, Row};

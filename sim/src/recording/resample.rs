@@ -97,7 +97,9 @@ impl Recording {
     /// When `tick_s` is not finite or not above 0.
     pub fn ticks_covered(&self, tick_s: f64) -> Result<usize, ResampleError> {
         check_tick(tick_s)?;
-        let written_s = self.time_s().iter().fold(0.0_f64, |max, t| max.max(t.abs()));
+        // Of ascending times, one of the two ends is the largest.
+        let [first_s, .., last_s] = *self.time_s() else { return Ok(1) };
+        let written_s = first_s.abs().max(last_s.abs());
         let same_s = (1e-9 * tick_s + 2.0 * f64::EPSILON * written_s).min(0.5 * tick_s);
         let last = ((self.duration_s() + same_s) / tick_s).floor();
         // A float cast saturates, so a tick far below the interval gives the largest number.

@@ -1,6 +1,6 @@
 //! The samples of a recording, in SI units.
 
-use crate::quantiles::order_statistic;
+use crate::quantiles::{AT_ONCE, order_statistic};
 
 /// Samples of an insertion, in time order.
 ///
@@ -12,7 +12,8 @@ pub struct Recording {
     position_m: Vec<f64>,
     velocity_m_per_s: Option<Vec<f64>>,
     force_n: Vec<f64>,
-    median_interval_s: f64,
+    /// The smallest, the median and the largest time between two samples, in s.
+    interval_s: [f64; 3],
 }
 
 impl Recording {
@@ -23,8 +24,8 @@ impl Recording {
         velocity_m_per_s: Option<Vec<f64>>,
         force_n: Vec<f64>,
     ) -> Self {
-        let median_interval_s = median_interval(&time_s);
-        Self { time_s, position_m, velocity_m_per_s, force_n, median_interval_s }
+        let interval_s = intervals(&time_s);
+        Self { time_s, position_m, velocity_m_per_s, force_n, interval_s }
     }
 
     /// Its columns: time, position, velocity, force.
@@ -60,7 +61,13 @@ impl Recording {
     /// The median time between two samples in s; of an even number of intervals, the lower of the middle two.
     #[must_use]
     pub fn median_interval_s(&self) -> f64 {
-        self.median_interval_s
+        self.interval_s[1]
+    }
+
+    /// The smallest and the largest time between two samples in s.
+    #[must_use]
+    pub fn interval_range_s(&self) -> (f64, f64) {
+        (self.interval_s[0], self.interval_s[2])
     }
 
     /// Time from the first sample to the last in s.
@@ -80,9 +87,25 @@ impl Recording {
     }
 }
 
-fn median_interval(time_s: &[f64]) -> f64 {
+/// The smallest, the median and the largest interval; 0 without one.
+fn intervals(time_s: &[f64]) -> [f64; 3] {
     let intervals = || time_s.windows(2).map(|pair| pair[1] - pair[0]);
-    order_statistic(intervals, time_s.len().saturating_sub(2) / 2).unwrap_or(0.0)
+    let (min_s, max_s) = intervals().fold((f64::INFINITY, 0.0), |(min_s, max_s): (f64, f64), interval_s| {
+        (interval_s.min(min_s), interval_s.max(max_s))
+    });
+    let visit_all = |visit: &mut dyn FnMut(&[f64])| {
+        let mut block = [0.0; AT_ONCE];
+        for from in (1..time_s.len()).step_by(AT_ONCE) {
+            let next = &time_s[from..time_s.len().min(from + AT_ONCE)];
+            let pairs = time_s[from - 1..].iter().zip(next);
+            block.iter_mut().zip(pairs).for_each(|(interval_s, (before, after))| *interval_s = after - before);
+            visit(&block[..next.len()]);
+        }
+    };
+    match order_statistic(visit_all, time_s.len().saturating_sub(2) / 2) {
+        Some(median_s) => [min_s, median_s, max_s],
+        None => [0.0; 3],
+    }
 }
 
 #[cfg(test)]
@@ -92,9 +115,9 @@ mod tests {
 
     #[test]
     fn the_median_is_an_interval_of_the_recording() {
-        assert_eq!(median_interval(&[0.0, 1.0]), 1.0);
-        assert_eq!(median_interval(&[0.0, 8.0, 9.0]), 1.0);
-        assert_eq!(median_interval(&[0.0, 8.0, 9.0, 11.0]), 2.0);
+        assert_eq!(intervals(&[0.0, 1.0]), [1.0, 1.0, 1.0]);
+        assert_eq!(intervals(&[0.0, 8.0, 9.0]), [1.0, 1.0, 8.0]);
+        assert_eq!(intervals(&[0.0, 8.0, 9.0, 11.0]), [1.0, 2.0, 8.0]);
     }
 
     #[test]

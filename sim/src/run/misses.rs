@@ -85,7 +85,7 @@ fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>,
     };
     let mut supervisor = SupervisorHistory::default();
     let integration = |source| RunError::Engine { name: scenario.name.clone(), source };
-    scenario.build_with(OwnParts::default().detector(detector))?.run(&mut supervisor).map_err(integration)?;
+    scenario.build_with(OwnParts::default().detector(detector))?.run_wide(&mut supervisor).map_err(integration)?;
     let samples = std::mem::take(&mut *samples.lock().unwrap_or_else(PoisonError::into_inner));
     let explain = |rupture: &RuptureMetrics| {
         let (first, last) = Some(rupture).filter(is_missed).map(window)?;

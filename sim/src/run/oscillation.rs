@@ -239,7 +239,7 @@ fn is_sustained(scenario: &Scenario, trace: &Trace, swing: &Swing) -> Result<boo
     };
     let mut other = Trace::new(scenario.grid);
     let integration = |source| RunError::Engine { name: scenario.name.clone(), source };
-    scenario.build_with(OwnParts::default().operator(operator))?.run(&mut other).map_err(integration)?;
+    scenario.build_with(OwnParts::default().operator(operator))?.run_wide(&mut other).map_err(integration)?;
     let begin = tail_begin(trace.len());
     if other.len() < trace.len() {
         return Ok(true);

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::{Run, RunError, empty_trace_with, metrics_observer, with_link};
-use crate::engine::{OwnEngine, OwnParts, Trace, Wiring};
+use crate::engine::{BuiltInOr, OwnEngine, OwnParts, Trace, Wiring};
 use crate::metrics::MetricsObserver;
-use crate::operator::Operator;
+use crate::operator::{HumanOperator, Operator};
 use crate::scenario::Scenario;
 
 /// A run that is stepped tick by tick, whose person can be led from outside: a loop around the simulation, with another
@@ -52,7 +52,7 @@ impl SteppedRun {
         let mut engine = scenario.build_with(own)?;
         let led = Arc::new(AtomicU64::new(f64::NAN.to_bits()));
         let operator = Led { operator: engine.parts.operator, led: led.clone() };
-        engine.parts.operator = Box::new(operator);
+        engine.parts.operator = BuiltInOr::Own(Box::new(operator));
         let desired_m = engine.parts.begin();
         let observers = (metrics_observer(&scenario), trace);
         Ok(Self { scenario, engine, observers, led, desired_m, tick: 0, has_ended: false })
@@ -124,7 +124,7 @@ impl std::fmt::Debug for SteppedRun {
 
 /// An operator whose positions can be given from outside: as bits, NaN for its own.
 struct Led {
-    operator: Box<dyn Operator<f64> + Send>,
+    operator: BuiltInOr<HumanOperator<f64>, dyn Operator<f64> + Send>,
     led: Arc<AtomicU64>,
 }
 

@@ -10,8 +10,8 @@ use super::specs::{OperatorSpec, TissueSpec};
 use super::steps::Steps;
 use crate::channel::{Irregularity, MAX_DELAY_TICKS, Schedule};
 use crate::engine::{
-    Any, Engine, EngineError, ExactPlants, FractionalDelayPlants, IntegratedPlants, LimitedPlants, MasterSide,
-    Observer, OwnEngine, OwnParts, Plants, SideEngine, SlaveSide, Wired, Wiring,
+    Any, BuiltInOr, Engine, EngineError, ExactPlants, FractionalDelayPlants, IntegratedPlants, LimitedPlants,
+    MasterSide, Observer, OwnEngine, OwnParts, Plants, SideEngine, SlaveSide, Wired, Wiring,
 };
 use crate::lane::Lane;
 use crate::operator::{Hand, Perception, Reflex, StiffeningSettings, StretchSettings};
@@ -93,11 +93,11 @@ impl Scenario {
         if own.tissue.is_none() {
             self.load_unit()?;
         }
-        let plants: Box<dyn Plants<f64> + Send> = match self.engine {
-            EngineKind::Exact if self.is_split() => Box::new(self.split_plants()?),
-            EngineKind::Exact if self.actuators.are_none() => Box::new(self.exact_plants()?),
-            EngineKind::Exact => Box::new(self.limited_plants()?),
-            EngineKind::Dop853 => Box::new(self.integrated_plants()),
+        let plants = match self.engine {
+            EngineKind::Exact if self.is_split() => BuiltInOr::Own(Box::new(self.split_plants()?) as Box<_>),
+            EngineKind::Exact if self.actuators.are_none() => BuiltInOr::BuiltIn(self.exact_plants()?),
+            EngineKind::Exact => BuiltInOr::Own(Box::new(self.limited_plants()?) as Box<_>),
+            EngineKind::Dop853 => BuiltInOr::Own(Box::new(self.integrated_plants()) as Box<_>),
         };
         Ok(Engine { grid: self.grid, plants, parts: self.own_wiring(own)? })
     }

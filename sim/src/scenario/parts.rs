@@ -8,14 +8,15 @@ use super::specs::{OperatorSpec, TissueSpec};
 use crate::augmentation::{AnyForceLaw, HeldReference, Supervisor};
 use crate::chain::Chain;
 use crate::channel::{Delay, Irregularity, SampleDelays, Schedule};
-use crate::detection::{CusumDetector, Detector, DistanceKind, SquaredResidual};
+use crate::detection::{CusumDetector, DistanceKind, SquaredResidual};
+use crate::engine::BuiltInOr::{BuiltIn, Own};
 use crate::engine::{Any, AnyDetector, Engine, OwnParts, OwnWiring, Parts, ScheduledAlarms, Wired};
 use crate::error::InvalidValue;
 use crate::estimation::{AnyEstimator, Rls};
 use crate::lane::Lane;
 use crate::operator::{HumanOperator, Motion, Ramp, Reflex, Replay};
 use crate::sensor::{AnySensor, ForceSensor, PerfectSensor};
-use crate::teleoperation::{Connection, DirectLink, Lines, Link, PAYLOAD};
+use crate::teleoperation::{DirectLink, Lines, Link, PAYLOAD};
 use crate::tissue::{AnyTissue, DepthReplay, Fmu, RecordedForce};
 
 /// Separate the random streams of the two directions from all others with the same seed.
@@ -110,46 +111,54 @@ impl Scenario {
         Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector }
     }
 
-    /// The parts with some of the user's own, dynamically dispatched.
+    /// The parts with some of the user's own.
     pub(super) fn own_wiring(&self, own: OwnParts) -> Result<OwnWiring, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let link = self.link(0)?;
-        let link: Box<dyn Connection<f64> + Send> = match (own.architecture, own.scheme) {
+        let link = match (own.architecture, own.scheme) {
             (None, None) if link.is_direct() => {
                 let machines = &self.link.machines;
-                Box::new(DirectLink::new(machines.position_scale, machines.force_scale))
+                BuiltIn(DirectLink::new(machines.position_scale, machines.force_scale))
             }
-            (None, None) => Box::new(link),
-            (Some(architecture), None) => Box::new(link.with_architecture(architecture)),
-            (None, Some(scheme)) => Box::new(link.with_scheme(scheme)),
-            (Some(architecture), Some(scheme)) => Box::new(link.with_architecture(architecture).with_scheme(scheme)),
+            (None, None) => Own(Box::new(link) as Box<_>),
+            (Some(architecture), None) => Own(Box::new(link.with_architecture(architecture)) as Box<_>),
+            (None, Some(scheme)) => Own(Box::new(link.with_scheme(scheme)) as Box<_>),
+            (Some(architecture), Some(scheme)) => {
+                Own(Box::new(link.with_architecture(architecture).with_scheme(scheme)) as Box<_>)
+            }
         };
-        let settings = &self.detector;
-        let detector: Box<dyn Detector<f64> + Send> = match (own.detector, own.distance) {
-            (Some(detector), _) => detector,
-            (None, Some(distance)) => Box::new(CusumDetector::with_distance(distance, settings, tick_s)),
-            (None, None) => Box::new(CusumDetector::new(settings, tick_s)),
+        let any = self.any_chain();
+        let (settings, alarms) = (&self.detector, self.alarm_ticks());
+        let detector = match (own.detector, own.distance) {
+            (Some(detector), _) if alarms.is_empty() => Own(detector),
+            (Some(detector), _) => Own(Box::new(ScheduledAlarms::new(detector, alarms)) as Box<_>),
+            (None, Some(distance)) => {
+                let detector = CusumDetector::with_distance(distance, settings, tick_s);
+                Own(Box::new(ScheduledAlarms::new(detector, alarms)) as Box<_>)
+            }
+            (None, None) => BuiltIn(any.detector),
         };
-        let alarms = self.alarm_ticks();
-        let detector = if alarms.is_empty() { detector } else { Box::new(ScheduledAlarms::new(detector, alarms)) };
         let augmentation = &self.augmentation;
-        let motion_law = own.motion_law.unwrap_or_else(|| {
-            let law = HeldReference::new(augmentation.freeze, augmentation.reengage, tick_s, self.reference_m());
-            Box::new(law.holding(&augmentation.hold, tick_s))
-        });
-        let force_law = own.force_law.unwrap_or_else(|| Box::new(AnyForceLaw::new(&augmentation.force, tick_s)));
-        let estimator = own.estimator.unwrap_or_else(|| Box::new(AnyEstimator::new(&self.estimator)));
+        let motion_law = own.motion_law.map_or_else(
+            || {
+                let law = HeldReference::new(augmentation.freeze, augmentation.reengage, tick_s, self.reference_m());
+                BuiltIn(law.holding(&augmentation.hold, tick_s))
+            },
+            Own,
+        );
+        let force_law = own.force_law.map_or_else(|| BuiltIn(AnyForceLaw::new(&augmentation.force, tick_s)), Own);
+        let estimator = own.estimator.map_or(BuiltIn(any.estimator), Own);
         Ok(Parts {
             operator: match own.operator {
-                Some(operator) => operator,
-                None => Box::new(self.operator(0)?),
+                Some(operator) => Own(operator),
+                None => BuiltIn(self.operator(0)?),
             },
             tissue: match own.tissue {
-                Some(tissue) => tissue,
-                None => Box::new(self.any_tissue()?),
+                Some(tissue) => Own(tissue),
+                None => BuiltIn(self.any_tissue()?),
             },
             sensor: self.any_sensor(0)?,
-            chain: Chain { contact_m: self.contact_m, estimator, detector },
+            chain: Chain { contact_m: any.contact_m, estimator, detector },
             supervisor: Supervisor::with_laws(motion_law, force_law, augmentation, settings.cusum.threshold, tick_s),
             link,
         })

@@ -14,7 +14,7 @@ use crate::estimation::{ContactSettings, RlsSettings};
 use crate::operator::MotionSettings;
 use crate::recording::{
     Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, Problem, Recording, ScaleSettings,
-    SignSettings, Signal, kept, list_signals, open_recording, read_csv, scan_csv,
+    SignSettings, Signal, first_where, kept, list_signals, open_recording, read_csv, scan_csv,
 };
 use crate::sensor::SensorSettings;
 use crate::time::{TickGrid, whole_ticks};
@@ -155,7 +155,7 @@ fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), Scenar
         ("recording.scale.force_n", "N", recording.force_n()),
     ];
     for (scale, unit, samples) in quantities {
-        if let Some(sample) = samples.iter().position(|value| value.abs() > MAX_MAGNITUDE) {
+        if let Some(sample) = first_where(samples, |value| value.abs() > MAX_MAGNITUDE) {
             let (value, time_s) = (samples[sample], recording.time_s()[sample]);
             let message = format!("the recording has {value:e} {unit} at {time_s} s, at most {MAX_MAGNITUDE:e} {unit}");
             return Err(values.error(FILE, message).remedy(format!("correct it, or give {scale}")));
@@ -174,7 +174,7 @@ fn check_even_samples(values: &mut Values, recording: &Recording) -> Result<(), 
     if samples <= max_samples.max(2 * recording.len() as u64) {
         return Ok(());
     }
-    let gap_s = recording.time_s().windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    let (_, gap_s) = recording.interval_range_s();
     let key = ["recording.max_gap_s", "recording.max_samples"].into_iter().find(|key| values.place(key).is_some());
     let message = format!(
         "evenly spaced, the recording would have {:.3e} samples, at most {max_samples} (recording.max_samples): \

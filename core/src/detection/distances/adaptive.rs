@@ -4,7 +4,7 @@ use super::super::Evidence;
 use super::super::hypotheses::Hypotheses;
 use super::tail::Tail;
 use super::{BuiltIn, Distance, DistanceSettings};
-use crate::lane::{Lane, Mask};
+use crate::lane::{Lane, Mask, by_index};
 
 /// The threshold: a fall of so many usual changes.
 const THRESHOLD: f64 = 7.0;
@@ -338,6 +338,11 @@ impl<L: Lane> Adaptive<L> {
     fn relative_fall(&self, index: usize, velocity: L, released: L) -> L {
         let zero = L::zero();
         let window = self.times.windows[index];
+        // A retreating needle: as nothing counts, nothing is computed.
+        let advances = self.change(&self.position, window).ge(zero);
+        if !advances.any() {
+            return zero;
+        }
         let (force, surplus) = (self.force[self.newest], self.surplus[self.newest]);
         let peak = self.ago(&self.peak.whole, window);
 
@@ -352,7 +357,7 @@ impl<L: Lane> Adaptive<L> {
         let fall = (reference - surplus - continued).min(peak - force - released);
         let least = (L::splat(LEAST_SHARE).max(L::splat(VISCOUS_SHARE) * lost) * peak)
             .max(L::splat(LEAST_RECENT_SHARE) * self.recent_load);
-        let counts = fall.gt(least) & self.change(&self.position, window).ge(zero);
+        let counts = fall.gt(least) & advances;
         let scale = self.scales[index].max(self.bin.steps[1] * L::splat(STEP_SHARE)).max(L::splat(LEAST_SCALE_N));
         // Nothing falls by more than there was: noise around zero force is no fall.
         L::select(counts, fall.min(peak), zero) / scale
@@ -362,20 +367,21 @@ impl<L: Lane> Adaptive<L> {
     #[inline(always)]
     fn learn(&mut self, stiffness: L) {
         let share = L::splat((1.0 / self.bins).max(self.times.scale_share));
-        let mut last = (L::zero(), L::zero());
-        for (index, window) in self.times.windows.into_iter().enumerate() {
-            // Medians of three bins share bins with the next two, and change too little over them.
-            let window = window.max(MEDIAN_BINS);
-            let (rise, advance) = (self.change(&self.force, window), self.change(&self.position, window));
-            last = (rise, advance);
-            let unexplained = rise.abs().min((rise - stiffness * advance).abs());
-            let scale = self.scales[index];
-            let is_known = self.bins >= KNOWN_BINS;
-            let clipped = if is_known { unexplained.min(L::splat(CLIP) * scale) } else { unexplained };
-            self.scales[index] = scale + (clipped - scale) * share;
-        }
+        // Medians of three bins share bins with the next two, and change too little over them.
+        let windows = by_index!(WINDOWS_S.len(), 0, |i| self.times.windows[i].max(MEDIAN_BINS));
+        // Array by array rather than window by window, which the processor's vectors need.
+        let rises = by_index!(WINDOWS_S.len(), |i| self.change(&self.force, windows[i]));
+        let advances = by_index!(WINDOWS_S.len(), |i| self.change(&self.position, windows[i]));
+        let unexplained =
+            by_index!(WINDOWS_S.len(), |i| rises[i].abs().min((rises[i] - stiffness * advances[i]).abs()));
+        let clipped = if self.bins >= KNOWN_BINS {
+            by_index!(WINDOWS_S.len(), |i| unexplained[i].min(L::splat(CLIP) * self.scales[i]))
+        } else {
+            unexplained
+        };
+        self.scales = by_index!(WINDOWS_S.len(), |i| self.scales[i] + (clipped[i] - self.scales[i]) * share);
         self.recent_load = (self.recent_load * L::splat(self.times.load_decay)).max(self.force[self.newest]);
-        let (rise, advance) = last;
+        let (rise, advance) = (rises[WINDOWS_S.len() - 1], advances[WINDOWS_S.len() - 1]);
         let resolution = self.bin.steps[0];
         let is_load = rise.gt(L::splat(LOAD) * self.scales[WINDOWS_S.len() - 1]) & advance.ge(-resolution);
         let load = L::select(is_load, rise, L::zero()) / advance.max(resolution).max(L::splat(ROUNDING[0]));
@@ -605,6 +611,9 @@ impl<L: Lane> Hold<L> {
     fn update(&mut self, force: L, scale: L, times: &Times) -> Held<L> {
         let one = L::splat(1.0);
         let was_holding = self.since_lowest.ge(L::zero());
+        if !was_holding.any() {
+            return Held { was_holding, ended: None };
+        }
         let is_lower = force.lt(self.lowest - scale.max(L::splat(LEAST_SHARE) * self.lowest));
         self.lowest = L::select(is_lower, force, self.lowest);
         let since = L::select(is_lower, L::zero(), self.since_lowest + one);

@@ -1,0 +1,106 @@
+//! The controller of a rig.
+
+use pyo3::prelude::*;
+use trocar_sim::rig::{self, Faults, Sample, Settings};
+use trocar_sim::scenario::ScenarioError;
+
+use crate::error;
+use crate::scenario::Scenario;
+
+/// The controller of a rig, sample by sample.
+#[pyclass(module = "trocar._core")]
+pub(crate) struct HapticController {
+    controller: Box<rig::HapticController>,
+    initial: Box<rig::HapticController>,
+}
+
+/// The commands of one sample.
+#[pyclass(frozen, get_all, module = "trocar._core")]
+pub(crate) struct Command {
+    slave_reference_m: f64,
+    master_force_n: f64,
+    mode: u8,
+    alarm: bool,
+    alarm_taken: bool,
+    stiffness_n_per_m: f64,
+    damping_n_s_per_m: f64,
+    predicted_force_n: f64,
+    residual_n: f64,
+    distance: f64,
+    decision: f64,
+    slave_velocity_m_per_s: f64,
+    faults: Vec<&'static str>,
+    faulty_samples: u32,
+}
+
+#[pymethods]
+impl Command {
+    fn __repr__(&self) -> String {
+        let Self { slave_reference_m, master_force_n, mode, .. } = self;
+        format!("Command(slave_reference_m={slave_reference_m:?}, master_force_n={master_force_n:?}, mode={mode}, …)")
+    }
+}
+
+#[pymethods]
+impl HapticController {
+    /// The controller of a scenario, with numbers of the keys `rig.…`.
+    #[new]
+    fn new(py: Python<'_>, scenario: &Scenario, changes: Vec<(String, f64)>) -> PyResult<Self> {
+        let refuse = |error: ScenarioError| error::scenario(py, &error);
+        let key_of = |(path, value): (String, f64)| {
+            let key = Settings::KEYS.iter().find(|key| key.path == path && path.starts_with("rig."));
+            let named =
+                || error::value(format!("there is no {path}; `trocar.HapticController` lists the keys of a rig"));
+            Ok::<_, PyErr>((key.ok_or_else(named)?.path, value))
+        };
+        let changes = changes.into_iter().map(key_of).collect::<PyResult<Vec<_>>>()?;
+        let settings = scenario.scenario.rig_settings_with(&changes).map_err(refuse)?;
+        let controller = Box::new(rig::HapticController::new(&settings).map_err(error::value)?);
+        Ok(Self { initial: controller.clone(), controller })
+    }
+
+    /// Processes a sample; NaN for a number that is missing.
+    fn step(
+        &mut self,
+        master_position_m: f64,
+        slave_position_m: f64,
+        slave_velocity_m_per_s: f64,
+        force_n: f64,
+    ) -> Command {
+        let sample = Sample { master_position_m, slave_position_m, slave_velocity_m_per_s, force_n };
+        let command = self.controller.step(&sample);
+        let Faults { master_position, slave_position, slave_velocity, force } = command.faults;
+        let channels = [
+            (master_position, "master_position"),
+            (slave_position, "slave_position"),
+            (slave_velocity, "slave_velocity"),
+            (force, "force"),
+        ];
+        Command {
+            slave_reference_m: command.slave_reference_m,
+            master_force_n: command.master_force_n,
+            mode: command.mode as u8,
+            alarm: command.alarm,
+            alarm_taken: command.alarm_taken,
+            stiffness_n_per_m: command.stiffness_n_per_m,
+            damping_n_s_per_m: command.damping_n_s_per_m,
+            predicted_force_n: command.predicted_force_n,
+            residual_n: command.residual_n,
+            distance: command.distance,
+            decision: command.decision,
+            slave_velocity_m_per_s: command.slave_velocity_m_per_s,
+            faults: channels.into_iter().filter_map(|(is_faulty, name)| is_faulty.then_some(name)).collect(),
+            faulty_samples: command.faulty_samples,
+        }
+    }
+
+    /// Resets the controller to its initial state.
+    fn reset(&mut self) {
+        self.controller = self.initial.clone();
+    }
+
+    /// Returns a controller in the same state.
+    fn copy(&self) -> Self {
+        Self { controller: self.controller.clone(), initial: self.initial.clone() }
+    }
+}

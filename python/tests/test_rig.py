@@ -1,0 +1,48 @@
+"""The controller of a rig."""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+
+import trocar
+
+
+def samples(run):
+    names = "master_position_m", "slave_position_m", "slave_velocity_m_per_s", "measured_force_n"
+    return [column.tolist() for column in (run[name] for name in names)]
+
+
+def test_its_commands_are_those_of_the_simulation():
+    run = trocar.run("paper/augmented")
+    controller = trocar.HapticController(run.scenario)
+    commands = [controller.step(*sample) for sample in zip(*samples(run))]
+    assert [command.slave_reference_m for command in commands] == run["slave_reference_m"].tolist()
+    assert [command.master_force_n for command in commands] == run["feedback_force_n"].tolist()
+    assert [command.mode for command in commands] == run["mode"].tolist()
+    times_s = run["time_s"][[command.alarm_taken for command in commands]]
+    np.testing.assert_array_equal(times_s, run.alarms_s)
+    assert [command.residual_n for command in commands] == run["residual_n"].tolist()
+
+
+def test_a_missing_sample_is_a_fault_and_the_last_one_holds():
+    controller = trocar.HapticController("paper/augmented", **{"rig.force_limit_n": 20.0})
+    controller.step(0.015, 0.0149, 0.01, 1.2)
+    before = copy.copy(controller)
+    command = controller.step(None, 0.0149, 0.01, 25.0)
+    assert command.faults == ["master_position", "force"] and command.faulty_samples == 1
+    assert (command.slave_reference_m, command.master_force_n) == (0.015, 1.2)
+    again = before.step(math.nan, 0.0149, 0.01, math.inf)
+    assert (again.slave_reference_m, again.faults) == (command.slave_reference_m, command.faults)
+    controller.reset()
+    assert controller.step(0.02, 0.02, 0.0, 0.5).faulty_samples == 0
+
+
+def test_wrong_settings_are_told():
+    with pytest.raises(ValueError, match="there is no rig.force"):
+        trocar.HapticController("paper/augmented", **{"rig.force": 20.0})
+    with pytest.raises(ValueError, match="rig.force_limit_n"):
+        trocar.HapticController("paper/augmented", **{"rig.force_limit_n": -1.0})
+    with pytest.raises(ValueError, match="a rig runs no other estimator"):
+        trocar.HapticController(trocar.Scenario.load("paper/augmented", **{"estimator.parameters": "hunt-crossley"}))

@@ -1,0 +1,81 @@
+"""The controller of a real rig: estimator, detector and supervisor, one sample at a time."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from . import _core
+from ._arrays import number
+from .scenario import Scenario, scenario_of
+
+
+class HapticController:
+    """The controller of a rig with the settings of a scenario: a command for every sample.
+
+    It runs the source of the simulation in the same order, without the delay of a link: the same samples give the same commands, bit for
+    bit. Architecture and passivity of the scenario's link are not part of it. A rig in real time uses it from C or Rust; from Python it
+    is for tests, replays and slow rigs.
+
+    Parameters
+    ----------
+    scenario
+        The scenario, as such or as a path. Its estimator must be the paper's. With ``sensor.position_resolution_m`` above 0, the
+        velocity is estimated from the slave's positions.
+    **limits
+        Numbers of the keys ``rig.…``, as in ``**{"rig.force_limit_n": 20.0}``: ``rig.start_m`` (position of the master in m before the
+        first good sample), the largest magnitudes of a possible sample ``rig.position_limit_m`` (m), ``rig.velocity_limit_m_per_s`` (m/s)
+        and ``rig.force_limit_n`` (N), and how fast the commands return after impossible ones, ``rig.recovery_speed_m_per_s`` (m/s) and
+        ``rig.recovery_force_rate_n_per_s`` (N/s).
+
+    Raises
+    ------
+    ValueError
+        For an estimator that a rig does not have, for an unknown key, and for a number out of its range.
+
+    >>> import trocar
+    >>> controller = trocar.HapticController("paper/augmented")
+    >>> command = controller.step(0.015, 0.0149, 0.01, 1.2)
+    >>> command.slave_reference_m, command.master_force_n, command.alarm
+    (0.015, 1.2, False)
+    """
+
+    def __init__(self, scenario: Scenario | str | os.PathLike[str], **limits: float) -> None:
+        self.scenario = scenario_of(scenario)
+        changes = [(key, number(key, value)) for key, value in limits.items()]
+        self._core = _core.HapticController(self.scenario._core, changes)
+
+    def step(
+        self,
+        master_position_m: float | None,
+        slave_position_m: float | None,
+        slave_velocity_m_per_s: float | None,
+        force_n: float | None,
+    ) -> _core.Command:
+        """Processes the sample of a tick: positions of master and slave in m, velocity of the slave in m/s, force in N.
+
+        ``None`` is a number that is missing; it, and an impossible one, is a fault of its channel, and the last good one replaces it.
+
+        Returns the command: ``slave_reference_m`` for the slave's position controller, ``master_force_n`` for the master's force
+        controller, and what led to them: ``mode`` (0 teleoperation, 1 augmented, 2 re-engaging), ``alarm``, ``alarm_taken``,
+        ``stiffness_n_per_m``, ``damping_n_s_per_m``, ``predicted_force_n``, ``residual_n``, ``distance``, ``decision``,
+        ``slave_velocity_m_per_s`` as used, ``faults`` (names of the faulty channels) and ``faulty_samples`` (consecutive ones).
+        """
+        nan = float("nan")
+        sample = master_position_m, slave_position_m, slave_velocity_m_per_s, force_n
+        return self._core.step(*(nan if value is None else value for value in sample))
+
+    def reset(self) -> None:
+        """Resets the controller to its initial state."""
+        self._core.reset()
+
+    def __copy__(self) -> HapticController:
+        other = object.__new__(HapticController)
+        other.scenario, other._core = self.scenario, self._core.copy()
+        return other
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> HapticController:
+        return self.__copy__()
+
+    def __repr__(self) -> str:
+        return f"HapticController({self.scenario.name!r})"
