@@ -10,6 +10,8 @@ pub mod detect;
 pub mod engine;
 pub mod fmu;
 pub mod interrupt;
+#[doc(hidden)]
+pub mod large_pages;
 pub mod lti;
 pub mod metrics;
 mod moments;
@@ -21,7 +23,6 @@ pub mod quantiles;
 pub mod recording;
 pub mod remote;
 pub mod roc;
-pub mod room;
 pub mod run;
 pub mod scenario;
 pub mod sensor;

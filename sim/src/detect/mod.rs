@@ -31,8 +31,8 @@ use crate::engine::TrustColumns;
 use crate::error::InvalidValue;
 use crate::estimation::Estimate;
 use crate::interrupt;
+use crate::large_pages::with_capacity;
 use crate::recording::{Recording, ResampleError};
-use crate::room::with_room;
 use crate::scenario::{DetectionSettings, DetectionSpec};
 
 /// The estimates and decisions for a recording, with a value per sample.
@@ -162,10 +162,10 @@ impl Computed {
     fn of(chain: &mut DetectionChain, signals: &Signals<'_>) -> Self {
         let count = signals.time_s.len();
         let mut all = Self {
-            columns: std::array::from_fn(|_| with_room(count)),
-            velocity_m_per_s: signals.velocity_m_per_s.is_none().then(|| with_room(count)),
-            extra_parameter: signals.has_extra_parameter.then(|| with_room(count)),
-            conditions: with_room(count),
+            columns: std::array::from_fn(|_| with_capacity(count)),
+            velocity_m_per_s: signals.velocity_m_per_s.is_none().then(|| with_capacity(count)),
+            extra_parameter: signals.has_extra_parameter.then(|| with_capacity(count)),
+            conditions: with_capacity(count),
             alarms: vec![],
             touched: false,
         };
