@@ -5,7 +5,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "Command",
     "Detector",
+    "HapticController",
     "Recording",
     "Run",
     "Scenario",
