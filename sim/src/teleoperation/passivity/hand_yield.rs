@@ -1,4 +1,4 @@
-//! How far the hand will give way to a force that it does not feel yet.
+//! How far the hand will give way to a force that has not reached it yet.
 
 use super::SchemeContext;
 use crate::lane::Lane;
