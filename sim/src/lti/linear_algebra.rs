@@ -96,14 +96,14 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     let failed = || Error::EigenvaluesDidNotConverge { size: n, iterations: MAX_QR_ITERATIONS };
     let mut balanced = a / scale;
     nalgebra::linalg::balancing::balance_parlett_reinsch(&mut balanced);
-    let (_, t) = Schur::try_new(balanced, f64::EPSILON, MAX_QR_ITERATIONS).ok_or_else(failed)?.unpack();
+    let (t, shift) = real_schur(&balanced).ok_or_else(failed)?;
 
     let mut values = Vec::with_capacity(n);
     let mut i = 0;
     while i < n {
         if i + 1 < n && t[(i + 1, i)] != 0.0 {
             // nalgebra's extraction gives NaN when rounding makes this discriminant positive.
-            let mean = 0.5 * (t[(i, i)] + t[(i + 1, i + 1)]);
+            let mean = 0.5 * (t[(i, i)] + t[(i + 1, i + 1)]) - shift;
             let half = 0.5 * (t[(i, i)] - t[(i + 1, i + 1)]);
             let discriminant = half * half + t[(i, i + 1)] * t[(i + 1, i)];
             let root = discriminant.abs().sqrt();
@@ -112,7 +112,7 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
             values.push(Complex64::new(mean + re, im) * scale);
             i += 2;
         } else {
-            values.push(Complex64::new(t[(i, i)] * scale, 0.0));
+            values.push(Complex64::new((t[(i, i)] - shift) * scale, 0.0));
             i += 1;
         }
     }
@@ -121,6 +121,21 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     }
     sort(&mut values);
     Ok(values)
+}
+
+/// The real Schur form of a matrix plus `shift` times the identity, with that shift: 0 if the iteration converges without one.
+///
+/// nalgebra takes an entry below the diagonal for 0 by the diagonal beside it. Where many eigenvalues are 0, as behind a chain of
+/// delays, the diagonal vanishes with the entry, and the iteration has no end. Then the shift puts the norm beside it, by which
+/// LAPACK judges in such a place: the error is that of rounding the matrix.
+fn real_schur(a: &DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
+    let norm = a.amax();
+    [0.0, norm].into_iter().find_map(|shift| {
+        let mut shifted = a.clone();
+        (0..a.nrows()).for_each(|i| shifted[(i, i)] += shift);
+        let (_, t) = Schur::try_new(shifted, f64::EPSILON, MAX_QR_ITERATIONS)?.unpack();
+        Some((t, shift))
+    })
 }
 
 /// Sorts by real, then imaginary part.
@@ -150,6 +165,20 @@ mod tests {
         ));
         let huge = DMatrix::from_row_slice(2, 2, &[1e300, 1e300, 0.0, 1e-300]);
         assert_eq!(eigenvalues(&huge).expect("huge")[1].re, 1e300);
+    }
+
+    #[test]
+    fn eigenvalues_where_many_are_zero() {
+        // A rank-1 matrix behind a chain of delays, as the loop has them over a long freeze: one eigenvalue is not 0.
+        let (n, delays) = (28, 19);
+        let column = |i: usize| 1e-3_f64.powi((i * 7 % 5) as i32) * if i % 2 == 0 { 1.0 } else { -1.0 };
+        let row = |j: usize| if j < n - delays { 10.0_f64.powi(-((j * 3 % 7) as i32)) } else { 0.0 };
+        let a = DMatrix::from_fn(n, n, |i, j| column(i) * row(j));
+        let trace = a.trace();
+        let values = eigenvalues(&a).expect("converges");
+        let largest = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
+        assert!((largest / trace.abs() - 1.0).abs() < 1e-12, "{largest} {trace}");
+        assert_eq!(values.iter().filter(|value| value.norm() > 1e-6 * largest).count(), 1, "{values:?}");
     }
 
     #[test]
