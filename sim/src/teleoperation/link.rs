@@ -126,13 +126,14 @@ impl<L: Lane> Link<L> {
             is_plain: controller.kind == ControllerKind::PositionForce
                 && matches!(scheme, AnyScheme::None(_))
                 && machines.compliance_m_per_n == 0.0,
+            positions: receiver(recovery, recovery.speed_m_per_s, reference_m)
+                .expecting_within(lines.forward.longest_ticks())
+                .keeping_pace(!matches!(scheme, AnyScheme::None(_))),
             architecture,
             scheme,
             scales: DirectLink::new(machines.position_scale, machines.force_scale),
             energy_scale,
             compliance: L::splat(machines.compliance_m_per_n),
-            positions: receiver(recovery, recovery.speed_m_per_s, reference_m)
-                .expecting_within(lines.forward.longest_ticks()),
             forces: receiver(&recovery.of_forces(), recovery.force_rate_n_per_s, L::zero())
                 .expecting_within(lines.backward.longest_ticks()),
             master_port: Port::at(L::splat(start_m)),
@@ -308,7 +309,7 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
         let port = self.port_of(slave);
         let limited_m = self.scheme.limit_reference(reference_m, &port);
         if self.scheme.sends_payload() {
-            self.positions.hold_at(limited_m);
+            self.positions.withhold(reference_m - limited_m);
         }
         limited_m
     }

@@ -50,6 +50,9 @@ impl RecoverySettings {
 /// recovering  y moves to target + gap by at most a step per tick
 /// ```
 /// The gap is 0 except for [`Recovery::Hold`], where it is the offset after the outage.
+///
+/// A receiver that [keeps to the pace](Receiver::keeping_pace) of its target recovers no faster than the target has moved, as
+/// an average over about the outage's length, the motion in the outage included.
 #[derive(Debug, Clone)]
 pub(super) struct Receiver<L: Lane> {
     policy: Recovery,
@@ -57,6 +60,11 @@ pub(super) struct Receiver<L: Lane> {
     /// The tick from which on missing samples count even before the first sample.
     expected_tick: L,
     step: L,
+    keeps_pace: bool,
+    /// The last target that has arrived, its averaged distance per tick, and the largest so far.
+    received: L,
+    pace: L,
+    max_pace: L,
     /// Ticks since the last fresh sample; counting begins with the first sample or at the expected tick.
     silent: L,
     has_begun: L::Mask,
@@ -82,6 +90,10 @@ impl<L: Lane> Receiver<L> {
             outage_ticks: L::splat(nearest_ticks(settings.outage_s, tick_s).max(1) as f64),
             expected_tick: L::splat(f64::INFINITY),
             step: L::splat(speed * tick_s),
+            keeps_pace: false,
+            received: initial,
+            pace: L::zero(),
+            max_pace: L::zero(),
             silent: L::zero(),
             has_begun: nowhere,
             is_lost: nowhere,
@@ -102,6 +114,20 @@ impl<L: Lane> Receiver<L> {
         self
     }
 
+    /// Recovers no faster than the target has moved so far: tissue that resists speed then resists no more than before.
+    pub(super) fn keeping_pace(self, keeps_pace: bool) -> Self {
+        Self { keeps_pace, ..self }
+    }
+
+    /// Notes a target that has arrived `ticks` after the last one.
+    #[inline(always)]
+    fn note_pace(&mut self, target: L, ticks: L) {
+        let moved = (target - self.received).abs();
+        self.received = target;
+        self.pace = self.pace + (moved - ticks * self.pace) / (ticks + self.outage_ticks);
+        self.max_pace = self.max_pace.max(self.pace);
+    }
+
     /// The output for the latest sample's target; `given_up` is the final value after giving up, by default the held
     /// one.
     #[inline(always)]
@@ -112,16 +138,19 @@ impl<L: Lane> Receiver<L> {
         self.recover(target, is_fresh, given_up)
     }
 
-    /// Holds this output (a slave's reference that a scheme has limited) instead of the target, for as long as nothing is
-    /// received: a slave that was held back does not go on to where the hand was before the outage.
+    /// Withholds a part of the output (of a slave's reference, by a scheme) for as long as nothing is received: a slave that was
+    /// held back does not go on to where the hand was before the outage.
     #[inline(always)]
-    pub(super) fn hold_at(&mut self, output: L) {
-        self.last = L::select(self.is_lost, output, self.last);
+    pub(super) fn withhold(&mut self, part: L) {
+        self.last = L::select(self.is_lost, self.last - part, self.last);
     }
 
     /// The fast path: every lane has a fresh sample and is neither lost nor recovering.
     #[inline(always)]
     fn receive(&mut self, target: L) -> L {
+        if self.keeps_pace {
+            self.note_pace(target, self.silent + L::splat(1.0));
+        }
         self.has_begun = L::Mask::splat(true);
         self.silent = L::zero();
         self.tick = self.tick + L::splat(1.0);
@@ -137,6 +166,15 @@ impl<L: Lane> Receiver<L> {
     fn recover(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
         self.has_begun = self.has_begun | is_fresh | self.tick.ge(self.expected_tick);
+        let mut step = self.step;
+        if self.keeps_pace {
+            let before = (self.received, self.pace, self.max_pace);
+            self.note_pace(target, self.silent + one);
+            self.received = L::select(is_fresh, self.received, before.0);
+            self.pace = L::select(is_fresh, self.pace, before.1);
+            self.max_pace = L::select(is_fresh, self.max_pace, before.2);
+            step = step.min(self.max_pace);
+        }
         let silent = L::select(is_fresh | !self.has_begun, zero, self.silent + one);
         let is_out = silent.ge(self.outage_ticks);
         let begins = is_out & !self.is_lost;
@@ -163,8 +201,8 @@ impl<L: Lane> Receiver<L> {
                 L::select(self.is_lost, given_up.unwrap_or(self.last), target)
             }
         };
-        let limited = self.last + (goal - self.last).clamp(-self.step, self.step);
-        let has_arrived = (goal - self.last).abs().le(self.step);
+        let limited = self.last + (goal - self.last).clamp(-step, step);
+        let has_arrived = (goal - self.last).abs().le(step);
         let is_held = self.is_lost & !self.is_recovering;
         let live = L::select(is_held, self.last, goal);
         self.last = L::select(self.is_recovering & !has_arrived, limited, live);
@@ -183,8 +221,8 @@ impl<L: Lane> Receiver<L> {
 }
 
 crate::lane::gather!(Receiver {
-    outage_ticks, expected_tick, step, silent, gap, last, tick, outages, longest, given_up_at,
-} masks { has_begun, is_lost, is_recovering } same { policy });
+    outage_ticks, expected_tick, step, received, pace, max_pace, silent, gap, last, tick, outages, longest, given_up_at,
+} masks { has_begun, is_lost, is_recovering } same { policy, keeps_pace });
 
 #[cfg(test)]
 mod tests {
@@ -219,6 +257,45 @@ mod tests {
         // 3 mm at 30 mm/s towards a hand that moves on at 10 mm/s: 150 ms.
         assert!((out[548] - 5.48e-3).abs() > 1e-6 && (out[552] - 5.52e-3).abs() < 1e-15, "{}", out[552]);
         assert_eq!(receiver.outages(0), (1.0, 300.0, None));
+    }
+
+    #[test]
+    fn a_receiver_that_keeps_pace_recovers_no_faster_than_its_target_has_moved() {
+        let recover = |is_still: bool| {
+            let mut receiver = Receiver::new(&RecoverySettings::DEFAULT, 0.03, TICK_S, 0.0).keeping_pace(true);
+            let mut hand = 0.0;
+            let out: Vec<f64> = (0..1500)
+                .map(|tick| {
+                    // 10 mm/s until the outage ends, or only in it; then the hand rests.
+                    let moves = if is_still { (100..400).contains(&tick) } else { tick < 400 };
+                    hand += if moves { 1e-5 } else { 0.0 };
+                    receiver.update(hand, !(100..400).contains(&tick), None)
+                })
+                .collect();
+            let fastest = out[400..].windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+            assert!((out[1499] - hand).abs() < 1e-15, "it arrives");
+            fastest
+        };
+        assert!(recover(false) <= 1e-5 * (1.0 + 1e-12));
+        // What it moved unseen counts too: otherwise the slave would never follow.
+        let fastest = recover(true);
+        assert!((5e-6..=1e-5).contains(&fastest), "{fastest}");
+    }
+
+    #[test]
+    fn what_is_withheld_in_an_outage_stays_withheld() {
+        let mut receiver = Receiver::new(&RecoverySettings::DEFAULT, 0.03, TICK_S, 0.0);
+        let mut out = 0.0;
+        for tick in 0..400 {
+            out = receiver.update(1e-3, tick < 100, None);
+            if tick == 300 {
+                receiver.withhold(4e-4);
+            }
+        }
+        assert!((out - 6e-4).abs() < 1e-18, "{out}");
+        receiver.update(1e-3, true, None);
+        receiver.withhold(4e-4);
+        assert!(receiver.update(1e-3, true, None) > 6e-4, "the receiver follows its samples again");
     }
 
     #[test]

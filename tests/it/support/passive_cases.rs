@@ -118,6 +118,29 @@ impl Case {
         Self { base, settings, link: draw_link(random, duration_s) }
     }
 
+    /// A random stab over a direct link: a hand that moves at a constant speed into a wall or into layers, and stops there.
+    pub fn draw_stab(random: &mut Random, duration_s: f64) -> Self {
+        let base = random.one(&["paper/classical", "paper/augmented"]);
+        let mut settings = vec![format!("simulation.seed={}", random.between(1.0, 1e6) as u64)];
+        let mut set = |key: &str, value: String| settings.push(format!("{key}={value}"));
+        set("simulation.duration_s", duration_s.to_string());
+        if random.is(0.7) {
+            set("tissue.kind", "kelvin-voigt".into());
+            set("tissue.stiffness_n_per_m", random.scale(50.0, 2e4).to_string());
+            set("tissue.damping_n_s_per_m", random.between(0.0, 20.0).to_string());
+        } else {
+            set("tissue.kind", "layers".into());
+        }
+        let surface_m = random.between(0.0, 0.005);
+        set("tissue.contact_m", surface_m.to_string());
+        set("estimator.contact_m", surface_m.to_string());
+        set("operator.kind", "ramp".into());
+        set("operator.start_m", (-0.005).to_string());
+        set("operator.end_m", (surface_m + random.between(0.001, 0.02)).to_string());
+        set("operator.speed_m_per_s", random.scale(0.01, 0.5).to_string());
+        Self { base, settings, link: vec![] }
+    }
+
     /// The settings of the case with a scheme.
     pub fn with(&self, scheme: &str) -> Vec<String> {
         let scheme = format!("passivity.scheme={scheme}");

@@ -47,6 +47,20 @@ impl<L: Lane> Account<L> {
         self.sent = self.sent + energy_j;
         self.sent
     }
+
+    /// What this side asks for, to hold `wanted_j` (J): a running total if energy under way counts.
+    #[inline(always)]
+    pub(super) fn demand(&self, wanted_j: L, counts_under_way: bool) -> L {
+        let short = wanted_j - self.energy_j;
+        if counts_under_way { self.received + short } else { short }
+    }
+
+    /// What the other side asks for beyond what is under way (J), by the demand that has arrived.
+    #[inline(always)]
+    pub(super) fn open(&self, demand_j: L, counts_under_way: bool) -> L {
+        let open = if counts_under_way { demand_j - self.sent } else { demand_j };
+        open.max(L::zero())
+    }
 }
 
 crate::lane::gather!(Account { energy_j, sent, received });
@@ -65,5 +79,17 @@ mod tests {
         assert_eq!((from.energy_j, to.energy_j), (0.25, 0.75));
         to.add(-0.5);
         assert_eq!(to.energy_j, 0.25);
+    }
+
+    #[test]
+    fn energy_under_way_is_not_asked_for_again() {
+        let (mut from, mut to) = (Account::<f64>::new(1.0), Account::<f64>::new(0.25));
+        let demand = to.demand(1.0, true);
+        assert_eq!(from.open(demand, true), 0.75);
+        let total = from.send(0.5);
+        // The demand is as old as before, the energy has not arrived.
+        assert_eq!((from.open(demand, true), from.open(demand, false)), (0.25, 0.75));
+        to.receive(total);
+        assert_eq!(from.open(to.demand(1.0, true), true), 0.25);
     }
 }

@@ -4,6 +4,9 @@ use super::SchemeContext;
 use super::port::SlavePort;
 use crate::lane::Lane;
 
+/// Time constant in s with which a slave that was held back catches up, at no more than the catch-up speed.
+const CATCH_UP_S: f64 = 0.2;
+
 /// Follows a target at no more than the target's own speed and a catch-up speed, as far as the account pays for the
 /// motion that the command commits the slave to.
 ///
@@ -14,9 +17,14 @@ use crate::lane::Lane;
 /// ```
 /// and `d` is known from the command and the slave's state, the lag of the slave included
 /// ([`SlaveMotion`](super::slave_motion::SlaveMotion)). A retreat that the tissue pays for is always possible.
+///
+/// Over a delayed link the reference also moves against the force only as fast as the account lasts for the time constant `β` of
+/// the brake, `|f v| β <= A`: a slave that is short of energy slows down and does not run into its brake again and again.
 #[derive(Debug, Clone)]
 pub(super) struct ReferenceLimit<L> {
     step: L,
+    spending_ticks: L,
+    share: L,
     tissue: L,
     per_velocity: L,
     per_state: L,
@@ -46,6 +54,8 @@ impl<L: Lane> ReferenceLimit<L> {
         let start = context.reference_m;
         Self {
             step: L::splat(speed_m_per_s * context.tick_s),
+            spending_ticks: L::splat(if context.is_immediate { 0.0 } else { motion.brake_s / context.tick_s }),
+            share: L::splat(if speed_m_per_s.is_finite() { context.tick_s / CATCH_UP_S } else { 1.0 }.min(1.0)),
             tissue: L::splat(stiffness_n_per_m) * context.energy_scale,
             per_velocity: L::splat(motion.per_velocity_s),
             per_state: L::splat(motion.per_state),
@@ -70,13 +80,16 @@ impl<L: Lane> ReferenceLimit<L> {
     #[inline(always)]
     pub(super) fn follow(&mut self, target: L, hand: L, port: &SlavePort<L>, energy_j: L) -> L {
         let zero = L::zero();
-        // As fast as the target, and the catch-up speed on top.
-        let reach = (target - self.target).abs() + self.step;
+        // As fast as the target, and the catch-up on top.
         let gap = target - self.reference;
-        let wanted = L::select(gap.abs().le(reach), target, self.reference + gap.clamp(-reach, reach));
-
+        let reach = (target - self.target).abs() + (gap.abs() * self.share).min(self.step);
         let (position, velocity, force) = (port.position_m, port.velocity_m_per_s, port.cost_j_per_m);
         let affordable = energy_j.max(zero);
+        let costs = (gap * force).gt(zero) & self.spending_ticks.gt(zero);
+        let paid = affordable / L::select(costs, force.abs() * self.spending_ticks, L::splat(1.0));
+        let reach = L::select(costs, reach.min(paid), reach);
+        let wanted = L::select(gap.abs().le(reach), target, self.reference + gap.clamp(-reach, reach));
+
         let root = (force * force + (affordable + affordable) * self.tissue).sqrt();
         let (farthest, nearest) = ((root - force) / self.tissue, (-root - force) / self.tissue);
         let committed = self.per_velocity * velocity + self.per_state * self.state;
@@ -102,6 +115,8 @@ impl<L: Lane> ReferenceLimit<L> {
 
 crate::lane::gather!(ReferenceLimit {
     step,
+    spending_ticks,
+    share,
     tissue,
     per_velocity,
     per_state,

@@ -35,8 +35,8 @@ const MAX_LEVELS: f64 = 10.0;
 /// H_m += F_ed Δx_h + received - sent      F_ed = F + d v_h,  d = limit · max(1 - H_m / level, 0)
 /// H_s -= f_e Δx_e - received + sent       H_s limits the steps of the reference
 /// ```
-/// At each tick each tank sends a fraction of its energy, as a running total, so that a lost sample loses no energy. Both
-/// tanks are full at the start. The promise, with `E_m = Σ F_ed Δx_h` and `E_s = ∫ f_e dx_e` scaled to the master:
+/// At each tick each tank sends a fraction of its energy, as a running total, so that a lost sample loses no energy. Without a
+/// delay it sends all, and the hand is damped only over the fifth of `E_0` above what is kept back. Both tanks are full at the start. The promise, with `E_m = Σ F_ed Δx_h` and `E_s = ∫ f_e dx_e` scaled to the master:
 ///
 /// ```text
 /// E_m - E_s >= -2 tank_level_j    at every tick
@@ -47,8 +47,10 @@ const MAX_LEVELS: f64 = 10.0;
 #[derive(Debug, Clone)]
 pub struct Tank<L> {
     level: L,
-    inverse_level: L,
+    inverse_wanted: L,
     reserve: L,
+    /// What the slave's tank keeps besides the energy of its last command.
+    kept: L,
     max: L,
     share: L,
     max_damping: L,
@@ -95,7 +97,7 @@ impl<L: Lane> PassivityScheme<L> for Tank<L> {
     #[inline(always)]
     fn slave_sends(&mut self) -> Payload<L> {
         let mut payload = [L::zero(); PAYLOAD];
-        payload[ENERGY] = Self::share(&mut self.slave, self.max, self.share, self.reference.committed_j);
+        payload[ENERGY] = Self::share(&mut self.slave, self.max, self.share, self.kept + self.reference.committed_j);
         payload
     }
 
@@ -109,7 +111,7 @@ impl<L: Lane> PassivityScheme<L> for Tank<L> {
     #[inline(always)]
     fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
-        let damping = self.max_damping * (one - self.master.energy_j * self.inverse_level).clamp(zero, one);
+        let damping = self.max_damping * (one - self.master.energy_j * self.inverse_wanted).clamp(zero, one);
         self.force.limit(force_n, damping, velocity_m_per_s, self.master.energy_j - self.reserve)
     }
 
@@ -132,12 +134,19 @@ impl<L: Lane> BuiltInScheme<L> for Tank<L> {
     fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self {
         let (numbers, catch_up) = (&settings.tank, &settings.catch_up);
         let level = L::splat(numbers.tank_level_j);
+        let reserve_j = RESERVE * numbers.tank_level_j;
+        let (wanted_j, kept_j, share) = if context.is_immediate {
+            (2.0 * reserve_j, reserve_j, 1.0)
+        } else {
+            (numbers.tank_level_j, 0.0, numbers.tank_share)
+        };
         Self {
             level,
-            inverse_level: L::splat(1.0 / numbers.tank_level_j),
-            reserve: L::splat(RESERVE * numbers.tank_level_j),
+            inverse_wanted: L::splat(1.0 / wanted_j),
+            reserve: L::splat(reserve_j),
+            kept: L::splat(kept_j),
             max: L::splat(MAX_LEVELS * numbers.tank_level_j),
-            share: L::splat(numbers.tank_share),
+            share: L::splat(share),
             max_damping: L::splat(settings.damping.damping_limit_n_s_per_m),
             master: Account::new(level),
             slave: Account::new(level),
@@ -150,8 +159,9 @@ impl<L: Lane> BuiltInScheme<L> for Tank<L> {
 
 crate::lane::gather!(Tank {
     level,
-    inverse_level,
+    inverse_wanted,
     reserve,
+    kept,
     max,
     share,
     max_damping,

@@ -1,6 +1,6 @@
 //! Passivity observer and controller in the time domain, at both ports.
 
-use super::budget::{Budget, ENERGY, FELT, SHORTAGE};
+use super::budget::{Budget, DEMAND, ENERGY, FELT};
 use super::hand_yield::HandYield;
 use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SchemeEnergies, SlavePort};
 use crate::lane::Lane;
@@ -35,7 +35,7 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
     #[inline(always)]
     fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
         let mut payload = [L::zero(); PAYLOAD];
-        payload[ENERGY] = self.budget.master_sends(displacement_m);
+        (payload[ENERGY], payload[DEMAND]) = self.budget.master_sends(displacement_m);
         payload[FELT] = self.budget.force.force_n;
         payload
     }
@@ -54,7 +54,7 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
     #[inline(always)]
     fn slave_sends(&mut self) -> Payload<L> {
         let mut payload = [L::zero(); PAYLOAD];
-        (payload[ENERGY], payload[SHORTAGE]) = self.budget.slave_sends();
+        (payload[ENERGY], payload[DEMAND]) = self.budget.slave_sends();
         payload
     }
 

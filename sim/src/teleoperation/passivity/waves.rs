@@ -1,6 +1,6 @@
 //! Wave variables.
 
-use super::budget::{Budget, ENERGY, SHORTAGE};
+use super::budget::{Budget, DEMAND, ENERGY};
 use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SchemeEnergies, SlavePort};
 use crate::lane::Lane;
 use crate::teleoperation::{BudgetSettings, CatchUpSettings, DampingSettings, PassivitySettings};
@@ -60,7 +60,8 @@ const WAVE_ENERGY: usize = 2;
 /// *Position synchronization in bilateral teleoperation under time-varying communication delays*).
 ///
 /// The force exceeds the tissue force that has arrived, or a recent one that decays, by at most a fifth: without this limit a
-/// hand in free motion would drag `b v`, and waves that return from a free needle would swing it beyond its way.
+/// hand in free motion would drag `b v`, and waves that return from a free needle would swing it beyond its way. While the needle
+/// pushes, it advances no deeper than the hand has come.
 /// Without delay positions and forces are sent, under the same budget.
 #[derive(Debug, Clone)]
 pub struct Waves<L> {
@@ -133,7 +134,7 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
         self.moved = displacement_m;
         let wave = (self.impedance * displacement_m + self.budget.force.force_n * self.tick) * self.inverse_gain_out;
         self.forward_energy = self.forward_energy + wave * wave * self.forward.half_inverse_tick;
-        payload[ENERGY] = self.budget.master_sends(displacement_m);
+        (payload[ENERGY], payload[DEMAND]) = self.budget.master_sends(displacement_m);
         (payload[WAVE], payload[WAVE_ENERGY]) = (wave, self.forward_energy);
         payload
     }
@@ -153,7 +154,12 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
         let drift = L::select(is_stretch, L::zero(), drift);
         self.force_n = port.force_n;
         let pushed = self.inverse_impedance * port.force_n * self.tick;
-        self.target = self.reference + (self.gain_in * wave - pushed) + drift;
+        let free = self.reference + (self.gain_in * wave - pushed) + drift;
+        // A force that the hand still feels and the slave no longer has would drive the slave beyond the hand.
+        let (deepest, shallowest) = (position_m.max(self.reference), position_m.min(self.reference));
+        let zero = L::zero();
+        let not_deeper = L::select(port.force_n.gt(zero), free.min(deepest), free);
+        self.target = L::select(port.force_n.lt(zero), free.max(shallowest), not_deeper);
         self.target
     }
 
@@ -175,7 +181,7 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
     #[inline(always)]
     fn slave_sends(&mut self) -> Payload<L> {
         let mut payload = [L::zero(); PAYLOAD];
-        (payload[ENERGY], payload[SHORTAGE]) = self.budget.slave_sends();
+        (payload[ENERGY], payload[DEMAND]) = self.budget.slave_sends();
         (payload[WAVE], payload[WAVE_ENERGY]) = (self.back_wave, self.back_energy);
         payload
     }
@@ -225,7 +231,7 @@ impl<L: Lane> BuiltInScheme<L> for Waves<L> {
         // The drift's speed has a limit of its own: a wave is as fast as the hand.
         let speed = if context.is_immediate { catch_up } else { f64::INFINITY };
         Self {
-            budget: Budget::new(settings, context, speed),
+            budget: Budget::new(settings, context, speed).without_energy_under_way(),
             is_immediate: context.is_immediate,
             impedance: L::splat(b),
             tick: L::splat(tick_s),
