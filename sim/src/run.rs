@@ -9,7 +9,7 @@ mod warnings;
 
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
-pub use promise::promise_gaps;
+pub use promise::{force_bound_gap, promise_gaps};
 pub use stepped::SteppedRun;
 pub use warnings::{outside_measured, seeds_without_effect};
 

@@ -79,6 +79,11 @@ codes! {
         "A scheme keeps its promise for ideal sensors and motors, a slave that the tissue does not move, and tissues up to \
          passivity.max_stiffness_n_per_m. `trocar check` names the parts of a scenario that are beyond this. The energy may stay \
          within the promise nevertheless: `trocar run` compares it, and warns with promise-broken.";
+    ForceNotBounded "force-not-bounded":
+        "The passivity scheme promises no bound of the force.",
+        "A scheme bounds the energy that hand and needle get. The force, too, mostly stays below 1.5 times that of the loop without \
+         delay, but no scheme promises it. `trocar check` says so for every scenario with a scheme. The manual's page on limits has how \
+         often the force was larger in random cases.";
     DelayBeyondRun "delay-beyond-run":
         "A delay of the link is longer than the run.",
         "Nothing that is sent arrives in the run.";

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::error::CliError;
 use super::warnings::text;
 use super::{ScenarioArgs, source_of, terminal};
-use trocar_sim::run::{outside_measured, promise_gaps};
+use trocar_sim::run::{force_bound_gap, outside_measured, promise_gaps};
 use trocar_sim::scenario::Source;
 use trocar_sim::sweep::{Plan, is_sweep};
 
@@ -43,7 +43,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         args.files.iter().cloned().partition(|file| is_sweep(&Source::parse(file)));
     let mut list: Vec<serde_json::Value> = vec![];
     for scenario in args.changes.load(&scenarios)? {
-        let found = [promise_gaps(&scenario), outside_measured(&scenario)].concat();
+        let mut found = promise_gaps(&scenario);
+        found.extend(force_bound_gap(&scenario));
+        found.extend(outside_measured(&scenario));
         if !args.quiet && !args.json {
             for warning in &found {
                 // Standard error can be closed; the work continues.
