@@ -16,11 +16,22 @@ pub(crate) fn samples(array: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<f64>> {
 /// Number of samples from which arrays are copied by a thread each: to give a copy its memory takes the system longer than to fill it.
 const LONG: usize = 1 << 20;
 
-/// Returns copies of several arrays, as those of [`samples`].
-pub(crate) fn all_samples<const N: usize>(arrays: [&PyReadonlyArray1<'_, f64>; N]) -> PyResult<[Vec<f64>; N]> {
-    let mut copies = [const { Vec::new() }; N];
+/// Times, positions, velocities, if any, and forces.
+type RecordingColumns = (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>);
+
+/// Returns copies of the columns of a recording, as those of [`samples`].
+pub(crate) fn recording_columns(
+    time_s: &PyReadonlyArray1<'_, f64>,
+    position_m: &PyReadonlyArray1<'_, f64>,
+    velocity_m_per_s: Option<&PyReadonlyArray1<'_, f64>>,
+    force_n: &PyReadonlyArray1<'_, f64>,
+) -> PyResult<RecordingColumns> {
+    let [mut time, mut position, mut force] = [const { Vec::new() }; 3];
+    let mut velocity = velocity_m_per_s.map(|_| Vec::new());
+    let required = [(&mut time, time_s), (&mut position, position_m), (&mut force, force_n)];
+    let copies = required.into_iter().chain(velocity.as_mut().zip(velocity_m_per_s));
     std::thread::scope(|scope| {
-        for (copy, array) in copies.iter_mut().zip(arrays) {
+        for (copy, array) in copies {
             let values = array.as_slice().map_err(error::value)?;
             if values.len() < LONG {
                 *copy = copy_of(values);
@@ -30,7 +41,7 @@ pub(crate) fn all_samples<const N: usize>(arrays: [&PyReadonlyArray1<'_, f64>; N
         }
         Ok::<_, PyErr>(())
     })?;
-    Ok(copies)
+    Ok((time, position, velocity, force))
 }
 
 /// Inserts a vector into a dictionary as an array, without a copy.

@@ -9,7 +9,7 @@ use trocar_sim::error::InvalidValue;
 use trocar_sim::recording::ArrayError;
 use trocar_sim::scenario::{DetectionSpec, ScenarioError, Source, Values};
 
-use crate::arrays::{all_samples, put};
+use crate::arrays::{put, recording_columns};
 use crate::interrupt::interruptible;
 use crate::recording::Recording;
 use crate::{convert, error};
@@ -26,17 +26,7 @@ impl Samples {
         velocity_m_per_s: Option<&PyReadonlyArray1<'_, f64>>,
         force_n: &PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Self> {
-        let recording = match velocity_m_per_s {
-            None => {
-                let [time_s, position_m, force_n] = all_samples([time_s, position_m, force_n])?;
-                (time_s, position_m, None, force_n)
-            }
-            Some(velocity) => {
-                let [time_s, position_m, force_n, velocity] = all_samples([time_s, position_m, force_n, velocity])?;
-                (time_s, position_m, Some(velocity), force_n)
-            }
-        };
-        Ok(Self { recording })
+        Ok(Self { recording: recording_columns(time_s, position_m, velocity_m_per_s, force_n)? })
     }
 
     pub(crate) fn kept(recording: &Recording) -> Self {

@@ -10,7 +10,7 @@ use trocar_report::signals_object;
 use trocar_sim::recording::{Columns, Limits, Quantity};
 use trocar_sim::scenario::parse_column;
 
-use crate::arrays::{put, samples};
+use crate::arrays::{put, recording_columns};
 use crate::{convert, error};
 
 /// A recording in memory, which scenarios name while it is held.
@@ -38,14 +38,10 @@ impl Recording {
         velocity_m_per_s: Option<PyReadonlyArray1<'_, f64>>,
         force_n: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Self> {
-        let velocity = velocity_m_per_s.as_ref().map(samples).transpose()?;
-        let recording = trocar_sim::recording::Recording::new(
-            samples(&time_s)?,
-            samples(&position_m)?,
-            velocity,
-            samples(&force_n)?,
-            Some(f64::INFINITY),
-        );
+        let (time_s, position_m, velocity_m_per_s, force_n) =
+            recording_columns(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
+        let recording =
+            trocar_sim::recording::Recording::new(time_s, position_m, velocity_m_per_s, force_n, Some(f64::INFINITY));
         let (name, recording) = trocar_sim::recording::keep(recording.map_err(error::value)?);
         Ok(Self { name, recording })
     }

@@ -16,6 +16,7 @@ mod limits;
 pub(super) mod no_scheme;
 mod port;
 mod reference_limit;
+mod sides;
 mod slave_motion;
 pub(super) mod tank;
 pub(super) mod time_domain;

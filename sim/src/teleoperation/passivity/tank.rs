@@ -2,12 +2,9 @@
 
 use super::account::Account;
 use super::budget::{ENERGY, FELT};
-use super::force_limit::ForceLimit;
 use super::hand_yield::HandYield;
-use super::reference_limit::ReferenceLimit;
-use super::{
-    Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, RESERVE, SchemeContext, SchemeEnergies, SlavePort,
-};
+use super::sides::Sides;
+use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SchemeEnergies, SlavePort};
 use crate::lane::Lane;
 use crate::teleoperation::{CatchUpSettings, DampingSettings, PassivitySettings};
 use trocar_core::settings::Key;
@@ -46,18 +43,11 @@ const MAX_LEVELS: f64 = 10.0;
 /// ([`HandYield`]).
 #[derive(Debug, Clone)]
 pub struct Tank<L> {
-    level: L,
-    inverse_wanted: L,
-    reserve: L,
+    sides: Sides<L>,
     /// What the slave's tank keeps besides the energy of its last command.
     kept: L,
     max: L,
     share: L,
-    max_damping: L,
-    master: Account<L>,
-    slave: Account<L>,
-    force: ForceLimit<L>,
-    reference: ReferenceLimit<L>,
     hand: HandYield<L>,
 }
 
@@ -75,52 +65,45 @@ impl<L: Lane> PassivityScheme<L> for Tank<L> {
     #[inline(always)]
     fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
         let mut payload = [L::zero(); PAYLOAD];
-        self.master.add(self.force.work_j(displacement_m));
-        payload[ENERGY] = Self::share(&mut self.master, self.max, self.share, L::zero());
-        payload[FELT] = self.force.force_n;
+        self.sides.master_moves(displacement_m);
+        payload[ENERGY] = Self::share(&mut self.sides.master, self.max, self.share, L::zero());
+        payload[FELT] = self.sides.force.force_n;
         payload
     }
 
     #[inline(always)]
     fn receive_position(&mut self, position_m: L, arrived: &Arrived<L>, port: &SlavePort<L>) -> L {
-        self.slave.receive(arrived.payload[ENERGY]);
-        self.slave.add(-port.work_j);
+        self.sides.slave_receives(arrived.payload[ENERGY], port);
         position_m - self.hand.update(port.force_n, arrived.payload[FELT])
     }
 
     #[inline(always)]
     fn limit_reference(&mut self, target_m: L, port: &SlavePort<L>) -> L {
-        self.slave.energy_j = self.slave.energy_j.min(self.max);
-        self.reference.follow(target_m, target_m, port, self.slave.energy_j - self.reserve)
+        self.sides.slave.energy_j = self.sides.slave.energy_j.min(self.max);
+        self.sides.limit_reference(target_m, target_m, port)
     }
 
     #[inline(always)]
     fn slave_sends(&mut self) -> Payload<L> {
         let mut payload = [L::zero(); PAYLOAD];
-        payload[ENERGY] = Self::share(&mut self.slave, self.max, self.share, self.kept + self.reference.committed_j);
+        let kept_j = self.kept + self.sides.reference.committed_j;
+        payload[ENERGY] = Self::share(&mut self.sides.slave, self.max, self.share, kept_j);
         payload
     }
 
     #[inline(always)]
     fn receive_force(&mut self, force_n: L, arrived: &Arrived<L>, _velocity_m_per_s: L) -> L {
-        self.force.show(force_n);
-        self.master.receive(arrived.payload[ENERGY]);
+        self.sides.master_receives(force_n, arrived.payload[ENERGY]);
         force_n
     }
 
     #[inline(always)]
     fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
-        let (zero, one) = (L::zero(), L::splat(1.0));
-        let damping = self.max_damping * (one - self.master.energy_j * self.inverse_wanted).clamp(zero, one);
-        self.force.limit(force_n, damping, velocity_m_per_s, self.master.energy_j - self.reserve)
+        self.sides.limit_force(force_n, velocity_m_per_s, L::zero())
     }
 
     fn energies(&self) -> SchemeEnergies<L> {
-        SchemeEnergies {
-            promised_j: Some(self.level + self.level),
-            dissipated_j: self.force.dissipated_j,
-            refused_j: self.reference.refused_j,
-        }
+        self.sides.energies()
     }
 }
 
@@ -132,42 +115,17 @@ impl<L: Lane> BuiltInScheme<L> for Tank<L> {
     }
 
     fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self {
-        let (numbers, catch_up) = (&settings.tank, &settings.catch_up);
-        let level = L::splat(numbers.tank_level_j);
-        let reserve_j = RESERVE * numbers.tank_level_j;
-        let (wanted_j, kept_j, share) = if context.is_immediate {
-            (2.0 * reserve_j, reserve_j, 1.0)
-        } else {
-            (numbers.tank_level_j, 0.0, numbers.tank_share)
-        };
+        let TankSettings { tank_level_j, tank_share } = settings.tank;
+        let sides = Sides::new(settings, context, tank_level_j, settings.catch_up.catch_up_speed_m_per_s);
+        let (kept, share) = if context.is_immediate { (sides.reserve, 1.0) } else { (L::zero(), tank_share) };
         Self {
-            level,
-            inverse_wanted: L::splat(1.0 / wanted_j),
-            reserve: L::splat(reserve_j),
-            kept: L::splat(kept_j),
-            max: L::splat(MAX_LEVELS * numbers.tank_level_j),
+            sides,
+            kept,
+            max: L::splat(MAX_LEVELS * tank_level_j),
             share: L::splat(share),
-            max_damping: L::splat(settings.damping.damping_limit_n_s_per_m),
-            master: Account::new(level),
-            slave: Account::new(level),
-            force: ForceLimit::new(context),
-            reference: ReferenceLimit::new(context, catch_up.max_stiffness_n_per_m, catch_up.catch_up_speed_m_per_s),
             hand: HandYield::new(context),
         }
     }
 }
 
-crate::lane::gather!(Tank {
-    level,
-    inverse_wanted,
-    reserve,
-    kept,
-    max,
-    share,
-    max_damping,
-    master,
-    slave,
-    force,
-    reference,
-    hand
-});
+crate::lane::gather!(Tank { sides, kept, max, share, hand });

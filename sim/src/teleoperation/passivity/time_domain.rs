@@ -36,7 +36,7 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
     fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
         let mut payload = [L::zero(); PAYLOAD];
         (payload[ENERGY], payload[DEMAND]) = self.budget.master_sends(displacement_m);
-        payload[FELT] = self.budget.force.force_n;
+        payload[FELT] = self.budget.sides.force.force_n;
         payload
     }
 
@@ -48,7 +48,7 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
 
     #[inline(always)]
     fn limit_reference(&mut self, target_m: L, port: &SlavePort<L>) -> L {
-        self.budget.limit_reference(target_m, target_m, port)
+        self.budget.sides.limit_reference(target_m, target_m, port)
     }
 
     #[inline(always)]
@@ -70,7 +70,7 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
     }
 
     fn energies(&self) -> SchemeEnergies<L> {
-        self.budget.energies()
+        self.budget.sides.energies()
     }
 }
 

@@ -132,7 +132,8 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
     fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
         let mut payload = [L::zero(); PAYLOAD];
         self.moved = displacement_m;
-        let wave = (self.impedance * displacement_m + self.budget.force.force_n * self.tick) * self.inverse_gain_out;
+        let wave =
+            (self.impedance * displacement_m + self.budget.sides.force.force_n * self.tick) * self.inverse_gain_out;
         self.forward_energy = self.forward_energy + wave * wave * self.forward.half_inverse_tick;
         (payload[ENERGY], payload[DEMAND]) = self.budget.master_sends(displacement_m);
         (payload[WAVE], payload[WAVE_ENERGY]) = (wave, self.forward_energy);
@@ -167,7 +168,7 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
     fn limit_reference(&mut self, commanded_m: L, port: &SlavePort<L>) -> L {
         // Without the hand's way in an event, for which the operator does not pay in advance.
         let hand_m = commanded_m + (self.hand - self.target * self.position_scale);
-        let reference_m = self.budget.limit_reference(commanded_m, hand_m, port);
+        let reference_m = self.budget.sides.limit_reference(commanded_m, hand_m, port);
         // What the budget withholds is withheld from the waves; what the supervisor changes is not, so that the freeze is
         // felt by the force law and not as a wall.
         let reference = self.target - (commanded_m - reference_m) * self.inverse_scale;
@@ -205,7 +206,7 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
     }
 
     fn energies(&self) -> SchemeEnergies<L> {
-        self.budget.energies()
+        self.budget.sides.energies()
     }
 }
 
