@@ -5,9 +5,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_sim::detect::{ASSUMED_STEP_M, DetectionChain, Reading, VelocitySource};
 use trocar_sim::recording::Limits;
+use trocar_sim::rows::Rows;
 use trocar_sim::scenario::{DetectionSettings, Values};
 
-use crate::arrays::put;
+use crate::arrays::{put, samples};
 use crate::detect::tuning;
 use crate::error;
 
@@ -177,9 +178,8 @@ impl Detector {
         velocity_m_per_s: Option<PyReadonlyArray1<'py, f64>>,
         force_n: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyArray1<i64>>)> {
-        let slice = |array: &PyReadonlyArray1<'py, f64>| array.as_slice().map(<[f64]>::to_vec).map_err(error::value);
-        let (position, force) = (slice(&position_m)?, slice(&force_n)?);
-        let velocity = velocity_m_per_s.as_ref().map(slice).transpose()?;
+        let (position, force) = (samples(&position_m)?, samples(&force_n)?);
+        let velocity = velocity_m_per_s.as_ref().map(samples).transpose()?;
         self.velocity(velocity.as_ref().map(|_| 0.0))?;
         let count = position.len();
         for (name, length) in [("velocity", velocity.as_ref().map_or(count, Vec::len)), ("force", force.len())] {
@@ -195,7 +195,7 @@ impl Detector {
             force_n: force[at],
         };
         (0..count).try_for_each(|at| check(&reading(at), Some(at)))?;
-        let mut columns: [Vec<f64>; 8] = std::array::from_fn(|_| Vec::with_capacity(count));
+        let mut rows = Rows::new(count, [true; 8]);
         let mut alarms = vec![];
         let chain = &mut self.chain;
         py.detach(|| {
@@ -204,7 +204,7 @@ impl Detector {
                 if step.decision.alarm {
                     alarms.push(at as i64);
                 }
-                let values = [
+                rows.push([
                     step.velocity_m_per_s,
                     step.depth_m,
                     step.estimate.predicted_force_n,
@@ -213,8 +213,7 @@ impl Detector {
                     step.estimate.damping_n_s_per_m,
                     step.decision.distance,
                     step.decision.decision,
-                ];
-                columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+                ]);
             }
         });
         self.samples += count as u64;
@@ -229,7 +228,7 @@ impl Detector {
             "decision",
         ];
         let all = PyDict::new(py);
-        for (name, column) in names.into_iter().zip(columns) {
+        for (name, column) in names.into_iter().zip(rows.into_columns()) {
             put(&all, name, column)?;
         }
         Ok((all, PyArray1::from_vec(py, alarms)))

@@ -1,6 +1,6 @@
 //! The figures as data, which `trocar/_figures.py` draws with matplotlib. They are those of the command line.
 
-use numpy::{PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_report::figures::{
@@ -30,11 +30,6 @@ impl<'py> Columns<'py> {
         let column = self.columns.get_item(name)?.ok_or_else(|| error::value(format!("no column {name:?}")))?;
         let column: PyReadonlyArray1<'py, T> = column.extract()?;
         Ok(column)
-    }
-
-    fn ticks(&self) -> PyResult<usize> {
-        let time = self.columns.get_item("time_s")?.ok_or_else(|| error::value("no column 'time_s'"))?;
-        Ok(time.cast::<PyUntypedArray>()?.len())
     }
 }
 
@@ -101,8 +96,8 @@ pub(crate) fn run_figure<'py>(
     let [(scenario, columns, ruptures_s, alarms_s), ..] = &runs[..] else {
         return Err(error::value("no run to draw"));
     };
+    let trust = trust_of_run(&scenario.scenario, columns)?;
     let columns = Columns { columns: columns.clone() };
-    let errors = [columns.get::<f64>("stiffness_std_n_per_m")?, columns.get::<f64>("damping_std_n_s_per_m")?];
     let detector = &scenario.scenario.detector;
     let about = About {
         name: &scenario.scenario.name,
@@ -110,7 +105,26 @@ pub(crate) fn run_figure<'py>(
         threshold: detector.cusum.threshold,
         distance: detector.distance.kind,
     };
-    estimation(py, figure, &columns, &about, [slice(&errors[0])?, slice(&errors[1])?], (ruptures_s, alarms_s))
+    estimation(py, figure, &columns, &about, &trust, (ruptures_s, alarms_s))
+}
+
+/// The trust in the estimates of a run, from the columns of its trace.
+pub(crate) fn trust_of_run(
+    scenario: &trocar_sim::scenario::Scenario,
+    columns: &Bound<'_, PyDict>,
+) -> PyResult<TrustColumns> {
+    let columns = Columns { columns: columns.clone() };
+    trust_of(&columns, ["slave_position_m", "slave_velocity_m_per_s"], (scenario.contact_m, scenario.grid.tick_s()))
+}
+
+/// The trust in estimates, from columns with the position and the velocity that are named; `sampling` has the contact in m and the time
+/// between two samples in s.
+fn trust_of(columns: &Columns<'_>, [position, velocity]: [&str; 2], sampling: (f64, f64)) -> PyResult<TrustColumns> {
+    let names = [position, velocity, "residual_n", "stiffness_n_per_m", "damping_n_s_per_m"];
+    let all = names.map(|name| columns.get::<f64>(name)).into_iter().collect::<PyResult<Vec<_>>>()?;
+    let [position, velocity, residual, stiffness, damping] = &all[..] else { return Err(error::value("no columns")) };
+    let motion = (slice(position)?, slice(velocity)?);
+    Ok(TrustColumns::of(sampling, motion, slice(residual)?, (slice(stiffness)?, slice(damping)?)))
 }
 
 /// Returns a figure of a detection; `sampling` has its contact position in m and the time between two samples in s, `distance` is the
@@ -131,19 +145,10 @@ pub(crate) fn detection_figure<'py>(
     let distance = DistanceKind::ALL.into_iter().find(|kind| kind.word() == distance);
     let distance = distance.ok_or_else(|| error::value("an unknown distance"))?;
     let columns = Columns { columns };
-    let names = ["position_m", "velocity_m_per_s", "residual_n", "stiffness_n_per_m", "damping_n_s_per_m"];
-    let all = names.map(|name| columns.get::<f64>(name)).into_iter().collect::<PyResult<Vec<_>>>()?;
-    let [position, velocity, residual, stiffness, damping] = &all[..] else { return Err(error::value("no columns")) };
-    let trust = TrustColumns::of(
-        sampling,
-        (slice(position)?, slice(velocity)?),
-        slice(residual)?,
-        (slice(stiffness)?, slice(damping)?),
-    );
+    let trust = trust_of(&columns, ["position_m", "velocity_m_per_s"], sampling)?;
     let extra = ["friction_n", "power"].into_iter().find(|name| columns.columns.contains(name).unwrap_or(false));
     let about = About { name, extra, threshold, distance };
-    let errors = [&*trust.stiffness_std_n_per_m, &*trust.damping_std_n_s_per_m];
-    estimation(py, figure, &columns, &about, errors, (&ruptures_s, &alarms_s))
+    estimation(py, figure, &columns, &about, &trust, (&ruptures_s, &alarms_s))
 }
 
 /// What an estimation is of.
@@ -160,7 +165,7 @@ fn estimation<'py>(
     figure: &str,
     columns: &Columns<'py>,
     about: &About<'_>,
-    errors: [&[f64]; 2],
+    trust: &TrustColumns,
     (ruptures_s, alarms_s): (&[f64], &[f64]),
 ) -> PyResult<Bound<'py, PyAny>> {
     let drawn = ESTIMATION_FIGURES.into_iter().find(|(name, _)| *name == figure);
@@ -176,7 +181,7 @@ fn estimation<'py>(
         residual_n: slice(&numbers[2])?,
         stiffness_n_per_m: slice(&numbers[3])?,
         damping_n_s_per_m: slice(&numbers[4])?,
-        standard_errors: (errors[0].len() == columns.ticks()?).then_some(errors),
+        standard_errors: Some([&*trust.stiffness_std_n_per_m, &*trust.damping_std_n_s_per_m]),
         extra_parameter: match &extra {
             Some((name, column)) => Some((*name, slice(column)?)),
             None => None,

@@ -11,6 +11,7 @@ use trocar_sim::metrics::Metrics;
 use trocar_sim::run::{RunError, observe, observe_with};
 
 use crate::arrays::put;
+use crate::figures::trust_of_run;
 use crate::own::{Failure, Own};
 use crate::scenario::Scenario;
 use crate::{convert, error};
@@ -46,6 +47,18 @@ impl Run {
     /// Returns the text of the command line.
     fn text(&self) -> String {
         run_text(&self.run)
+    }
+
+    /// Returns the columns of the trust in the estimate, computed from the other columns.
+    fn trust<'py>(&self, py: Python<'py>, columns: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyDict>> {
+        let trust = trust_of_run(&self.run.scenario, columns)?;
+        let all = PyDict::new(py);
+        let [stiffness, damping, excitation, flags] = TRUST_COLUMNS.map(|column| column.name);
+        put(&all, stiffness, trust.stiffness_std_n_per_m)?;
+        put(&all, damping, trust.damping_std_n_s_per_m)?;
+        put(&all, excitation, trust.excitation)?;
+        put(&all, flags, trust.estimate_flags)?;
+        Ok(all)
     }
 
     /// Returns the rows of the table: metric, label, unit, value in SI units.
@@ -99,7 +112,7 @@ impl Watch {
     }
 }
 
-/// Runs a scenario. Returns the run and the columns of its trace.
+/// Runs a scenario. Returns the run and the columns of its trace, without those of [`Run::trust`].
 #[pyfunction]
 pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
     let scenario = &scenario.scenario;
@@ -161,7 +174,7 @@ fn observed<O: Observer<f64> + Send>(
     Ok(outcome)
 }
 
-/// Returns a run and its trace as arrays, without a copy.
+/// Returns a run and its trace as arrays, without a copy, and without the trust in the estimate.
 pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_sim::run::Run) -> PyResult<(Run, Bound<'_, PyDict>)> {
     let columns = PyDict::new(py);
     let trace = &mut run.trace;
@@ -174,13 +187,6 @@ pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_sim::run::Run) -> PyResu
     if let Some((name, values)) = &trace.extra_parameter {
         // The summary needs this column too.
         columns.set_item(*name, PyArray1::from_slice(py, values))?;
-    }
-    if let Some(trust) = trace.trust.take() {
-        let [stiffness, damping, excitation, flags] = TRUST_COLUMNS.map(|column| column.name);
-        put(&columns, stiffness, trust.stiffness_std_n_per_m)?;
-        put(&columns, damping, trust.damping_std_n_s_per_m)?;
-        put(&columns, excitation, trust.excitation)?;
-        put(&columns, flags, trust.estimate_flags)?;
     }
     Ok((Run { run }, columns))
 }

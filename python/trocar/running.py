@@ -39,8 +39,22 @@ class Run(Columns):
 
     def __init__(self, scenario: Scenario, core: _core.Run, traces: dict[str, NDArray[Any]]) -> None:
         self.scenario = scenario
-        self.traces = self._columns = traces
+        self._recorded = traces
         self._core: _core.Run | _Stored = core
+
+    @cached_property
+    def traces(self) -> dict[str, NDArray[Any]]:
+        """All columns of the trace."""
+        core = self._core
+        return self._recorded if isinstance(core, _Stored) else {**self._recorded, **core.trust(self._recorded)}
+
+    @property
+    def _columns(self) -> dict[str, NDArray[Any]]:  # type: ignore[override]
+        return self.traces
+
+    def __getitem__(self, column: str) -> NDArray[Any]:
+        # The trust in the estimate is computed when one of its columns is asked for, or all of them.
+        return self._recorded[column] if column in self._recorded else super().__getitem__(column)
 
     def __len__(self) -> int:
         return len(self._columns)
@@ -50,8 +64,7 @@ class Run(Columns):
         return self.scenario, self.traces, _Stored(core.name, core.summary_json(), core.text(), core.rows())
 
     def __setstate__(self, state: tuple[Scenario, dict[str, NDArray[Any]], _Stored]) -> None:
-        self.scenario, self.traces, self._core = state
-        self._columns = self.traces
+        self.scenario, self._recorded, self._core = state
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the run into a file of numpy (``.npz``): trace, summary and scenario. :func:`trocar.load` reads it."""
@@ -124,13 +137,13 @@ class Run(Columns):
     def _drawn(self) -> tuple[_core.Scenario, dict[str, NDArray[Any]], list[float], list[float]]:
         """What a figure needs of the run."""
         ruptures_s = [rupture["time_s"] for rupture in self.ruptures]
-        return self.scenario._core, self.traces, ruptures_s, self.alarms_s.tolist()
+        return self.scenario._core, self._recorded, ruptures_s, self.alarms_s.tolist()
 
     def __str__(self) -> str:
         return self._core.text()
 
     def __repr__(self) -> str:
-        return f"Run({self.scenario.name!r}, {len(self.traces['time_s'])} ticks)"
+        return f"Run({self.scenario.name!r}, {len(self['time_s'])} ticks)"
 
     def _repr_html_(self) -> str:
         rows = [(label, quantity(value, unit)) for _, label, unit, value in self._core.rows()]

@@ -1,6 +1,7 @@
 //! The figures of a run, a comparison and a detection, and their files.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 use serde_json::Value as Json;
@@ -52,6 +53,8 @@ pub(super) struct DrawnRun<'a> {
     run: &'a Run,
     ruptures_s: Vec<f64>,
     alarms_s: Vec<f64>,
+    /// Computed for the first figure that shows it.
+    trust: OnceLock<Option<TrustColumns>>,
 }
 
 impl<'a> DrawnRun<'a> {
@@ -60,6 +63,7 @@ impl<'a> DrawnRun<'a> {
             run,
             ruptures_s: run.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect(),
             alarms_s: run.metrics.alarms.iter().map(|alarm| alarm.time_s).collect(),
+            trust: OnceLock::new(),
         }
     }
 
@@ -104,8 +108,9 @@ impl<'a> DrawnRun<'a> {
             residual_n: &trace.residual_n,
             stiffness_n_per_m: &trace.stiffness_n_per_m,
             damping_n_s_per_m: &trace.damping_n_s_per_m,
-            standard_errors: trace
+            standard_errors: self
                 .trust
+                .get_or_init(|| trace.trust())
                 .as_ref()
                 .map(|trust| [&*trust.stiffness_std_n_per_m, &*trust.damping_std_n_s_per_m]),
             extra_parameter: as_slice(&trace.extra_parameter),

@@ -8,7 +8,7 @@ use super::columns::{Column, ColumnFormat, csv};
 use super::number::{show, significant};
 use super::wrap::wrapped;
 use trocar_sim::compare::Row;
-use trocar_sim::engine::{COLUMNS, ColumnValues, TRUST_COLUMNS, Trace};
+use trocar_sim::engine::{COLUMNS, ColumnValues, TRUST_COLUMNS, Trace, TrustColumns};
 use trocar_sim::metrics::{Outcome, RuptureMetrics, Unit};
 use trocar_sim::run::Run;
 
@@ -72,11 +72,10 @@ pub(super) fn shortest(value: f64) -> String {
 }
 
 /// The columns of a trace: those of [`COLUMNS`], then the trust in the estimate and the estimator's extra parameter, if any.
-fn trace_columns(trace: &Trace) -> Vec<Column<'_>> {
+fn trace_columns<'a>(trace: &'a Trace, trust: Option<&'a TrustColumns>) -> Vec<Column<'a>> {
     let extra = trace.extra_parameter.as_ref();
     let extra = extra.map(|(name, column)| (*name, ColumnValues::Numbers(column.as_slice())));
-    let trust =
-        trace.trust.iter().flat_map(|trust| TRUST_COLUMNS.iter().map(|column| column.name).zip(trust.columns()));
+    let trust = trust.into_iter().flat_map(|trust| TRUST_COLUMNS.iter().map(|column| column.name).zip(trust.columns()));
     COLUMNS.into_iter().zip(trace.columns()).chain(trust).chain(extra).collect()
 }
 
@@ -86,7 +85,7 @@ fn trace_columns(trace: &Trace) -> Vec<Column<'_>> {
 /// # Errors
 /// Returns the errors of the writer.
 pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
-    csv(&trace_columns(trace), out)
+    csv(&trace_columns(trace, trace.trust().as_ref()), out)
 }
 
 /// Writes the columns of [`write_trace_csv`] in another format.
@@ -94,7 +93,7 @@ pub fn write_trace_csv(trace: &Trace, out: &mut dyn Write) -> io::Result<()> {
 /// # Errors
 /// Returns the errors of the writer.
 pub fn write_trace(trace: &Trace, format: ColumnFormat, out: &mut (dyn Write + Send)) -> io::Result<()> {
-    format.write("run", &trace_columns(trace), out)
+    format.write("run", &trace_columns(trace, trace.trust().as_ref()), out)
 }
 
 /// Writes some columns of [`write_trace_csv`], by their names and in the order of the trace. `topic` names their rows in a log.
@@ -108,7 +107,9 @@ pub fn write_trace_columns(
     format: ColumnFormat,
     out: &mut (dyn Write + Send),
 ) -> io::Result<()> {
-    let mut columns = trace_columns(trace);
+    let needs_trust = TRUST_COLUMNS.iter().any(|column| names.contains(&column.name));
+    let trust = needs_trust.then(|| trace.trust()).flatten();
+    let mut columns = trace_columns(trace, trust.as_ref());
     columns.retain(|(name, _)| names.contains(name));
     format.write(topic, &columns, out)
 }

@@ -23,6 +23,8 @@ pub mod quantiles;
 pub mod recording;
 pub mod remote;
 pub mod roc;
+#[doc(hidden)]
+pub mod rows;
 pub mod run;
 pub mod scenario;
 pub mod sensor;

@@ -107,7 +107,7 @@ pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
 #[must_use]
 pub fn empty_trace_with(scenario: &Scenario, own: &OwnParts) -> Trace {
     let column = scenario.estimator.extra_parameter_column().filter(|_| own.estimator.is_none());
-    Trace::new(scenario.grid).with_extra_parameter(column).with_trust(scenario.contact_m)
+    Trace::new(scenario.grid).with_extra_parameter(column).with_contact(scenario.contact_m)
 }
 
 /// Runs a scenario for its metrics.

@@ -237,7 +237,7 @@ fn layers_have_names_that_settings_address_and_the_echo_keeps() {
 #[test]
 fn the_trace_tells_when_the_estimate_can_be_trusted() {
     let run = trocar::run::run(load(NAMED, &["sensor.force_noise_std_n=0.02"]).expect("good")).expect("runs");
-    let trust = run.trace.trust.as_ref().expect("recorded");
+    let trust = run.trace.trust().expect("the contact is known");
     let flagged = |flag: u8| trust.estimate_flags.iter().filter(|flags| *flags & flag > 0).count();
     assert_eq!(trust.estimate_flags.len(), run.trace.len());
     // Before the contact, and at rest after the motion, where the damping cannot be told.

@@ -33,6 +33,7 @@ use crate::estimation::Estimate;
 use crate::interrupt;
 use crate::large_pages::with_capacity;
 use crate::recording::{Recording, ResampleError};
+use crate::rows::Rows;
 use crate::scenario::{DetectionSettings, DetectionSpec};
 
 /// The estimates and decisions for a recording, with a value per sample.
@@ -119,19 +120,19 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
     // Of a long recording, what the samples alone tell takes half as long as the chain.
     let (computed, (phases, recorded)) = rayon::join(|| Computed::of(&mut chain, &signals), of_samples);
     let Samples { time_s, position_m, velocity_m_per_s: measured, force_n, is_resampled } = samples;
-    let [residual_n, stiffness_n_per_m, damping_n_s_per_m, distance, decision] = computed.columns;
+    let [residual_n, stiffness_n_per_m, damping_n_s_per_m, distance, decision, estimated, extra] = computed.columns;
     Ok(Detection {
         interval_s,
         time_s,
         position_m,
-        velocity_m_per_s: measured.or(computed.velocity_m_per_s).unwrap_or_default(),
+        velocity_m_per_s: measured.unwrap_or(estimated),
         measured_force_n: force_n,
         residual_n,
         stiffness_n_per_m,
         damping_n_s_per_m,
         distance,
         decision,
-        extra_parameter: settings.estimator.extra_parameter_column().zip(computed.extra_parameter),
+        extra_parameter: settings.estimator.extra_parameter_column().map(|name| (name, extra)),
         alarms: computed.alarms,
         contact_m: settings.contact_m,
         touched: computed.touched,
@@ -146,64 +147,50 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
 
 /// What the chain computes from the samples.
 struct Computed {
-    /// Residual, stiffness, damping, distance, decision.
-    columns: [Vec<f64>; 5],
-    velocity_m_per_s: Option<Vec<f64>>,
-    extra_parameter: Option<Vec<f64>>,
+    /// Residual, stiffness, damping, distance, decision, then velocity and extra parameter, which are empty unless they are asked for.
+    columns: [Vec<f64>; 7],
     conditions: Vec<SampleConditions>,
     alarms: Vec<usize>,
     touched: bool,
 }
 
-/// Number of samples that go through the chain before they are appended to the columns.
+/// Number of samples between two checks for an interrupt.
 const AT_ONCE: usize = 512;
 
 impl Computed {
     fn of(chain: &mut DetectionChain, signals: &Signals<'_>) -> Self {
         let count = signals.time_s.len();
-        let mut all = Self {
-            columns: std::array::from_fn(|_| with_capacity(count)),
-            velocity_m_per_s: signals.velocity_m_per_s.is_none().then(|| with_capacity(count)),
-            extra_parameter: signals.has_extra_parameter.then(|| with_capacity(count)),
-            conditions: with_capacity(count),
-            alarms: vec![],
-            touched: false,
-        };
-        let mut block = [[0.0; AT_ONCE]; 7];
-        for first in (0..count).step_by(AT_ONCE) {
-            interrupt::check();
-            let length = AT_ONCE.min(count - first);
-            let [position_m, force_n] = [signals.position_m, signals.force_n].map(|column| &column[first..][..length]);
-            let measured = signals.velocity_m_per_s.map(|column| &column[first..][..length]);
-            for at in 0..length {
-                let step = chain.step(&Reading {
-                    position_m: position_m[at],
-                    velocity_m_per_s: measured.map_or(0.0, |column| column[at]),
-                    force_n: force_n[at],
-                });
-                all.touched |= step.depth_m > 0.0;
-                let Estimate { residual_n, stiffness_n_per_m, damping_n_s_per_m, extra_parameter, .. } = step.estimate;
-                let Decision { distance, decision, alarm } = step.decision;
-                block[0][at] = residual_n;
-                block[1][at] = stiffness_n_per_m;
-                block[2][at] = damping_n_s_per_m;
-                block[3][at] = distance;
-                block[4][at] = decision;
-                block[5][at] = step.velocity_m_per_s;
-                block[6][at] = extra_parameter;
-                all.conditions.push(SampleConditions::of(&step.conditions));
-                if alarm {
-                    all.alarms.push(first + at);
-                }
+        let measured = signals.velocity_m_per_s;
+        let is_kept = [true, true, true, true, true, measured.is_none(), signals.has_extra_parameter];
+        let mut rows = Rows::new(count, is_kept);
+        let (mut conditions, mut alarms, mut touched) = (with_capacity(count), vec![], false);
+        for at in 0..count {
+            if at.is_multiple_of(AT_ONCE) {
+                interrupt::check();
             }
-            let [computed @ .., velocity, extra] = &block;
-            let optional = [(&mut all.velocity_m_per_s, velocity), (&mut all.extra_parameter, extra)];
-            let optional = optional.into_iter().filter_map(|(column, values)| Some((column.as_mut()?, values)));
-            for (column, values) in all.columns.iter_mut().zip(computed).chain(optional) {
-                column.extend_from_slice(&values[..length]);
+            let step = chain.step(&Reading {
+                position_m: signals.position_m[at],
+                velocity_m_per_s: measured.map_or(0.0, |column| column[at]),
+                force_n: signals.force_n[at],
+            });
+            touched |= step.depth_m > 0.0;
+            let Estimate { residual_n, stiffness_n_per_m, damping_n_s_per_m, extra_parameter, .. } = step.estimate;
+            let Decision { distance, decision, alarm } = step.decision;
+            rows.push([
+                residual_n,
+                stiffness_n_per_m,
+                damping_n_s_per_m,
+                distance,
+                decision,
+                step.velocity_m_per_s,
+                extra_parameter,
+            ]);
+            conditions.push(SampleConditions::of(&step.conditions));
+            if alarm {
+                alarms.push(at);
             }
         }
-        all
+        Self { columns: rows.into_columns(), conditions, alarms, touched }
     }
 }
 

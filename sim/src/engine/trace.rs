@@ -2,6 +2,7 @@
 
 use super::column::{ColumnValues, TraceColumn};
 use super::{Observer, PortEnergies, Signals, TrustColumns};
+use crate::large_pages::with_capacity;
 use crate::time::TickGrid;
 
 /// Declares the columns of a trace in the order of its file: `name: f64 or u8, "unit" => how it is read;`. By default
@@ -22,8 +23,7 @@ macro_rules! trace {
             $(#[doc = $meaning] pub $name: Vec<$value>,)*
             /// The estimator's extra parameter: the column's name, and its values.
             pub extra_parameter: Option<(&'static str, Vec<f64>)>,
-            /// The trust in the estimate.
-            pub trust: Option<TrustColumns>,
+            contact_m: Option<f64>,
             grid: TickGrid,
             ports: PortEnergies,
         }
@@ -33,9 +33,9 @@ macro_rules! trace {
             #[must_use]
             pub fn new(grid: TickGrid) -> Self {
                 Self {
-                    $($name: Vec::with_capacity(grid.ticks() as usize),)*
+                    $($name: with_capacity(grid.ticks() as usize),)*
                     extra_parameter: None,
-                    trust: None,
+                    contact_m: None,
                     grid,
                     ports: PortEnergies::default(),
                 }
@@ -62,9 +62,6 @@ macro_rules! trace {
                 })*
                 if let Some((_, extra)) = &mut self.extra_parameter {
                     extra.push(s.extra_parameter);
-                }
-                if let Some(trust) = &mut self.trust {
-                    trust.add(s);
                 }
             }
         }
@@ -124,15 +121,25 @@ impl Trace {
     /// Adds a column of this name for the estimator's extra parameter.
     #[must_use]
     pub fn with_extra_parameter(mut self, column: Option<&'static str>) -> Self {
-        self.extra_parameter = column.map(|name| (name, Vec::with_capacity(self.grid.ticks() as usize)));
+        self.extra_parameter = column.map(|name| (name, with_capacity(self.grid.ticks() as usize)));
         self
     }
 
-    /// Adds the columns of the trust in the estimate of an estimator in contact below `contact_m` (m).
+    /// Adds the contact of the estimator (m), which its trust needs.
     #[must_use]
-    pub fn with_trust(mut self, contact_m: f64) -> Self {
-        self.trust = Some(TrustColumns::new(contact_m, self.grid.tick_s(), self.grid.ticks() as usize));
+    pub fn with_contact(mut self, contact_m: f64) -> Self {
+        self.contact_m = Some(contact_m);
         self
+    }
+
+    /// The trust in the estimates, tick by tick, computed from the other columns; `None` if the contact is not known. The depth is that
+    /// of the needle itself, not of the position sensor.
+    #[must_use]
+    pub fn trust(&self) -> Option<TrustColumns> {
+        let motion = (&*self.slave_position_m, &*self.slave_velocity_m_per_s);
+        let parameters = (&*self.stiffness_n_per_m, &*self.damping_n_s_per_m);
+        let of = |contact_m| TrustColumns::of((contact_m, self.grid.tick_s()), motion, &self.residual_n, parameters);
+        self.contact_m.map(of)
     }
 
     /// Number of ticks.

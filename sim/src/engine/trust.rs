@@ -1,8 +1,9 @@
 //! The trust in the estimate, tick by tick, as further columns of a trace.
 
-use super::Signals;
 use super::column::{ColumnValues, TraceColumn};
 use crate::estimation::Confidence;
+use crate::large_pages::with_capacity;
+use crate::rows::Rows;
 
 /// The columns of [`TrustColumns`], in the order of a trace's file.
 pub const TRUST_COLUMNS: [TraceColumn; 4] = [
@@ -38,8 +39,6 @@ pub struct TrustColumns {
     pub excitation: Vec<f64>,
     /// The flags.
     pub estimate_flags: Vec<u8>,
-    contact_m: f64,
-    confidence: Confidence,
 }
 
 impl TrustColumns {
@@ -52,48 +51,23 @@ impl TrustColumns {
         residual_n: &[f64],
         (k, b): (&[f64], &[f64]),
     ) -> Self {
-        let mut trust = Self::new(contact_m, tick_s, residual_n.len());
-        let motions = position_m.iter().copied().zip(velocity_m_per_s.iter().copied());
-        let parameters = k.iter().copied().zip(b.iter().copied());
-        for ((motion, residual_n), parameters) in motions.zip(residual_n).zip(parameters) {
-            trust.add_estimate(motion, *residual_n, parameters);
+        let mut confidence = Confidence::new(tick_s);
+        let mut errors = Rows::new(residual_n.len(), [true; 3]);
+        let mut estimate_flags = with_capacity(residual_n.len());
+        let motions = position_m.iter().zip(velocity_m_per_s);
+        for (((position_m, velocity_m_per_s), residual_n), (k, b)) in motions.zip(residual_n).zip(k.iter().zip(b)) {
+            let depth_m = position_m - contact_m;
+            let in_contact = depth_m > 0.0;
+            if in_contact {
+                confidence.add(depth_m, *velocity_m_per_s, *residual_n);
+            }
+            let trust = confidence.trust();
+            errors.push([trust.stiffness_std_n_per_m, trust.damping_std_n_s_per_m, trust.excitation]);
+            let flags = trust.flags(*k, *b);
+            estimate_flags.push(if in_contact { flags } else { flags | OUT_OF_CONTACT });
         }
-        trust
-    }
-
-    /// Empty columns with room for `ticks` of `tick_s` (s), for an estimator in contact below `contact_m` (m).
-    pub(super) fn new(contact_m: f64, tick_s: f64, ticks: usize) -> Self {
-        Self {
-            stiffness_std_n_per_m: Vec::with_capacity(ticks),
-            damping_std_n_s_per_m: Vec::with_capacity(ticks),
-            excitation: Vec::with_capacity(ticks),
-            estimate_flags: Vec::with_capacity(ticks),
-            contact_m,
-            confidence: Confidence::new(tick_s),
-        }
-    }
-
-    /// Adds a tick. The depth is that of the needle itself, not of the position sensor.
-    #[inline]
-    pub(super) fn add(&mut self, s: &Signals<f64>) {
-        let motion = (s.slave_position_m, s.slave_velocity_m_per_s);
-        self.add_estimate(motion, s.residual_n, (s.stiffness_n_per_m, s.damping_n_s_per_m));
-    }
-
-    /// Adds a sample: position in m and velocity in m/s, residual in N, and the estimates of K in N/m and B in N·s/m.
-    #[inline]
-    fn add_estimate(&mut self, (position_m, velocity_m_per_s): (f64, f64), residual_n: f64, (k, b): (f64, f64)) {
-        let depth_m = position_m - self.contact_m;
-        let in_contact = depth_m > 0.0;
-        if in_contact {
-            self.confidence.add(depth_m, velocity_m_per_s, residual_n);
-        }
-        let trust = self.confidence.trust();
-        let flags = trust.flags(k, b);
-        self.stiffness_std_n_per_m.push(trust.stiffness_std_n_per_m);
-        self.damping_std_n_s_per_m.push(trust.damping_std_n_s_per_m);
-        self.excitation.push(trust.excitation);
-        self.estimate_flags.push(if in_contact { flags } else { flags | OUT_OF_CONTACT });
+        let [stiffness_std_n_per_m, damping_std_n_s_per_m, excitation] = errors.into_columns();
+        Self { stiffness_std_n_per_m, damping_std_n_s_per_m, excitation, estimate_flags }
     }
 
     /// The columns of [`TRUST_COLUMNS`].

@@ -16,13 +16,14 @@ const PACKAGES: [(&str, &str); 5] =
 
 /// Every module with its layer; the parts of a controller, which are the package core, are below those of the
 /// simulator. A module is at the top of its package; the whole of trocar-report counts as one.
-const ROOMS: [(&str, u8); 38] = [
+const ROOMS: [(&str, u8); 39] = [
     ("error", 0),
     ("lane", 0),
     ("large_pages", 0),
     ("interrupt", 0),
     ("moments", 0),
     ("quantiles", 0),
+    ("rows", 0),
     ("settings", 0),
     ("time", 0),
     ("warning", 0),
