@@ -93,7 +93,7 @@ pub(crate) fn roc<'py>(
         let count = || {
             counted.fetch_add(1, Ordering::Relaxed);
         };
-        study.run(stop, count)
+        study.run(stop, &count)
     })?;
     tell(py)?;
     Ok((convert::parsed(py, &roc_json(&judged.map_err(refuse)?, seeds))?, own_points))

@@ -89,7 +89,7 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     let cases = usize::try_from(args.seeds).unwrap_or(usize::MAX).saturating_mul(conditions);
     let bar = progress::rated_bar(cases, args.output.quiet);
     bar.set_message("cases");
-    let roc = study.run(interrupt::stop_flag(), || bar.inc(1));
+    let roc = study.run(interrupt::stop_flag(), &|| bar.inc(1));
     bar.finish_and_clear();
     let roc = roc?;
     if roc.cases == 0 {

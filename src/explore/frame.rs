@@ -5,6 +5,7 @@
 
 use std::time::Instant;
 
+use serde::Serialize;
 use serde_json::{Value as Json, json};
 
 use super::limits::MAX_POINTS;
@@ -21,6 +22,21 @@ use trocar_sim::run::Run;
 const BEFORE_S: f64 = 0.3;
 const AFTER_S: f64 = 1.5;
 
+/// What is told of a pair, apart from the points. It is written as it is: a tree of JSON in between would be a copy of all.
+#[derive(Serialize)]
+struct Shown {
+    #[serde(rename = "type")]
+    kind: &'static str,
+    id: u32,
+    figure: Json,
+    whole_s: (f64, f64),
+    answer: String,
+    animation: Option<Animation>,
+    runs: Vec<Json>,
+    table: Json,
+    server_ms: f64,
+}
+
 /// Returns the frame of a pair, with the noise checks if they are available.
 ///
 /// # Errors
@@ -36,18 +52,18 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
     let ticks = tick(from_s)..tick(to_s).saturating_add(2).min(length);
     let mut points = vec![];
     let figure = live_signals(&pair.runs, ticks, show.points.clamp(2, MAX_POINTS) / 2, &mut points)?;
-    let header = json!({
-        "type": "shown",
-        "id": show.id,
-        "figure": figure,
-        "whole_s": whole_s,
-        "answer": answer_of_schemes(classical, augmented),
-        "animation": animation,
-        "runs": pair.runs.iter().map(description).collect::<Vec<_>>(),
-        "table": table(&pair.runs, noise),
-        "server_ms": 1e3 * began.elapsed().as_secs_f64(),
-    });
-    Ok(packed(&header, &points))
+    let header = Shown {
+        kind: "shown",
+        id: show.id,
+        figure,
+        whole_s,
+        answer: answer_of_schemes(classical, augmented),
+        animation,
+        runs: pair.runs.iter().map(description).collect(),
+        table: table(&pair.runs, noise),
+        server_ms: 1e3 * began.elapsed().as_secs_f64(),
+    };
+    packed(&header, &points)
 }
 
 /// Returns the displayed time in s: around the first rupture if asked for, and within the run.
@@ -76,20 +92,20 @@ pub(super) fn picture(
     let run = &runs[which];
     let whole_s = (0.0, run.trace.time_s.last().copied().unwrap_or(0.0));
     let png = run_png(run, window_s(window, animation.as_ref(), whole_s), width)?;
-    Ok(packed(&json!({ "type": "file", "id": id, "name": name }), &png))
+    packed(&json!({ "type": "file", "id": id, "name": name }), &png)
 }
 
 /// Returns a message of JSON and bytes.
-fn packed(header: &Json, payload: &[u8]) -> Vec<u8> {
-    let mut text = header.to_string();
-    while !text.len().is_multiple_of(4) {
-        text.push(' ');
+fn packed(header: &impl Serialize, payload: &[u8]) -> Result<Vec<u8>, StateError> {
+    let mut bytes = vec![0; 4];
+    serde_json::to_writer(&mut bytes, header).map_err(StateError::Message)?;
+    while !bytes.len().is_multiple_of(4) {
+        bytes.push(b' ');
     }
-    let mut bytes = Vec::with_capacity(4 + text.len() + payload.len());
-    bytes.extend_from_slice(&(text.len() as u32).to_le_bytes());
-    bytes.extend_from_slice(text.as_bytes());
+    let length = (bytes.len() - 4) as u32;
+    bytes[..4].copy_from_slice(&length.to_le_bytes());
     bytes.extend_from_slice(payload);
-    bytes
+    Ok(bytes)
 }
 
 /// Returns the description of a run, apart from its signals.

@@ -76,6 +76,9 @@ pub enum StateError {
     /// The width of a figure is invalid.
     #[error("the width {0}")]
     Width(String),
+    /// The answer cannot be written.
+    #[error("cannot write the answer: {0}")]
+    Message(serde_json::Error),
     /// No thread is available.
     #[error("cannot start the insertion: {0}")]
     Thread(std::io::Error),

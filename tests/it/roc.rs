@@ -26,7 +26,7 @@ fn study(kinds: &[DistanceKind], noise_std_n: f64, seeds: u64, thresholds: usize
 }
 
 fn judged(study: &Study) -> Characteristics {
-    study.run(&AtomicBool::new(false), || ()).expect("judged")
+    study.run(&AtomicBool::new(false), &|| ()).expect("judged")
 }
 
 /// Returns the residual of the shipped insertion in noise (N), with a few values that are not finite.
@@ -68,7 +68,7 @@ fn a_bank_raises_the_alarms_of_the_separate_detectors() {
             // Thirteen thresholds: a full group of lanes, and a partial one.
             let bank = DetectorBank::around(settings, 13);
             let mut found = vec![vec![]; 13];
-            bank.evaluate(&evidence, 1e-3, |index, sample| found[index].push(sample));
+            bank.evaluate(&evidence, 1e-3, &mut |index, sample| found[index].push(sample));
             for (index, found) in found.iter().enumerate() {
                 let mut detector = CusumDetector::<f64>::new(&bank.settings_at(index), 1e-3);
                 let alarms: Vec<usize> = (0..evidence.len()).filter(|&k| detector.update(&evidence[k]).alarm).collect();
@@ -117,7 +117,7 @@ fn a_stopped_study_counts_what_was_done() {
     let study = study(&[DistanceKind::SquaredResidual], 0.025, 40, 2);
     let (stop, done) = (AtomicBool::new(false), AtomicU64::new(0));
     let roc = study
-        .run(&stop, || {
+        .run(&stop, &|| {
             if done.fetch_add(1, Ordering::SeqCst) == 4 {
                 stop.store(true, Ordering::SeqCst);
             }
@@ -125,7 +125,7 @@ fn a_stopped_study_counts_what_was_done() {
         .expect("judged");
     assert_eq!((roc.cases, roc.cases_planned), (done.load(Ordering::SeqCst), 40));
     assert!((5..40).contains(&roc.cases), "{}", roc.cases);
-    let nothing = study.run(&AtomicBool::new(true), || ()).expect("judged");
+    let nothing = study.run(&AtomicBool::new(true), &|| ()).expect("judged");
     assert_eq!((nothing.cases, nothing.all[0].points[0].detection), (0, None));
 }
 

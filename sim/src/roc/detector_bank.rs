@@ -56,7 +56,7 @@ impl DetectorBank {
     }
 
     /// Calls `alarm` for every alarm, with the index of the threshold and of the sample, in order of time for each threshold.
-    pub fn evaluate(&self, evidence: &[Evidence<f64>], tick_s: f64, mut alarm: impl FnMut(usize, usize)) {
+    pub fn evaluate(&self, evidence: &[Evidence<f64>], tick_s: f64, alarm: &mut dyn FnMut(usize, usize)) {
         let settings: Vec<DetectorSettings> = (0..self.thresholds.len()).map(|index| self.settings_at(index)).collect();
         for (group, settings) in settings.chunks(LANES).enumerate() {
             // If the last group is not full, its last threshold fills the remaining lanes.
@@ -65,7 +65,7 @@ impl DetectorBank {
             };
             let detector = CusumDetector::<ThresholdLanes>::new(&self.settings, tick_s)
                 .with_thresholds(of(|settings| settings.cusum.threshold), of(|settings| settings.cusum.cap));
-            self.evaluate_group(detector, evidence, |index, sample| {
+            self.evaluate_group(detector, evidence, &mut |index, sample| {
                 if index < settings.len() {
                     alarm(group * LANES + index, sample);
                 }
@@ -77,7 +77,7 @@ impl DetectorBank {
         &self,
         mut detector: CusumDetector<ThresholdLanes>,
         evidence: &[Evidence<f64>],
-        mut alarm: impl FnMut(usize, usize),
+        alarm: &mut dyn FnMut(usize, usize),
     ) {
         for (sample, e) in evidence.iter().enumerate() {
             let decision = detector.update(&Evidence {

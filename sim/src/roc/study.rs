@@ -135,7 +135,7 @@ impl Study {
     ///
     /// # Errors
     /// [`RocError`] for signals with different detectors, or if a run fails.
-    pub fn run(&self, stop: &AtomicBool, done: impl Fn() + Sync) -> Result<Characteristics, RocError> {
+    pub fn run(&self, stop: &AtomicBool, done: &(dyn Fn() + Sync)) -> Result<Characteristics, RocError> {
         let banks = self.detector_banks()?;
         let conditions = self.conditions();
         let per_condition: usize = banks.iter().map(|bank| bank.thresholds().len()).sum();
@@ -156,7 +156,7 @@ impl Study {
                     let count = bank.thresholds().len();
                     share.alarms.iter_mut().for_each(Vec::clear);
                     share.alarms.resize(count.max(share.alarms.len()), vec![]);
-                    bank.evaluate(&share.evidence, labels.tick_s(), |threshold, sample| {
+                    bank.evaluate(&share.evidence, labels.tick_s(), &mut |threshold, sample| {
                         share.alarms[threshold].push(sample)
                     });
                     let (own, others) = rest.split_at_mut(count);

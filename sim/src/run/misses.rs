@@ -38,9 +38,43 @@ impl Detector<f64> for ObservedDetector {
     }
 }
 
-impl Observer<f64> for SupervisorHistory {
+/// The history of the supervisor up to the end of the window of a rupture: what comes later does not tell why it was missed.
+struct UntilWindow {
+    supervisor: SupervisorHistory,
+    /// Ruptures to come, up to the one that is examined.
+    to_come: usize,
+    window_ticks: u64,
+    last_tick: u64,
+    is_done: bool,
+}
+
+impl UntilWindow {
+    /// Up to a tick.
+    fn of_tick(last_tick: u64) -> Self {
+        Self { supervisor: SupervisorHistory::default(), to_come: 0, window_ticks: 0, last_tick, is_done: false }
+    }
+
+    /// Up to the end of the window of the rupture `index` (from 0).
+    fn of_rupture(index: usize, window_ticks: u64) -> Self {
+        Self { to_come: index + 1, window_ticks, ..Self::of_tick(u64::MAX) }
+    }
+}
+
+impl Observer<f64> for UntilWindow {
     fn observe(&mut self, s: &Signals<f64>) {
-        self.push(s.tick, s.mode, s.alarm, s.alarm_taken);
+        self.supervisor.push(s.tick, s.mode, s.alarm, s.alarm_taken);
+        if s.ruptured && self.to_come > 0 {
+            self.to_come -= 1;
+            if self.to_come == 0 {
+                self.last_tick = s.tick + self.window_ticks;
+            }
+        }
+        // A tick after the window shows that the run covers it.
+        self.is_done = s.tick > self.last_tick;
+    }
+
+    fn is_done(&self) -> bool {
+        self.is_done
     }
 }
 
@@ -83,15 +117,15 @@ fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>,
         windows: metrics.ruptures.iter().filter(is_missed).map(window).collect(),
         samples: Arc::clone(&samples),
     };
-    let mut supervisor = SupervisorHistory::default();
+    let mut observer = UntilWindow::of_tick(detector.windows.iter().map(|(_, last)| *last).max().unwrap_or(0));
     let integration = |source| RunError::Engine { name: scenario.name.clone(), source };
-    scenario.build_with(OwnParts::default().detector(detector))?.run_wide(&mut supervisor).map_err(integration)?;
+    scenario.build_with(OwnParts::default().detector(detector))?.run_wide(&mut observer).map_err(integration)?;
     let samples = std::mem::take(&mut *samples.lock().unwrap_or_else(PoisonError::into_inner));
     let explain = |rupture: &RuptureMetrics| {
         let (first, last) = Some(rupture).filter(is_missed).map(window)?;
         let begin = samples.partition_point(|(at, _)| *at < first);
         let end = samples.partition_point(|(at, _)| *at <= last);
-        rule.explain(first, &samples[begin..end], &supervisor)
+        rule.explain(first, &samples[begin..end], &observer.supervisor)
     };
     Ok(metrics.ruptures.iter().map(explain).collect())
 }
@@ -133,15 +167,16 @@ fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, Run
     })
 }
 
-/// The metrics of a run in which the detector raises no alarm in the window of a rupture; `None` if it raises one, accepted
-/// or not.
+/// The metrics of a run, up to the end of the window of a rupture, in which the detector raises no alarm in it; `None` if it raises
+/// one, accepted or not.
 fn still_missed(scenario: &Scenario, index: usize) -> Result<Option<Metrics>, RunError> {
-    let mut supervisor = SupervisorHistory::default();
-    let metrics = observe(scenario, &mut supervisor)?;
     let tick_s = scenario.grid.tick_s();
+    let window_ticks = nearest_ticks(RUPTURE_WINDOW_S, tick_s);
+    let mut observer = UntilWindow::of_rupture(index, window_ticks);
+    let metrics = observe(scenario, &mut observer)?;
     let has_alarm = metrics.ruptures.get(index).is_some_and(|rupture| {
         let first = nearest_ticks(rupture.time_s, tick_s);
-        supervisor.has_alarm(first..=first + nearest_ticks(RUPTURE_WINDOW_S, tick_s))
+        observer.supervisor.has_alarm(first..=first + window_ticks)
     });
     Ok((!has_alarm).then_some(metrics))
 }

@@ -1,14 +1,20 @@
 //! Finding a key.
 
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
 use trocar_core::settings::Key;
 
 use super::key_table::{KEYS, SECTIONS};
 use crate::tissue::layer_key;
 
+/// The keys by their paths.
+static BY_PATH: LazyLock<HashMap<&str, &Key>> = LazyLock::new(|| KEYS.iter().map(|key| (key.path, key)).collect());
+
 /// The key at a path, those of named layers included.
 #[must_use]
 pub fn find(path: &str) -> Option<&'static Key> {
-    KEYS.iter().find(|key| key.path == path).or_else(|| layer_key(path))
+    BY_PATH.get(path).copied().or_else(|| layer_key(path))
 }
 
 /// Whether a path names a section.

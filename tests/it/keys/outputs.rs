@@ -119,7 +119,7 @@ fn roc(scenario: &Scenario) -> u64 {
     scenario.sensor.position_resolution_m = 0.0;
     let Ok(signal) = Signal::closed_loop(scenario, &DistanceKind::ALL) else { return 0 };
     let study = Study { signals: vec![signal], noise_std_n: vec![0.0], seeds: 1, thresholds: 8, within_s: 0.05 };
-    let Ok(counts) = study.run(&AtomicBool::new(false), || ()) else { return 0 };
+    let Ok(counts) = study.run(&AtomicBool::new(false), &|| ()) else { return 0 };
     hash(|hasher| format!("{counts:?}").hash(hasher))
 }
 

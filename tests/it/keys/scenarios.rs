@@ -226,6 +226,8 @@ impl Base {
 pub struct Scenarios {
     folder: TestFolder,
     defaults: Base,
+    /// Values of the defaults by further settings.
+    known: Mutex<HashMap<Vec<String>, Arc<Values>>>,
     pub all: Vec<Base>,
 }
 
@@ -242,13 +244,18 @@ impl Scenarios {
         let source = Source::Disk(folder.path("base.toml"));
         let all = VARIANTS.iter().map(|settings| Base::new(source.clone(), settings)).collect();
         let defaults = Base::new(Source::Text { name: "defaults".into(), text: "".into() }, "");
-        Self { folder, defaults, all }
+        Self { folder, defaults, known: Mutex::default(), all }
     }
 
     /// Whether a key is declared to act for a kind; checks that it is an error to give it otherwise.
     pub fn is_declared(&self, key: &Key, chosen: Chosen) -> bool {
         let mut settings = self.defaults.settings_for(key, chosen);
-        let values = self.defaults.load(&settings);
+        let known = self.known.lock().expect("no panic").get(&settings).cloned();
+        let values = known.unwrap_or_else(|| {
+            let values = Arc::new(self.defaults.load(&settings));
+            self.known.lock().expect("no panic").insert(settings.clone(), Arc::clone(&values));
+            values
+        });
         if values.is_acting(key) {
             return true;
         }
@@ -299,7 +306,7 @@ fn insertion(scale: f64) -> String {
         let force = (load * position + 2.0 * velocity).max(0.0) + 0.01 * (900.0 * t).sin();
         writeln!(
             text,
-            "{t},{position},{velocity},{force},{},{},{},{}",
+            "{t:.3},{position:.7},{velocity:.5},{force:.4},{:.5},{:.7},{:.5},{:.4}",
             1.01 * t,
             1.1 * position,
             1.1 * velocity,
