@@ -17,7 +17,7 @@ pub(crate) fn samples(array: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<f64>> {
 const LONG: usize = 1 << 20;
 
 /// Times, positions, velocities, if any, and forces.
-type RecordingColumns = (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>);
+pub(crate) type RecordingColumns = (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>);
 
 /// Returns copies of the columns of a recording, as those of [`samples`].
 pub(crate) fn recording_columns(

@@ -6,6 +6,7 @@ use trocar_report::{calibration_object, calibration_text, calibration_toml};
 use trocar_sim::detect::calibration::{self, CalibrationRequest};
 use trocar_sim::scenario::Values;
 
+use crate::arrays::recording_columns;
 use crate::detect::{Refusal, Samples};
 use crate::interrupt::interruptible;
 use crate::{convert, error};
@@ -44,7 +45,7 @@ pub(crate) fn calibrate<'py>(
         fastest_harmless_s: fastest_harmless_s.unwrap_or(default.fastest_harmless_s),
         variance_ratio: variance_ratio.unwrap_or(default.variance_ratio),
     };
-    let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
+    let samples = Samples(recording_columns(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?);
     let values = Values::from_settings(name, &settings).map_err(|error| error::scenario(py, &error))?;
     let calibrated = interruptible(py, threads, move |_| {
         let (spec, _) = samples.spec(values)?;

@@ -9,28 +9,17 @@ use trocar_sim::error::InvalidValue;
 use trocar_sim::recording::ArrayError;
 use trocar_sim::scenario::{DetectionSpec, ScenarioError, Source, Values};
 
-use crate::arrays::{put, recording_columns};
+use crate::arrays::{RecordingColumns, put, recording_columns};
 use crate::interrupt::interruptible;
 use crate::recording::Recording;
 use crate::{convert, error};
 
 /// Arrays of samples.
-pub(crate) struct Samples {
-    recording: (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>),
-}
+pub(crate) struct Samples(pub(crate) RecordingColumns);
 
 impl Samples {
-    pub(crate) fn of(
-        time_s: &PyReadonlyArray1<'_, f64>,
-        position_m: &PyReadonlyArray1<'_, f64>,
-        velocity_m_per_s: Option<&PyReadonlyArray1<'_, f64>>,
-        force_n: &PyReadonlyArray1<'_, f64>,
-    ) -> PyResult<Self> {
-        Ok(Self { recording: recording_columns(time_s, position_m, velocity_m_per_s, force_n)? })
-    }
-
     pub(crate) fn kept(recording: &Recording) -> Self {
-        Self { recording: recording.samples().clone().into_columns() }
+        Self(recording.samples().clone().into_columns())
     }
 
     /// Returns the specification of the detection, and its values. It reads every sample, and needs no interpreter.
@@ -39,7 +28,7 @@ impl Samples {
             Some(trocar_sim::scenario::Value::Number(gap_s)) => Some(*gap_s),
             _ => None,
         };
-        let (time_s, position_m, velocity_m_per_s, force_n) = self.recording;
+        let (time_s, position_m, velocity_m_per_s, force_n) = self.0;
         let recording = trocar_sim::recording::Recording::new(time_s, position_m, velocity_m_per_s, force_n, max_gap_s)
             .map_err(Refusal::Samples)?;
         let spec = DetectionSpec::of(&mut values, recording).map_err(Refusal::Scenario)?;
@@ -93,7 +82,7 @@ pub(crate) fn detect<'py>(
 ) -> PyResult<Detected<'py>> {
     let mut all = settings_file.map(|file| tuning(py, file)).transpose()?.unwrap_or_default();
     all.extend(settings);
-    let samples = Samples::of(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
+    let samples = Samples(recording_columns(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?);
     let values = Values::from_settings(name, &all).map_err(|error| error::scenario(py, &error))?;
     // Detection and report use two threads.
     let (detection, report, values) = interruptible(py, 2, move |_| {

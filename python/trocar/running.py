@@ -45,6 +45,7 @@ class Run(Columns):
     @cached_property
     def traces(self) -> dict[str, NDArray[Any]]:
         """All columns of the trace."""
+        # The trust in the estimate is computed when one of its columns is asked for, or all of them.
         core = self._core
         return self._recorded if isinstance(core, _Stored) else {**self._recorded, **core.trust(self._recorded)}
 
@@ -53,7 +54,6 @@ class Run(Columns):
         return self.traces
 
     def __getitem__(self, column: str) -> NDArray[Any]:
-        # The trust in the estimate is computed when one of its columns is asked for, or all of them.
         return self._recorded[column] if column in self._recorded else super().__getitem__(column)
 
     def __len__(self) -> int:

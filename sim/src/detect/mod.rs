@@ -155,7 +155,7 @@ struct Computed {
 }
 
 /// Number of samples between two checks for an interrupt.
-const AT_ONCE: usize = 512;
+const SAMPLES_PER_CHECK: usize = 512;
 
 impl Computed {
     fn of(chain: &mut DetectionChain, signals: &Signals<'_>) -> Self {
@@ -165,7 +165,7 @@ impl Computed {
         let mut rows = Rows::new(count, is_kept);
         let (mut conditions, mut alarms, mut touched) = (with_capacity(count), vec![], false);
         for at in 0..count {
-            if at.is_multiple_of(AT_ONCE) {
+            if at.is_multiple_of(SAMPLES_PER_CHECK) {
                 interrupt::check();
             }
             let step = chain.step(&Reading {

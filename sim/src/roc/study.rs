@@ -135,6 +135,7 @@ impl Study {
     ///
     /// # Errors
     /// [`RocError`] for signals with different detectors, or if a run fails.
+    // Called dynamically: the detectors are compiled once, and not in every crate that runs a study.
     pub fn run(&self, stop: &AtomicBool, done: &(dyn Fn() + Sync)) -> Result<Characteristics, RocError> {
         let banks = self.detector_banks()?;
         let conditions = self.conditions();

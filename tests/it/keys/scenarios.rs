@@ -213,13 +213,18 @@ impl Base {
 
     /// As [`Base::changed`], computed once.
     pub fn outputs(&self, settings: &[String]) -> Option<Arc<Outputs>> {
-        if let Some(known) = self.known.lock().expect("no panic").get(settings) {
-            return known.clone();
-        }
-        let outputs = self.changed(settings).map(Arc::new);
-        self.known.lock().expect("no panic").insert(settings.to_vec(), outputs.clone());
-        outputs
+        once(&self.known, settings, || self.changed(settings).map(Arc::new))
     }
+}
+
+/// What is computed of some settings, once. Others may compute it meanwhile, and get the same.
+fn once<T: Clone>(known: &Mutex<HashMap<Vec<String>, T>>, settings: &[String], compute: impl FnOnce() -> T) -> T {
+    let found = known.lock().expect("no panic").get(settings).cloned();
+    found.unwrap_or_else(|| {
+        let computed = compute();
+        known.lock().expect("no panic").insert(settings.to_vec(), computed.clone());
+        computed
+    })
 }
 
 /// All scenarios, with their files.
@@ -250,12 +255,7 @@ impl Scenarios {
     /// Whether a key is declared to act for a kind; checks that it is an error to give it otherwise.
     pub fn is_declared(&self, key: &Key, chosen: Chosen) -> bool {
         let mut settings = self.defaults.settings_for(key, chosen);
-        let known = self.known.lock().expect("no panic").get(&settings).cloned();
-        let values = known.unwrap_or_else(|| {
-            let values = Arc::new(self.defaults.load(&settings));
-            self.known.lock().expect("no panic").insert(settings.clone(), Arc::clone(&values));
-            values
-        });
+        let values = once(&self.known, &settings, || Arc::new(self.defaults.load(&settings)));
         if values.is_acting(key) {
             return true;
         }
