@@ -115,33 +115,54 @@ async fn refused(page: Page) -> Page {
     page
 }
 
+/// Prints the time from the input to the drawn frame. A browser hands the moves of a pointer over with a frame of the screen, and a
+/// key at any moment between two.
 async fn timing(page: Page) -> Page {
     page.resize(1280, 800).await;
     // 7 s of insertion through the skin, in ticks of 1 ms, classical and augmented.
     page.open("scenario=builtin:layers/skin-augmented.toml&simulation.duration_s=7").await;
     let slider = page.element("key-scaling-force").await;
-    for count in 0..40 {
-        slider.send_keys(&String::from(char::from(Key::Right))).await.expect("moved");
-        page.wait(&format!(
-            "return !trocar.busy() && trocar.timings.filter(t => t.total_ms !== null).length > {count}"
-        ))
-        .await;
+    let (mut by_key, mut by_drag) = (vec![], vec![]);
+    for _ in 0..40 {
+        let key = async || slider.send_keys(&String::from(char::from(Key::Right))).await.expect("moved");
+        by_key.push(timing_of(&page, key).await);
     }
-    let timings = page.evaluate("return trocar.timings.filter(t => t.total_ms !== null)").await;
-    let of = |name: &str| {
-        let mut values: Vec<f64> =
-            timings.as_array().into_iter().flatten().filter_map(|one| one[name].as_f64()).collect();
-        values.sort_by(f64::total_cmp);
-        values
+    let spot = "const box = document.getElementById('key-scaling-force').getBoundingClientRect();
+        return [box.left + box.width / 2, box.top + box.height / 2]";
+    let spot = page.evaluate(spot).await;
+    let mouse = async |event: &str, x: i32| {
+        let x = spot[0].as_f64().expect("a place").round() + f64::from(x);
+        let at = json!({ "type": event, "x": x, "y": spot[1], "button": "left", "buttons": 1, "clickCount": 1 });
+        page.devtools("Input.dispatchMouseEvent", at).await;
     };
-    let (server, total) = (of("server_ms"), of("total_ms"));
-    assert_eq!((server.len(), total.len()), (40, 40));
-    let text =
-        |values: &[f64]| format!("best {:.1} ms, median {:.1} ms, worst {:.1} ms", values[0], values[20], values[39]);
+    timing_of(&page, async || mouse("mousePressed", -30).await).await;
+    // To the right and back, by 3 pixels each.
+    for x in (-9..=10).chain((-10..=9).rev()) {
+        by_drag.push(timing_of(&page, async || mouse("mouseMoved", 3 * x).await).await);
+    }
+    mouse("mouseReleased", -30).await;
     let build = std::env::var("TROCAR_BIN").unwrap_or_else(|_| "as tests are built".into());
-    eprintln!("two 7 s insertions on the server ({build}): {}", text(&server));
-    eprintln!("from the input event to the drawn frame: {}", text(&total));
+    for (how, times) in [("a key", by_key), ("a drag", by_drag)] {
+        for (index, what) in
+            ["two 7 s insertions on the server", "from the input to the drawn frame"].iter().enumerate()
+        {
+            let mut ms: Vec<f64> = times.iter().map(|time| time[index]).collect();
+            ms.sort_by(f64::total_cmp);
+            eprintln!("{how} ({build}): {what}: best {:.1} ms, median {:.1} ms, worst {:.1} ms", ms[0], ms[20], ms[39]);
+        }
+    }
     page
+}
+
+/// Moves the slider; returns the times in ms of the answer to it: on the server, and from the input to the drawn frame.
+async fn timing_of(page: &Page, moved: impl AsyncFnOnce()) -> [f64; 2] {
+    page.evaluate("trocar.timings.length = 0").await;
+    moved().await;
+    page.wait("return !trocar.busy() && trocar.timings.some(t => t.total_ms !== null)").await;
+    let times = page
+        .evaluate("const t = trocar.timings.find(t => t.total_ms !== null); return [t.server_ms, t.total_ms]")
+        .await;
+    [0, 1].map(|index| times[index].as_f64().expect("a time"))
 }
 
 async fn map(page: Page) -> Page {
