@@ -116,12 +116,12 @@ impl Watch {
 #[pyfunction]
 pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
     let scenario = &scenario.scenario;
-    let (outcome, recorder) = py.detach(|| {
-        let mut recorder = (trocar_sim::run::empty_trace(scenario), Watch::default());
-        let outcome = observe(scenario, &mut recorder);
-        (outcome, recorder)
+    let (outcome, trace, watch) = py.detach(|| {
+        let mut trace = trocar_sim::run::empty_trace(scenario);
+        let mut watch = Watch::default();
+        let outcome = observe(scenario, &mut (trace.recorder(), &mut watch));
+        (outcome, trace, watch)
     });
-    let (trace, watch) = recorder;
     watch.ended()?;
     let metrics = outcome.map_err(|error| error::run(py, &error))?;
     let run = py.detach(|| trocar_sim::run::Run::concluded(scenario.clone(), metrics, trace));
@@ -146,7 +146,7 @@ pub(crate) fn traced_with(
 ) -> PyResult<trocar_sim::run::Run> {
     let own = Own::of(parts)?;
     let mut trace = trocar_sim::run::empty_trace_with(scenario, &own.parts);
-    let metrics = observed(py, scenario, own, &mut trace)?.map_err(|error| error::run(py, &error))?;
+    let metrics = observed(py, scenario, own, &mut trace.recorder())?.map_err(|error| error::run(py, &error))?;
     Ok(trocar_sim::run::Run::of_own_parts(scenario.clone(), metrics, trace))
 }
 

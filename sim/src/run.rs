@@ -56,7 +56,7 @@ pub enum RunError {
 /// [`RunError`]; a run that diverges is a result, not an error.
 pub fn run(scenario: Scenario) -> Result<Run, RunError> {
     let mut trace = empty_trace(&scenario);
-    let metrics = observe(&scenario, &mut trace)?;
+    let metrics = observe(&scenario, &mut trace.recorder())?;
     Run::concluded(scenario, metrics, trace)
 }
 
@@ -99,7 +99,7 @@ impl Run {
 /// As [`run`].
 pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
     let mut trace = empty_trace_with(&scenario, &own);
-    let metrics = observe_with(&scenario, own, &mut trace)?;
+    let metrics = observe_with(&scenario, own, &mut trace.recorder())?;
     Ok(Run::of_own_parts(scenario, metrics, trace))
 }
 
@@ -167,7 +167,7 @@ fn with_link(scenario: &Scenario, metrics: Metrics, report: Option<LinkReport>) 
 /// As [`run`].
 pub(crate) fn ports(scenario: &Scenario) -> Result<Option<PortMetrics>, RunError> {
     let mut trace = empty_trace(scenario);
-    observe(scenario, &mut trace)?;
+    observe(scenario, &mut trace.recorder())?;
     Ok(port_metrics(scenario, &trace))
 }
 

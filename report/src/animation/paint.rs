@@ -1,9 +1,7 @@
 //! The animation as an animated PNG, for a talk. It has the parts and the colours of `assets/animation.js`.
 
 use png::{BlendOp, ColorType, Compression, DisposeOp, Encoder, EncodingError, Filter};
-use tiny_skia::{
-    Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, StrokeDash, Transform,
-};
+use tiny_skia::{Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
 
 use super::{Animation, Panel};
 use crate::figures::{letters, opaque, text_width};
@@ -96,14 +94,7 @@ impl Animation {
             sheet.text((left + wide - 20.0, 26.0), (15.0, state != "teleoperation", INK), 1.0, state);
             let mut drawing = Sheet::new((wide - 12.0) as u32, HEIGHT - (HEAD + FOOT) as u32);
             self.paint_panel(&mut drawing, panel, frame, colour);
-            sheet.pixmap.draw_pixmap(
-                left as i32 + 4,
-                HEAD as i32,
-                drawing.pixmap.as_ref(),
-                &PixmapPaint::default(),
-                Transform::identity(),
-                None,
-            );
+            sheet.place((left as usize + 4, HEAD as usize), &drawing);
         }
         let after_ms = (1e3 * (self.time_s[frame].0 - self.origin_s.0)).round();
         let side = if after_ms < 0.0 { "before" } else { "after" };
@@ -245,6 +236,15 @@ impl Sheet {
         Self { pixmap }
     }
 
+    /// Copies another sheet, of which all is visible, to a place within this one.
+    fn place(&mut self, (x, y): (usize, usize), other: &Self) {
+        let [width, other_width] = [&self.pixmap, &other.pixmap].map(|pixmap| pixmap.width() as usize * 4);
+        let rows = other.pixmap.data().chunks_exact(other_width);
+        for (to, row) in self.pixmap.data_mut().chunks_exact_mut(width).skip(y).zip(rows) {
+            to[4 * x..4 * x + other_width].copy_from_slice(row);
+        }
+    }
+
     fn fill(&mut self, draw: impl FnOnce(&mut PathBuilder), colour: Rgb) {
         let mut path = PathBuilder::new();
         draw(&mut path);
@@ -288,15 +288,22 @@ fn paint([r, g, b]: Rgb) -> Paint<'static> {
 
 /// Returns the smallest rectangle with all changes: its first column and row, and those after its last ones.
 fn changed(before: &[u8], now: &[u8]) -> ((u32, u32), (u32, u32)) {
+    let row = 3 * WIDTH as usize;
     let (mut from, mut to) = ((WIDTH, HEIGHT), (0, 0));
-    for (index, _) in before.chunks_exact(3).zip(now.chunks_exact(3)).enumerate().filter(|(_, (a, b))| a != b) {
-        let (x, y) = (index as u32 % WIDTH, index as u32 / WIDTH);
-        (from, to) = ((from.0.min(x), from.1.min(y)), (to.0.max(x + 1), to.1.max(y + 1)));
+    for (y, (before, now)) in (0..).zip(before.chunks_exact(row).zip(now.chunks_exact(row))) {
+        // Most rows are equal, which takes one comparison.
+        if before == now {
+            continue;
+        }
+        let differs = |(a, b): (&u8, &u8)| a != b;
+        let first = before.iter().zip(now).position(differs).unwrap_or(0) as u32 / 3;
+        let last = before.iter().zip(now).rposition(differs).unwrap_or(0) as u32 / 3;
+        (from, to) = ((from.0.min(first), from.1.min(y)), (to.0.max(last + 1), y + 1));
     }
     if to.0 == 0 { ((0, 0), (1, 1)) } else { (from, to) }
 }
 
 fn part(pixels: &[u8], from: (u32, u32), to: (u32, u32)) -> Vec<u8> {
     let row = |y: u32| &pixels[(3 * (y * WIDTH + from.0)) as usize..(3 * (y * WIDTH + to.0)) as usize];
-    (from.1..to.1).flat_map(row).copied().collect()
+    (from.1..to.1).map(row).collect::<Vec<_>>().concat()
 }

@@ -46,8 +46,9 @@ fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, FigureError> {
 /// Returns the red, green and blue of each pixel of an opaque image.
 pub(crate) fn opaque(pixmap: &Pixmap) -> Vec<u8> {
     let mut bytes = vec![0; pixmap.data().len() / 4 * 3];
-    for (rgb, rgba) in bytes.chunks_exact_mut(3).zip(pixmap.data().chunks_exact(4)) {
-        rgb.copy_from_slice(&rgba[..3]);
+    let ((pixels, _), (shown, _)) = (pixmap.data().as_chunks::<4>(), bytes.as_chunks_mut::<3>());
+    for (rgb, [red, green, blue, _]) in shown.iter_mut().zip(pixels) {
+        *rgb = [*red, *green, *blue];
     }
     bytes
 }

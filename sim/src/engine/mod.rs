@@ -59,7 +59,7 @@ pub use sides::{MasterSide, SideEngine, SlaveSide};
 pub(crate) use signals::Happening;
 pub use signals::Signals;
 pub use split::FractionalDelayPlants;
-pub use trace::{COLUMNS, TRACE_COLUMNS, Trace};
+pub use trace::{COLUMNS, TRACE_COLUMNS, Trace, TraceRecorder};
 pub use trust::{TRUST_COLUMNS, TrustColumns};
 pub use wired::{Any, AnyChain, AnyDetector, PaperChain, Wired};
 

@@ -5,6 +5,23 @@ use super::{Observer, PortEnergies, Signals, TrustColumns};
 use crate::large_pages::with_capacity;
 use crate::time::TickGrid;
 
+/// Number of ticks that a recorder appends at once.
+const AT_ONCE: usize = 64;
+
+/// Records a run in a trace, which has all ticks once the recorder is gone. Some ticks at once, as the processor's memory is slow with
+/// as many long columns side by side.
+pub struct TraceRecorder<'a> {
+    trace: &'a mut Trace,
+    ticks: Ticks,
+    count: usize,
+}
+
+impl Drop for TraceRecorder<'_> {
+    fn drop(&mut self) {
+        self.append();
+    }
+}
+
 /// Declares the columns of a trace in the order of its file: `name: f64 or u8, "unit" => how it is read;`. By default
 /// the column is the signal of the same name.
 macro_rules! trace {
@@ -65,6 +82,46 @@ macro_rules! trace {
                 }
             }
         }
+
+        /// Some ticks in a row of every column.
+        struct Ticks {
+            $($name: [$value; AT_ONCE],)*
+            extra_parameter: [f64; AT_ONCE],
+        }
+
+        impl Ticks {
+            const NONE: Self = Self { $($name: [0 as $value; AT_ONCE],)* extra_parameter: [0.0; AT_ONCE] };
+        }
+
+        impl Observer<f64> for TraceRecorder<'_> {
+            fn observe(&mut self, s: &Signals<f64>) {
+                let Self { trace, ticks, count } = self;
+                trace.ports.add(s);
+                // The remainder is the number itself, and shows that it is within the block.
+                let at = *count % AT_ONCE;
+                $({
+                    let read: fn(&Signals<f64>, &TickGrid, &PortEnergies) -> $value = trace!(@read $name $($read)?);
+                    ticks.$name[at] = read(s, &trace.grid, &trace.ports);
+                })*
+                ticks.extra_parameter[at] = s.extra_parameter;
+                *count = at + 1;
+                if *count == AT_ONCE {
+                    self.append();
+                }
+            }
+        }
+
+        impl TraceRecorder<'_> {
+            #[inline(never)]
+            fn append(&mut self) {
+                let Self { trace, ticks, count } = self;
+                $(trace.$name.extend_from_slice(&ticks.$name[..*count]);)*
+                if let Some((_, extra)) = &mut trace.extra_parameter {
+                    extra.extend_from_slice(&ticks.extra_parameter[..*count]);
+                }
+                *count = 0;
+            }
+        }
     };
     (@values f64 $values:expr) => { ColumnValues::Numbers($values) };
     (@values u8 $values:expr) => { ColumnValues::Codes($values) };
@@ -118,6 +175,12 @@ trace! {
 }
 
 impl Trace {
+    /// A recorder of a run in this trace.
+    #[must_use]
+    pub fn recorder(&mut self) -> TraceRecorder<'_> {
+        TraceRecorder { trace: self, ticks: Ticks::NONE, count: 0 }
+    }
+
     /// Adds a column of this name for the estimator's extra parameter.
     #[must_use]
     pub fn with_extra_parameter(mut self, column: Option<&'static str>) -> Self {

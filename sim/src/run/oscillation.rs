@@ -223,7 +223,7 @@ fn events_recur(trace: &Trace) -> bool {
 /// Whether a scenario's run completes without a lasting swing, and the standard deviation at its end in m.
 fn end_of(scenario: &Scenario) -> Result<(bool, f64), RunError> {
     let mut trace = Trace::new(scenario.grid);
-    let metrics = observe(scenario, &mut trace)?;
+    let metrics = observe(scenario, &mut trace.recorder())?;
     let is_completed = outcome(scenario, &trace, metrics.outcome)? == Outcome::Completed;
     Ok((is_completed, RelativePositions::of(scenario, &trace).late_std_m()))
 }
@@ -239,7 +239,10 @@ fn is_sustained(scenario: &Scenario, trace: &Trace, swing: &Swing) -> Result<boo
     };
     let mut other = Trace::new(scenario.grid);
     let integration = |source| RunError::Engine { name: scenario.name.clone(), source };
-    scenario.build_with(OwnParts::default().operator(operator))?.run_wide(&mut other).map_err(integration)?;
+    scenario
+        .build_with(OwnParts::default().operator(operator))?
+        .run_wide(&mut other.recorder())
+        .map_err(integration)?;
     let begin = tail_begin(trace.len());
     if other.len() < trace.len() {
         return Ok(true);

@@ -21,13 +21,17 @@ pub struct Outputs {
     values: Values,
     scenario: Scenario,
     run: OnceLock<u64>,
+    stability: OnceLock<u64>,
+    detection: OnceLock<u64>,
+    roc: OnceLock<u64>,
 }
 
 impl Outputs {
     /// `None` if the scenario is refused.
     pub fn of(values: Values) -> Option<Self> {
         let scenario = Scenario::resolve(values.clone()).ok()?;
-        Some(Self { values, scenario, run: OnceLock::new() })
+        let [run, stability, detection, roc] = [const { OnceLock::new() }; 4];
+        Some(Self { values, scenario, run, stability, detection, roc })
     }
 
     /// Whether any output differs, bit for bit.
@@ -38,10 +42,10 @@ impl Outputs {
         let detection_differs = settings_differ || recording(&self.values) != recording(&other.values);
         let (one, two) = (LoopSettings::of(&self.scenario), LoopSettings::of(&other.scenario));
         (settings_differ && self.run() != other.run())
-            || (one != two && stability(&one) != stability(&two))
+            || (one != two && self.stability(&one) != other.stability(&two))
             || population(&self.scenario) != population(&other.scenario)
-            || (detection_differs && detection(&self.values) != detection(&other.values))
-            || (settings_differ && roc(&self.scenario) != roc(&other.scenario))
+            || (detection_differs && self.detection() != other.detection())
+            || (settings_differ && self.roc() != other.roc())
     }
 
     /// The value of a key, also a derived one.
@@ -51,6 +55,18 @@ impl Outputs {
 
     fn run(&self) -> u64 {
         *self.run.get_or_init(|| run(&self.scenario))
+    }
+
+    fn stability(&self, settings: &LoopSettings) -> u64 {
+        *self.stability.get_or_init(|| stability(settings))
+    }
+
+    fn detection(&self) -> u64 {
+        *self.detection.get_or_init(|| detection(&self.values))
+    }
+
+    fn roc(&self) -> u64 {
+        *self.roc.get_or_init(|| roc(&self.scenario))
     }
 }
 
@@ -85,7 +101,7 @@ fn numbers(column: &[f64], hasher: &mut DefaultHasher) {
 /// Name, metrics and trace of the run; 0 if it fails.
 fn run(scenario: &Scenario) -> u64 {
     let mut trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
-    let Ok(metrics) = observe(scenario, &mut trace) else { return 0 };
+    let Ok(metrics) = observe(scenario, &mut trace.recorder()) else { return 0 };
     hash(|hasher| {
         scenario.name.hash(hasher);
         format!("{metrics:?}").hash(hasher);
