@@ -57,5 +57,4 @@ mod tearing;
 mod terminal;
 mod tissue;
 mod varying_delays;
-mod wanted_rate;
 mod warnings;
