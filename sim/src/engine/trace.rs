@@ -70,13 +70,18 @@ macro_rules! trace {
             }
         }
 
+        /// How each column is read.
+        struct Read;
+
+        #[allow(non_upper_case_globals, reason = "named as the columns")]
+        impl Read {
+            $(const $name: fn(&Signals<f64>, &TickGrid, &PortEnergies) -> $value = trace!(@read $name $($read)?);)*
+        }
+
         impl Observer<f64> for Trace {
             fn observe(&mut self, s: &Signals<f64>) {
                 self.ports.add(s);
-                $({
-                    let read: fn(&Signals<f64>, &TickGrid, &PortEnergies) -> $value = trace!(@read $name $($read)?);
-                    self.$name.push(read(s, &self.grid, &self.ports));
-                })*
+                $(self.$name.push((Read::$name)(s, &self.grid, &self.ports));)*
                 if let Some((_, extra)) = &mut self.extra_parameter {
                     extra.push(s.extra_parameter);
                 }
@@ -99,10 +104,7 @@ macro_rules! trace {
                 trace.ports.add(s);
                 // The remainder is the number itself, and shows that it is within the block.
                 let at = *count % AT_ONCE;
-                $({
-                    let read: fn(&Signals<f64>, &TickGrid, &PortEnergies) -> $value = trace!(@read $name $($read)?);
-                    ticks.$name[at] = read(s, &trace.grid, &trace.ports);
-                })*
+                $(ticks.$name[at] = (Read::$name)(s, &trace.grid, &trace.ports);)*
                 ticks.extra_parameter[at] = s.extra_parameter;
                 *count = at + 1;
                 if *count == AT_ONCE {
