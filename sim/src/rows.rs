@@ -3,8 +3,9 @@
 use crate::large_pages::with_capacity;
 
 /// Number of rows that are kept before they are appended to the columns. Long columns begin at the same place of a page, and values
-/// that are written to all of them in turn push one another out of the processor's memory.
-const AT_ONCE: usize = 64;
+/// that are written to all of them in turn push one another out of the processor's memory; so would those of a block whose columns are
+/// as long as a page.
+pub(crate) const AT_ONCE: usize = 64;
 
 /// Columns that are filled row by row.
 #[derive(Debug)]

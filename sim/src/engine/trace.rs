@@ -3,13 +3,11 @@
 use super::column::{ColumnValues, TraceColumn};
 use super::{Observer, PortEnergies, Signals, TrustColumns};
 use crate::large_pages::with_capacity;
+use crate::rows::AT_ONCE;
 use crate::time::TickGrid;
 
-/// Number of ticks that a recorder appends at once.
-const AT_ONCE: usize = 64;
-
-/// Records a run in a trace, which has all ticks once the recorder is gone. Some ticks at once, as the processor's memory is slow with
-/// as many long columns side by side.
+/// Records a run in a trace, which has all ticks once the recorder is gone. It appends some ticks at once, which takes less time than
+/// the trace itself as an observer.
 pub struct TraceRecorder<'a> {
     trace: &'a mut Trace,
     ticks: Ticks,
