@@ -176,7 +176,8 @@ impl<L: Lane, D: Distance<L>> Detector<L> for CusumDetector<L, D> {
         let (decision, above) =
             if self.distance.accumulates() { self.cusum.update(distance) } else { self.cusum.hold(distance) };
         let alarm = match self.distance.is_ready() {
-            Some(_) => above & self.conditions(evidence).all(),
+            Some(_) if above.any() => above & self.conditions(evidence).all(),
+            Some(_) => above,
             None => self.arming.update(above, evidence),
         };
         if alarm.any() {

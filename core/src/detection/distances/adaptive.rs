@@ -129,8 +129,8 @@ pub struct Adaptive<L> {
     peak: Extremes<L>,
     low: Extremes<L>,
     high: Extremes<L>,
-    /// The motion up to each bin.
-    motion: [Motion<L>; BINS],
+    /// Velocity over the reference up to each bin in m/s: the mean, or the last one if it is larger.
+    speed: [L; BINS],
     scales: [L; WINDOWS_S.len()],
     /// Running means of `Δx²` and `Δx Δf`.
     moments: [L; 2],
@@ -168,7 +168,7 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
             peak: Extremes::new(zero),
             low: Extremes::new(zero),
             high: Extremes::new(zero),
-            motion: [Motion { velocity: zero, inverse: zero, fall: zero }; BINS],
+            speed: [zero; BINS],
             scales: [zero; WINDOWS_S.len()],
             moments: [zero; 2],
             stiffest: zero,
@@ -243,7 +243,7 @@ impl<L: Lane> Adaptive<L> {
         self.peak.update(&self.force, newest, reference, L::max);
         self.high.update(&self.position, newest, reference, L::max);
 
-        self.motion[newest] = self.motion();
+        self.speed[newest] = self.speed();
 
         let largest = self.largest_fall(stiffness);
         self.learn(stiffness);
@@ -280,19 +280,14 @@ impl<L: Lane> Adaptive<L> {
         L::select(squares.gt(zero), (products / squares).max(zero), zero)
     }
 
-    /// The motion up to the newest bin.
+    /// The velocity over the reference up to the newest bin in m/s: the mean, or the last one if it is larger.
     #[inline(always)]
-    fn motion(&self) -> Motion<L> {
+    fn speed(&self) -> L {
         let (reference, instant) = (self.times.reference, self.times.instant);
         let mean = self.change(&self.position, reference) * L::splat(self.times.per_reference);
         // An encoder's step is not yet a velocity.
         let at_last = (self.change(&self.position, instant) - self.bin.steps[0]) * L::splat(self.times.per_instant);
-        let velocity = mean.max(at_last);
-        Motion {
-            velocity,
-            inverse: L::splat(1.0) / velocity.max(L::splat(SLOW_M_PER_S)),
-            fall: (-self.change(&self.surplus, reference)).max(L::zero()),
-        }
+        mean.max(at_last)
     }
 
     /// The largest of the relative falls over the windows.
@@ -346,14 +341,16 @@ impl<L: Lane> Adaptive<L> {
         let (force, surplus) = (self.force[self.newest], self.surplus[self.newest]);
         let peak = self.ago(&self.peak.whole, window);
 
-        let motion = &self.motion[before(self.newest, window)];
-        let lost = ((motion.velocity - velocity) * motion.inverse).min(L::splat(1.0));
+        let speed = self.ago(&self.speed, window);
+        let inverse = L::splat(1.0) / speed.max(L::splat(SLOW_M_PER_S));
+        let lost = ((speed - velocity) * inverse).min(L::splat(1.0));
         let moves_on = lost.lt(L::splat(EVEN_SHARE)) & velocity.gt(L::splat(MOVES_ON_M_PER_S));
         let (last, lowest) = (self.ago(&self.low.twos, window), self.ago(&self.low.whole, window));
         let was_loaded = (last - lowest).ge(L::splat(LEAST_SHARE) * peak);
         let reference = L::select(moves_on & was_loaded, last, lowest);
 
-        let continued = motion.fall * L::splat(self.times.trends[index]);
+        let fall = self.ago(&self.surplus, window + self.times.reference) - self.ago(&self.surplus, window);
+        let continued = fall.max(zero) * L::splat(self.times.trends[index]);
         let fall = (reference - surplus - continued).min(peak - force - released);
         let least = (L::splat(LEAST_SHARE).max(L::splat(VISCOUS_SHARE) * lost) * peak)
             .max(L::splat(LEAST_RECENT_SHARE) * self.recent_load);
@@ -390,7 +387,7 @@ impl<L: Lane> Adaptive<L> {
 }
 
 crate::lane::gather!(Adaptive {
-    bin, force, surplus, position, peak, low, high, motion, scales, moments, stiffest, recent_load, hold, tail, value
+    bin, force, surplus, position, peak, low, high, speed, scales, moments, stiffest, recent_load, hold, tail, value
 } same { times, bins, newest } stored);
 
 /// The bin so many before another one.
@@ -444,19 +441,6 @@ impl<L: Lane> Extremes<L> {
 }
 
 crate::lane::gather!(Extremes { twos, fours, eights, whole } stored);
-
-/// Motion and force over the reference up to a bin.
-#[derive(Debug, Clone, Copy)]
-struct Motion<L> {
-    /// Velocity in m/s: the mean, or the last one if it is larger.
-    velocity: L,
-    /// Its inverse, at most that of a slow motion.
-    inverse: L,
-    /// By how much the surplus fell, in N.
-    fall: L,
-}
-
-crate::lane::gather!(Motion { velocity, inverse, fall } stored);
 
 /// The times in bins, and what follows from them.
 #[derive(Debug, Clone, Copy, PartialEq)]
