@@ -41,7 +41,7 @@ pub fn run(body: Body) -> Result<(), String> {
     let (_driver, port) =
         Running::start(Command::new("chromedriver").arg("--port=0"), port).ok_or("no chromedriver")?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(|e| e.to_string())?;
-    runtime.block_on(async {
+    tokio::task::LocalSet::new().block_on(&runtime, async {
         let options = json!({
             "binary": "/usr/bin/chromium",
             "args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--window-size=1400,1000"],
@@ -49,9 +49,11 @@ pub fn run(body: Body) -> Result<(), String> {
         let mut builder = ClientBuilder::new(hyper_util::client::legacy::connect::HttpConnector::new());
         builder.capabilities([("goog:chromeOptions".to_owned(), options)].into_iter().collect());
         let client = builder.connect(&format!("http://127.0.0.1:{port}")).await.map_err(|error| error.to_string())?;
-        let page = Page { client, address };
-        let page = body(page).await;
-        page.client.close().await.map_err(|error| error.to_string())
+        // Apart, so that a trial that fails closes its browser, too.
+        let trial = tokio::task::spawn_local(body(Page { client: client.clone(), address }));
+        let outcome = trial.await;
+        client.close().await.map_err(|error| error.to_string())?;
+        outcome.map(drop).or_else(|failed| std::panic::resume_unwind(failed.into_panic()))
     })
 }
 

@@ -160,12 +160,25 @@ pub async fn look(page: Page) -> Page {
     page
 }
 
-/// Checks the accessibility with axe-core, if `TROCAR_AXE` names its `axe.min.js`, and the length of a printed report.
+/// Checks the accessibility of every page with axe-core, if `TROCAR_AXE` names its `axe.min.js`, and the length of a printed report.
 pub async fn axe(page: Page) -> Page {
     let folder = TestFolder::new();
-    folder.good(&["compare", "--report", "--quiet", "--out", "o"]);
-    let report = format!("file://{}", folder.path("o/report.html").display());
-    page.client.goto(&report).await.expect("goes");
+    let sweep =
+        "base = \"builtin:paper/augmented.toml\"\n[axes]\nscaling.force = [0.5, 1.0]\nscaling.position = [0.5, 1.0]\n";
+    folder.file("sweep.toml", sweep);
+    let made: [(&[&str], &str); 6] = [
+        (&["compare", "--report"], "report.html"),
+        (&["run", "layers/skin-augmented", "--report"], "skin-augmented/report.html"),
+        (&["stability", "paper/augmented", "--report"], "augmented/report.html"),
+        (&["sweep", "sweep.toml", "--report"], "sweep/report.html"),
+        (&["detect", "builtin:in_vivo_like.csv", "--contact-m", "0.012", "--report"], "in_vivo_like/report.html"),
+        (&["paper"], "paper.html"),
+    ];
+    let reports = made.map(|(words, file)| {
+        folder.good(&[words, &["--quiet", "--out", words[0]]].concat());
+        format!("file://{}", folder.path(words[0]).join(file).display())
+    });
+    page.client.goto(&reports[0]).await.expect("goes");
     sleep(Duration::from_millis(500)).await;
     let printed = page.devtools("Page.printToPDF", json!({})).await;
     let count = "return atob(arguments[0]).match(/\\/Type\\s*\\/Page[^s]/g).length";
@@ -176,11 +189,12 @@ pub async fn axe(page: Page) -> Page {
         return page;
     };
     let axe = std::fs::read_to_string(axe).expect("axe.min.js");
+    let mut found = vec![];
     for theme in ["light", "dark"] {
-        for address in [format!("http://{}/", page.address), report.clone()] {
+        for address in [format!("http://{}/", page.address)].iter().chain(&reports) {
             page.client.goto("about:blank").await.expect("goes");
-            page.client.goto(&address).await.expect("goes");
-            sleep(Duration::from_millis(1500)).await;
+            page.client.goto(address).await.expect("goes");
+            sleep(Duration::from_millis(if address.starts_with("http") { 1500 } else { 300 })).await;
             page.evaluate(&format!(
                 "document.documentElement.dataset.theme = '{theme}'; window.dispatchEvent(new Event('themechange'));
                  document.querySelectorAll('details').forEach(one => {{ one.open = true; }}); return null"
@@ -191,9 +205,12 @@ pub async fn axe(page: Page) -> Page {
                  .then(found => done(found.violations.map(one => [one.id, one.nodes.map(node => node.html)])))"
             );
             let violations = page.client.execute_async(&run, vec![]).await.expect("a result");
-            assert_eq!(violations, json!([]), "{address} in the {theme} theme");
+            if violations != json!([]) {
+                found.push(format!("{address} in the {theme} theme: {violations}"));
+            }
         }
     }
+    assert!(found.is_empty(), "{}", found.join("\n"));
     page
 }
 

@@ -9,8 +9,9 @@ use trocar_sim::sweep::{Design, Findings};
 /// The influence of an axis on a metric. Widths are in per cent of the width of the cell.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Influence {
-    /// The metric in the row of its first axis, otherwise empty.
     metric: String,
+    /// Number of rows of the metric in its first row, otherwise 0.
+    rows: usize,
     axis: String,
     index: String,
     index_width: String,
@@ -19,7 +20,7 @@ pub(super) struct Influence {
     slope_from: String,
     slope_width: String,
     rises: bool,
-    /// R² of the rank regression in the row of the metric's first axis, otherwise empty.
+    /// R² of the rank regression of the metric.
     explained: String,
 }
 
@@ -32,9 +33,9 @@ pub(super) fn influences(design: &Design, findings: &Findings) -> Vec<Influence>
         let of_axis = |(index, influence): (usize, &trocar_sim::sweep::Influence)| {
             let slope = influence.rank_regression;
             let size = slope.map_or(0.0, |slope| 0.5 * slope.abs());
-            let only_first = |text: &String| if index == 0 { text.clone() } else { String::new() };
             Influence {
-                metric: only_first(&metric),
+                metric: metric.clone(),
+                rows: if index == 0 { influences.of_axes.len() } else { 0 },
                 axis: influence.axis.to_owned(),
                 index: show(influence.epsilon_squared, Unit::Share),
                 index_width: per_cent(influence.epsilon_squared.unwrap_or(0.0)),
@@ -42,7 +43,7 @@ pub(super) fn influences(design: &Design, findings: &Findings) -> Vec<Influence>
                 slope_from: per_cent(if slope.is_some_and(|slope| slope < 0.0) { 0.5 - size } else { 0.5 }),
                 slope_width: per_cent(size),
                 rises: slope.is_some_and(|slope| slope > 0.0),
-                explained: only_first(&explained),
+                explained: explained.clone(),
             }
         };
         influences.of_axes.iter().enumerate().map(of_axis).collect::<Vec<_>>()
