@@ -62,9 +62,9 @@ impl Animation {
         encoder.set_blend_op(BlendOp::Source)?;
         encoder.set_dispose_op(DisposeOp::None)?;
         let mut writer = encoder.write_header()?;
-        let mut before: Option<Vec<u8>> = None;
+        let mut before: Option<Pixmap> = None;
         for &frame in &frames {
-            let now = opaque(&self.paint(frame));
+            let now = self.paint(frame);
             let next_s = self.time_s[(frame + EVERY).min(last)].0;
             let shown_ms = (1e3 * self.slowness * (next_s - self.time_s[frame].0)).round() as u16;
             writer.set_frame_delay(if frame == last { REST_MS } else { shown_ms }, 1000)?;
@@ -73,7 +73,7 @@ impl Animation {
             writer.reset_frame_position()?;
             writer.set_frame_dimension(to.0 - from.0, to.1 - from.1)?;
             writer.set_frame_position(from.0, from.1)?;
-            writer.write_image_data(&part(&now, from, to))?;
+            writer.write_image_data(&opaque(&part(&now, from, to)))?;
             before = Some(now);
         }
         writer.finish()?;
@@ -170,7 +170,9 @@ impl Animation {
         sheet.rect((BAR, MARGIN), (BAR_WIDTH, tall), LINE);
         let force = if felt_n < 0.0 { PULLS } else { HAND_GREEN };
         sheet.rect((BAR, MARGIN + (1.0 - share) * tall), (BAR_WIDTH, share * tall), force);
-        sheet.text((4.0, MARGIN - 8.0), (14.0, false, INK), 0.0, &format!("{felt_n:.2} N"));
+        // Adding zero takes the sign from a zero.
+        let shown_n = (100.0 * felt_n).round() / 100.0 + 0.0;
+        sheet.text((4.0, MARGIN - 8.0), (14.0, false, INK), 0.0, &format!("{shown_n:.2} N"));
         sheet.text((4.0, height - 8.0), (13.0, false, INK), 0.0, "force");
     }
 }
@@ -239,8 +241,7 @@ impl Sheet {
     /// Copies another sheet, of which all is visible, to a place within this one.
     fn place(&mut self, (x, y): (usize, usize), other: &Self) {
         let [width, other_width] = [&self.pixmap, &other.pixmap].map(|pixmap| pixmap.width() as usize * 4);
-        let rows = other.pixmap.data().chunks_exact(other_width);
-        for (to, row) in self.pixmap.data_mut().chunks_exact_mut(width).skip(y).zip(rows) {
+        for (to, row) in self.pixmap.data_mut().chunks_exact_mut(width).skip(y).zip(rows(&other.pixmap)) {
             to[4 * x..4 * x + other_width].copy_from_slice(row);
         }
     }
@@ -287,23 +288,30 @@ fn paint([r, g, b]: Rgb) -> Paint<'static> {
 }
 
 /// Returns the smallest rectangle with all changes: its first column and row, and those after its last ones.
-fn changed(before: &[u8], now: &[u8]) -> ((u32, u32), (u32, u32)) {
-    let row = 3 * WIDTH as usize;
+fn changed(before: &Pixmap, now: &Pixmap) -> ((u32, u32), (u32, u32)) {
     let (mut from, mut to) = ((WIDTH, HEIGHT), (0, 0));
-    for (y, (before, now)) in (0..).zip(before.chunks_exact(row).zip(now.chunks_exact(row))) {
+    for (y, (before, now)) in (0..).zip(rows(before).zip(rows(now))) {
         // Most rows are equal, which takes one comparison.
         if before == now {
             continue;
         }
-        let differs = |(a, b): (&u8, &u8)| a != b;
-        let first = before.iter().zip(now).position(differs).unwrap_or(0) as u32 / 3;
-        let last = before.iter().zip(now).rposition(differs).unwrap_or(0) as u32 / 3;
+        let (before, now) = (before.as_chunks::<4>().0, now.as_chunks::<4>().0);
+        let differs = |(a, b): (&[u8; 4], &[u8; 4])| a != b;
+        let first = before.iter().zip(now).position(differs).unwrap_or(0) as u32;
+        let last = before.iter().zip(now).rposition(differs).unwrap_or(0) as u32;
         (from, to) = ((from.0.min(first), from.1.min(y)), (to.0.max(last + 1), y + 1));
     }
     if to.0 == 0 { ((0, 0), (1, 1)) } else { (from, to) }
 }
 
-fn part(pixels: &[u8], from: (u32, u32), to: (u32, u32)) -> Vec<u8> {
-    let row = |y: u32| &pixels[(3 * (y * WIDTH + from.0)) as usize..(3 * (y * WIDTH + to.0)) as usize];
-    (from.1..to.1).map(row).collect::<Vec<_>>().concat()
+/// The pixels of a rectangle.
+fn part(pixmap: &Pixmap, from: (u32, u32), to: (u32, u32)) -> Vec<u8> {
+    let columns = 4 * from.0 as usize..4 * to.0 as usize;
+    let within = rows(pixmap).skip(from.1 as usize).take((to.1 - from.1) as usize);
+    within.map(|row| &row[columns.clone()]).collect::<Vec<_>>().concat()
+}
+
+/// The rows of a picture, four bytes a pixel.
+fn rows(pixmap: &Pixmap) -> impl Iterator<Item = &[u8]> {
+    pixmap.data().chunks_exact(4 * pixmap.width() as usize)
 }

@@ -38,15 +38,15 @@ fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, FigureError> {
     let per_metre = (DOTS_PER_INCH / METRES_PER_INCH).round() as u32;
     encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }));
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&opaque(pixmap))?;
+    writer.write_image_data(&opaque(pixmap.data()))?;
     writer.finish()?;
     Ok(bytes)
 }
 
-/// Returns the red, green and blue of each pixel of an opaque image.
-pub(crate) fn opaque(pixmap: &Pixmap) -> Vec<u8> {
-    let mut bytes = vec![0; pixmap.data().len() / 4 * 3];
-    let ((pixels, _), (shown, _)) = (pixmap.data().as_chunks::<4>(), bytes.as_chunks_mut::<3>());
+/// Returns the red, green and blue of opaque pixels of four bytes.
+pub(crate) fn opaque(pixels: &[u8]) -> Vec<u8> {
+    let mut bytes = vec![0; pixels.len() / 4 * 3];
+    let ((pixels, _), (shown, _)) = (pixels.as_chunks::<4>(), bytes.as_chunks_mut::<3>());
     for (rgb, [red, green, blue, _]) in shown.iter_mut().zip(pixels) {
         *rgb = [*red, *green, *blue];
     }
