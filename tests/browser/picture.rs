@@ -190,11 +190,11 @@ pub async fn axe(page: Page) -> Page {
     };
     let axe = std::fs::read_to_string(axe).expect("axe.min.js");
     let mut found = vec![];
-    for theme in ["light", "dark"] {
-        for address in [format!("http://{}/", page.address)].iter().chain(&reports) {
-            page.client.goto("about:blank").await.expect("goes");
-            page.client.goto(address).await.expect("goes");
-            sleep(Duration::from_millis(if address.starts_with("http") { 1500 } else { 300 })).await;
+    for address in [format!("http://{}/", page.address)].iter().chain(&reports) {
+        page.client.goto("about:blank").await.expect("goes");
+        page.client.goto(address).await.expect("goes");
+        sleep(Duration::from_millis(if address.starts_with("http") { 1500 } else { 300 })).await;
+        for theme in ["light", "dark"] {
             page.evaluate(&format!(
                 "document.documentElement.dataset.theme = '{theme}'; window.dispatchEvent(new Event('themechange'));
                  document.querySelectorAll('details').forEach(one => {{ one.open = true; }}); return null"

@@ -14,6 +14,8 @@ use crate::test_folder::TestFolder;
 
 /// All trials.
 pub const ALL: [(&str, Body); 15] = [
+    // The longest first, so that none is left for the end.
+    ("axe_finds_no_violation_on_page_and_report", |page| Box::pin(crate::picture::axe(page))),
     ("the_animation_draws_the_trace_and_the_bracket_is_the_metric", |page| Box::pin(crate::picture::animation(page))),
     ("the_result_and_the_controls_in_front_fit_the_window", |page| Box::pin(crate::picture::layout(page))),
     ("the_page_looks_as_it_did", |page| Box::pin(crate::picture::look(page))),
@@ -27,7 +29,6 @@ pub const ALL: [(&str, Body); 15] = [
     ("what_is_exported_runs_to_the_same_bytes", |page| Box::pin(export(page))),
     ("it_is_used_by_keys_alone_and_fits_narrow_windows", |page| Box::pin(access(page))),
     ("a_finger_zooms_a_chart_and_scrolls_the_page", |page| Box::pin(touch(page))),
-    ("axe_finds_no_violation_on_page_and_report", |page| Box::pin(crate::picture::axe(page))),
     ("screenshots", |page| Box::pin(screenshots(page))),
 ];
 
