@@ -39,6 +39,25 @@ pub struct Chain<L, E, D> {
     pub detector: D,
 }
 
+/// The first stage of a [`Chain`].
+#[derive(Debug)]
+pub struct Estimation<'a, L, E> {
+    contact_m: L,
+    estimator: &'a mut E,
+}
+
+impl<L: Lane, E: Estimator<L>> Estimation<'_, L, E> {
+    /// Processes the next sample. Returns what the estimator makes of it, and the evidence for the detector.
+    #[inline(always)]
+    pub fn step(&mut self, reading: &Reading<L>) -> (Estimate<L>, Evidence<L>) {
+        let Reading { force_n, position_m, velocity_m_per_s } = *reading;
+        let depth_m = position_m - self.contact_m;
+        let estimate = self.estimator.update(force_n, depth_m, velocity_m_per_s);
+        let evidence = Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate);
+        (estimate, evidence)
+    }
+}
+
 impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
     /// Processes the next sample.
     #[inline(always)]
@@ -47,13 +66,16 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         Insight { depth_m, estimate, decision: self.detector.update(&evidence) }
     }
 
+    /// The estimator and the detector, apart: nothing goes back from the detector, so the estimator can be samples ahead.
+    #[inline(always)]
+    pub fn stages(&mut self) -> (Estimation<'_, L, E>, &mut D) {
+        (Estimation { contact_m: self.contact_m, estimator: &mut self.estimator }, &mut self.detector)
+    }
+
     #[inline(always)]
     fn estimate(&mut self, reading: &Reading<L>) -> (L, Estimate<L>, Evidence<L>) {
-        let Reading { force_n, position_m, velocity_m_per_s } = *reading;
-        let depth_m = position_m - self.contact_m;
-        let estimate = self.estimator.update(force_n, depth_m, velocity_m_per_s);
-        let evidence = Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate);
-        (depth_m, estimate, evidence)
+        let (estimate, evidence) = self.stages().0.step(reading);
+        (evidence.depth_m, estimate, evidence)
     }
 
     /// Handles a missing sample: the estimate does not change and no alarm is raised. The detector treats it as a loss

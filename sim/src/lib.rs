@@ -16,6 +16,7 @@ pub mod lti;
 pub mod metrics;
 mod moments;
 pub mod operator;
+mod parallel;
 pub mod plant;
 pub mod population;
 #[doc(hidden)]

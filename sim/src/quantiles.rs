@@ -40,14 +40,15 @@ pub fn median_ranks(count: u64) -> (u64, u64) {
 
 /// The upper median; `None` without values.
 pub fn upper_median(values: &[f64]) -> Option<f64> {
-    order_statistic(|visit| visit(values), values.len() / 2)
+    order_statistic(values.len(), |visit| visit(values), values.len() / 2)
 }
 
 /// 1.4826 times the median absolute deviation from the median, both upper medians: a standard deviation that is robust
 /// to outliers; `None` without values. The values are those of all parts.
 pub fn robust_std(parts: &[&[f64]]) -> Option<f64> {
-    let middle = parts.iter().map(|part| part.len()).sum::<usize>() / 2;
-    let median = order_statistic(|visit| parts.iter().for_each(|part| visit(part)), middle)?;
+    let count = parts.iter().map(|part| part.len()).sum();
+    let middle = count / 2;
+    let median = order_statistic(count, |visit| parts.iter().for_each(|part| visit(part)), middle)?;
     let deviations = |visit: &mut dyn FnMut(&[f64])| {
         let mut deviations = [0.0; AT_ONCE];
         for block in parts.iter().flat_map(|part| part.chunks(AT_ONCE)) {
@@ -55,7 +56,7 @@ pub fn robust_std(parts: &[&[f64]]) -> Option<f64> {
             visit(&deviations[..block.len()]);
         }
     };
-    Some(GAUSSIAN_MAD * order_statistic(deviations, middle)?)
+    Some(GAUSSIAN_MAD * order_statistic(count, deviations, middle)?)
 }
 
 /// Number of values that are computed for [`order_statistic`] at once.
@@ -67,16 +68,14 @@ const MAX_SELECTED: usize = 1 << 16;
 const SAMPLE: usize = 1 << 14;
 const MARGIN: usize = 4 * 64;
 
-/// The order statistic of a rank (0 is the smallest) by [`f64::total_cmp`]; `None` beyond the last. `visit_all` shows all values to its
-/// argument, some at once, the same at every call.
+/// The order statistic of a rank (0 is the smallest) of `count` values by [`f64::total_cmp`]; `None` beyond the last. `visit_all` shows
+/// all values to its argument, some at once, the same at every call.
 ///
 /// A sample of many values gives two bounds that the order statistic lies between, almost certainly, and one pass counts the values
 /// below them and keeps those between (Floyd and Rivest, *Communications of the ACM* 18, 1975): millions of values are neither copied
 /// nor moved. If it does not lie there, all of them are.
-pub fn order_statistic(visit_all: impl Fn(&mut dyn FnMut(&[f64])), rank: usize) -> Option<f64> {
+pub fn order_statistic(count: usize, visit_all: impl Fn(&mut dyn FnMut(&[f64])), rank: usize) -> Option<f64> {
     interrupt::check();
-    let mut count = 0;
-    visit_all(&mut |values| count += values.len());
     if rank >= count {
         return None;
     }
@@ -235,10 +234,10 @@ mod tests {
             let mut sorted = values.clone();
             sorted.sort_unstable_by(f64::total_cmp);
             for rank in (0..values.len()).step_by(values.len() / 7) {
-                let found = order_statistic(|visit| values.chunks(1000).for_each(&mut *visit), rank).map(f64::to_bits);
-                assert_eq!(found, Some(sorted[rank].to_bits()), "{rank} of {}", values.len());
+                let found = order_statistic(values.len(), |visit| values.chunks(1000).for_each(&mut *visit), rank);
+                assert_eq!(found.map(f64::to_bits), Some(sorted[rank].to_bits()), "{rank} of {}", values.len());
             }
-            assert_eq!(order_statistic(|visit| visit(&values), values.len()), None);
+            assert_eq!(order_statistic(values.len(), |visit| visit(&values), values.len()), None);
         }
     }
 

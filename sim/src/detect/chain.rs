@@ -1,7 +1,7 @@
 //! Velocity filter, estimator and detector in series, sample by sample, for files and live streams.
 
-use crate::chain::{Chain, Insight, Reading};
-use crate::detection::{AlarmConditions, CusumDetector, Decision};
+use crate::chain::{self, Chain, Insight, Reading};
+use crate::detection::{AlarmConditions, CusumDetector, Decision, Evidence};
 use crate::error::{InvalidValue, positive, require};
 use crate::estimation::{AnyEstimator, Estimate, VelocityFilter};
 use crate::lane::Stored;
@@ -65,11 +65,16 @@ impl DetectionChain {
     /// Evaluates the next sample.
     #[inline]
     pub fn step(&mut self, reading: &Reading<f64>) -> Step {
-        let measured = reading.velocity_m_per_s;
-        let velocity_m_per_s = self.filter.as_mut().map_or(measured, |filter| filter.update(reading.position_m));
-        let (insight, conditions) = self.chain.step_with_conditions(&Reading { velocity_m_per_s, ..*reading });
+        let reading = with_velocity(self.filter.as_mut(), reading);
+        let (insight, conditions) = self.chain.step_with_conditions(&reading);
         let Insight { depth_m, estimate, decision } = insight;
-        Step { velocity_m_per_s, depth_m, estimate, decision, conditions }
+        Step { velocity_m_per_s: reading.velocity_m_per_s, depth_m, estimate, decision, conditions }
+    }
+
+    /// The velocity source and the estimator, apart from the detector.
+    pub(super) fn stages(&mut self) -> (Estimation<'_>, &mut CusumDetector<f64>) {
+        let (estimation, detector) = self.chain.stages();
+        (Estimation { filter: self.filter.as_mut(), estimation }, detector)
     }
 
     /// Returns the state after the samples so far, for [`DetectionChain::restore`].
@@ -98,4 +103,25 @@ impl DetectionChain {
         filter.numbers(with);
         chain.numbers(with);
     }
+}
+
+/// The velocity source and the estimator of a [`DetectionChain`].
+pub(super) struct Estimation<'a> {
+    filter: Option<&'a mut VelocityFilter<f64>>,
+    estimation: chain::Estimation<'a, f64, AnyEstimator<f64>>,
+}
+
+impl Estimation<'_> {
+    /// Evaluates the next sample.
+    #[inline]
+    pub(super) fn step(&mut self, reading: &Reading<f64>) -> (Estimate<f64>, Evidence<f64>) {
+        self.estimation.step(&with_velocity(self.filter.as_deref_mut(), reading))
+    }
+}
+
+/// The reading with the velocity of the source.
+#[inline(always)]
+fn with_velocity(filter: Option<&mut VelocityFilter<f64>>, reading: &Reading<f64>) -> Reading<f64> {
+    let velocity_m_per_s = filter.map_or(reading.velocity_m_per_s, |filter| filter.update(reading.position_m));
+    Reading { velocity_m_per_s, ..*reading }
 }

@@ -116,13 +116,12 @@ impl Totals {
 
 /// The robust standard deviations in N, over all samples and over those of each phase of [`Phase::ALL`].
 fn robust_stds(detection: &Detection) -> (Option<f64>, [Option<f64>; Phase::ALL.len()]) {
-    let all = robust_std(&[&detection.residual_n]);
     let of_phase = |phase| {
         interrupt::check();
         let own = detection.phases.iter().filter(|interval| interval.phase == phase);
         robust_std(&own.map(|interval| &detection.residual_n[interval.samples.clone()]).collect::<Vec<_>>())
     };
-    (all, Phase::ALL.map(of_phase))
+    rayon::join(|| robust_std(&[&detection.residual_n]), || Phase::ALL.map(of_phase))
 }
 
 /// The statistics of the residual, and those of every phase, in the order of [`Phase::ALL`].

@@ -8,12 +8,12 @@ use crate::quantiles::{AT_ONCE, order_statistic};
 /// differ, up to the limit that the reader checks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    time_s: Vec<f64>,
-    position_m: Vec<f64>,
-    velocity_m_per_s: Option<Vec<f64>>,
-    force_n: Vec<f64>,
+    pub(super) time_s: Vec<f64>,
+    pub(super) position_m: Vec<f64>,
+    pub(super) velocity_m_per_s: Option<Vec<f64>>,
+    pub(super) force_n: Vec<f64>,
     /// The smallest, the median and the largest time between two samples, in s.
-    interval_s: [f64; 3],
+    pub(super) interval_s: [f64; 3],
 }
 
 impl Recording {
@@ -88,7 +88,7 @@ impl Recording {
 }
 
 /// The smallest, the median and the largest interval; 0 without one.
-fn intervals(time_s: &[f64]) -> [f64; 3] {
+pub(super) fn intervals(time_s: &[f64]) -> [f64; 3] {
     let intervals = || time_s.windows(2).map(|pair| pair[1] - pair[0]);
     let (min_s, max_s) = intervals().fold((f64::INFINITY, 0.0), |(min_s, max_s): (f64, f64), interval_s| {
         (interval_s.min(min_s), interval_s.max(max_s))
@@ -102,7 +102,8 @@ fn intervals(time_s: &[f64]) -> [f64; 3] {
             visit(&block[..next.len()]);
         }
     };
-    match order_statistic(visit_all, time_s.len().saturating_sub(2) / 2) {
+    let count = time_s.len().saturating_sub(1);
+    match order_statistic(count, visit_all, count.saturating_sub(1) / 2) {
         Some(median_s) => [min_s, median_s, max_s],
         None => [0.0; 3],
     }
