@@ -16,10 +16,11 @@ const PACKAGES: [(&str, &str); 5] =
 
 /// Every module with its layer; the parts of a controller, which are the package core, are below those of the
 /// simulator. A module is at the top of its package; the whole of trocar-report counts as one.
-const ROOMS: [(&str, u8); 39] = [
+const ROOMS: [(&str, u8); 40] = [
     ("error", 0),
     ("lane", 0),
     ("large_pages", 0),
+    ("parallel", 0),
     ("interrupt", 0),
     ("moments", 0),
     ("quantiles", 0),
