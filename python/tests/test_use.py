@@ -33,6 +33,14 @@ def test_a_scenario_reads_like_a_dictionary():
         scenario.name = "other"
 
 
+def test_a_scenario_says_which_keys_it_has():
+    scenario = trocar.Scenario.load("paper/classical")
+    assert "scaling.force" in scenario and "scaling" in scenario
+    assert "scaling.forces" not in scenario and 3 not in scenario
+    with pytest.raises(TypeError, match="not iterable"):
+        iter(scenario)
+
+
 def test_replacing_leaves_the_first_as_it_was_and_lets_what_follows_follow():
     first = trocar.Scenario.load("paper/classical")
     second = first.replace(**{"scaling.force": 2.0}).replace(**{"scaling.force": np.float32(0.5)})

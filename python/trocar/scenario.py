@@ -117,6 +117,19 @@ class Scenario:
             found = found[part]
         return found
 
+    def __contains__(self, key: object) -> bool:
+        """Whether the scenario has a dotted key or a section, as in ``"scaling.force" in scenario``."""
+        if not isinstance(key, str):
+            return False
+        try:
+            self[key]
+        except KeyError:
+            return False
+        return True
+
+    # Otherwise it would be iterated over by numbers, until the first is no key.
+    __iter__: None = None
+
     @property
     def name(self) -> str:
         """Name of the scenario."""
