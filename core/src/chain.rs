@@ -62,20 +62,15 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
     /// Processes the next sample.
     #[inline(always)]
     pub fn step(&mut self, reading: &Reading<L>) -> Insight<L> {
-        let (depth_m, estimate, evidence) = self.estimate(reading);
-        Insight { depth_m, estimate, decision: self.detector.update(&evidence) }
+        let (mut estimation, detector) = self.stages();
+        let (estimate, evidence) = estimation.step(reading);
+        Insight { depth_m: evidence.depth_m, estimate, decision: detector.update(&evidence) }
     }
 
     /// The estimator and the detector, apart: nothing goes back from the detector, so the estimator can be samples ahead.
     #[inline(always)]
     pub fn stages(&mut self) -> (Estimation<'_, L, E>, &mut D) {
         (Estimation { contact_m: self.contact_m, estimator: &mut self.estimator }, &mut self.detector)
-    }
-
-    #[inline(always)]
-    fn estimate(&mut self, reading: &Reading<L>) -> (L, Estimate<L>, Evidence<L>) {
-        let (estimate, evidence) = self.stages().0.step(reading);
-        (evidence.depth_m, estimate, evidence)
     }
 
     /// Handles a missing sample: the estimate does not change and no alarm is raised. The detector treats it as a loss
@@ -109,9 +104,10 @@ impl<L: Lane, E: Estimator<L>, D: Distance<L>> Chain<L, E, CusumDetector<L, D>> 
     /// [`Chain::step`], with the conditions on an alarm at this sample.
     #[inline]
     pub fn step_with_conditions(&mut self, reading: &Reading<L>) -> (Insight<L>, AlarmConditions<L>) {
-        let (depth_m, estimate, evidence) = self.estimate(reading);
-        let conditions = self.detector.conditions(&evidence);
-        (Insight { depth_m, estimate, decision: self.detector.update(&evidence) }, conditions)
+        let (mut estimation, detector) = self.stages();
+        let (estimate, evidence) = estimation.step(reading);
+        let conditions = detector.conditions(&evidence);
+        (Insight { depth_m: evidence.depth_m, estimate, decision: detector.update(&evidence) }, conditions)
     }
 }
 

@@ -146,7 +146,7 @@ pub fn write_sweep_parquet(
     let metadata = vec![KeyValue::new("trocar.sweep_sha256".to_owned(), hash.to_owned())];
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
-        // Numbers that count on: their differences are all 1, and none occurs twice.
+        // They count up, mostly by 1, and none occurs twice.
         .set_column_dictionary_enabled(CASE.into(), false)
         .set_column_encoding(CASE.into(), Encoding::DELTA_BINARY_PACKED)
         .set_created_by(format!("trocar {}", env!("CARGO_PKG_VERSION")))

@@ -82,7 +82,7 @@ impl Recording {
         // Of a long recording, either takes a tenth as long as the detection.
         let (checked, interval_s) = join_in_pool(|| check(&time_s, quantities), || intervals(&time_s));
         checked?;
-        let recording = Self { time_s, position_m, velocity_m_per_s, force_n, interval_s };
+        let recording = Self::with_intervals(time_s, position_m, velocity_m_per_s, force_n, interval_s);
         recording.check_gaps(max_gap_s)?;
         Ok(recording)
     }

@@ -8,12 +8,12 @@ use crate::quantiles::{AT_ONCE, order_statistic};
 /// differ, up to the limit that the reader checks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    pub(super) time_s: Vec<f64>,
-    pub(super) position_m: Vec<f64>,
-    pub(super) velocity_m_per_s: Option<Vec<f64>>,
-    pub(super) force_n: Vec<f64>,
+    time_s: Vec<f64>,
+    position_m: Vec<f64>,
+    velocity_m_per_s: Option<Vec<f64>>,
+    force_n: Vec<f64>,
     /// The smallest, the median and the largest time between two samples, in s.
-    pub(super) interval_s: [f64; 3],
+    interval_s: [f64; 3],
 }
 
 impl Recording {
@@ -25,6 +25,17 @@ impl Recording {
         force_n: Vec<f64>,
     ) -> Self {
         let interval_s = intervals(&time_s);
+        Self::with_intervals(time_s, position_m, velocity_m_per_s, force_n, interval_s)
+    }
+
+    /// As [`Self::from_checked`], with the [`intervals`] of the times.
+    pub(super) fn with_intervals(
+        time_s: Vec<f64>,
+        position_m: Vec<f64>,
+        velocity_m_per_s: Option<Vec<f64>>,
+        force_n: Vec<f64>,
+        interval_s: [f64; 3],
+    ) -> Self {
         Self { time_s, position_m, velocity_m_per_s, force_n, interval_s }
     }
 
