@@ -26,6 +26,10 @@ mod sweep;
 
 use pyo3::prelude::*;
 
+/// Keeps the memory of columns that are gone for those of the next run: the system takes longer to hand out new pages than a tick takes.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// The compiled core of trocar.
 #[pymodule(gil_used = true)]
 mod _core {

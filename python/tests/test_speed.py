@@ -42,6 +42,34 @@ def test_a_run_costs_little_more_than_in_rust(capsys, duration_s, times):
     assert overhead_s < 50e-6 + copies_s
 
 
+def test_a_tick_with_a_part_of_ones_own(capsys):
+    """By turns, each with the whole trace of the run."""
+    numba = pytest.importorskip("numba")
+    scenario = trocar.Scenario.from_toml('operator.kind = "ramp"\ntissue.kind = "kelvin-voigt"\nsimulation.duration_s = 17.0\n', "soft")
+    tissue = scenario["tissue"]
+    contact, stiffness, damping = tissue["contact_m"], tissue["stiffness_n_per_m"], tissue["damping_n_s_per_m"]
+    pointer = numba.types.CPointer(numba.types.float64)
+
+    @numba.cfunc(numba.types.void(pointer, pointer, pointer))
+    def compiled(inputs, outputs, state):
+        depth = inputs[1] - contact
+        outputs[0] = stiffness * depth + damping * inputs[2] if depth > 0.0 else 0.0
+
+    def interpreted(tick, position_m, velocity_m_per_s):
+        depth = position_m - contact
+        return stiffness * depth + damping * velocity_m_per_s if depth > 0.0 else 0.0
+
+    tissues = {"built in": {}, "compiled": {"tissue": compiled}, "interpreted": {"tissue": interpreted}}
+    least_s = dict.fromkeys(tissues, float("inf"))
+    for _ in range(50):
+        for name, parts in tissues.items():
+            least_s[name] = min(least_s[name], least_seconds(lambda parts=parts: trocar.run(scenario, **parts), 1))
+    with capsys.disabled():
+        print("\nA tick with a tissue that is " + ", ".join(f"{name}: {1e9 * s / scenario.ticks:.0f} ns" for name, s in least_s.items()))
+    # A thousandth of a tick at 1 kHz.
+    assert max(least_s.values()) < 1e-6 * scenario.ticks
+
+
 @pytest.mark.parametrize("samples", [1000, 20000])
 def test_a_step_of_a_detector(capsys, samples):
     detector = trocar.Detector(1e-3)
