@@ -7,16 +7,21 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_report::{all_metrics_text, comparison_json, facts_text, seeds_text};
 use trocar_sim::compare::{Comparison, MAX_SEEDS, SeedStudy, paper_facts};
+use trocar_sim::metrics::Metrics;
+use trocar_sim::parallel::try_map;
+use trocar_sim::run::RunError;
 
 use crate::interrupt::interruptible_told;
-use crate::run::{Run, hand_over, measure_with, traced_with};
+use crate::own::CompiledParts;
+use crate::run::{Run, hand_over, measure_compiled, measure_with, traced_with};
 use crate::scenario::Scenario;
 use crate::{convert, error};
 
 type Compared<'py> =
     (Bound<'py, PyAny>, String, Vec<(String, String, &'static str, Vec<Option<f64>>)>, Vec<(Run, Bound<'py, PyDict>)>);
 
-/// Compares scenarios, with the user's own parts, by role, if there are any: these run one after the other, and without added noise.
+/// Compares scenarios, with the user's own parts, by role, if there are any: these run one after the other, or in threads if all are
+/// compiled, and without added noise.
 /// Returns the content of `comparison.json`, the tables as text, the rows, and the runs. `tell` is called with the numbers of complete
 /// and of all runs of the seeds.
 #[pyfunction]
@@ -49,7 +54,7 @@ pub(crate) fn compare<'py>(
         tell(py)?;
         compared.map_err(|error| error::run(py, &error))?
     } else {
-        compare_with(py, &scenarios, seeds, parts, tell)?
+        compare_with(py, &scenarios, seeds, (parts, threads), tell)?
     };
     let facts = if is_paper_pair && parts.is_empty() { paper_facts(&comparison) } else { None };
     let json = comparison_json(&comparison, facts.as_deref(), study.as_ref());
@@ -67,10 +72,37 @@ fn compare_with(
     py: Python<'_>,
     scenarios: &[trocar_sim::scenario::Scenario],
     seeds: Option<u64>,
-    parts: &Bound<'_, PyDict>,
-    tell: impl Fn(Python<'_>, u64) -> PyResult<()>,
+    (parts, threads): (&Bound<'_, PyDict>, usize),
+    tell: impl Fn(Python<'_>, u64) -> PyResult<()> + Sync,
 ) -> PyResult<(Comparison, Option<SeedStudy>)> {
     let runs = scenarios.iter().map(|scenario| traced_with(py, scenario, parts)).collect::<PyResult<_>>()?;
+    let study = |runs: Vec<Vec<Metrics>>| Some(SeedStudy::of_runs(scenarios, &runs));
+    if let (Some(compiled), Some(seeds)) = (CompiledParts::of(parts)?, seeds) {
+        let done = Arc::new(AtomicU64::new(0));
+        let told = done.clone();
+        let seeded = scenarios.to_vec();
+        let measured = interruptible_told(
+            py,
+            threads,
+            |py| tell(py, told.load(Ordering::Relaxed)),
+            move |_| {
+                try_map(seeds as usize, |offset| {
+                    let of = |scenario: &trocar_sim::scenario::Scenario| {
+                        let seeded = scenario.with_seed(scenario.seed.wrapping_add(offset as u64));
+                        let metrics = measure_compiled(&seeded, &compiled);
+                        done.fetch_add(1, Ordering::Relaxed);
+                        metrics
+                    };
+                    seeded.iter().map(of).collect::<PyResult<Vec<_>>>()
+                })
+            },
+        )??;
+        tell(py, told.load(Ordering::Relaxed))?;
+        let raise = |metrics: Result<Metrics, RunError>| metrics.map_err(|error| error::run(py, &error));
+        let runs_of = |seed: Vec<_>| seed.into_iter().map(raise).collect::<PyResult<Vec<_>>>();
+        let measured = measured.into_iter().map(runs_of).collect::<PyResult<Vec<_>>>()?;
+        return Ok((Comparison { runs, noise: vec![] }, study(measured)));
+    }
     let mut done = 0;
     let mut measure = |scenario: &trocar_sim::scenario::Scenario, offset: u64| {
         let seeded = scenario.with_seed(scenario.seed.wrapping_add(offset));
@@ -81,5 +113,5 @@ fn compare_with(
     };
     let mut of_seed = |offset| scenarios.iter().map(|scenario| measure(scenario, offset)).collect::<PyResult<Vec<_>>>();
     let of_seeds = seeds.map(|seeds| (0..seeds).map(&mut of_seed).collect::<PyResult<Vec<_>>>()).transpose()?;
-    Ok((Comparison { runs, noise: vec![] }, of_seeds.map(|runs| SeedStudy::of_runs(scenarios, &runs))))
+    Ok((Comparison { runs, noise: vec![] }, of_seeds.and_then(study)))
 }

@@ -12,7 +12,33 @@ use crate::arrays::{put, samples};
 use crate::detect::tuning;
 use crate::error;
 
-/// The results of one sample.
+/// Number of samples between two checks for signals, some milliseconds.
+const SAMPLES_BETWEEN_CHECKS: usize = 1 << 16;
+
+/// The results of one sample, which `Detector.step` returns. It cannot be changed: setting an attribute is an `AttributeError`.
+///
+/// Attributes
+/// ----------
+/// alarm : bool
+///     Whether the detector raises an alarm.
+/// velocity_m_per_s : float
+///     Velocity of the needle, in m/s, as given or estimated.
+/// depth_m : float
+///     Depth of the needle below the contact position, in m; negative before contact.
+/// predicted_force_n, residual_n : float
+///     Force that the estimator predicts before this sample, and the measured force minus it, in N.
+/// stiffness_n_per_m, damping_n_s_per_m : float
+///     Estimated stiffness, in N/m, and damping, in N·s/m.
+/// distance, decision : float
+///     Distance, and decision, which raises an alarm above `detector.threshold`; the units follow `detector.distance`.
+///
+/// ```text
+/// >>> import trocar
+/// >>> step = trocar.Detector(0.001, contact_m=0.012).step(0.013, 0.01, 0.5)
+/// >>> step.alarm, step.residual_n
+/// (False, 0.5)
+///
+/// ```
 #[pyclass(frozen, get_all, module = "trocar._core")]
 pub(crate) struct Step {
     alarm: bool,
@@ -169,8 +195,8 @@ impl Detector {
         })
     }
 
-    /// Processes several samples, or none of them if one is invalid. Returns the columns, and the indices of the samples with an
-    /// alarm.
+    /// Processes several samples, or none of them if one is invalid or a signal such as Ctrl-C ends it. Returns the columns, and
+    /// the indices of the samples with an alarm.
     fn steps<'py>(
         &mut self,
         py: Python<'py>,
@@ -197,9 +223,12 @@ impl Detector {
         (0..count).try_for_each(|at| check(&reading(at), Some(at)))?;
         let mut rows = Rows::new(count, [true; 8]);
         let mut alarms = vec![];
-        let chain = &mut self.chain;
+        let mut chain = self.chain.clone();
         py.detach(|| {
             for at in 0..count {
+                if at % SAMPLES_BETWEEN_CHECKS == SAMPLES_BETWEEN_CHECKS - 1 {
+                    Python::attach(|py| py.check_signals())?;
+                }
                 let step = chain.step(&reading(at));
                 if step.decision.alarm {
                     alarms.push(at as i64);
@@ -215,7 +244,9 @@ impl Detector {
                     step.decision.decision,
                 ]);
             }
-        });
+            Ok::<_, PyErr>(())
+        })?;
+        self.chain = chain;
         self.samples += count as u64;
         let names = [
             "velocity_m_per_s",

@@ -5,12 +5,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use trocar_sim::interrupt;
 
 /// Interval of the checks for signals.
 const PERIOD: Duration = Duration::from_millis(20);
+
+/// Largest number of threads of a call.
+const MAX_THREADS: usize = 1024;
 
 /// Runs work on a separate thread with the interpreter's lock released, and checks for signals.
 ///
@@ -31,6 +34,9 @@ pub(crate) fn interruptible_told<T: Send + 'static>(
     tell: impl Fn(Python<'_>) -> PyResult<()> + Send,
     work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
 ) -> PyResult<T> {
+    if threads > MAX_THREADS {
+        return Err(PyValueError::new_err(format!("threads = {threads}, must be at most {MAX_THREADS}")));
+    }
     let stop = Arc::new(AtomicBool::new(false));
     let (send, receive) = sync_channel(1);
     let stop_flag = stop.clone();

@@ -65,6 +65,15 @@ struct Role {
     set: fn(OwnParts, Part) -> OwnParts,
 }
 
+impl Role {
+    fn named(name: &str) -> PyResult<&'static Self> {
+        ROLES.iter().find(|role| role.name == name).ok_or_else(|| {
+            let known = ROLES.each_ref().map(|role| role.name).join(", ");
+            PyTypeError::new_err(format!("there is no role {name}; the roles are {known}"))
+        })
+    }
+}
+
 /// Every role, as `trocar/parts.py` documents them.
 static ROLES: [Role; 6] = [
     Role {
@@ -345,8 +354,38 @@ impl MotionLaw<f64> for OwnMotionLaw {
 
 /// A detector of the user's own, on evidence that is known already.
 pub(crate) fn detector(given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<impl Detector<f64> + use<>> {
-    let role = ROLES.iter().find(|role| role.name == "detector");
-    Part::of(role.ok_or_else(|| PyTypeError::new_err("there is no role detector"))?, given, failure)
+    Part::of(Role::named("detector")?, given, failure)
+}
+
+/// Parts that are all compiled, for any number of runs, which need no interpreter.
+pub(crate) struct CompiledParts(Vec<(&'static Role, Compiled, Vec<f64>)>);
+
+impl CompiledParts {
+    /// The parts by role; `None` if one is not compiled.
+    pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Option<Self>> {
+        let failure = Failure::default();
+        let mut all = vec![];
+        for (name, object) in given {
+            if object.getattr_opt("_trocar_address")?.is_none() {
+                return Ok(None);
+            }
+            let role = Role::named(&name.extract::<String>()?)?;
+            if let Function::Compiled { function, state } = Part::of(role, &object, &failure)?.function {
+                all.push((role, function, state));
+            }
+        }
+        Ok(Some(Self(all)))
+    }
+
+    /// The parts of one run, each with its initial state.
+    pub(crate) fn own(&self) -> Own {
+        let failure = Failure::default();
+        let with = |parts, (role, function, state): &(&'static Role, Compiled, Vec<f64>)| {
+            let function = Function::Compiled { function: *function, state: state.clone() };
+            (role.set)(parts, Part { role, function, skip: None, failure: failure.clone() })
+        };
+        Own { parts: self.0.iter().fold(OwnParts::default(), with), failure, are_compiled: true }
+    }
 }
 
 /// The parts of a run.
@@ -362,11 +401,7 @@ impl Own {
     pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Self> {
         let (mut parts, failure, mut are_compiled) = (OwnParts::default(), Failure::default(), true);
         for (name, object) in given {
-            let name: String = name.extract()?;
-            let Some(role) = ROLES.iter().find(|role| role.name == name) else {
-                let known = ROLES.each_ref().map(|role| role.name).join(", ");
-                return Err(PyTypeError::new_err(format!("there is no role {name}; the roles are {known}")));
-            };
+            let role = Role::named(&name.extract::<String>()?)?;
             let part = Part::of(role, &object, &failure)?;
             are_compiled &= matches!(part.function, Function::Compiled { .. });
             parts = (role.set)(parts, part);

@@ -66,6 +66,14 @@ impl Recording {
 }
 
 impl Recording {
+    pub(crate) fn of(recording: Arc<trocar_sim::recording::Recording>) -> Self {
+        Self { name: String::new(), recording }
+    }
+
+    pub(crate) fn shared(&self) -> Arc<trocar_sim::recording::Recording> {
+        self.recording.clone()
+    }
+
     pub(crate) fn samples(&self) -> &trocar_sim::recording::Recording {
         &self.recording
     }

@@ -33,8 +33,64 @@ pub(crate) struct Command {
     faulty_samples: u32,
 }
 
+/// The channels of a sample, as faults name them.
+const CHANNELS: [&str; 4] = ["master_position", "slave_position", "slave_velocity", "force"];
+
+/// The numbers of a command, its mode, whether there is an alarm and whether it was taken, the faulty channels, and the faulty samples.
+type CommandParts = ([f64; 9], u8, (bool, bool), Vec<String>, u32);
+
 #[pymethods]
 impl Command {
+    /// Restores a pickled command.
+    #[new]
+    fn new(numbers: [f64; 9], mode: u8, alarms: (bool, bool), faults: Vec<String>, faulty_samples: u32) -> Self {
+        let [
+            slave_reference_m,
+            master_force_n,
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+            predicted_force_n,
+            residual_n,
+            distance,
+            decision,
+            slave_velocity_m_per_s,
+        ] = numbers;
+        let (alarm, alarm_taken) = alarms;
+        Self {
+            slave_reference_m,
+            master_force_n,
+            mode,
+            alarm,
+            alarm_taken,
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+            predicted_force_n,
+            residual_n,
+            distance,
+            decision,
+            slave_velocity_m_per_s,
+            faults: CHANNELS.into_iter().filter(|name| faults.iter().any(|fault| fault == name)).collect(),
+            faulty_samples,
+        }
+    }
+
+    /// Returns what [`Command::new`] makes the same command of.
+    fn __getnewargs__(&self) -> CommandParts {
+        let numbers = [
+            self.slave_reference_m,
+            self.master_force_n,
+            self.stiffness_n_per_m,
+            self.damping_n_s_per_m,
+            self.predicted_force_n,
+            self.residual_n,
+            self.distance,
+            self.decision,
+            self.slave_velocity_m_per_s,
+        ];
+        let faults = self.faults.iter().map(|fault| (*fault).to_owned()).collect();
+        (numbers, self.mode, (self.alarm, self.alarm_taken), faults, self.faulty_samples)
+    }
+
     fn __repr__(&self) -> String {
         let Self { slave_reference_m, master_force_n, mode, .. } = self;
         format!("Command(slave_reference_m={slave_reference_m:?}, master_force_n={master_force_n:?}, mode={mode}, …)")
@@ -70,12 +126,7 @@ impl HapticController {
         let sample = Sample { master_position_m, slave_position_m, slave_velocity_m_per_s, force_n };
         let command = self.controller.step(&sample);
         let Faults { master_position, slave_position, slave_velocity, force } = command.faults;
-        let channels = [
-            (master_position, "master_position"),
-            (slave_position, "slave_position"),
-            (slave_velocity, "slave_velocity"),
-            (force, "force"),
-        ];
+        let faulty = [master_position, slave_position, slave_velocity, force];
         Command {
             slave_reference_m: command.slave_reference_m,
             master_force_n: command.master_force_n,
@@ -89,7 +140,11 @@ impl HapticController {
             distance: command.distance,
             decision: command.decision,
             slave_velocity_m_per_s: command.slave_velocity_m_per_s,
-            faults: channels.into_iter().filter_map(|(is_faulty, name)| is_faulty.then_some(name)).collect(),
+            faults: CHANNELS
+                .into_iter()
+                .zip(faulty)
+                .filter_map(|(name, is_faulty)| is_faulty.then_some(name))
+                .collect(),
             faulty_samples: command.faulty_samples,
         }
     }

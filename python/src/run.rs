@@ -12,13 +12,17 @@ use trocar_sim::run::{RunError, observe, observe_with};
 
 use crate::arrays::put;
 use crate::figures::trust_of_run;
-use crate::own::{Failure, Own};
+use crate::interrupt::interruptible;
+use crate::own::{CompiledParts, Failure, Own};
 use crate::scenario::Scenario;
 use crate::{convert, error};
 
 /// Number of ticks between two readings of the clock, and time between two checks for signals. A tick takes about 30 ns.
 const TICKS: u64 = 4096;
-const PERIOD: Duration = Duration::from_millis(40);
+const PERIOD: Duration = Duration::from_millis(20);
+
+/// Number of ticks from which what follows a run can take so long that it has a thread of its own, which Ctrl-C ends.
+const MANY_TICKS: u64 = 200_000;
 
 /// A run, without its trace.
 #[pyclass(frozen, module = "trocar._core")]
@@ -124,7 +128,12 @@ pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, B
     });
     watch.ended()?;
     let metrics = outcome.map_err(|error| error::run(py, &error))?;
-    let run = py.detach(|| trocar_sim::run::Run::concluded(scenario.clone(), metrics, trace));
+    let scenario = scenario.clone();
+    let run = if scenario.grid.ticks() < MANY_TICKS {
+        py.detach(|| trocar_sim::run::Run::concluded(scenario, metrics, trace))
+    } else {
+        interruptible(py, 1, move |_| trocar_sim::run::Run::concluded(scenario, metrics, trace))?
+    };
     hand_over(py, run.map_err(|error| error::run(py, &error))?)
 }
 
@@ -157,6 +166,27 @@ pub(crate) fn measure_with(
     parts: &Bound<'_, PyDict>,
 ) -> PyResult<Result<Metrics, RunError>> {
     observed(py, scenario, Own::of(parts)?, &mut ())
+}
+
+/// Runs a scenario with compiled parts for its metrics, on a thread of the pool.
+pub(crate) fn measure_compiled(
+    scenario: &trocar_sim::scenario::Scenario,
+    parts: &CompiledParts,
+) -> PyResult<Result<Metrics, RunError>> {
+    let Own { parts, failure, .. } = parts.own();
+    let outcome = observe_with(scenario, parts, &mut Failing(&failure));
+    failure.take().map_or(Ok(outcome), Err)
+}
+
+/// Ends a run once a part has failed.
+struct Failing<'a>(&'a Failure);
+
+impl Observer<f64> for Failing<'_> {
+    fn observe(&mut self, _: &Signals<f64>) {}
+
+    fn is_done(&self) -> bool {
+        self.0.has_failed()
+    }
 }
 
 /// Runs a scenario with the user's own parts and one more observer.

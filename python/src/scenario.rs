@@ -1,10 +1,11 @@
 //! Scenarios.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
 use serde_json::Value as Json;
-use trocar_sim::scenario::{KEYS, ScenarioError, Source, Written, shipped_questions};
+use trocar_sim::scenario::{FileContents, KEYS, KeptFiles, ScenarioError, Source, shipped_questions};
 
 use crate::recording::Recording;
 use crate::{convert, error};
@@ -13,9 +14,8 @@ use crate::{convert, error};
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct Scenario {
     pub(crate) scenario: trocar_sim::scenario::Scenario,
+    /// It keeps the content of the files that were read.
     pub(crate) source: Source,
-    /// What was read of it.
-    written: Arc<Written>,
     /// The settings of each call, first those of loading it.
     pub(crate) settings: Vec<Vec<String>>,
     /// The recordings in memory that the settings name; held, so that their names stay valid.
@@ -24,26 +24,30 @@ pub(crate) struct Scenario {
 
 impl Scenario {
     fn of(py: Python<'_>, source: Source, settings: Vec<Vec<String>>, recordings: Vec<Recording>) -> PyResult<Self> {
-        let written =
-            py.detach(|| Written::read(&source)).map_err(|error| error::scenario(py, &named(error, &source)))?;
-        Self::of_written(py, source, Arc::new(written), settings, recordings)
-    }
-
-    fn of_written(
-        py: Python<'_>,
-        source: Source,
-        written: Arc<Written>,
-        settings: Vec<Vec<String>>,
-        recordings: Vec<Recording>,
-    ) -> PyResult<Self> {
         let lists: Vec<&[String]> = settings.iter().map(Vec::as_slice).collect();
-        let resolve = || written.scenario(&source, &lists);
-        let scenario = py.detach(resolve).map_err(|error| error::scenario(py, &named(error, &source)))?;
-        Ok(Self { scenario, source, written, settings, recordings })
+        let load = || trocar_sim::scenario::Scenario::load_changed(&source, &lists);
+        let scenario = py.detach(load).map_err(|error| error::scenario(py, &named(error, &source)))?;
+        Ok(Self { scenario, source, settings, recordings })
     }
 }
 
-type Origin = (Option<String>, String, Option<String>, Vec<Vec<String>>, Vec<Recording>);
+/// What was read of files: each path with its canonical form; the bytes of a path; the recording of a path, with how it was read.
+type Files = (Vec<(PathBuf, PathBuf)>, Vec<(PathBuf, Vec<u8>)>, Vec<(PathBuf, String, Recording)>);
+
+type Origin = (Option<PathBuf>, String, Option<String>, Vec<Vec<String>>, Vec<Recording>, Files);
+
+/// As [`Files`], with Python's recordings.
+type GivenFiles<'py> =
+    (Vec<(PathBuf, PathBuf)>, Vec<(PathBuf, Vec<u8>)>, Vec<(PathBuf, String, PyRef<'py, Recording>)>);
+
+/// Returns the files with this content.
+fn files_of((canonical, bytes, recordings): GivenFiles<'_>) -> KeptFiles {
+    KeptFiles::of(FileContents {
+        canonical: canonical.into_iter().collect(),
+        bytes: bytes.into_iter().map(|(path, bytes)| (path, bytes.into())).collect(),
+        recordings: recordings.into_iter().map(|(path, how, recording)| ((path, how), recording.shared())).collect(),
+    })
+}
 
 fn cloned(recordings: &[PyRef<'_, Recording>]) -> Vec<Recording> {
     recordings.iter().map(|recording| Recording::clone(recording)).collect()
@@ -73,7 +77,28 @@ impl Scenario {
         settings: Vec<Vec<String>>,
         recordings: Vec<PyRef<'_, Recording>>,
     ) -> PyResult<Self> {
-        Self::of(py, Source::parse(path), settings, cloned(&recordings))
+        Self::of(py, Source::parse(path).keeping(KeptFiles::default()), settings, cloned(&recordings))
+    }
+
+    /// Restores a scenario from its [`Scenario::origin`].
+    #[staticmethod]
+    fn restored(
+        py: Python<'_>,
+        path: Option<PathBuf>,
+        name: &str,
+        text: Option<&str>,
+        settings: Vec<Vec<String>>,
+        recordings: Vec<PyRef<'_, Recording>>,
+        files: GivenFiles<'_>,
+    ) -> PyResult<Self> {
+        let source = match path {
+            Some(path) => path
+                .to_str()
+                .filter(|path| path.starts_with("builtin:"))
+                .map_or_else(|| Source::Disk(path.clone()), Source::parse),
+            None => text_source(name, text.unwrap_or_default()),
+        };
+        Self::of(py, source.keeping(files_of(files)), settings, cloned(&recordings))
     }
 
     /// Loads a TOML text.
@@ -85,7 +110,7 @@ impl Scenario {
         settings: Vec<Vec<String>>,
         recordings: Vec<PyRef<'_, Recording>>,
     ) -> PyResult<Self> {
-        Self::of(py, text_source(name, text), settings, cloned(&recordings))
+        Self::of(py, text_source(name, text).keeping(KeptFiles::default()), settings, cloned(&recordings))
     }
 
     /// Returns the scenario with additional settings, which have priority over earlier ones and may change their kinds.
@@ -93,17 +118,29 @@ impl Scenario {
     fn replace(&self, py: Python<'_>, settings: Vec<String>, recordings: Vec<PyRef<'_, Recording>>) -> PyResult<Self> {
         let settings = self.settings.iter().cloned().chain([settings]).collect();
         let recordings = self.recordings.iter().cloned().chain(cloned(&recordings)).collect();
-        Self::of_written(py, self.source.clone(), self.written.clone(), settings, recordings)
+        Self::of(py, self.source.clone(), settings, recordings)
     }
 
-    /// Returns the source: the path or `None`, the name, the text or `None`, the settings of each call, and the recordings in
-    /// memory.
+    /// Returns the source: the path or `None`, the name, the text or `None`, the settings of each call, the recordings in
+    /// memory, and what was read of files.
     fn origin(&self) -> Origin {
-        let (settings, recordings) = (self.settings.clone(), self.recordings.clone());
-        match &self.source {
-            Source::Text { name, text } => (None, name.to_string(), Some(text.to_string()), settings, recordings),
-            source => (Some(source.canonical().display()), source.stem(), None, settings, recordings),
-        }
+        let content = self.source.kept().map(KeptFiles::content).unwrap_or_default();
+        let files = (
+            content.canonical.into_iter().collect(),
+            content.bytes.into_iter().map(|(path, bytes)| (path, bytes.to_vec())).collect(),
+            content
+                .recordings
+                .into_iter()
+                .map(|((path, how), recording)| (path, how, Recording::of(recording)))
+                .collect(),
+        );
+        let (path, text) = match self.source.plain() {
+            Source::Text { text, .. } => (None, Some(text.to_string())),
+            Source::Disk(path) => (Some(path.clone()), None),
+            source => (Some(source.display().into()), None),
+        };
+        let name = if text.is_some() { self.source.display() } else { self.source.stem() };
+        (path, name, text, self.settings.clone(), self.recordings.clone(), files)
     }
 
     fn to_toml(&self) -> String {

@@ -1,8 +1,11 @@
 //! A simulation that is stepped tick by tick.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
 use pyo3::types::PyDict;
 use trocar_sim::engine::{COLUMNS, ColumnValues};
 use trocar_sim::run::SteppedRun;
@@ -16,8 +19,45 @@ use crate::scenario::Scenario;
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct Simulation {
     /// Locked because its parts can be sent, not shared, between threads; boxed because Python aligns to 16 bytes alone.
-    run: Mutex<Option<Box<SteppedRun>>>,
+    run: Mutex<State>,
+    /// The thread that is in a tick, by the address of its [`HERE`]; 0 for none.
+    in_tick: AtomicUsize,
     failure: Failure,
+}
+
+/// Where a simulation is.
+enum State {
+    Running(Box<SteppedRun>),
+    /// After so many ticks, an error or an exception of a part ended it.
+    Failed(u64),
+    /// After so many ticks, its result was taken.
+    Concluded(u64),
+}
+
+impl State {
+    fn running(&mut self) -> PyResult<&mut SteppedRun> {
+        match self {
+            Self::Running(run) => Ok(run),
+            Self::Failed(_) => Err(error::value("the simulation has ended with an error")),
+            Self::Concluded(_) => Err(error::value("the simulation has been concluded")),
+        }
+    }
+
+    fn ticks(&self) -> u64 {
+        match self {
+            Self::Running(run) => run.ticks(),
+            Self::Failed(ticks) | Self::Concluded(ticks) => *ticks,
+        }
+    }
+}
+
+thread_local! {
+    /// Its address is the thread's.
+    static HERE: u8 = const { 0 };
+}
+
+fn this_thread() -> usize {
+    HERE.with(|here| std::ptr::from_ref(here).addr())
 }
 
 #[pymethods]
@@ -26,7 +66,7 @@ impl Simulation {
     fn new(py: Python<'_>, scenario: &Scenario, parts: &Bound<'_, PyDict>) -> PyResult<Self> {
         let Own { parts, failure, .. } = Own::of(parts)?;
         let run = SteppedRun::new(scenario.scenario.clone(), parts).map_err(|error| error::run(py, &error))?;
-        Ok(Self { run: Mutex::new(Some(Box::new(run))), failure })
+        Ok(Self { run: Mutex::new(State::Running(Box::new(run))), in_tick: AtomicUsize::new(0), failure })
     }
 
     /// Runs a tick. Returns whether there are more.
@@ -34,17 +74,25 @@ impl Simulation {
         if let Some(position_m) = desired_position_m.filter(|position_m| !position_m.is_finite()) {
             return Err(error::value(format!("desired_position_m is {position_m}, must be finite")));
         }
-        let goes_on = self.locked().as_mut().ok_or_else(concluded)?.step(desired_position_m);
-        match self.failure.take() {
+        let mut state = self.locked(py)?;
+        let run = state.running()?;
+        self.in_tick.store(this_thread(), Ordering::Relaxed);
+        let goes_on = run.step(desired_position_m);
+        self.in_tick.store(0, Ordering::Relaxed);
+        let outcome = match self.failure.take() {
             Some(error) => Err(error),
             None => goes_on.map_err(|error| error::run(py, &error)),
+        };
+        if outcome.is_err() {
+            *state = State::Failed(state.ticks());
         }
+        outcome
     }
 
     /// The signals of the last tick, by column.
     fn signals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let run = self.locked();
-        let trace = run.as_ref().ok_or_else(concluded)?.trace();
+        let mut state = self.locked(py)?;
+        let trace = state.running()?.trace();
         let signals = PyDict::new(py);
         for (name, values) in COLUMNS.into_iter().zip(trace.columns()) {
             match values {
@@ -57,23 +105,31 @@ impl Simulation {
 
     /// Number of ticks so far.
     #[getter]
-    fn ticks(&self) -> PyResult<u64> {
-        Ok(self.locked().as_ref().ok_or_else(concluded)?.ticks())
+    fn ticks(&self, py: Python<'_>) -> PyResult<u64> {
+        Ok(self.locked(py)?.ticks())
     }
 
     /// The run and the columns of its trace so far; the simulation ends.
     fn conclude<'py>(&self, py: Python<'py>) -> PyResult<(Run, Bound<'py, PyDict>)> {
-        let run = self.locked().take().ok_or_else(concluded)?;
+        let mut state = self.locked(py)?;
+        state.running()?;
+        let ticks = state.ticks();
+        let State::Running(run) = std::mem::replace(&mut *state, State::Concluded(ticks)) else {
+            return Err(error::value("the simulation has been concluded"));
+        };
+        drop(state);
         hand_over(py, run.conclude())
     }
 }
 
 impl Simulation {
-    fn locked(&self) -> MutexGuard<'_, Option<Box<SteppedRun>>> {
-        self.run.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Waits for the tick of another thread without the interpreter, which its parts may need.
+    fn locked(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, State>> {
+        if self.in_tick.load(Ordering::Relaxed) == this_thread() {
+            return Err(PyRuntimeError::new_err(
+                "a part cannot use the simulation that it is in: it has its inputs as arguments",
+            ));
+        }
+        Ok(self.run.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner))
     }
-}
-
-fn concluded() -> PyErr {
-    error::value("the simulation has been concluded")
 }

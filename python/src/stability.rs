@@ -1,5 +1,8 @@
 //! Stability analysis.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_report::{stability_json, stability_text};
@@ -7,15 +10,17 @@ use trocar_sim::stability::Axis;
 use trocar_sim::stability_check::{CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, Verdict, is_tissue};
 
 use crate::arrays::put;
-use crate::interrupt::interruptible;
+use crate::interrupt::interruptible_told;
 use crate::scenario::Scenario;
 use crate::{convert, error};
 
 type Analysed<'py> = (Bound<'py, PyAny>, String, Bound<'py, PyDict>);
 
 /// Analyses the loop of a scenario and maps it over two axes. Returns the content of `stability.json`, the text, and arrays: `x`, `y`,
-/// `stable` (by rows, from the lowest y), `boundary` (four numbers per segment), and `simulated` if requested.
+/// `stable` (by rows, from the lowest y), `boundary` (four numbers per segment), and `simulated` if requested. `tell` is called with the
+/// numbers of simulated and of all points.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
 pub(crate) fn stability<'py>(
     py: Python<'py>,
     scenario: &Scenario,
@@ -24,6 +29,7 @@ pub(crate) fn stability<'py>(
     tissue: (f64, f64),
     simulate: bool,
     threads: usize,
+    tell: Option<Py<PyAny>>,
 ) -> PyResult<Analysed<'py>> {
     let axis = |text: &str| Axis::parse(text).map_err(|reason| error::value(format!("{text}: {reason}")));
     let (x_axis, y_axis) = (axis(x)?, axis(y)?);
@@ -36,13 +42,24 @@ pub(crate) fn stability<'py>(
         return Err(error::value(format!("tissue is ({low:?}, {high:?}), must be {must}")));
     }
     let scenario = scenario.scenario.clone();
-    let studied = interruptible(py, threads, move |stop| {
+    let all = x_axis.count * y_axis.count;
+    let done = Arc::new(AtomicUsize::new(0));
+    let told = done.clone();
+    let tell = |py: Python<'_>| {
+        let done = told.load(Ordering::Relaxed);
+        tell.as_ref().filter(|_| simulate).map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
+    };
+    let studied = interruptible_told(py, threads, tell, move |stop| {
         let mut study = StabilityStudy::of(&scenario, (x_axis, y_axis), tissue)?;
         if simulate {
-            study.simulate(&scenario, stop, || ())?;
+            let count = || {
+                done.fetch_add(1, Ordering::Relaxed);
+            };
+            study.simulate(&scenario, stop, count)?;
         }
         Ok(study)
     })?;
+    tell(py)?;
     let study = studied.map_err(|error: CheckError| error::check(py, &error))?;
     let (json, text) = (convert::parsed(py, &stability_json(&study))?, stability_text(&study));
     let StabilityStudy { map, check, .. } = study;

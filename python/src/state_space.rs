@@ -8,11 +8,13 @@ use trocar_sim::stability::{ClosedLoop, LoopSettings, LoopSystem, StabilityError
 
 use crate::arrays::matrix;
 use crate::error;
+use crate::interrupt::interruptible;
 use crate::scenario::Scenario;
 
 /// Times, and outputs by rows.
 type Response<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
+#[derive(Clone)]
 enum System {
     /// `x' = A x + B u`.
     Continuous(lti::StateSpace<Continuous>),
@@ -110,11 +112,12 @@ impl StateSpace {
         tick_s: f64,
         samples: usize,
     ) -> PyResult<Response<'py>> {
-        let response = match &self.system {
+        let system = self.system.clone();
+        let response = interruptible(py, 1, move |_| match &system {
             System::Continuous(system) => lti::step_response(system, input, tick_s, samples),
             System::Discrete(system) => lti::step_response_discrete(system, input, samples),
-        };
-        let response = response.map_err(error::value)?;
+        });
+        let response = response?.map_err(error::value)?;
         Ok((PyArray1::from_vec(py, response.time_s), matrix(py, rows!(response.outputs), samples)?))
     }
 }

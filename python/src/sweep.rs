@@ -3,19 +3,22 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar_sim::metrics::Declaration;
+use trocar_sim::metrics::{Declaration, Metrics};
+use trocar_sim::parallel::try_map;
 use trocar_sim::run::RunError;
 use trocar_sim::scenario::{ScenarioError, Source};
 use trocar_sim::sweep::{
-    AxisColumn, Column, Design, Execution, Outcome, Part, Plan, Progress, Rows, Shard, SweepError, execute,
+    AxisColumn, CaseMaker, Column, Design, Execution, Outcome, Part, Plan, Progress, Rows, Shard, SweepError, execute,
 };
 
 use crate::arrays::put;
 use crate::error;
 use crate::interrupt::interruptible_told;
-use crate::run::measure_with;
+use crate::own::CompiledParts;
+use crate::run::{measure_compiled, measure_with};
 use crate::scenario::{Scenario, text_source};
 
 /// The result by columns.
@@ -28,28 +31,36 @@ struct Columns {
 }
 
 impl Columns {
-    /// Returns the columns of all rows that `each` gives: a case, its outcome, its metrics.
-    fn of<E>(
-        design: &Design,
-        each: impl FnOnce(&mut dyn FnMut(u64, Outcome, &[f64])) -> Result<(), E>,
-    ) -> Result<Self, E> {
-        let mut all = Self {
+    /// Returns empty columns for so many cases, if they fit into this machine's memory.
+    fn for_cases(design: &Design, cases: u64, memory_bytes: u64) -> Result<Self, NoRoom> {
+        let numbers = design.columns.len() + design.axes.len() + 2;
+        if cases.saturating_mul(numbers as u64 * 8) > memory_bytes {
+            return Err(NoRoom { cases, numbers });
+        }
+        Ok(Self {
             case: vec![],
             axes: design.axes.iter().map(|axis| (axis.key.path.to_owned(), AxisColumn::of(axis))).collect(),
             seed: vec![],
             outcome: vec![],
             metrics: design.columns.iter().map(|column| (column.name.clone(), vec![])).collect(),
-        };
+        })
+    }
+
+    /// Adds all rows that `each` gives: a case, its outcome, its metrics.
+    fn fill<E>(
+        &mut self,
+        design: &Design,
+        each: impl FnOnce(&mut dyn FnMut(u64, Outcome, &[f64])) -> Result<(), E>,
+    ) -> Result<(), E> {
         let (sampler, mut coordinates, mut values) = (design.coordinates(), vec![], vec![]);
         each(&mut |case, outcome, metrics| {
             sampler.values(case, &mut coordinates, &mut values);
-            all.case.push(case as i64);
-            all.seed.push(design.seed(case) as i64);
-            all.outcome.push(outcome as u8);
-            all.axes.iter_mut().zip(&values).for_each(|((_, column), value)| column.push(value));
-            all.metrics.iter_mut().zip(metrics).for_each(|((_, column), metric)| column.push(*metric));
-        })?;
-        Ok(all)
+            self.case.push(case as i64);
+            self.seed.push(design.seed(case) as i64);
+            self.outcome.push(outcome as u8);
+            self.axes.iter_mut().zip(&values).for_each(|((_, column), value)| column.push(value));
+            self.metrics.iter_mut().zip(metrics).for_each(|((_, column), metric)| column.push(*metric));
+        })
     }
 
     fn hand_over(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
@@ -69,6 +80,54 @@ impl Columns {
             put(&columns, &name, values)?;
         }
         Ok(columns)
+    }
+}
+
+/// The cases do not fit into memory.
+#[derive(Debug, Clone, Copy)]
+struct NoRoom {
+    cases: u64,
+    numbers: usize,
+}
+
+impl std::fmt::Display for NoRoom {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let gigabytes = self.cases as f64 * self.numbers as f64 * 8e-9;
+        write!(
+            f,
+            "the {} cases take {gigabytes:.0} GB of memory, more than there is: take fewer points or metrics, or \
+             `trocar sweep` of the command line, which keeps them on disk",
+            self.cases
+        )
+    }
+}
+
+/// Why a sweep failed.
+enum Failed {
+    Sweep(SweepError),
+    NoRoom(NoRoom),
+    Python(PyErr),
+}
+
+impl From<SweepError> for Failed {
+    fn from(error: SweepError) -> Self {
+        Self::Sweep(error)
+    }
+}
+
+impl From<trocar_sim::scenario::ScenarioError> for Failed {
+    fn from(error: trocar_sim::scenario::ScenarioError) -> Self {
+        Self::Sweep(error.into())
+    }
+}
+
+impl Failed {
+    fn raise(self, py: Python<'_>) -> PyErr {
+        match self {
+            Self::Sweep(error) => error::sweep(py, &error),
+            Self::NoRoom(no_room) => PyMemoryError::new_err(no_room.to_string()),
+            Self::Python(error) => error,
+        }
     }
 }
 
@@ -108,7 +167,8 @@ pub(crate) fn sweep_plan(
     Ok((plan.hash(), plan.design.cases()))
 }
 
-/// Runs a sweep, or a shard of it such as "3/8", with a number of threads (0 for all processors). Returns the columns, the hash
+/// Runs a sweep, or a shard of it such as "3/8", with a number of threads (0 for all processors), if its rows fit into
+/// `memory_bytes`. Returns the columns, the hash
 /// of the whole sweep, its number of cases, and the former names of metrics in the file, each with the present name. The sweep
 /// is a file's path or a text; `base` is the scenario if neither names one. `tell` is called with the numbers of complete and of
 /// all cases, from time to time and at the end.
@@ -122,6 +182,7 @@ pub(crate) fn sweep<'py>(
     settings: Vec<String>,
     shard: &str,
     threads: usize,
+    memory_bytes: u64,
     tell: Option<Py<PyAny>>,
 ) -> PyResult<Swept<'py>> {
     let shard: Shard = shard.parse().map_err(error::value)?;
@@ -137,9 +198,13 @@ pub(crate) fn sweep<'py>(
         let layout = plan.layout(shard);
         let all = layout.part_cases();
         done[1].store(all, Ordering::Relaxed);
+        let mut columns = Columns::for_cases(&plan.design, all, memory_bytes).map_err(Failed::NoRoom)?;
         let io = |source| SweepError::Io { path: std::env::temp_dir(), source };
         let folder = tempfile::Builder::new().prefix("trocar-sweep-").tempdir().map_err(io)?;
         let part = Part::open(&folder.path().join(trocar_sim::sweep::CASES), layout)?;
+        // What is open needs no name on Unix, so that even a killed process leaves nothing behind.
+        #[cfg(unix)]
+        folder.close().map_err(io)?;
         let count = |cases: u64| {
             done[0].fetch_add(cases, Ordering::Relaxed);
         };
@@ -148,7 +213,7 @@ pub(crate) fn sweep<'py>(
         if execute(&plan, &part, Execution { threads, shares_runs: true }, &progress)? < all {
             return Ok(None);
         }
-        let columns = Columns::of(&plan.design, |row| {
+        columns.fill(&plan.design, |row| {
             Rows(vec![part]).each(|case, outcome, metrics| {
                 row(case, outcome, metrics);
                 Ok(())
@@ -156,15 +221,20 @@ pub(crate) fn sweep<'py>(
         })?;
         Ok(Some((columns, plan.hash(), plan.design.cases(), plan.former_names)))
     };
-    let swept = interruptible_told(py, threads, &tell, work)?.map_err(|error: SweepError| error::sweep(py, &error))?;
+    let swept = interruptible_told(py, threads, &tell, work)?.map_err(|failed: Failed| failed.raise(py))?;
     // Only a signal stops it, and its exception has been raised.
     let (columns, hash, cases, former_names) = swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
     tell(py)?;
     Ok((columns.hand_over(py)?, hash, cases, former_names))
 }
 
-/// Runs a sweep with the user's own parts, by role, one case after the other. Returns what [`sweep`] does.
+/// Number of cases that a thread runs at once.
+const CASES_AT_ONCE: u64 = 16;
+
+/// Runs a sweep with the user's own parts, by role: in threads if all of them are compiled, otherwise one case after the other. Returns
+/// what [`sweep`] does.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the Python wrapper passes a job and how to run it")]
 pub(crate) fn sweep_with<'py>(
     py: Python<'py>,
     path: Option<&str>,
@@ -172,28 +242,73 @@ pub(crate) fn sweep_with<'py>(
     base: Option<&Scenario>,
     settings: Vec<String>,
     parts: &Bound<'py, PyDict>,
-    tell: Option<Bound<'py, PyAny>>,
+    threads: usize,
+    memory_bytes: u64,
+    tell: Option<Py<PyAny>>,
 ) -> PyResult<Swept<'py>> {
     let plan = Sources::of(path, text, base).plan(&settings).map_err(|error| error::scenario(py, &error))?;
-    let design = &plan.design;
-    let mut maker = plan.maker();
-    let columns = Columns::of(design, |row| {
-        for case in 0..design.cases() {
-            let scenario = maker.scenario(case).map_err(|error| error::sweep(py, &error))?;
-            let (outcome, metrics) = match measure_with(py, &scenario, parts)? {
-                Ok(metrics) => (Outcome::of(metrics.outcome), Some(metrics)),
-                Err(RunError::Engine { .. }) => (Outcome::Failed, None),
-                Err(refused) => return Err(error::sweep(py, &maker.refused(case, refused))),
-            };
-            let value = |column: &Column| metrics.as_ref().and_then(|metrics| column.value(metrics, None));
-            let values: Vec<f64> = design.columns.iter().map(|column| value(column).unwrap_or(f64::NAN)).collect();
-            row(case, outcome, &values);
-            tell.as_ref().map_or(Ok(()), |tell| tell.call1((case + 1, design.cases())).map(drop))?;
-        }
-        Ok(())
-    })?;
-    let (hash, cases) = (plan.hash(), design.cases());
-    Ok((columns.hand_over(py)?, hash, cases, plan.former_names.clone()))
+    let cases = plan.design.cases();
+    let columns = Columns::for_cases(&plan.design, cases, memory_bytes);
+    let mut columns = columns.map_err(|no_room| Failed::NoRoom(no_room).raise(py))?;
+    let tell = |py: Python<'_>, done: u64| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, cases)).map(drop));
+    let (columns, plan) = if let Some(compiled) = CompiledParts::of(parts)? {
+        let done = Arc::new(AtomicU64::new(0));
+        let told = done.clone();
+        let work = move |_: &AtomicBool| {
+            let rows = try_map(cases.div_ceil(CASES_AT_ONCE) as usize, |turn| {
+                let first = turn as u64 * CASES_AT_ONCE;
+                let mut maker = plan.maker();
+                let of_case = |case| {
+                    let row = of_case(&plan, &mut maker, case, |scenario| measure_compiled(scenario, &compiled));
+                    done.fetch_add(1, Ordering::Relaxed);
+                    row
+                };
+                (first..(first + CASES_AT_ONCE).min(cases)).map(of_case).collect::<Result<Vec<_>, Failed>>()
+            })?;
+            columns.fill(&plan.design, |row| {
+                let rows = rows.into_iter().flatten().zip(0..);
+                rows.for_each(|((outcome, values), case)| row(case, outcome, &values));
+                Ok::<_, Failed>(())
+            })?;
+            Ok((columns, plan))
+        };
+        let tell_done = |py: Python<'_>| tell(py, told.load(Ordering::Relaxed));
+        let swept = interruptible_told(py, threads, tell_done, work)?;
+        tell_done(py)?;
+        swept.map_err(|failed: Failed| failed.raise(py))?
+    } else {
+        let mut maker = plan.maker();
+        columns
+            .fill(&plan.design, |row| {
+                for case in 0..cases {
+                    let measure = |scenario: &_| measure_with(py, scenario, parts);
+                    let (outcome, values) = of_case(&plan, &mut maker, case, measure)?;
+                    row(case, outcome, &values);
+                    tell(py, case + 1).map_err(Failed::Python)?;
+                }
+                Ok::<_, Failed>(())
+            })
+            .map_err(|failed| failed.raise(py))?;
+        (columns, plan)
+    };
+    Ok((columns.hand_over(py)?, plan.hash(), cases, plan.former_names.clone()))
+}
+
+/// Runs a case. Returns its outcome and its metrics.
+fn of_case(
+    plan: &Plan,
+    maker: &mut CaseMaker<'_>,
+    case: u64,
+    measure: impl FnOnce(&trocar_sim::scenario::Scenario) -> PyResult<Result<Metrics, RunError>>,
+) -> Result<(Outcome, Vec<f64>), Failed> {
+    let scenario = maker.scenario(case)?;
+    let (outcome, metrics) = match measure(&scenario).map_err(Failed::Python)? {
+        Ok(metrics) => (Outcome::of(metrics.outcome), Some(metrics)),
+        Err(RunError::Engine { .. }) => (Outcome::Failed, None),
+        Err(refused) => return Err(maker.refused(case, refused).into()),
+    };
+    let value = |column: &Column| metrics.as_ref().and_then(|metrics| column.value(metrics, None));
+    Ok((outcome, plan.design.columns.iter().map(|column| value(column).unwrap_or(f64::NAN)).collect()))
 }
 
 /// Returns the metrics of a sweep; those of ruptures and events have the number 1: name, scope, label, unit, which values are

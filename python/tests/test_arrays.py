@@ -209,3 +209,15 @@ def test_alarms_index_the_given_samples_even_if_they_are_uneven():
     assert not np.array_equal(found["time_s"], time[: len(found["time_s"])])
     assert (time[found.alarms] <= found.alarms_s).all() and (found.alarms_s < time[found.alarms + 1]).all()
     assert found.to_dataframe()["alarm"].sum() == len(found.alarm_rows) == len(found.alarms)
+
+
+@pytest.mark.parametrize("missing", [slice(100, 101), slice(3000, 3002), slice(8000, 8001)])
+def test_alarms_index_the_given_samples_if_some_are_missing(missing):
+    data = trocar.record(2)
+    whole = trocar.detect(data, contact_m=0.012)
+    kept = np.ones(len(data["time_s"]), dtype=bool)
+    kept[missing] = False
+    found = trocar.detect({name: column[kept] for name, column in data.items()}, contact_m=0.012)
+    # A row is at the time of a sample, up to rounding: that sample has the alarm.
+    assert np.abs(data["time_s"][kept][found.alarms] - found.alarms_s).max() < 1e-9
+    assert np.abs(found.alarms_s - whole.alarms_s).max() < 0.01

@@ -2,6 +2,7 @@
 
 import gc
 import multiprocessing
+import copy
 import pickle
 
 import numpy as np
@@ -119,3 +120,40 @@ def test_a_scenario_keeps_the_files_that_it_was_loaded_from(tmp_path):
     assert trocar.run(scenario.replace(**{"scaling.force": 0.5})).metrics == expected
     with pytest.raises(trocar.ScenarioError):
         trocar.Scenario.load(file)
+
+
+def test_a_pickled_scenario_has_the_content_of_its_files(tmp_path):
+    frame = trocar.record(2)
+    table, base, file = (tmp_path / name for name in ("recording.csv", "base.toml", "mine.toml"))
+    rows = zip(frame["time_s"], frame["position_m"], frame["force_n"])
+    table.write_text("time_s,position_m,force_n\n" + "".join(f"{t!r},{x!r},{f!r}\n" for t, x, f in ((*map(float, row),) for row in rows)))
+    base.write_text(
+        'base = "builtin:paper/augmented"\n[recording]\nfile = "recording.csv"\nruptures_s = []\n[recording.columns]\nvelocity_m_per_s = ""\n'
+    )
+    file.write_text('base = "base.toml"\n[scaling]\nforce = 0.8\n')
+    scenario = trocar.Scenario.load(file)
+    expected = trocar.run(scenario)
+    kept = tmp_path / "run.npz"
+    expected.save(kept)
+    rows = trocar.sweep(scenario, {"scaling.position": [0.5, 1.0]})
+    sent = pickle.dumps(scenario)
+    file.write_text('base = "base.toml"\n[scaling]\nforce = 2.0\n')
+    changed = trocar.Scenario.load(file)
+    assert changed != scenario and pickle.dumps(changed) != sent
+    for path in (table, base, file):
+        path.unlink()
+    for again in (pickle.loads(sent), copy.copy(scenario), copy.deepcopy(scenario), trocar.load(kept).scenario):
+        assert again == scenario and again["scaling.force"] == 0.8
+        assert trocar.run(again).metrics == expected.metrics
+    assert pickle.loads(sent).replace(scaling={"force": 0.5})["scaling.force"] == 0.5
+    for again in (scenario, pickle.loads(sent)):
+        swept = trocar.sweep(again, {"scaling.position": [0.5, 1.0]})
+        assert swept.hash == rows.hash and np.array_equal(swept["tracking_rmse_m"], rows["tracking_rmse_m"])
+
+
+def test_a_sweep_takes_recordings_in_memory():
+    frames = [trocar.record(seed) for seed in (2, 3)]
+    alone = [trocar.run(trocar.Scenario.load("paper/augmented", **{"recording.file": frame})).metrics for frame in frames]
+    of_set = trocar.sweep("paper/augmented", {"scaling.force": [1.0]}, set={"recording": {"file": frames[0]}})
+    assert of_set["tracking_rmse_m"].tolist() == [alone[0]["tracking_rmse_m"]]
+    assert trocar.sweep("paper/augmented", {"scaling.force": [1.0]}, set={"recording.file": frames[0]}).hash == of_set.hash

@@ -118,3 +118,32 @@ def test_stability_says_what_is_wrong():
             trocar.stability(tissue=tissue)
     with pytest.raises(ValueError, match="side is"):
         trocar.state_space(CLASSICAL, "left")
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: trocar.compare(threads=-1), "threads is -1, must be at least 0"),
+        (lambda: trocar.compare(threads=2000), "threads = 2000, must be at most 1024"),
+        (lambda: trocar.compare(seeds=-1), "seeds is -1, must be at least 2"),
+        (lambda: trocar.roc(seeds=0), "seeds is 0, must be at least 1"),
+        (lambda: trocar.roc(trials=True, ruptures_s=[1.0]), "trials have their ruptures"),
+        (lambda: trocar.roc(noise_std_n=[]), "noise_std_n is empty"),
+        (lambda: trocar.roc(detectors={"mine": {float("nan"): bool}}), "a threshold of mine is nan, must be finite"),
+        (lambda: trocar.record(-1), "seed is -1, must be at least 0"),
+        (lambda: list(trocar.trials([0])), "number is 0, must be at least 1"),
+        (lambda: trocar.state_space(CLASSICAL, "slave").step_response(-1), "input is -1, must be at least 0"),
+        (lambda: trocar.score([1.0], [1.0], recorded_s=float("nan")), "recorded_s is nan, must be above 0"),
+        (lambda: trocar.sweep(CLASSICAL, {"scaling.force": [1.0]}, shards=0), "shards is 0, must be at least 1"),
+        (lambda: trocar.detect(trocar.record(), ruptures_s=1.0), "ruptures_s has the shape"),
+    ],
+)
+def test_numbers_are_named(call, text):
+    with pytest.raises(ValueError, match=text):
+        call()
+
+
+@pytest.mark.parametrize("threads", [1.5, "2", True, None])
+def test_a_number_of_threads_is_whole(threads):
+    with pytest.raises(TypeError, match="threads is .*, must be a whole number"):
+        trocar.compare(threads=threads)

@@ -1,11 +1,15 @@
 """The examples run as they stand."""
 
+import doctest
+import inspect
 import os
 import subprocess
 import sys
 
 import pytest
 from conftest import REPOSITORY
+
+import trocar
 
 EXAMPLES = REPOSITORY / "python" / "examples"
 
@@ -36,3 +40,23 @@ def test_every_cell_is_python(name):
     assert len(cells) > 4
     for cell in cells[1:]:
         compile(cell.removeprefix(" [markdown]"), name, "exec")
+
+
+def public():
+    """The classes and functions of the package, without the warnings, which a name and a sentence explain."""
+    for name in trocar.__all__:
+        found = getattr(trocar, name)
+        is_warning = inspect.isclass(found) and issubclass(found, Warning)
+        if not is_warning and (inspect.isclass(found) or callable(found)):
+            yield name
+
+
+@pytest.mark.parametrize("name", list(public()))
+def test_every_name_has_an_example(name):
+    found = getattr(trocar, name)
+    text = inspect.getdoc(found) or ""
+    assert ">>> " in text, f"trocar.{name} has no example"
+    if found.__module__ == "trocar._core":
+        # `pytest --doctest-modules` does not read compiled modules.
+        example = doctest.DocTestParser().get_doctest(text, {}, name, None, None)
+        assert doctest.DocTestRunner().run(example).failed == 0

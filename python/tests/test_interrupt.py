@@ -46,6 +46,15 @@ def roc_of_ones_own():
     trocar.roc(detectors={"mine": lambda *evidence: False}, seeds=100_000)
 
 
+def steps():
+    for _ in range(20):
+        trocar.Detector(1e-3).steps(*LONG[1:])
+
+
+def step_response():
+    trocar.state_space("paper/classical", "slave").step_response(samples=50_000_000)
+
+
 LONG = recording(8_000_000)
 
 
@@ -57,7 +66,7 @@ def interruptible():
     signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.parametrize("call", [stability, compare, sweep, calibrate, detect, roc, roc_of_ones_own])
+@pytest.mark.parametrize("call", [stability, compare, sweep, calibrate, detect, roc, roc_of_ones_own, steps, step_response])
 def test_ctrl_c_ends_a_long_call_and_its_work(call):
     timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
     timer.start()

@@ -60,7 +60,7 @@ def test_detectors_are_judged_on_recordings_loops_and_trials(copied):
     ("arguments", "exception", "text"),
     [
         ({"detectors": ["beauty"]}, ValueError, "there is no detector beauty; the built-in ones are"),
-        ({"seeds": 0}, ValueError, "seeds is 0, must be from 1"),
+        ({"seeds": 0}, ValueError, "seeds is 0, must be at least 1"),
         ({"noise_std_n": -1.0}, ValueError, "noise_std_n is -1, must be from 0 to 100"),
         ({"within_s": 2.0}, ValueError, "within_s is 2, must be from 0 to 0.5"),
         ({"trials": True, "signal": "paper/classical"}, ValueError, "give one of them"),

@@ -53,6 +53,9 @@ def test_everything_can_be_pickled_and_copied(run):
         assert np.array_equal(again(system).A, system.A) and np.array_equal(copy.copy(system).poles(), system.poles())
     step = trocar.Detector(0.001).step(0.01, 0.02, 0.3)
     assert repr(again(step)) == repr(step) and again(step).depth_m == step.depth_m
+    command = trocar.HapticController("paper/augmented").step(0.01, None, 0.0, 1.0)
+    assert repr(again(command)) == repr(command) and again(command).faults == command.faults == ["slave_position"]
+    assert copy.copy(command).mode == command.mode
     stability = trocar.stability(x="scaling.force=0.1:10:3", y="tissue.stiffness_n_per_m=10:2000:3")
     assert np.array_equal(again(stability).stable, stability.stable)
 

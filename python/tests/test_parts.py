@@ -5,6 +5,7 @@ import math
 import shutil
 import subprocess
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -157,12 +158,23 @@ def test_an_exception_ends_the_run_with_its_traceback(soft):
         ({"tissue": lambda x: 1.0}, TypeError, "positional argument"),
         ({"tissue": 3.0}, TypeError, "the tissue is of the type float, must be a function"),
         ({"force_law": lambda *_: 1.0}, TypeError, r"must return \(force_n, allowed_step_n\)"),
-        ({"tissue": trocar.Compiled(0)}, ValueError, "address 0"),
     ],
 )
 def test_wrong_parts_are_told(soft, parts, exception, text):
     with pytest.raises(exception, match=text):
         trocar.run(soft, **parts)
+
+
+@pytest.mark.parametrize("function", ["abs", b"abs", None, True, 1.5, abs])
+def test_what_is_no_compiled_function_is_told(function):
+    with pytest.raises(TypeError, match="is not a compiled function"):
+        trocar.Compiled(function)
+
+
+@pytest.mark.parametrize("address", [0, -1, 2**70])
+def test_an_impossible_address_is_told(address):
+    with pytest.raises(ValueError, match=f"address {address}"):
+        trocar.Compiled(address)
 
 
 def test_an_unknown_role_is_told(soft):
@@ -278,3 +290,60 @@ def test_a_sweep_with_copies_of_built_in_parts_has_their_rows(soft):
         trocar.sweep(soft, axes, tissue=fails)
     with pytest.raises(ValueError, match="give no client"):
         trocar.sweep(soft, axes, tissue=Spring(soft), client=object())
+
+
+def test_a_part_cannot_use_its_own_simulation(soft):
+    def tissue(tick, position_m, velocity_m_per_s):
+        return simulation.time_s
+
+    simulation = trocar.Simulation(soft, tissue=tissue)
+    with pytest.raises(RuntimeError, match="a part cannot use the simulation that it is in"):
+        while simulation.step():
+            pass
+
+
+def test_another_thread_reads_a_simulation_in_a_tick(soft):
+    within, read = threading.Event(), []
+
+    def tissue(tick, position_m, velocity_m_per_s):
+        within.set()
+        time.sleep(1e-3)
+        return 0.0
+
+    simulation = trocar.Simulation(soft, tissue=tissue)
+    reader = threading.Thread(target=lambda: within.wait() and read.append(simulation.ticks))
+    reader.start()
+    for _ in range(50):
+        simulation.step()
+    reader.join(10.0)
+    assert read and not reader.is_alive()
+
+
+def test_a_simulation_ends_with_the_exception_of_a_part(soft):
+    def fails(tick, position_m, velocity_m_per_s):
+        if tick == 5:
+            raise KeyError("five")
+        return 0.0
+
+    simulation = trocar.Simulation(soft, tissue=fails)
+    with pytest.raises(KeyError, match="five"):
+        while simulation.step():
+            pass
+    assert simulation.ticks == 6
+    for again in (simulation.step, simulation.run):
+        with pytest.raises(ValueError, match="has ended with an error"):
+            again()
+
+
+def test_compiled_parts_run_in_threads_with_the_same_rows(soft, library):
+    copied = Spring(soft)
+    tissue = trocar.Compiled(library.spring, [copied.contact, copied.stiffness, copied.damping, 0.0])
+    axes = {"scaling.force": [0.5, 1.0], "operator.speed_m_per_s": trocar.Range(0.01, 0.03, 20)}
+    built_in = trocar.sweep(soft, axes, seeds=2)
+    for threads in (1, 2):
+        own = trocar.sweep(soft, axes, seeds=2, tissue=tissue, threads=threads, progress=False)
+        assert own.hash == built_in.hash
+        for name, column in built_in.items():
+            assert np.array_equal(own[name], column, equal_nan=column.dtype.kind == "f"), name
+    compared = [trocar.compare(soft, seeds=4, threads=threads, tissue=tissue).report["seeds"] for threads in (1, 2)]
+    assert compared[0] == compared[1] == trocar.compare(soft, seeds=4, tissue=Spring(soft)).report["seeds"]

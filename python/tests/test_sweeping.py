@@ -1,5 +1,6 @@
 """Sweeps over given points, in shards, with a folder, and by any executor: always the same rows."""
 
+import subprocess
 import concurrent.futures
 import multiprocessing
 import os
@@ -72,7 +73,7 @@ def test_wrong_sweeps_are_told(arguments, exception, text):
 def test_shards_join_in_any_order():
     parts = [trocar.shard(f"{part}/3", "layers/skin-augmented", AXES, seeds=4, metrics=METRICS) for part in (2, 3, 1)]
     same(trocar.merge(parts), sweep())
-    with pytest.raises(ValueError, match="have .* cases, must have each of 80 once"):
+    with pytest.raises(ValueError, match="have .* of 80 cases, and 0 of them more than once; each must be there once"):
         trocar.merge(parts[:2])
     other = trocar.shard("1/3", "layers/skin-augmented", AXES, seeds=5, metrics=METRICS)
     with pytest.raises(ValueError, match="not of the same sweep"):
@@ -203,3 +204,46 @@ def test_progress_is_shown_with_tqdm_and_without(capsys, monkeypatch):
     assert capsys.readouterr().err.endswith("80 of 80 cases\n")
     sweep()
     assert capsys.readouterr().err == ""
+
+
+def test_executors_may_return_shards_in_any_order(tmp_path):
+    joblib = pytest.importorskip("joblib")
+
+    class Reversing:
+        """As joblib's, with the last result first."""
+
+        n_jobs = 2
+
+        def __call__(self, calls):
+            return reversed([function(*arguments, **named) for function, arguments, named in calls])
+
+    expected = sweep()
+    for executor in (Reversing(), joblib.Parallel(n_jobs=2, return_as="generator_unordered")):
+        folder = tmp_path / type(executor).__name__
+        same(sweep(executor=executor, folder=folder, shards=4), expected)
+        (folder / "shard-2-of-4.npz").unlink()
+        same(sweep(folder=folder), expected)
+
+
+def test_a_sweep_that_is_too_large_is_refused_at_once():
+    with pytest.raises(MemoryError, match="1000000000000 cases take .* GB of memory, more than there is"):
+        trocar.sweep("paper/augmented", {"scaling.force": trocar.Range(0.5, 1.0, 10**12)})
+
+
+def test_a_killed_sweep_leaves_nothing_behind(tmp_path):
+    code = "import trocar; trocar.sweep('paper/augmented', {'scaling.force': trocar.Range(0.5, 1.0, 100_000)}, progress=True)"
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    with subprocess.Popen([sys.executable, "-c", code], env=environment, stderr=subprocess.PIPE) as process:
+        # The first progress that is not 0.
+        while not any(digit in process.stderr.read(1) for digit in b"123456789"):
+            pass
+        process.kill()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_saved_sweep_has_its_scenario(tmp_path):
+    swept = trocar.sweep(trocar.Scenario.load("paper/augmented", **{"recording.file": trocar.record(2)}), {"scaling.force": [1.0]})
+    swept.save(tmp_path / "sweep.npz")
+    again = trocar.Sweep.load(tmp_path / "sweep.npz")
+    assert again.scenario == swept.scenario and list(again) == list(swept)
+    assert trocar.run(again.scenario).metrics["tracking_rmse_m"] == swept["tracking_rmse_m"][0]

@@ -133,29 +133,75 @@ __all__ = [
 
 
 def shipped() -> dict[str, str]:
-    """Returns the shipped scenarios, each with the question that it answers. Load one with ``Scenario.load(name)``."""
+    """Returns the shipped scenarios, each with the question that it answers. Load one with :meth:`Scenario.load`.
+
+    Returns
+    -------
+    dict of str to str
+        The name of each scenario, which begins with ``builtin:``, and its question.
+
+    >>> import trocar
+    >>> "builtin:paper/classical.toml" in trocar.shipped()
+    True
+    >>> trocar.Scenario.load("builtin:paper/classical.toml").name
+    'classical'
+    """
     return dict(_core.shipped())
 
 
 def keys() -> dict[str, tuple[str, str | None, str]]:
-    """Returns every key of a scenario with its type, its default in TOML (``None`` without a default) and its meaning."""
+    """Returns every key of a scenario.
+
+    Returns
+    -------
+    dict of str to (str, str or None, str)
+        For each dotted key: its type with the allowed range, its default in TOML (``None`` without a default), and its meaning.
+
+    >>> import trocar
+    >>> trocar.keys()["scaling.force"]
+    ('a number, at least 0 and at most 1000', '1.0', 'Feedback force per measured force.')
+    """
     return {path: (kind, default, meaning) for path, kind, default, meaning in _core.keys()}
 
 
 def metrics() -> dict[str, tuple[str, str, str, str, str]]:
-    """Returns every metric that a sweep can record, those of ruptures and events with the number 1: its scope (``run``, ``rupture``,
-    ``event``, ``link``, ``loop``), its label in tables, its SI unit, which values are better (``lower``, ``higher``, ``neither``),
-    its meaning."""
+    """Returns every metric that :func:`sweep` can record. Metrics of ruptures and events have the number 1 in their names.
+
+    Returns
+    -------
+    dict of str to (str, str, str, str, str)
+        For each metric: its scope (``run``, ``rupture``, ``event``, ``link``, ``loop``), its label in tables, its SI unit, which
+        values are better (``lower``, ``higher``, ``neither``), and its meaning.
+
+    >>> import trocar
+    >>> trocar.metrics()["detected_ruptures"]
+    ('run', 'detected ruptures', '1', 'higher', 'Ruptures with an alarm within 0.5 s.')
+    """
     return {
         name: (scope, label, unit, better, meaning) for name, scope, label, unit, better, meaning in _core.metrics()
     }
 
 
 def metric_names() -> list[str]:
-    """Returns the names of :func:`metrics`."""
+    """Returns the names of :func:`metrics`, as :func:`sweep` takes them.
+
+    >>> import trocar
+    >>> "detected_ruptures" in trocar.metric_names()
+    True
+    """
     return list(metrics())
 
 
 def trace_columns() -> dict[str, tuple[str, str]]:
-    """Returns the columns of a trace: unit (empty for codes), meaning."""
+    """Returns the columns of the trace of a :class:`Run`.
+
+    Returns
+    -------
+    dict of str to (str, str)
+        For each column: its SI unit (empty for codes) and its meaning.
+
+    >>> import trocar
+    >>> trocar.trace_columns()["slave_position_m"]
+    ('m', 'Position of the slave, x_e; it increases into the tissue.')
+    """
     return {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}

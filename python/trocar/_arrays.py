@@ -53,6 +53,16 @@ def number(name: str, value: Any) -> float:
         raise TypeError(f"{name} is {value!r}, must be a number") from None
 
 
+def whole(name: str, value: Any, low: int = 0) -> int:
+    """Returns a whole number that is not below ``low``."""
+    if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
+        raise TypeError(f"{name} is {value!r}, must be a whole number")
+    count = int(value)
+    if not low <= count < 2**63:
+        raise ValueError(f"{name} is {count}, must be at least {low}" if count < low else f"{name} is {count}, which is too large")
+    return count
+
+
 Recorded = Union["pandas.DataFrame", Mapping[str, Any]]
 """Samples with names: a DataFrame or a dictionary with the columns ``time_s``, ``position_m``, ``force_n`` and, if measured,
 ``velocity_m_per_s``; the names of :func:`trocar.read_recording`, without units, do as well."""

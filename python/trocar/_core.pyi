@@ -1,8 +1,11 @@
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
+
+_Files = tuple[list[tuple[Path, Path]], list[tuple[Path, bytes]], list[tuple[Path, str, "Recording"]]]
 
 __all__ = [
     "Command",
@@ -57,7 +60,16 @@ class Scenario:
     @staticmethod
     def from_text(name: str, text: str, settings: list[list[str]], recordings: list[Recording]) -> Scenario: ...
     def replace(self, settings: list[str], recordings: list[Recording]) -> Scenario: ...
-    def origin(self) -> tuple[str | None, str, str | None, list[list[str]], list[Recording]]: ...
+    @staticmethod
+    def restored(
+        path: Path | None,
+        name: str,
+        text: str | None,
+        settings: list[list[str]],
+        recordings: list[Recording],
+        files: _Files,
+    ) -> Scenario: ...
+    def origin(self) -> tuple[Path | None, str, str | None, list[list[str]], list[Recording], _Files]: ...
     def to_toml(self) -> str: ...
     def to_dict(self) -> dict[str, Any]: ...
     @property
@@ -104,6 +116,10 @@ class Simulation:
 class Command:
     """The command of a rig's controller at one sample. Quantities are in SI units."""
 
+    def __new__(
+        cls, numbers: list[float], mode: int, alarms: tuple[bool, bool], faults: list[str], faulty_samples: int
+    ) -> Command: ...
+    def __getnewargs__(self) -> tuple[list[float], int, tuple[bool, bool], list[str], int]: ...
     @property
     def slave_reference_m(self) -> float: ...
     @property
@@ -257,10 +273,17 @@ def calibrate(
     threads: int,
 ) -> tuple[dict[str, Any], str, str]: ...
 def sweep(
-    path: str | None, text: str, base: Scenario | None, settings: list[str], shard: str, threads: int, tell: Callable[[int, int], None] | None
+    path: str | None, text: str, base: Scenario | None, settings: list[str], shard: str, threads: int,
+    memory_bytes: int, tell: Callable[[int, int], None] | None
 ) -> tuple[dict[str, Any], str, int, list[tuple[str, str]]]: ...
 def stability(
-    scenario: Scenario, x: str, y: str, tissue: tuple[float, float], simulate: bool, threads: int
+    scenario: Scenario,
+    x: str,
+    y: str,
+    tissue: tuple[float, float],
+    simulate: bool,
+    threads: int,
+    tell: Callable[[int, int], None] | None,
 ) -> tuple[dict[str, Any], str, dict[str, NDArray[Any]]]: ...
 def state_space(scenario: Scenario, side: str) -> StateSpace: ...
 def shipped() -> list[tuple[str, str]]: ...
@@ -286,7 +309,14 @@ def roc(
 def metrics() -> list[tuple[str, str, str, str, str, str]]: ...
 def trace_columns() -> list[tuple[str, str, str]]: ...
 def sweep_with(
-    path: str | None, text: str, base: Scenario | None, settings: list[str], parts: dict[str, Any], tell: Callable[[int, int], None] | None
+    path: str | None,
+    text: str,
+    base: Scenario | None,
+    settings: list[str],
+    parts: dict[str, Any],
+    threads: int,
+    memory_bytes: int,
+    tell: Callable[[int, int], None] | None,
 ) -> tuple[dict[str, Any], str, int, list[tuple[str, str]]]: ...
 def sweep_plan(path: str | None, text: str, base: Scenario | None, settings: list[str]) -> tuple[str, int]: ...
 def toml_value(value: Any) -> str: ...

@@ -18,6 +18,13 @@ class ScenarioError(ValueError):
         The source: a path, ``builtin:`` and a name, ``--set`` for a changed key, or the name of a text.
     line, column : int or None
         The position in the source, from 1, as in an editor.
+
+    >>> import trocar
+    >>> try:
+    ...     trocar.Scenario({"base": "paper/classical", "scaling.force": -1.0})
+    ... except trocar.ScenarioError as error:
+    ...     error.message, error.line, error.column
+    ('scaling.force is -1.0, must be a number, at least 0 and at most 1000', 2, 17)
     """
 
     def __init__(

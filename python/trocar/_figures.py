@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from ._arrays import number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Points of an axis' height on a page, per inch of a figure in a notebook.
 _POINTS_PER_INCH = 62.0
+
+
+def window_of(window: tuple[float, float] | None) -> tuple[float, float] | None:
+    """Returns a window of time in s, whose ends must ascend."""
+    if window is None:
+        return None
+    first_s, last_s = (number("window", end) for end in window)
+    if not -math.inf < first_s < last_s < math.inf:
+        raise ValueError(f"window is ({first_s}, {last_s}), must be two times in s, the second one later")
+    return first_s, last_s
 
 
 def draw(description: dict[str, Any], **options: Any) -> Figure:

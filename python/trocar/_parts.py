@@ -25,14 +25,17 @@ class Compiled:
     ----------
     function
         A numba ``cfunc`` of the signature ``void(CPointer(float64), CPointer(float64), CPointer(float64))``, a function of ``ctypes``, or
-        an address. It must stay in memory during the run.
-    state
+        an address. It must stay in memory during the run. Its signature is checked for numba only; with another one, what a function
+        of ``ctypes`` or at an address does is undefined.
+    state : array, shape (numbers,)
         The initial state, of any length; each run has a copy of it.
 
     Raises
     ------
     TypeError
-        A numba function with another signature.
+        For a numba function with another signature, and for a ``function`` that is not compiled.
+    ValueError
+        For the address 0 or one out of range, and for a ``state`` that is not a one-dimensional array of numbers.
 
     >>> import ctypes, trocar
     >>> trocar.Compiled(0x1000, state=[0.0, 1.0])
@@ -51,17 +54,19 @@ class Compiled:
         return f"Compiled({self._trocar_address:#x}, {len(self._trocar_state)} numbers of state)"
 
 
+# The base class of all functions of ctypes.
+_CFunction: Any = ctypes.CFUNCTYPE(None).__mro__[1]
+
+
 def _address(function: Any) -> int:
-    if isinstance(function, int):
-        return function
-    address = getattr(function, "address", None)
-    if address is not None:
-        return int(address)
-    try:
-        return ctypes.cast(function, ctypes.c_void_p).value or 0
-    except ctypes.ArgumentError:
-        what = "a numba cfunc, a function of ctypes, or an address"
-        raise TypeError(f"{function!r} is not a compiled function: {what}") from None
+    address = getattr(function, "address", function)
+    if isinstance(function, (_CFunction, ctypes.c_void_p)):
+        address = ctypes.cast(function, ctypes.c_void_p).value or 0
+    if isinstance(address, bool) or not isinstance(address, int):
+        raise TypeError(f"{function!r} is not a compiled function: a numba cfunc, a function of ctypes, or an address")
+    if not 0 < address < 2 ** (8 * ctypes.sizeof(ctypes.c_void_p)):
+        raise ValueError(f"the compiled function has the address {address}")
+    return address
 
 
 class _Stepped(Protocol):

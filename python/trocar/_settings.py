@@ -48,25 +48,25 @@ def document(values: Mapping[str, Any]) -> tuple[str, list[_core.Recording]]:
 
 
 # The key of a recording, whose value can be its samples.
-_RECORDING = "recording.file"
+RECORDING = "recording.file"
 
 
 def _named(values: Mapping[str, Any]) -> tuple[list[tuple[str, Any]], list[_core.Recording]]:
     """Returns the keys and values, with the names of recordings in memory, and these recordings."""
-    flat, recordings = [], []
+    named, recordings = [], []
     for key, given in _flat("", values):
-        if key == _RECORDING and not isinstance(given, (str, os.PathLike)):
+        if key == RECORDING and not isinstance(given, (str, os.PathLike)):
             recording = recording_of(given)
             recordings.append(recording)
             given = recording.name
-        flat.append((key, given))
-    return flat, recordings
+        named.append((key, given))
+    return named, recordings
 
 
 def _flat(prefix: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     for key, given in values.items():
         path = prefix + dotted(key)
-        if isinstance(given, Mapping) and given and path != _RECORDING:
+        if isinstance(given, Mapping) and given and path != RECORDING:
             yield from _flat(path + ".", given)
         else:
             yield path, dict(given) if isinstance(given, Mapping) else given

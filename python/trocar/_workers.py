@@ -14,10 +14,10 @@ _Run = Callable[[str, int], Any]
 
 @dataclass(frozen=True)
 class Workers:
-    """Workers by their number, and a function that returns the results of shards in their order."""
+    """Workers by their number, and a function that returns the results of shards, each with its name, in any order."""
 
     count: int
-    run: Callable[[_Run, list[str], int], Iterator[Any]]
+    run: Callable[[_Run, list[str], int], Iterator[tuple[str, Any]]]
 
 
 def workers_of(executor: Any) -> Workers | None:
@@ -43,11 +43,11 @@ def _count(executor: Any) -> int:
     return os.cpu_count() or 1
 
 
-def _submitted(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[Any]:
+def _submitted(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[tuple[str, Any]]:
     """Of concurrent.futures, and of Dask."""
     # Of Dask: a lost worker counts as an attempt; `retries` are for errors that do not come from the shard.
     options = {"pure": False, "retries": 2} if hasattr(executor, "scheduler_info") else {}
-    futures = [executor.submit(run, name, threads, **options) for name in names]
+    futures = [executor.submit(_run, run, threads, name, **options) for name in names]
     try:
         for future in futures:
             yield future.result()
@@ -56,18 +56,18 @@ def _submitted(executor: Any, run: _Run, names: list[str], threads: int) -> Iter
             future.cancel()
 
 
-def _called(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[Any]:
+def _called(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[tuple[str, Any]]:
     """Of joblib, whose calls are tuples of a function and its arguments."""
-    return iter(executor((run, (name, threads), {}) for name in names))
+    return iter(executor((_run, (run, threads, name), {}) for name in names))
 
 
-def _mapped(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[Any]:
+def _mapped(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[tuple[str, Any]]:
     """Of a pool of multiprocessing."""
-    results: Iterator[Any] = executor.imap(functools.partial(_run, run, threads), names)
+    results: Iterator[tuple[str, Any]] = executor.imap(functools.partial(_run, run, threads), names)
     return results
 
 
-def _remote(ray: Any, run: _Run, names: list[str], threads: int) -> Iterator[Any]:
+def _remote(ray: Any, run: _Run, names: list[str], threads: int) -> Iterator[tuple[str, Any]]:
     """Of Ray, where a task takes as many processors as it has threads."""
     # A task is a function; the method with its sweep is stored once.
     task, stored = ray.remote(num_cpus=threads)(_run), ray.put(run)
@@ -80,5 +80,5 @@ def _remote(ray: Any, run: _Run, names: list[str], threads: int) -> Iterator[Any
             ray.cancel(result)
 
 
-def _run(run: _Run, threads: int, name: str) -> Any:
-    return run(name, threads)
+def _run(run: _Run, threads: int, name: str) -> tuple[str, Any]:
+    return name, run(name, threads)

@@ -6,6 +6,7 @@ import os
 from typing import TYPE_CHECKING, Any
 
 from . import _core
+from ._arrays import whole
 from ._html import quantity, table
 from ._parts import Parts, core_parts
 from ._progress import Progress
@@ -22,14 +23,22 @@ _PAPER_PAIR = ("paper/classical", "paper/augmented")
 
 
 class Comparison:
-    """The comparison of several scenarios.
+    """The comparison of several scenarios, which :func:`compare` returns. ``print`` shows its tables.
 
     Attributes
     ----------
     runs : list of Run
         The runs, in the order of the arguments.
     report : dict
-        The content of ``comparison.json`` of the command line: ``runs``, ``table``, ``noise``, ``paper_facts``, ``seeds``.
+        The content of ``comparison.json`` of the command line: ``runs``, ``warnings``, ``table``, ``noise``, and, if there are any,
+        ``paper_facts`` and ``seeds``.
+
+    >>> import trocar
+    >>> comparison = trocar.compare("paper/classical", "paper/augmented")
+    >>> comparison
+    Comparison(classical, augmented)
+    >>> [len(run.events) for run in comparison.runs]
+    [0, 2]
     """
 
     def __init__(self, report: dict[str, Any], text: str, rows: list[tuple[str, str, str, list[float | None]]], runs: list[Run]) -> None:
@@ -55,10 +64,10 @@ class Comparison:
 
     def plot(self, figure: str = "overlay", *, window: tuple[float, float] | None = None, **options: Any) -> Figure:
         """Draws ``"overlay"``, all runs in the same axes, or ``"comparison"``, a row for each, with matplotlib; around the first rupture, or
-        in the ``window`` of time in s. Options as for :meth:`Run.plot`."""
-        from ._figures import draw
+        in the ``window`` of time in s. Options and errors as for :meth:`Run.plot`."""
+        from ._figures import draw, window_of
 
-        return draw(_core.run_figure(figure, [run._drawn() for run in self.runs], window), **options)
+        return draw(_core.run_figure(figure, [run._drawn() for run in self.runs], window_of(window)), **options)
 
     def __str__(self) -> str:
         return self._text
@@ -68,7 +77,10 @@ class Comparison:
 
     def _repr_html_(self) -> str:
         rows = [(label, *(quantity(value, unit) for value in values)) for _, label, unit, values in self._rows]
-        return table(["metric", *(run.scenario.name for run in self.runs)], rows)
+        verdicts = "; ".join(f"{run.scenario.name}: {run._verdict()}" for run in self.runs)
+        metrics = table(["metric", *(run.scenario.name for run in self.runs)], rows, verdicts)
+        facts = [(fact["what"], fact["paper"], fact["ours"], "yes" if fact["holds"] else "no") for fact in self.facts or []]
+        return metrics + (table(["statement of the paper", "paper", "here", "holds"], facts) if facts else "")
 
 
 def compare(
@@ -85,19 +97,39 @@ def compare(
     *scenarios
         Scenarios or paths.
     seeds
-        Number of seeds (at least 2) with which each scenario also runs, for medians and central 95 % intervals.
+        Number of seeds with which each scenario also runs, from 2 to 100000, for medians and central 95 % intervals.
     threads
-        Number of threads; 0 is one per processor.
+        Number of threads, up to 1024; 0 is one per processor.
     progress
         Shows the progress of the seeds: with tqdm if it is installed, else as a line on standard error.
     **parts
-        Parts of one's own in all scenarios, as for :func:`trocar.run`. The scenarios then run one after the other, without added noise.
+        Parts of one's own in all scenarios, as for :func:`trocar.run`. The scenarios then run one after the other, without
+        added noise; their seeds run in threads if all parts are compiled.
+
+    Returns
+    -------
+    Comparison
+        The runs, their metrics in a table, and the paper's statements for the shipped pair.
+
+    Raises
+    ------
+    ScenarioError
+        For a scenario that cannot be read or is invalid. It is a ``ValueError``.
+    ValueError
+        For ``seeds`` or ``threads`` out of range, and for parts as in :func:`trocar.run`.
+    TypeError
+        For a scenario that is neither a ``Scenario`` nor a path, for ``seeds`` or ``threads`` that are not whole numbers, and for parts as
+        in :func:`trocar.run`.
+    Exception
+        Whatever a part raises; it ends the comparison.
 
     >>> import trocar
     >>> comparison = trocar.compare()
     >>> all(fact["holds"] for fact in comparison.facts or [])
     True
     """
+    seeds = None if seeds is None else whole("seeds", seeds, 2)
+    threads = whole("threads", threads)
     all_of_them = [scenario_of(scenario) for scenario in scenarios or _PAPER_PAIR]
     with Progress("runs", progress and seeds is not None) as bar:
         report, text, rows, runs = _core.compare(

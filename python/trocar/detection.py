@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import Recorded, Samples, columns_of, number, samples, velocities
+from ._arrays import Recorded, Samples, columns_of, number, samples, velocities, whole
 from ._columns import Columns
 from ._html import quantity, table
 from ._settings import settings as lines
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 
 class Detection(Columns):
-    """The result of the estimator and the detector for a recording.
+    """The result of the estimator and the detector for a recording, which :func:`detect` returns. ``print`` shows its tables.
 
     ``detection["residual_n"]`` is a column, float64 of the shape ``(samples,)``: ``time_s``, ``position_m``,
     ``velocity_m_per_s`` (as given, or estimated), ``measured_force_n``, ``residual_n``, ``stiffness_n_per_m``,
-    ``damping_n_s_per_m``, ``distance``, ``decision``; some estimators have an extra column. Unevenly spaced samples
-    are first resampled at their median interval; the rows of the columns are then those of ``time_s``.
+    ``damping_n_s_per_m``, ``distance``, ``decision``; some estimators have an extra column. An unknown column is a ``KeyError``. Unevenly
+    spaced samples are first resampled at their median interval; the rows of the columns are then those of ``time_s``.
 
     Attributes
     ----------
@@ -39,6 +39,15 @@ class Detection(Columns):
         The rows of the columns with an alarm; the same as ``alarms`` unless the samples were resampled.
     report : dict
         The content of ``detection.json`` of the command line: alarms, scores, statistics of the residual, phases, settings.
+
+    >>> import trocar
+    >>> detection = trocar.detect(trocar.record(), contact_m=0.012)
+    >>> detection
+    Detection('recording', 17000 samples, 2 alarms)
+    >>> detection.alarms
+    array([5527, 8860])
+    >>> detection["residual_n"].shape
+    (17000,)
     """
 
     def __init__(
@@ -77,7 +86,7 @@ class Detection(Columns):
 
     def plot(self, figure: str = "estimation", **options: Any) -> Figure:
         """Draws ``"estimation"`` (measured and estimated force), ``"parameters"`` (stiffness and damping with two standard errors),
-        ``"decision"`` or ``"residual"`` with matplotlib. Options as for :meth:`Run.plot`."""
+        ``"decision"`` or ``"residual"`` with matplotlib. Options and errors as for :meth:`Run.plot`."""
         from ._figures import draw
 
         report, detector = self.report, self.report["settings"]["detector"]
@@ -143,10 +152,22 @@ def detect(
         Keys of estimator, detector, sensor and recording, as in ``**{"detector.threshold": 0.02}``; they have priority over the
         file.
 
+    Returns
+    -------
+    Detection
+        The columns, the alarms and, with ``ruptures_s``, the scores.
+
     Raises
     ------
-    ValueError, TypeError
-        For invalid samples (the message names the sample) and for invalid settings.
+    ValueError
+        For fewer than two samples, samples that are not finite, times that do not increase, a gap in time, arrays of different lengths or
+        more than one dimension, a recording without a column, and a ``settings_file`` with neither of the sections. The message names the
+        sample.
+    ScenarioError
+        For an invalid setting, ``ruptures_s`` that do not ascend or are outside the recording, and a ``settings_file`` that cannot be
+        read. It is a ``ValueError``.
+    TypeError
+        For arrays that are not real numbers, missing arrays, and a ``contact_m`` or a setting of a type that is not allowed.
 
     >>> import trocar
     >>> trocar.detect(trocar.record(), contact_m=0.012).alarms_s.round(3)
@@ -164,7 +185,11 @@ def detect(
         None if settings_file is None else os.fspath(settings_file),
     )
     warn(report["warnings"])
-    alarms = np.searchsorted(times, columns["time_s"][rows], side="right").astype(np.int64) - 1 if is_resampled else rows
+    alarms = rows
+    if is_resampled:
+        # A row and the sample at its time differ by rounding.
+        alarms_s = columns["time_s"][rows] + 1e-3 * report["interval_s"]
+        alarms = np.searchsorted(times, alarms_s, side="right").astype(np.int64) - 1
     return Detection(name, columns, alarms, rows, report, text)
 
 
@@ -172,8 +197,9 @@ def _changes(contact_m: float | None, ruptures_s: Sequence[float], settings: dic
     flags: dict[str, Any] = {}
     if contact_m is not None:
         flags["estimator.contact_m"] = number("contact_m", contact_m)
-    if len(ruptures_s) > 0:
-        flags["recording.ruptures_s"] = [number("ruptures_s", rupture) for rupture in ruptures_s]
+    ruptures = samples("ruptures_s", ruptures_s).tolist()
+    if ruptures:
+        flags["recording.ruptures_s"] = ruptures
     return lines({**flags, **settings})[0]
 
 
@@ -207,12 +233,19 @@ def record(
     depth_m
         Depth of the first rupture, in m, from 0.001 to 1; all lengths are scaled with it. The shipped one is 0.02705.
 
+    Raises
+    ------
+    ValueError
+        For a number out of its range.
+    TypeError
+        For a ``seed`` that is not a whole number, and for another argument that is not a number.
+
     >>> import trocar
     >>> small = trocar.record(drop_n=1.0)
     >>> trocar.detect(small, contact_m=0.012).alarms_s.round(2)
     array([5.53, 8.86])
     """
-    lines = (line for line in _core.record(seed, drop_n, sharpness_s, depth_m).splitlines() if not line.startswith("#"))
+    lines = (line for line in _core.record(whole("seed", seed), drop_n, sharpness_s, depth_m).splitlines() if not line.startswith("#"))
     heading, *rows = lines
     table = np.array([row.split(",") for row in rows], dtype=np.float64)
     return {name: np.ascontiguousarray(column) for name, column in zip(heading.split(","), table.T)}
@@ -233,6 +266,15 @@ class Detector:
         ``sensor.position_resolution_m`` (default 1 µm).
     contact_m, settings_file, **settings
         As for :func:`detect`.
+
+    Raises
+    ------
+    ValueError
+        For an ``interval_s`` that is not positive and finite, another ``velocity``, and a ``settings_file`` with neither of the sections.
+    ScenarioError
+        For an invalid setting, and a ``settings_file`` that cannot be read. It is a ``ValueError``.
+    TypeError
+        For an ``interval_s`` or a ``contact_m`` that is not a number, and a setting of a type that is not allowed.
 
     >>> import trocar
     >>> detector = trocar.Detector(0.001, contact_m=0.012)
@@ -259,9 +301,14 @@ class Detector:
     def step(self, position: float, velocity: float | None, force: float) -> _core.Step:
         """Processes a sample: position in m, velocity in m/s (``None`` if it is filtered), force in N.
 
-        Returns its results: ``alarm`` (whether the detector raises an alarm), ``residual_n``, ``decision``, ``distance``,
-        ``stiffness_n_per_m``, ``damping_n_s_per_m``, ``predicted_force_n``, ``velocity_m_per_s``, ``depth_m``. A sample that is
-        not finite, or beyond 1e6 in SI units, raises ``ValueError`` and does not change the detector.
+        Returns its results as a :class:`Step`. After an error, the detector is as before.
+
+        Raises
+        ------
+        ValueError
+            For a number that is not finite or beyond 1e6 in SI units, a missing velocity, and a velocity for a detector that estimates it.
+        TypeError
+            For an argument that is not a number.
         """
         return self._core.step(position, velocity, force)
 
@@ -272,6 +319,13 @@ class Detector:
 
         Returns the results of :meth:`step` as columns, float64 of the shape ``(samples,)``, and the indices of the samples with an
         alarm, int64 of the shape ``(alarms,)``.
+
+        Raises
+        ------
+        ValueError
+            As for :meth:`step`, and for arrays of different lengths or more than one dimension.
+        TypeError
+            For arrays that are not real numbers.
         """
         return self._core.steps(samples("position", position), velocities(velocity), samples("force", force))
 
@@ -315,10 +369,12 @@ def score(
 
     Parameters
     ----------
-    alarms_s, ruptures_s : arrays
-        Times in s.
+    alarms_s : array, shape (alarms,)
+        Times of the alarms, in s, in any order.
+    ruptures_s : array, shape (ruptures,)
+        Times of the ruptures, in s, in any order.
     window_s
-        Longest time from a rupture to its alarm, in s.
+        Longest time from a rupture to its alarm, in s, at least 0.
     recorded_s
         Recorded time in s, for the false alarms per minute.
 
@@ -326,8 +382,16 @@ def score(
     -------
     dict
         ``found``, ``missed``, ``false_alarms``, ``precision``, ``recall``, ``f1``, ``median_delay_s``, ``min_delay_s``, ``max_delay_s``,
-        ``false_alarms_per_minute`` (``None`` where undefined), and ``matches``: pairs of indices of a rupture and its alarm, in the
-        order of time.
+        ``false_alarms_per_minute`` (``None`` where undefined), the numbers of ``ruptures`` and ``alarms``, and ``matches``: pairs of
+        indices of a rupture and its alarm, in the order of time.
+
+    Raises
+    ------
+    ValueError
+        For times that are not finite or not one-dimensional, a ``window_s`` that is negative or not finite, and a ``recorded_s`` that is
+        not positive and finite.
+    TypeError
+        For times, a ``window_s`` or a ``recorded_s`` that are not numbers.
 
     >>> import trocar
     >>> scores = trocar.score([1.02, 3.0], [1.0, 2.0])
@@ -336,14 +400,18 @@ def score(
     """
     alarms, ruptures = samples("alarms_s", alarms_s), samples("ruptures_s", ruptures_s)
     by_time = np.argsort(alarms, kind="stable"), np.argsort(ruptures, kind="stable")
-    times = float("nan") if recorded_s is None else number("recorded_s", recorded_s)
+    times = float("nan")
+    if recorded_s is not None:
+        times = number("recorded_s", recorded_s)
+        if not times > 0.0:
+            raise ValueError(f"recorded_s is {times}, must be above 0")
     scores, matches = _core.score(alarms[by_time[0]], ruptures[by_time[1]], number("window_s", window_s), times)
     scores["matches"] = [(int(by_time[1][rupture]), int(by_time[0][alarm])) for rupture, alarm in matches]
     return scores
 
 
 class Calibration:
-    """Settings of estimator and detector from the beginning of a recording.
+    """Settings of estimator and detector from the beginning of a recording, which :func:`calibrate` returns. ``print`` shows its tables.
 
     Attributes
     ----------
@@ -353,6 +421,13 @@ class Calibration:
         Keys with their values, for ``trocar.detect(..., **calibration.settings)``.
     toml : str
         The settings as ``[estimator]`` and ``[detector]`` tables for a scenario.
+
+    >>> import trocar
+    >>> calibration = trocar.calibrate(trocar.record(), contact_m=0.012)
+    >>> calibration.settings["estimator.contact_m"]
+    0.012
+    >>> "detector.threshold" in calibration.settings, calibration.toml.startswith("[estimator]")
+    (True, True)
     """
 
     def __init__(self, report: dict[str, Any], text: str, toml: str) -> None:
@@ -417,7 +492,28 @@ def calibrate(
     variance_ratio
         Ratio of the variance of the residual at a rupture to its quiet variance, above 1; the default is 100.
     threads
-        Number of threads; 0 is one per processor.
+        Number of threads, up to 1024; 0 is one per processor.
+
+    Returns
+    -------
+    Calibration
+        The settings, and how they were computed.
+
+    Raises
+    ------
+    ValueError
+        For invalid samples as in :func:`detect`, fewer than 100 samples, a time that is not positive and finite, a ``quiet_s`` that does not
+        ascend, a ``fastest_harmless_s`` that is not above ``slowest_rupture_s``, a ``variance_ratio`` of 1 or less, and ``threads`` out of
+        range.
+    ScenarioError
+        For an invalid setting or rupture, as in :func:`detect`. It is a ``ValueError``.
+    TypeError
+        For arguments that are not of the types above.
+
+    >>> import trocar
+    >>> calibration = trocar.calibrate(trocar.record(1), contact_m=0.012)
+    >>> trocar.detect(trocar.record(2), **calibration.settings).alarms_s.round(2)
+    array([5.52, 8.85])
     """
     report, text, toml = _core.calibrate(
         name,
@@ -430,7 +526,7 @@ def calibrate(
         slowest_rupture_s=slowest_rupture_s,
         fastest_harmless_s=fastest_harmless_s,
         variance_ratio=variance_ratio,
-        threads=threads,
+        threads=whole("threads", threads),
     )
     warn(report["warnings"])
     return Calibration(report, text, toml)

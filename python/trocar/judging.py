@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._arrays import Recorded, recording_of
+from ._arrays import Recorded, number, recording_of, whole
 from ._columns import Columns
 from ._html import table
 from ._parts import Part, core_parts
@@ -26,7 +27,13 @@ if TYPE_CHECKING:
 class Trial(Columns):
     """A made recording: a needle that is moved into layers, foam, a spring, a rigid stop, or nothing.
 
-    A mapping of its columns ``time_s``, ``position_m`` and ``force_n``, float64 of the shape ``(samples,)``, which :func:`trocar.detect` takes.
+    A mapping of its columns ``time_s``, ``position_m`` and ``force_n``, float64 of the shape ``(samples,)``, which :func:`trocar.detect`
+    takes. An unknown column is a ``KeyError``. The same number gives the same recording.
+
+    Parameters
+    ----------
+    number
+        Its number, from 1.
 
     Attributes
     ----------
@@ -44,9 +51,24 @@ class Trial(Columns):
         Standard deviation of the noise, in N.
     noise, hand, matter : str
         The kind of noise, of motion, and of what the needle touches.
+
+    Raises
+    ------
+    TypeError
+        For a ``number`` that is not a whole number.
+
+    >>> import trocar
+    >>> trial = trocar.Trial(3)
+    >>> trial
+    Trial(3, 44845 samples, membranes, 2 ruptures)
+    >>> trial.ruptures_s.round(2)
+    array([1.61, 1.67])
+    >>> len(trocar.detect(trial, contact_m=trial.contact_m).alarms)
+    2
     """
 
     def __init__(self, number: int) -> None:
+        number = whole("number", number, 1)
         columns, about = _core.trial(number)
         self._columns = columns
         self.number = number
@@ -78,20 +100,38 @@ def trials(numbers: int | Iterable[int] = 1000) -> Iterator[Trial]:
     numbers
         How many, or their numbers, from 1.
 
+    Raises
+    ------
+    ValueError
+        For a negative number of recordings, and a number below 1 in a list.
+    TypeError
+        For ``numbers`` that are neither a whole number nor several of them.
+
     >>> import trocar
     >>> next(trocar.trials())
     Trial(1, ...)
     """
-    return map(Trial, range(1, numbers + 1) if isinstance(numbers, int) else numbers)
+    if hasattr(numbers, "__index__"):
+        return map(Trial, range(1, whole("numbers", numbers) + 1))
+    return map(Trial, numbers)
 
 
 class Roc:
-    """The operating characteristics of detectors.
+    """The operating characteristics of detectors, which :func:`roc` returns. ``print`` shows them as a table.
 
     Attributes
     ----------
     report : dict
         The content of ``roc.json`` of the command line, with a curve per detector in ``characteristics``.
+
+    >>> import trocar
+    >>> judged = trocar.roc(detectors=["adaptive", "squared-residual"], seeds=5, thresholds=4)
+    >>> judged
+    Roc(adaptive, squared-residual)
+    >>> judged.at_own_threshold()["adaptive"]["detection"]
+    1.0
+    >>> sorted(judged.curves) == ["adaptive", "squared-residual"]
+    True
     """
 
     def __init__(self, report: dict[str, Any]) -> None:
@@ -127,8 +167,8 @@ class Roc:
         return pandas.DataFrame(rows)
 
     def plot(self, **options: Any) -> Figure:
-        """Draws the best detected share and the delay of each detector over the false alarms, with matplotlib. Options as for
-        :meth:`Run.plot`."""
+        """Draws the best detected share and the delay of each detector over the false alarms, with matplotlib. Options and errors as
+        for :meth:`Run.plot`."""
         from ._figures import draw
 
         def column(points: list[dict[str, Any]], name: str) -> list[float]:
@@ -210,9 +250,28 @@ def roc(
     within_s
         Largest delay of an alarm that counts as a detection, in s, up to 0.5.
     threads
-        Number of threads for the built-in detectors; 0 is one per processor. One's own run one after the other.
+        Number of threads for the built-in detectors, up to 1024; 0 is one per processor. One's own run one after the other.
     progress
         Shows the progress: with tqdm if it is installed, else as a line on standard error.
+
+    Returns
+    -------
+    Roc
+        The points of each detector, by threshold.
+
+    Raises
+    ------
+    ValueError
+        For an unknown detector, a number out of its range, ``noise_std_n`` without a number, invalid samples as in :func:`trocar.detect`,
+        a threshold that is not finite, ``trials`` with a signal, ruptures or a contact, and a scenario with settings, ruptures or a
+        contact.
+    ScenarioError
+        For an invalid setting or rupture, and a scenario that cannot be read or is invalid. It is a ``ValueError``.
+    TypeError
+        For a signal that is neither a recording nor a scenario, a detector that is neither a name nor a part, and arguments that are not
+        numbers.
+    Exception
+        Whatever a detector of one's own raises; it ends the study.
 
     >>> import trocar
     >>> def steep(
@@ -225,8 +284,11 @@ def roc(
     """
     own, kinds = _detectors(detectors)
     parts = core_parts_of(own)
+    seeds, thresholds, threads = whole("seeds", seeds, 1), whole("thresholds", thresholds, 2), whole("threads", threads)
     if trials and signal is not None:
         raise ValueError("trials are judged in place of a signal: give one of them")
+    if trials and (len(ruptures_s) or contact_m is not None):
+        raise ValueError("trials have their ruptures and contact themselves: leave out ruptures_s and contact_m")
     is_scenario = isinstance(signal, (Scenario, str, os.PathLike))
     scenario = (signal if isinstance(signal, Scenario) else Scenario.load(signal)) if is_scenario else None  # type: ignore[arg-type]
     if scenario is not None and (settings or contact_m is not None or len(ruptures_s)):
@@ -234,6 +296,8 @@ def roc(
     recording = None if signal is None or is_scenario else recording_of(signal)
     name = "trials" if trials else "in_vivo_like" if signal is None else "recording"
     noises = [0.0] if trials else [float(std_n) for std_n in np.atleast_1d(np.asarray(noise_std_n, dtype=np.float64))]
+    if not noises:
+        raise ValueError("noise_std_n is empty, must have at least one standard deviation in N")
     changes = _changes(contact_m, ruptures_s, settings)
     with Progress("cases", progress) as bar:
         report, points = _core.roc(
@@ -262,15 +326,26 @@ def _detectors(given: Sequence[str] | Mapping[str, Part | Mapping[float, Part] |
     """Returns the detectors of one's own, each with its name and threshold, and the names of the built-in ones."""
     if given is None:
         return [], _core.detectors()
+    if isinstance(given, str):
+        return [], [given]
+    if not given:
+        raise ValueError("detectors are empty: give at least one")
     if not isinstance(given, Mapping):
         return [], list(given)
     own: _Own = []
     for name, part in given.items():
         if isinstance(part, Mapping):
-            own += [(name, float(threshold), one) for threshold, one in part.items()]
+            own += [(name, _threshold(name, threshold), one) for threshold, one in part.items()]
         elif part is not None:
             own.append((name, None, part))
     return own, [name for name, part in given.items() if part is None]
+
+
+def _threshold(name: str, threshold: Any) -> float:
+    given = number(f"a threshold of {name}", threshold)
+    if not math.isfinite(given):
+        raise ValueError(f"a threshold of {name} is {given}, must be finite")
+    return given
 
 
 def core_parts_of(own: _Own) -> list[Any]:

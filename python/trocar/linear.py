@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._arrays import whole
 from ._html import table
+from ._progress import Progress
 from ._warnings import warn
 from .scenario import Scenario, scenario_of
 
@@ -22,7 +24,7 @@ Side = Literal["master", "slave", "loop-gain", "closed-loop"]
 
 
 class Stability:
-    """The stability analysis of a loop.
+    """The stability analysis of a loop, which :func:`stability` returns. ``print`` shows its tables.
 
     Attributes
     ----------
@@ -36,6 +38,16 @@ class Stability:
         Segments of the boundary, two points ``(x, y)`` each.
     simulated : array, int8, shape (rows, columns), or None
         The verdicts of simulated runs: 1 decays, 0 grows, -1 undecided.
+
+    >>> import trocar
+    >>> stability = trocar.stability("paper/classical", "scaling.force=5:20:3", "tissue.stiffness_n_per_m=500:2000:2")
+    >>> stability
+    Stability('classical', stable)
+    >>> stability.stable
+    array([[ True, False, False],
+           [False, False, False]])
+    >>> round(stability.largest_stable["scaling.force"] or 0.0, 1)
+    15.8
     """
 
     def __init__(self, report: dict[str, Any], text: str, columns: dict[str, NDArray[Any]]) -> None:
@@ -60,7 +72,7 @@ class Stability:
         return {limit["parameter"]: limit["largest_stable"] for limit in self.report["limits"]}
 
     def plot(self, **options: Any) -> Figure:
-        """Draws the map with its boundary with matplotlib. Options as for :meth:`Run.plot`."""
+        """Draws the map with its boundary with matplotlib. Options and errors as for :meth:`Run.plot`."""
         from ._figures import draw
 
         def axis(name: str, places: NDArray[np.float64]) -> tuple[str, NDArray[np.float64], bool, float]:
@@ -94,6 +106,7 @@ def stability(
     tissue: tuple[float, float] = (50.0, 600.0),
     simulate: bool = False,
     threads: int = 0,
+    progress: bool = False,
 ) -> Stability:
     """Analyses the stability of the loop from its matrices: dominant mode, margins, limits, and a map over two parameters.
 
@@ -102,22 +115,46 @@ def stability(
     scenario
         A scenario or a path.
     x, y
-        The axes of the map, ``KEY=LOW:HIGH:COUNT``; append ``:log`` or ``:linear`` to choose the spacing.
+        The axes of the map, ``KEY=LOW:HIGH:COUNT``, with a count from 2 to 2000; append ``:log`` or ``:linear`` to choose the spacing.
     tissue
         Range of the tissue stiffness in N/m, which can change at any tick, in the analysis of events.
     simulate
         Whether to simulate every point of the map too.
     threads
-        Number of threads; 0 is one per processor.
+        Number of threads, up to 1024; 0 is one per processor.
+    progress
+        Whether to show how many points were simulated.
+
+    Returns
+    -------
+    Stability
+        The verdict for the scenario, the limits of its parameters, and the map.
+
+    Raises
+    ------
+    ScenarioError
+        For a scenario that cannot be read or is invalid. It is a ``ValueError``.
+    ValueError
+        For an axis in another form, with an unknown key or with a value out of its range, two axes of the same parameter, a ``tissue`` that
+        does not ascend or is out of range, and ``threads`` out of range.
+    TypeError
+        For arguments that are not of the types above.
+
+    >>> import trocar
+    >>> stability = trocar.stability("paper/classical", "scaling.force=1:10:4", "tissue.stiffness_n_per_m=100:1000:3")
+    >>> stability.is_stable, stability.stable.shape
+    (True, (3, 4))
     """
-    report, text, columns = _core.stability(scenario_of(scenario)._core, x, y, tissue, simulate, threads)
+    threads = whole("threads", threads)
+    with Progress("points", progress) as bar:
+        report, text, columns = _core.stability(scenario_of(scenario)._core, x, y, tissue, simulate, threads, bar.tell)
     warn(report["warnings"])
     return Stability(report, text, columns)
 
 
 class StateSpace:
     """One side of the teleoperator in continuous time, ``x' = A x + B u``, or the loop from tick to tick, with
-    ``y = C x + D u``, in SI units.
+    ``y = C x + D u``, in SI units. :func:`state_space` returns it.
 
     Attributes
     ----------
@@ -128,7 +165,16 @@ class StateSpace:
     name : str
         Name of the side.
     tick_s : float or None
-        Time between two states; ``None`` in continuous time.
+        Time between two states, in s; ``None`` in continuous time.
+
+    >>> import trocar
+    >>> slave = trocar.state_space("paper/classical", "slave")
+    >>> slave.inputs, slave.outputs
+    (['slave_reference_m'], ['slave_position_m', 'slave_velocity_m_per_s'])
+    >>> slave.A.shape, slave.B.shape, slave.C.shape, slave.D.shape
+    ((3, 3), (3, 1), (2, 3), (2, 1))
+    >>> bool(slave.poles().real.max() < 0.0)
+    True
     """
 
     def __init__(self, core: _core.StateSpace, scenario: Scenario, side: Side) -> None:
@@ -146,11 +192,37 @@ class StateSpace:
     def step_response(
         self, input: int = 0, tick_s: float = 1e-3, samples: int = 1000
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Returns times in s, shape (samples,), and outputs, shape (outputs, samples), after a unit step of an input from rest."""
-        return self._core.step_response(input, tick_s, samples)
+        """Returns times in s, shape (samples,), and outputs, shape (outputs, samples), after a unit step of an input from rest.
+
+        Parameters
+        ----------
+        input
+            Index of the input, from 0.
+        tick_s
+            Time between two samples, in s; the loop has its own.
+        samples
+            Number of samples.
+
+        Raises
+        ------
+        ValueError
+            For an input that does not exist, a negative number of samples, and a ``tick_s`` that is not positive and finite.
+        TypeError
+            For an argument that is not a number.
+        """
+        return self._core.step_response(whole("input", input), tick_s, whole("samples", samples))
 
     def frequency_response(self, frequency_hz: Any, input: int = 0, output: int = 0) -> NDArray[np.complex128]:
-        """Returns the response from an input to an output at frequencies in Hz; shape (frequencies,)."""
+        """Returns the response from an input to an output at frequencies in Hz; shape (frequencies,).
+
+        Raises
+        ------
+        ValueError
+            For an input or output that does not exist, and a frequency that is not finite or is that of a pole.
+        TypeError
+            For an ``input`` or ``output`` that is not a whole number.
+        """
+        input, output = whole("input", input), whole("output", output)
         frequencies = [float(value) for value in np.atleast_1d(frequency_hz)]
         pairs = self._core.frequency_response(frequencies, input, output)
         return np.array([complex(real, imaginary) for real, imaginary in pairs], dtype=np.complex128)
@@ -178,6 +250,22 @@ def state_space(scenario: Scenario | str | os.PathLike[str], side: Side) -> Stat
     ``"loop-gain"`` is the loop in permanent contact from tick to tick, open where the slave's signal arrives at the master, with
     all delays: the closed loop's poles are where its response is 1, so negative feedback has its opposite. ``"closed-loop"`` leads
     from the desired position to both positions and the feedback force.
+
+    Parameters
+    ----------
+    scenario
+        A scenario or a path.
+    side
+        ``"master"``, ``"slave"``, ``"loop-gain"`` or ``"closed-loop"``.
+
+    Raises
+    ------
+    ScenarioError
+        For a scenario that cannot be read or is invalid. It is a ``ValueError``.
+    ValueError
+        For another ``side``.
+    TypeError
+        For a scenario that is neither a ``Scenario`` nor a path.
 
     >>> import trocar
     >>> trocar.state_space("paper/classical", "slave").A.shape

@@ -57,6 +57,14 @@ class Simulation:
     **parts
         One's own parts, as for :func:`trocar.run`.
 
+    Raises
+    ------
+    ScenarioError
+        For a scenario that cannot be read or is invalid. It is a ``ValueError``.
+    TypeError
+        For a scenario that is neither a ``Scenario`` nor a path, an unknown role, and a part that is neither a function, an object with a
+        method ``step``, nor a compiled function. A simulation cannot be copied or pickled: that is a ``TypeError``, too.
+
     >>> import trocar
     >>> simulation = trocar.Simulation("layers/skin-augmented")
     >>> while simulation.step():
@@ -79,13 +87,30 @@ class Simulation:
 
         ``desired_position_m`` is the desired position of the master at the next tick, in m; between two ticks it is linear. Without it
         the scenario's person moves on. Returns whether there are more ticks; after the last one, nothing happens.
+
+        Raises
+        ------
+        ValueError
+            For a position that is not finite, after :meth:`run`, after an error of a part, and for a result of a part that is not finite.
+        TypeError
+            For a position that is not a number, and for a result of a part that its role does not have.
+        Exception
+            Whatever a part raises; it ends the simulation.
         """
         self._signals = None
         return self._core.step(desired_position_m)
 
     @property
     def signals(self) -> dict[str, float]:
-        """The signals of the last tick, by the names of :func:`trocar.trace_columns`; ``None`` before the first tick."""
+        """The signals of the last tick, by the names of :func:`trocar.trace_columns`; ``None`` before the first tick.
+
+        ``simulation["tissue_force_n"]`` is one of them; an unknown name is a ``KeyError``.
+
+        Raises
+        ------
+        ValueError
+            After :meth:`run` for signals that were not read before it, and after an error of a part.
+        """
         if self._signals is None:
             self._signals = self._core.signals()
         return self._signals
@@ -104,9 +129,18 @@ class Simulation:
         return self._core.ticks * self.scenario.tick_s
 
     def run(self) -> Run:
-        """Ends the simulation and returns its result so far."""
+        """Ends the simulation and returns its result so far.
+
+        Raises
+        ------
+        ValueError
+            If the simulation has ended before, by this method or by an error of a part.
+        """
         core, traces = self._core.conclude()
         return Run(self.scenario, core, traces)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        raise TypeError("a Simulation cannot be copied or pickled: its parts have states of their own; run() returns a Run, which can")
 
     def __repr__(self) -> str:
         return f"Simulation({self.scenario.name!r}, {self.ticks} of {self.scenario.ticks} ticks)"

@@ -26,10 +26,25 @@ def list_signals(path: str | os.PathLike[str]) -> dict[str, Any]:
     ``signals`` is a list with ``name``, ``unit``, ``shape``, ``samples``, ``rate_hz``, ``min``, ``max`` and the ``role`` that name and
     unit show, for each signal; ``command`` is a command line that detects in the file.
 
+    Parameters
+    ----------
+    path
+        A CSV, MATLAB, Parquet, TDMS, HDF5 or Excel file.
+
     Raises
     ------
     ValueError
         For a file that cannot be read.
+    TypeError
+        For a ``path`` that is not one.
+
+    >>> import trocar
+    >>> import os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "own.csv")
+    >>> with open(path, "w") as file:
+    ...     _ = file.write("time_s,position_m,force_n\\n0,0.001,0\\n0.001,0.0011,0.1\\n")
+    >>> [(signal["name"], signal["samples"]) for signal in trocar.list_signals(path)["signals"]]
+    [('time_s', 2), ('position_m', 2), ('force_n', 2)]
     """
     return dict(_core.list_signals(os.fspath(path)))
 
@@ -52,10 +67,17 @@ def read_recording(
         The names of the signals, as :func:`list_signals` gives them, each with a factor or a unit if it is not in SI units:
         ``"scope.signals[0].values[:,1]:mm"``. Without ``velocity``, it is estimated from the positions.
 
+    Returns
+    -------
+    dict
+        ``time`` (s), ``position`` (m), ``velocity`` (m/s, or ``None``) and ``force`` (N), each float64 of the shape ``(samples,)``.
+
     Raises
     ------
     ValueError
-        For a file that cannot be read, for a signal that it does not have, and for samples that are not finite.
+        For a file that cannot be read, for a signal that it does not have, for an unknown unit, and for samples that are not finite.
+    TypeError
+        For a ``path`` that is not one, and for a name that is not a string.
 
     >>> import trocar
     >>> import os, tempfile

@@ -20,8 +20,9 @@ class HapticController:
     Parameters
     ----------
     scenario
-        The scenario, as such or as a path. Its estimator must be the paper's. With ``sensor.position_resolution_m`` above 0, the
-        velocity is estimated from the slave's positions.
+        The scenario, as such or as a path. Its ``estimator.parameters`` must be ``"stiffness-and-damping"`` or ``"stiffness"``, and its
+        ``estimator.forgetting`` must be ``"resetting"``. With ``sensor.position_resolution_m`` above 0, the velocity is estimated from the
+        slave's positions.
     **limits
         Numbers of the keys ``rig.…``, as in ``**{"rig.force_limit_n": 20.0}``: ``rig.start_m`` (position of the master in m before the
         first good sample), the largest magnitudes of a possible sample ``rig.position_limit_m`` (m), ``rig.velocity_limit_m_per_s`` (m/s)
@@ -30,8 +31,12 @@ class HapticController:
 
     Raises
     ------
+    ScenarioError
+        For a scenario that cannot be read or is invalid. It is a ``ValueError``.
     ValueError
         For an estimator that a rig does not have, for an unknown key, and for a number out of its range.
+    TypeError
+        For a scenario that is neither a ``Scenario`` nor a path, and for a limit that is not a number.
 
     >>> import trocar
     >>> controller = trocar.HapticController("paper/augmented")
@@ -60,6 +65,11 @@ class HapticController:
         controller, and what led to them: ``mode`` (0 teleoperation, 1 augmented, 2 re-engaging), ``alarm``, ``alarm_taken``,
         ``stiffness_n_per_m``, ``damping_n_s_per_m``, ``predicted_force_n``, ``residual_n``, ``distance``, ``decision``,
         ``slave_velocity_m_per_s`` as used, ``faults`` (names of the faulty channels) and ``faulty_samples`` (consecutive ones).
+
+        Raises
+        ------
+        TypeError
+            For an argument that is neither a number nor ``None``.
         """
         nan = float("nan")
         sample = master_position_m, slave_position_m, slave_velocity_m_per_s, force_n
@@ -76,6 +86,9 @@ class HapticController:
 
     def __deepcopy__(self, memo: dict[int, Any]) -> HapticController:
         return self.__copy__()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        raise TypeError("a HapticController in use cannot be pickled; copy.copy returns one in the same state")
 
     def __repr__(self) -> str:
         return f"HapticController({self.scenario.name!r})"

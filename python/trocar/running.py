@@ -6,6 +6,7 @@ import json
 import os
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,13 +29,28 @@ if TYPE_CHECKING:
 
 
 class Run(Columns):
-    """The result of a run.
+    """The result of a run, which :func:`run` returns. ``print`` shows its tables.
 
-    ``run["slave_position_m"]`` is a column of the trace, and the run is a mapping of its columns. Every column has the shape ``(ticks,)`` and is
-    float64, except ``mode`` and ``estimate_flags``, which are uint8. :func:`trocar.trace_columns` lists them with units and meanings.
+    ``run["slave_position_m"]`` is a column of the trace, and the run is a mapping of its columns. Every column has the shape ``(ticks,)``
+    and is float64, except ``mode`` and ``estimate_flags``, which are uint8. :func:`trocar.trace_columns` lists them with units and
+    meanings. An unknown column is a ``KeyError``.
 
     Some estimators have an extra column, ``friction_n`` (N) or ``power``. A diverged run ends early, which
     ``run.metrics["outcome"]`` shows.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        The scenario.
+
+    >>> import trocar
+    >>> run = trocar.run("paper/augmented")
+    >>> run
+    Run('augmented', 17000 ticks)
+    >>> run["slave_position_m"].shape, run["mode"].dtype
+    ((17000,), dtype('uint8'))
+    >>> run.metrics["outcome"], len(run.ruptures)
+    ({'kind': 'completed'}, 2)
     """
 
     def __init__(self, scenario: Scenario, core: _core.Run, traces: dict[str, NDArray[Any]]) -> None:
@@ -67,11 +83,17 @@ class Run(Columns):
         self.scenario, self._recorded, self._core = state
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the run into a file of numpy (``.npz``): trace, summary and scenario. :func:`trocar.load` reads it."""
+        """Writes the run into a file of numpy (``.npz``): trace, summary and scenario. :func:`trocar.load` reads it.
+
+        Raises
+        ------
+        OSError
+            For a file that cannot be written.
+        """
         scenario, traces, core = self.__getstate__()
         about = {"name": core.name, "summary": core.summary_text, "text": core.printed, "rows": core.table, "toml": scenario.to_toml()}
         with open(path, "wb") as file:
-            np.savez_compressed(file, _about=np.array(json.dumps(about)), **_samples(scenario), **traces)  # type: ignore[arg-type]
+            np.savez_compressed(file, _about=np.array(json.dumps(about)), **samples_of(scenario), **traces)  # type: ignore[arg-type]
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -127,12 +149,21 @@ class Run(Columns):
             The time in s, as ``(from, to)``; ``None`` for all of it.
         **options
             ``ax``: the axes to draw on, as many as the figure has panels. Others are passed to ``matplotlib.pyplot.subplots``.
+
+        Raises
+        ------
+        ValueError
+            For another ``figure``, and for a wrong number of axes.
+        TypeError
+            For other options beside ``ax``.
+        ImportError
+            Without matplotlib.
         """
-        from ._figures import draw
+        from ._figures import draw, window_of
 
         time_s = self["time_s"]
         whole = (float(time_s[0]), float(time_s[-1])) if len(time_s) > 1 else None
-        return draw(_core.run_figure(figure, [self._drawn()], window or whole), **options)
+        return draw(_core.run_figure(figure, [self._drawn()], window_of(window) or whole), **options)
 
     def _drawn(self) -> tuple[_core.Scenario, dict[str, NDArray[Any]], list[float], list[float]]:
         """What a figure needs of the run."""
@@ -145,9 +176,15 @@ class Run(Columns):
     def __repr__(self) -> str:
         return f"Run({self.scenario.name!r}, {len(self['time_s'])} ticks)"
 
+    def _verdict(self) -> str:
+        """How the run ended, and which ruptures an alarm found."""
+        outcome, ruptures = self.metrics["outcome"]["kind"], self.ruptures
+        found = sum(rupture["detection_delay_s"] is not None for rupture in ruptures)
+        return f"{outcome}, {found} of {len(ruptures)} ruptures detected" if ruptures else f"{outcome}, no rupture"
+
     def _repr_html_(self) -> str:
         rows = [(label, quantity(value, unit)) for _, label, unit, value in self._core.rows()]
-        return table(["metric", self.scenario.name], rows)
+        return table(["metric", self.scenario.name], rows, self._verdict())
 
 
 @dataclass(frozen=True)
@@ -178,42 +215,70 @@ class _Stored:
 
 
 def load(path: str | os.PathLike[str]) -> Run:
-    """Reads a run that :meth:`Run.save` wrote. Files of its scenario must be where they were; a recording from arrays is in the file.
+    """Reads a run that :meth:`Run.save` wrote. The recording of its scenario is in the file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    Run
+        The run, with the same trace, summary and scenario.
 
     Raises
     ------
     ValueError
-        A file that is not one of those.
+        For a file that :meth:`Run.save` did not write.
+    OSError
+        For a file that cannot be opened.
+    TypeError
+        For a ``path`` that is not one.
+
+    >>> import trocar
+    >>> import os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "run.npz")
+    >>> trocar.run("layers/skin-augmented").save(path)
+    >>> trocar.load(path)
+    Run('skin-augmented', 9000 ticks)
     """
     what = "a run that Run.save wrote"
     traces, about = read_stored(path, what)
     if not {"name", "toml", "rows", "summary", "text"} <= about.keys():
         raise ValueError(f"{os.fspath(path)} is not {what}")
-    recordings = _recordings({name: traces.pop(name) for name in list(traces) if name.startswith(_SAMPLES)})
     rows = [(metric, label, unit, value) for metric, label, unit, value in about["rows"]]
     run = Run.__new__(Run)
     stored = _Stored(about["name"], about["summary"], about["text"], rows)
-    scenario = Scenario._of(_core.Scenario.from_text(about["name"], about["toml"], [], recordings))
+    scenario = scenario_from(about["name"], about["toml"], traces)
     run.__setstate__((scenario, traces, stored))
     return run
 
 
-# Before the names of the samples of a scenario's recording in a file.
+# Before the names of the samples of a scenario's recording in a file, and its name for where it was read from, and how.
 _SAMPLES = "_samples_"
+_READ = _SAMPLES + "read"
 
 
-def _samples(scenario: Scenario) -> dict[str, NDArray[np.float64]]:
-    """Returns the recording in memory of a scenario, if it has one."""
+def samples_of(scenario: Scenario) -> dict[str, NDArray[Any]]:
+    """Returns the recording of a scenario, if it has one that is not shipped, as arrays for a file."""
     file = scenario.to_dict().get("recording", {}).get("file")
-    for recording in scenario._core.origin()[4]:
-        if recording.name == file:
-            named = zip(("time", "position", "velocity", "force"), recording.__getnewargs__())
-            return {_SAMPLES + name: column for name, column in named if column is not None}
+    *_, in_memory, (_, _, read) = scenario._core.origin()
+    found: list[tuple[_core.Recording, dict[str, NDArray[Any]]]] = [(recording, {}) for recording in in_memory if recording.name == file]
+    found += [(recording, {_READ: np.array([str(path), how])}) for path, how, recording in read if str(path) == file]
+    for recording, arrays in found:
+        named = zip(("time", "position", "velocity", "force"), recording.__getnewargs__())
+        return {_SAMPLES + name: column for name, column in named if column is not None} | arrays
     return {}
 
 
-def _recordings(samples: dict[str, NDArray[Any]]) -> list[_core.Recording]:
-    return [recording_of({name[len(_SAMPLES) :]: column for name, column in samples.items()})] if samples else []
+def scenario_from(name: str, toml: str, arrays: dict[str, NDArray[Any]]) -> Scenario:
+    """Returns the scenario of a file; the samples of its recording are taken out of the arrays."""
+    samples = {key[len(_SAMPLES) :]: arrays.pop(key) for key in list(arrays) if key.startswith(_SAMPLES)}
+    place = samples.pop("read", None)
+    recordings = [recording_of(samples)] if samples else []
+    read = [] if place is None else [(Path(str(place[0])), str(place[1]), recordings.pop())]
+    return Scenario._of(_core.Scenario.restored(None, name, toml, [], recordings, ([], [], read)))
 
 
 def run(scenario: Scenario | str | os.PathLike[str], **parts: Unpack[Parts]) -> Run:
@@ -225,7 +290,25 @@ def run(scenario: Scenario | str | os.PathLike[str], **parts: Unpack[Parts]) -> 
         The scenario.
     **parts
         Parts of one's own in place of the scenario's: ``tissue``, ``operator``, ``estimator``, ``detector``, ``force_law``,
-        ``motion_law``. :mod:`trocar.parts` has their arguments and results. Such a run cannot be repeated: its missed ruptures have no reason, its ruptures no layer, and a lasting swing is not told.
+        ``motion_law``. :mod:`trocar.parts` has their arguments and results. Such a run cannot be repeated: its missed ruptures have no
+        reason, its ruptures no layer, and there is no warning of a lasting oscillation.
+
+    Returns
+    -------
+    Run
+        The trace, the metrics and the events.
+
+    Raises
+    ------
+    ScenarioError
+        For a scenario that cannot be read or is invalid. It is a ``ValueError``.
+    TypeError
+        For a scenario that is neither a ``Scenario`` nor a path, an unknown role, a part that is neither a function, an object with a
+        method ``step``, nor a compiled function, and a result of a part that its role does not have.
+    ValueError
+        For a result of a part that is not finite.
+    Exception
+        Whatever a part raises; it ends the run. A run that diverges is not an error.
 
     >>> import trocar
     >>> run = trocar.run("paper/augmented")

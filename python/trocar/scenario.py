@@ -22,7 +22,18 @@ class Scenario:
     values
         Nested or dotted keys, as for :meth:`from_dict`.
     name
-        The name.
+        The name of the values in errors, and of the scenario if neither its keys nor its base have a name.
+
+    Raises
+    ------
+    ScenarioError
+        For an unknown key, a value out of its range, and a file that cannot be read. It is a ``ValueError``.
+    ValueError
+        For a number or text that TOML cannot represent, and for invalid samples of a recording.
+    TypeError
+        For ``values`` that are not a dictionary, a key that is not a string, and a value of a type that is not allowed.
+    AttributeError
+        For an attribute that is set; :meth:`replace` returns a changed scenario.
 
     >>> import trocar
     >>> scenario = trocar.Scenario({"base": "paper/augmented", "scaling": {"force": 0.8}})
@@ -62,7 +73,16 @@ class Scenario:
         Raises
         ------
         ScenarioError
-            A ``ValueError`` with the text of the command line, and its position as attributes.
+            For a file that cannot be read, an unknown key, and a value out of its range. It is a ``ValueError`` with the text of the
+            command line, and its position as attributes.
+        ValueError
+            For changes as in :class:`Scenario`.
+        TypeError
+            For a ``path`` that is not one, and for changes as in :class:`Scenario`.
+
+        >>> import trocar
+        >>> trocar.Scenario.load("paper/classical", scaling={"force": 2.0})["scaling.force"]
+        2.0
         """
         changed, recordings = settings(changes)
         return cls._of(_core.Scenario.load(os.fspath(path), [changed], recordings))
@@ -71,13 +91,26 @@ class Scenario:
     def from_dict(cls, values: Mapping[str, Any], name: str = "scenario") -> Scenario:
         """Returns a scenario of nested or dotted keys, as in ``{"base": "paper/classical", "scaling": {"force": 2.0}}``.
 
-        Paths are relative to the working directory. Positions of errors refer to the TOML text of the values.
+        Paths are relative to the working directory. Positions of errors refer to the TOML text of the values. The errors are those of
+        :class:`Scenario`.
         """
         return cls(values, name)
 
     @classmethod
     def from_toml(cls, text: str, name: str = "scenario") -> Scenario:
-        """Returns the scenario of a TOML text. Paths are relative to the working directory."""
+        """Returns the scenario of a TOML text. Paths are relative to the working directory.
+
+        Raises
+        ------
+        ScenarioError
+            For a text that is not TOML, an unknown key, a value out of its range, and a file that cannot be read. It is a ``ValueError``.
+        TypeError
+            For a ``text`` that is not a string.
+
+        >>> import trocar
+        >>> trocar.Scenario.from_toml('base = "paper/classical"\\nscaling.force = 2.0')["scaling.force"]
+        2.0
+        """
         return cls._of(_core.Scenario.from_text(name, text, [], []))
 
     def replace(self, **changes: Any) -> Scenario:
@@ -96,6 +129,11 @@ class Scenario:
         >>> again = scenario.replace(**{"recording.file": trocar.record(2)})
         >>> trocar.run(again)["desired_position_m"].shape
         (17000,)
+
+        Raises
+        ------
+        ScenarioError, ValueError, TypeError
+            As for :class:`Scenario`.
         """
         changed, recordings = settings(changes)
         return type(self)._of(self._core.replace(changed, recordings))
@@ -109,9 +147,15 @@ class Scenario:
         return self._core.to_dict()
 
     def __getitem__(self, key: str) -> Any:
-        """Returns the value of a dotted key, as in ``scenario["scaling.force"]``, or a section as a dictionary."""
+        """Returns the value of a dotted key, as in ``scenario["scaling.force"]``, or a section as a dictionary.
+
+        Raises
+        ------
+        KeyError
+            For a key that the scenario does not have.
+        """
         found: Any = self.to_dict()
-        for part in key.split("."):
+        for part in str(key).split("."):
             if not isinstance(found, dict) or part not in found:
                 raise KeyError(key)
             found = found[part]
@@ -169,17 +213,20 @@ class Scenario:
     def __repr__(self) -> str:
         return f"Scenario({self.name!r}, {self.ticks} ticks of {self.tick_s} s)"
 
+    # It does not change.
+    def __copy__(self) -> Scenario:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Scenario:
+        return self
+
     def __reduce__(self) -> tuple[object, ...]:
-        # The source of the scenario: its files are read again when it is unpickled; recordings in memory are part of it.
+        # With the content of its files, which are not read again.
         return (_restored, self._core.origin())
 
 
-def _restored(
-    path: str | None, name: str, text: str | None, changes: list[list[str]], recordings: list[_core.Recording]
-) -> Scenario:
-    if path is not None:
-        return Scenario._of(_core.Scenario.load(path, changes, recordings))
-    return Scenario._of(_core.Scenario.from_text(name, text or "", changes, recordings))
+def _restored(*origin: Any) -> Scenario:
+    return Scenario._of(_core.Scenario.restored(*origin))
 
 
 def scenario_of(given: Scenario | str | os.PathLike[str]) -> Scenario:

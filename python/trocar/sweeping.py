@@ -16,13 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._arrays import recording_of, whole
 from ._columns import Columns
 from ._html import table
 from ._parts import Parts, core_parts
 from ._progress import Progress
-from ._settings import dotted, key_of, value
+from ._settings import RECORDING, dotted, key_of, value
 from ._stored import read_stored
 from ._workers import Workers, workers_of
+from .running import samples_of, scenario_from
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
@@ -35,9 +37,23 @@ _OUTCOMES = np.array(["completed", "diverged", "failed"])
 
 @dataclass(frozen=True)
 class Range:
-    """An axis from one value to another: evenly spaced, or logarithmic if ``log``.
+    """An axis of a sweep from one value to another: evenly spaced, or logarithmic if ``log``.
 
-    ``points`` applies to a grid only; other designs have their own number of points.
+    :func:`sweep` checks it, and raises :class:`ScenarioError` for a value that the key does not allow.
+
+    Parameters
+    ----------
+    start, stop
+        The first and the last value, in the unit of the key.
+    points
+        The number of values, at least 2, for a grid only; other designs have their own number of points.
+    log
+        Whether the values are evenly spaced on a logarithmic scale.
+
+    >>> import trocar
+    >>> axes = {"scaling.force": trocar.Range(0.5, 2.0, 3, log=True)}
+    >>> trocar.sweep("layers/skin-augmented", axes)["scaling.force"]
+    array([0.5, 1. , 2. ])
     """
 
     start: float
@@ -55,7 +71,9 @@ class Range:
 
 
 class Sweep(Columns):
-    """The result of a sweep, a row per case.
+    """The result of a sweep, a row per case, which :func:`sweep` returns.
+
+    ``sweep["detected_ruptures"]`` is a column. An unknown column is a ``KeyError``.
 
     Attributes
     ----------
@@ -66,18 +84,37 @@ class Sweep(Columns):
         The SHA-256 of all inputs of the sweep, as in ``manifest.json`` of the command line.
     cases : int
         The number of cases of the whole sweep; a :func:`shard` has some of them.
+    scenario : Scenario or None
+        The scenario that was varied; ``None`` for that of a sweep file.
+
+    >>> import trocar
+    >>> sweep = trocar.sweep("layers/skin-augmented", {"scaling.force": [0.5, 1.0]}, seeds=2)
+    >>> len(sweep), sweep.cases, sweep["scaling.force"], sweep["seed"]
+    (4, 4, array([0.5, 0.5, 1. , 1. ]), array([1, 2, 1, 2]))
     """
 
-    def __init__(self, columns: dict[str, NDArray[Any]], hash: str, cases: int) -> None:
+    def __init__(self, columns: dict[str, NDArray[Any]], hash: str, cases: int, scenario: Scenario | None = None) -> None:
         self.columns = self._columns = columns
         self.hash = hash
         self.cases = cases
+        self.scenario = scenario
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the rows into a file of numpy (``.npz``), which is there whole or not at all. :meth:`load` reads it."""
-        about = np.array(json.dumps({"sweep": self.hash, "cases": self.cases}))
+        """Writes the rows and the scenario into a file of numpy (``.npz``), which is there whole or not at all. :meth:`load` reads it.
+
+        Raises
+        ------
+        OSError
+            For a file that cannot be written.
+        """
+        scenario = self.scenario
+        described = {"sweep": self.hash, "cases": self.cases}
+        kept = {} if scenario is None else samples_of(scenario)
+        if scenario is not None:
+            described |= {"name": scenario.name, "toml": scenario.to_toml()}
+        about = np.array(json.dumps(described))
         content = io.BytesIO()
-        np.savez_compressed(content, _about=about, **self.columns)  # type: ignore[arg-type]
+        np.savez_compressed(content, _about=about, **kept, **self.columns)  # type: ignore[arg-type]
         partial = Path(f"{os.fspath(path)}{_PARTIAL}")
         partial.write_bytes(content.getvalue())
         partial.replace(path)
@@ -89,13 +126,16 @@ class Sweep(Columns):
         Raises
         ------
         ValueError
-            A file that is not one of those.
+            For a file that :meth:`save` did not write.
+        OSError
+            For a file that cannot be opened.
         """
         what = "a sweep that Sweep.save wrote"
         columns, about = read_stored(path, what)
         if not {"sweep", "cases"} <= about.keys():
             raise ValueError(f"{os.fspath(path)} is not {what}")
-        return cls(columns, about["sweep"], about["cases"])
+        scenario = scenario_from(about["name"], about["toml"], columns) if "toml" in about else None
+        return cls(columns, about["sweep"], about["cases"], scenario)
 
     def __len__(self) -> int:
         return len(self.columns["case"])
@@ -163,7 +203,7 @@ def sweep(
         need a number of ``points`` and can have a ``design_seed``. Without axes, ``points`` are the points themselves: a pandas
         DataFrame or a dictionary with a column per key, or a list of dictionaries, one per point.
     threads
-        Number of threads on one machine; 0 is one per processor. With an executor, the number of threads per shard; 0 is one.
+        Number of threads on one machine, up to 1024; 0 is one per processor. With an executor, the number of threads per shard; 0 is one.
     folder
         Keeps complete shards in this folder, so that the same call continues after an interruption. A folder holds one sweep.
     progress
@@ -180,10 +220,28 @@ def sweep(
         Parts of one's own in place of the scenario's, as for :func:`trocar.run`. The cases then run one after the other, here, and
         metrics of the loop (``loop_...``) are undefined.
 
+    Returns
+    -------
+    Sweep
+        A row per case, in the order of the cases.
+
     Raises
     ------
-    ScenarioError, ValueError
-        For wrong values, before anything runs.
+    ScenarioError
+        For a scenario or a sweep file that cannot be read, an unknown key, metric or design, a value out of its range, and a key that is
+        both swept and set, before anything runs. It is a ``ValueError``.
+    ValueError
+        For points with different keys or lengths, neither ``axes`` nor ``points`` with a scenario, ``threads`` or ``shards`` out of range,
+        a ``folder`` with another sweep, another number of shards or a damaged file, and parts with an executor or a folder.
+    TypeError
+        For a scenario that is neither a ``Scenario`` nor a path, values, points or keys of a type that is not allowed, an ``executor`` of
+        another kind, and parts as in :func:`trocar.run`.
+    OSError
+        For a ``folder`` that cannot be made or written.
+    MemoryError
+        For more cases than fit into memory, before anything runs.
+    Exception
+        Whatever a part raises; it ends the sweep.
 
     >>> import trocar
     >>> sweep = trocar.sweep("paper/augmented", {"scaling.force": [0.5, 1.0]}, set={"simulation.duration_s": 6.0})
@@ -193,6 +251,7 @@ def sweep(
     >>> trocar.sweep("paper/augmented", points=points, seeds=[4, 7], set={"simulation.duration_s": 6.0})["seed"]
     array([4, 7, 4, 7])
     """
+    threads = whole("threads", threads)
     job = _job(base, axes, set, seeds, first_seed, metrics, design, points, design_seed)
     executor = client if executor is None else executor
     own_parts = core_parts(parts)
@@ -200,10 +259,10 @@ def sweep(
         if executor is not None or folder is not None:
             raise ValueError("a sweep with parts of one's own runs here: give no client, no executor and no folder")
         with Progress("cases", progress) as bar:
-            return _result(job.run_with(own_parts, bar.tell))
+            return _result(job.run_with(own_parts, threads, bar.tell), job.base)
     if executor is None and folder is None and shards is None:
         with Progress("cases", progress) as bar:
-            return _result(job.run("1/1", threads, bar.tell))
+            return _result(job.run("1/1", threads, bar.tell), job.base)
     return _in_shards(job, workers_of(executor), shards, threads, None if folder is None else Path(folder), progress)
 
 
@@ -222,13 +281,25 @@ def shard(
     threads: int = 0,
     progress: bool = False,
 ) -> Sweep:
-    """Runs one of several equal parts of a sweep, such as ``"3/8"``; :func:`merge` joins them.
+    """Runs one of several parts of a sweep, such as ``"3/8"``; :func:`merge` joins them. With few cases, a part can be empty.
 
     Parameters
     ----------
     part
         Number of the part, from 1, and number of parts.
     base, axes, set, seeds, first_seed, metrics, design, points, design_seed, threads, progress
+        As for :func:`sweep`.
+
+    Returns
+    -------
+    Sweep
+        The rows of the part.
+
+    Raises
+    ------
+    ValueError
+        For a ``part`` in another form, and as for :func:`sweep`.
+    ScenarioError, TypeError, MemoryError
         As for :func:`sweep`.
 
     >>> import trocar
@@ -239,43 +310,75 @@ def shard(
     >>> len(trocar.merge(parts))
     16
     """
+    threads = whole("threads", threads)
     job = _job(base, axes, set, seeds, first_seed, metrics, design, points, design_seed)
     with Progress("cases", progress) as bar:
-        return _result(job.run(part, threads, bar.tell))
+        return _result(job.run(part, threads, bar.tell), job.base)
 
 
 def merge(parts: Iterable[Sweep]) -> Sweep:
     """Joins the parts of a sweep that :func:`shard` returned, in any order. The result is that of :func:`sweep`.
 
+    Parameters
+    ----------
+    parts
+        All parts, each once; empty ones may be missing.
+
+    Returns
+    -------
+    Sweep
+        All rows, in the order of the cases.
+
     Raises
     ------
     ValueError
-        For parts of different sweeps, and for missing or repeated cases.
+        For no part, parts of different sweeps, and missing or repeated cases.
+    TypeError
+        For a part that is not a :class:`Sweep`.
+
+    >>> import trocar
+    >>> axes = {"scaling.force": [0.5, 0.75, 1.0]}
+    >>> parts = [trocar.shard(f"{part}/3", "layers/skin-augmented", axes) for part in (3, 1, 2)]
+    >>> trocar.merge(parts)["scaling.force"]
+    array([0.5 , 0.75, 1.  ])
     """
-    by_case = sorted((part for part in parts if len(part)), key=lambda part: int(part["case"][0]))
+    given = list(parts)
+    if not all(isinstance(part, Sweep) for part in given):
+        raise TypeError("parts are the results of shard, in a list")
+    by_case = sorted((part for part in given if len(part)), key=lambda part: int(part["case"][0]))
     if not by_case:
         raise ValueError("there is no part to merge")
     first = by_case[0]
-    if any(part.hash != first.hash for part in by_case):
+    if any(part.hash != first.hash for part in given):
         raise ValueError(
             "the parts are not of the same sweep: their arguments, their versions of trocar or the contents of the scenario's files differ"
         )
     columns = {name: np.concatenate([part[name] for part in by_case]) for name in first}
     if not np.array_equal(columns["case"], np.arange(first.cases)):
-        raise ValueError(f"the parts have {len(columns['case'])} cases, must have each of {first.cases} once")
-    return Sweep(columns, first.hash, first.cases)
+        found = len(np.unique(columns["case"]))
+        repeated = len(columns["case"]) - found
+        raise ValueError(f"the parts have {found} of {first.cases} cases, and {repeated} of them more than once; each must be there once")
+    return Sweep(columns, first.hash, first.cases, first.scenario)
 
 
 _Swept = tuple[dict[str, Any], str, int, list[tuple[str, str]]]
 _Tell = Callable[[int, int], None]
 
 
-def _result(swept: _Swept) -> Sweep:
+def _result(swept: _Swept, scenario: Scenario | None) -> Sweep:
     columns, hash, cases, former_names = swept
     for former, name in former_names:
         warnings.warn(f"the metric {former} is called {name} now", FutureWarning, stacklevel=3)
     arrays = {name: _OUTCOMES[column] if name == "outcome" else np.asarray(column) for name, column in columns.items()}
-    return Sweep(arrays, hash, cases)
+    return Sweep(arrays, hash, cases, scenario)
+
+
+def _memory_bytes() -> int:
+    """The memory of this machine; where the system does not tell it, no limit."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError):
+        return 2**63
 
 
 @dataclass(frozen=True)
@@ -292,10 +395,10 @@ class _Job:
         return self.path, self.text, None if self.base is None else self.base._core, self.settings
 
     def run(self, shard: str, threads: int, tell: _Tell | None = None) -> _Swept:
-        return _core.sweep(*self._sources, shard, threads, tell)
+        return _core.sweep(*self._sources, shard, threads, _memory_bytes(), tell)
 
-    def run_with(self, parts: dict[str, Any], tell: _Tell | None) -> _Swept:
-        return _core.sweep_with(*self._sources, parts, tell)
+    def run_with(self, parts: dict[str, Any], threads: int, tell: _Tell | None) -> _Swept:
+        return _core.sweep_with(*self._sources, parts, threads, _memory_bytes(), tell)
 
     def plan(self) -> tuple[str, int]:
         """The hash and the number of cases, without running any."""
@@ -324,24 +427,49 @@ def _job(
             raise ValueError("points with values of the keys have neither axes nor another design")
         axes, design, points = given, "list", None
     assert axes is not None
+    recordings: list[_core.Recording] = []
+    set, axes = _with_names(set or {}, recordings), _with_names(axes, recordings)
     header: dict[str, Any] = {
-        "seeds": seeds if isinstance(seeds, (int, np.integer)) else list(seeds),
+        "seeds": list(seeds) if isinstance(seeds, Iterable) else whole("seeds", seeds),
         "first_seed": first_seed,
-        "metrics": None if metrics is None else list(metrics),
+        "metrics": [metrics] if isinstance(metrics, str) else None if metrics is None else list(metrics),
         "design.kind": design,
         "design.points": points,
         "design.seed": design_seed,
     }
-    shared = dict(set or {})
+    shared = dict(set)
     lines = [f"{key} = {value(key, one)}" for key, one in header.items() if one is not None]
     lines += _section("set", shared)
     lines += _section("axes", {key: one._table() if isinstance(one, Range) else one for key, one in axes.items()})
     scenario = scenario_of(base)
+    if recordings:
+        # They are held by the scenario, and go with it to the workers.
+        scenario = Scenario._of(scenario._core.replace([], recordings))
     # Keys of the sweep have priority over changes of the scenario.
     overridden = {*shared, *axes}
     changes = [setting for call in scenario._core.origin()[3] for setting in call]
     own = [setting for setting in changes if key_of(setting) not in overridden]
     return _Job(None, "\n".join(lines) + "\n", scenario, own)
+
+
+def _with_names(values: Mapping[str, Any], recordings: list[_core.Recording]) -> dict[str, Any]:
+    """Returns values by key in which recordings in memory have names; they are added to the list."""
+
+    def name(given: Any) -> Any:
+        if isinstance(given, (str, os.PathLike)):
+            return given
+        recording = recording_of(given)
+        recordings.append(recording)
+        return recording.name
+
+    def of_key(key: str, given: Any) -> Any:
+        if key == RECORDING:
+            return [name(one) for one in given] if isinstance(given, (list, tuple)) else name(given)
+        if key == RECORDING.partition(".")[0] and isinstance(given, Mapping):
+            return {inner: of_key(f"{key}.{inner}", one) for inner, one in given.items()}
+        return given
+
+    return {key: of_key(key, given) for key, given in values.items()}
 
 
 def _section(name: str, values: Mapping[str, Any]) -> list[str]:
@@ -352,6 +480,10 @@ def _section(name: str, values: Mapping[str, Any]) -> list[str]:
 def _columns(points: Points) -> dict[str, list[Any]]:
     """Returns points as a list of values per key."""
     if hasattr(points, "columns") and hasattr(points, "to_numpy"):
+        keys = [str(key) for key in points.columns]
+        repeated = {key for key in keys if keys.count(key) > 1}
+        if repeated:
+            raise ValueError(f"points have the column {', '.join(sorted(repeated))} more than once")
         columns = {str(key): points[key].tolist() for key in points.columns}
     elif isinstance(points, Mapping):
         columns = {key: np.asarray(column).tolist() if not isinstance(column, list) else column for key, column in points.items()}
@@ -377,8 +509,7 @@ _SHARD = re.compile(r"shard-(\d+)-of-(\d+)\.npz\Z")
 def _in_shards(
     job: _Job, workers: Workers | None, shards: int | None, threads: int, folder: Path | None, progress: bool
 ) -> Sweep:
-    if shards is not None and shards < 1:
-        raise ValueError(f"shards is {shards}, must be at least 1")
+    shards = None if shards is None else whole("shards", shards, 1)
     hash, cases = job.plan()
     kept: dict[int, Sweep] = {}
     if folder is not None:
@@ -390,13 +521,13 @@ def _in_shards(
         done = sum(map(len, kept.values()))
         bar.tell(done, cases)
         names = [f"{index}/{count}" for index in missing]
-        results: Iterator[_Swept]
+        results: Iterator[tuple[str, _Swept]]
         if workers is None:
-            results = (job.run(name, threads, lambda inside, _: bar.tell(done + inside, cases)) for name in names)
+            results = ((name, job.run(name, threads, lambda inside, _: bar.tell(done + inside, cases))) for name in names)
         else:
             results = workers.run(job.run, names, max(threads, 1))
-        for index, swept in zip(missing, results):
-            part = _result(swept)
+        for name, swept in results:
+            index, part = int(name.partition("/")[0]), _result(swept, job.base)
             done += len(part)
             if folder is not None:
                 part.save(folder / f"shard-{index}-of-{count}.npz")

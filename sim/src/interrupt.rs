@@ -36,10 +36,15 @@ pub(crate) fn check_at(step: u64) {
 /// Ends the work if the flag of this thread is set.
 #[inline(never)]
 pub(crate) fn check() {
-    if STOP.with_borrow(|stop| stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))) {
+    if is_requested() {
         // Without the message of a panic: it is none.
         resume_unwind(Box::new(Interrupted));
     }
+}
+
+/// Whether the flag of this thread is set.
+pub(crate) fn is_requested() -> bool {
+    STOP.with_borrow(|stop| stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)))
 }
 
 /// Does work that can be ended. A panic of the work goes on.

@@ -16,7 +16,8 @@ pub mod lti;
 pub mod metrics;
 mod moments;
 pub mod operator;
-mod parallel;
+#[doc(hidden)]
+pub mod parallel;
 pub mod plant;
 pub mod population;
 #[doc(hidden)]

@@ -22,9 +22,9 @@ pub use strategies::{
 };
 pub use table::{Row, rows};
 
-use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::parallel::try_map;
 use crate::run::{Run, RunError, run};
 use crate::scenario::Scenario;
 use crate::warning::Warning;
@@ -53,8 +53,8 @@ impl Comparison {
     /// # Errors
     /// The first scenario's [`RunError`].
     pub fn of(scenarios: Vec<Scenario>) -> Result<Self, RunError> {
-        let noise = || scenarios.par_iter().map(check_in_noise).collect::<Result<Vec<_>, _>>();
-        let runs = || scenarios.par_iter().cloned().map(run).collect::<Result<Vec<_>, _>>();
+        let noise = || try_map(scenarios.len(), |index| check_in_noise(&scenarios[index]));
+        let runs = || try_map(scenarios.len(), |index| run(scenarios[index].clone()));
         let (runs, noise) = rayon::join(runs, noise);
         Ok(Self { runs: runs?, noise: noise? })
     }

@@ -1,9 +1,9 @@
 //! One scenario with every passivity scheme: what a scheme costs, and what it holds.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::Comparison;
+use crate::parallel::try_map;
 use crate::run::{RunError, run};
 use crate::scenario::{Scenario, Source};
 use crate::teleoperation::Scheme;
@@ -96,7 +96,7 @@ impl SchemeStudy {
                 left_behind_m: left_behind_m.max(0.0),
             })
         };
-        let rows = schemes.par_iter().zip(&comparison.runs).map(row).collect::<Result<Vec<_>, _>>()?;
+        let rows = try_map(schemes.len(), |index| row((&schemes[index], &comparison.runs[index])))?;
         Ok(Self { comparison, rows })
     }
 }

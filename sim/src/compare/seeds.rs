@@ -1,10 +1,10 @@
 //! Scenarios over many seeds: which differences are due to chance.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{Row, rows};
 use crate::metrics::{Better, Metrics, Unit};
+use crate::parallel::{map, try_map};
 use crate::quantiles;
 use crate::run::{RunError, measure};
 use crate::scenario::Scenario;
@@ -101,7 +101,7 @@ impl SeedStudy {
             metrics
         };
         let of_seed = |offset| scenarios.iter().map(|scenario| run(scenario, offset)).collect::<Result<Vec<_>, _>>();
-        let runs: Vec<Vec<Metrics>> = (0..seeds).into_par_iter().map(of_seed).collect::<Result<_, _>>()?;
+        let runs: Vec<Vec<Metrics>> = try_map(seeds as usize, |offset| of_seed(offset as u64))?;
         Ok(Self::of_runs(scenarios, &runs))
     }
 
@@ -125,7 +125,7 @@ impl SeedStudy {
 
 /// Returns the rows over all seeds, in the order of the table with the most metrics.
 fn spread_rows(runs: &[Vec<Metrics>], scenarios: usize) -> Vec<SpreadRow> {
-    let tables: Vec<_> = runs.par_iter().map(|of_seed| rows(&of_seed.iter().collect::<Vec<_>>(), &[])).collect();
+    let tables: Vec<_> = map(runs.len(), |seed| rows(&runs[seed].iter().collect::<Vec<_>>(), &[]));
     let Some(longest) = tables.iter().max_by_key(|table| table.len()) else { return vec![] };
     let of_metric = |metric: &Row| {
         let values = |table: &Vec<Row>| {

@@ -9,7 +9,8 @@ pub use catalogue::{STRATEGIES, Strategy};
 pub use people::{FIXED_PERSONS, Group, PERSONS, Person};
 pub use windows::WINDOWS_S;
 
-use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
+
 use serde::Serialize;
 
 use self::people::PERCEIVING;
@@ -17,6 +18,7 @@ use self::windows::{OfWindows, Windows};
 use super::sensitivity::{Noticed, Sensitivity};
 use crate::engine::InstructionSet;
 use crate::metrics::{HORIZON_S, Metrics, Outcome};
+use crate::parallel::try_map;
 use crate::quantiles::{quantile_of, rank_correlation};
 use crate::run::{RunError, run, run_pack_observed, run_pack_sharing};
 use crate::scenario::{CaseFactory, Scenario, ScenarioError, Source, Template};
@@ -347,19 +349,25 @@ impl StrategyStudy {
             let own = strategy.settings.iter().chain(&PERCEIVING).map(|&setting| setting.to_owned());
             Cases::load(source, &settings.iter().cloned().chain(own).collect::<Vec<_>>(), options)
         };
-        let cases: Vec<Cases> = STRATEGIES.par_iter().map(load).collect::<Result<_, _>>()?;
+        let cases: Vec<Cases> = try_map(STRATEGIES.len(), |strategy| load(&STRATEGIES[strategy]))?;
         let patients = cases.first().map_or(0, |first| first.patients(options));
 
         let run_all = |strategies: std::ops::Range<usize>, alarms_s: &[Option<f64>]| -> Result<Vec<Tally>, RunError> {
             let units: Vec<(usize, u64)> =
                 strategies.flat_map(|strategy| (0..patients).map(move |patient| (strategy, patient))).collect();
-            let unit = |bank: &mut NoiseBank, (strategy, patient): (usize, u64)| {
+            let banks = Mutex::new(vec![]);
+            let unit = |unit: usize| {
+                let (strategy, patient) = units[unit];
                 let alarm_s = alarms_s.get(patient as usize).copied().flatten();
-                let tally = run_unit(bank, &cases[strategy], options, patient, alarm_s)?;
+                // A thread keeps its bank from one piece of work to the next.
+                let kept = banks.lock().unwrap_or_else(PoisonError::into_inner).pop();
+                let mut bank = kept.unwrap_or_else(|| NoiseBank::new(KEPT_NUMBERS));
+                let tally = run_unit(&mut bank, &cases[strategy], options, patient, alarm_s)?;
+                banks.lock().unwrap_or_else(PoisonError::into_inner).push(bank);
                 done(tally.runs);
                 Ok(tally)
             };
-            units.into_par_iter().map_init(|| NoiseBank::new(KEPT_NUMBERS), unit).collect()
+            try_map(units.len(), unit)
         };
         let plain = run_all(0..1, &[])?;
         let alarms_s: Vec<Option<f64>> =
@@ -375,7 +383,7 @@ impl StrategyStudy {
             let swings = all.into_iter().map(swings).collect::<Result<Vec<_>, _>>()?;
             Ok(if swings.contains(&true) { Verdict::Oscillates } else { Verdict::Settles })
         };
-        let verdicts: Vec<Verdict> = (0..STRATEGIES.len()).into_par_iter().map(verdict).collect::<Result<_, _>>()?;
+        let verdicts: Vec<Verdict> = try_map(STRATEGIES.len(), verdict)?;
         let mut all = tallies.into_iter();
         let mut velocities = None;
         let mut rows: Vec<StrategyRow> = vec![];

@@ -154,15 +154,22 @@ struct Samples {
     is_resampled: bool,
 }
 
-fn samples(recording: Recording) -> Samples {
+/// Whether the samples of a recording are evenly spaced.
+fn is_even(recording: &Recording) -> bool {
     let interval_s = recording.median_interval_s();
     let is_even = |at_s: f64| (at_s - interval_s).abs() <= EVEN_SHARE * interval_s;
+    let (min_s, max_s) = recording.interval_range_s();
+    is_even(min_s) && is_even(max_s)
+}
+
+/// The samples of a recording, resampled at its median interval unless they are even.
+fn samples(recording: Recording) -> Samples {
+    let interval_s = recording.median_interval_s();
     let as_recorded = |recording: Recording| {
         let (time_s, position_m, velocity_m_per_s, force_n) = recording.into_columns();
         Samples { time_s, position_m, velocity_m_per_s, force_n, is_resampled: false }
     };
-    let (min_s, max_s) = recording.interval_range_s();
-    if is_even(min_s) && is_even(max_s) {
+    if is_even(&recording) {
         return as_recorded(recording);
     }
     let resample = |recording: &Recording| {

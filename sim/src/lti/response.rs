@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::linear_algebra::check_finite;
 use super::{Complex64, Continuous, Discrete, Domain, Error, StateSpace, zero_order_hold};
+use crate::interrupt;
 
 /// The response at one frequency.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,6 +84,7 @@ pub fn step_response_discrete(
     let mut outputs = DMatrix::zeros(system.outputs(), samples);
     let mut x = DVector::zeros(system.states());
     for k in 0..samples {
+        interrupt::check_at(k as u64);
         let y = system.c() * &x + system.d().column(input);
         outputs.column_mut(k).copy_from(&y);
         x = system.a() * &x + system.b().column(input);

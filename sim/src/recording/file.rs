@@ -1,6 +1,7 @@
 //! Opens a recording, a delay trace or labels on disk.
 
 use std::fs::{File, FileType, Metadata};
+use std::io::Read;
 use std::path::Path;
 
 use super::containers::{self, Container};
@@ -81,6 +82,17 @@ pub fn open_delays(
 ) -> Result<(), RecordingError> {
     let (name, file) = open(path, limits)?;
     read_delays(&name, file, limits, max_s, take)
+}
+
+/// Reads all bytes of a file.
+///
+/// # Errors
+/// Those of [`open_recording`] for a file that cannot be read.
+pub(crate) fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, RecordingError> {
+    let (name, mut file) = open(path, limits)?;
+    let mut bytes = vec![];
+    file.read_to_end(&mut bytes).map_err(|error| Place::file(&name).error(Problem::Unreadable(error)))?;
+    Ok(bytes)
 }
 
 /// Reads the labels in the file `path`; see [`read_labels`].

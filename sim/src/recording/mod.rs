@@ -57,6 +57,7 @@ pub(crate) use arrays::first_where;
 pub use column::{Column, ColumnError, Columns};
 pub use delays::{DelayRow, read_delays};
 pub use error::{Place, Problem, RecordingError, Row};
+pub(crate) use file::read_file;
 pub use file::{list_signals, open_delays, open_labels, open_recording, signal_names};
 pub use format::Format;
 pub use in_vivo_like::{InVivoLikeVariant, RUPTURES_S, in_vivo_like_csv, in_vivo_like_variant_csv};

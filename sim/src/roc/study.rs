@@ -1,8 +1,8 @@
 //! A study: every detector at every threshold, on every signal with every noise level and seed.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::RocError;
@@ -12,6 +12,7 @@ use super::misses;
 use super::signal::Signal;
 use super::tally::Tally;
 use crate::detection::{DetectorSettings, Evidence};
+use crate::parallel::try_map;
 use crate::recording::InVivoLikeVariant;
 
 /// The settings of a study.
@@ -68,16 +69,6 @@ struct ThreadTallies {
     tallies: Vec<Tally>,
     evidence: Vec<Evidence<f64>>,
     alarms: Vec<Vec<usize>>,
-}
-
-impl ThreadTallies {
-    fn add(mut self, other: Self) -> Self {
-        if self.tallies.is_empty() {
-            return other;
-        }
-        self.tallies.iter_mut().zip(&other.tallies).for_each(|(mine, theirs)| mine.add(theirs));
-        self
-    }
 }
 
 /// The performance of a detector of the user's own, which has no threshold.
@@ -141,41 +132,46 @@ impl Study {
         let conditions = self.conditions();
         let per_condition: usize = banks.iter().map(|bank| bank.thresholds().len()).sum();
         let cases = conditions.len() as u64 * self.seeds;
-        let share = (0..cases)
-            .into_par_iter()
-            .try_fold(ThreadTallies::default, |mut share, case| {
-                if stop.load(Ordering::Relaxed) {
-                    return Ok(share);
-                }
-                share.tallies.resize(per_condition * conditions.len(), Tally::default());
-                let condition = (case / self.seeds) as usize;
-                let (signal, noise_std_n) = conditions[condition];
-                let tallies = &mut share.tallies[condition * per_condition..][..per_condition];
-                let labels = signal.evaluate(noise_std_n, 1 + case % self.seeds, self.within_s, &mut share.evidence)?;
-                let mut rest = tallies;
-                for bank in &banks {
-                    let count = bank.thresholds().len();
-                    share.alarms.iter_mut().for_each(Vec::clear);
-                    share.alarms.resize(count.max(share.alarms.len()), vec![]);
-                    bank.evaluate(&share.evidence, labels.tick_s(), &mut |threshold, sample| {
-                        share.alarms[threshold].push(sample)
-                    });
-                    let (own, others) = rest.split_at_mut(count);
-                    for ((tally, alarms), threshold) in own.iter_mut().zip(&share.alarms).zip(bank.thresholds()) {
-                        let missed = tally.count(alarms, &labels);
-                        let settings = bank.settings();
-                        if *threshold == settings.cusum.threshold {
-                            misses::count(tally, settings, &share.evidence, alarms, &labels, &missed);
-                        }
+        let shares: Mutex<Vec<ThreadTallies>> = Mutex::new(vec![]);
+        let locked = || shares.lock().unwrap_or_else(PoisonError::into_inner);
+        try_map(cases as usize, |case| {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(());
+            }
+            let case = case as u64;
+            let unused = locked().pop();
+            let mut share = unused.unwrap_or_default();
+            share.tallies.resize(per_condition * conditions.len(), Tally::default());
+            let condition = (case / self.seeds) as usize;
+            let (signal, noise_std_n) = conditions[condition];
+            let tallies = &mut share.tallies[condition * per_condition..][..per_condition];
+            let labels = signal.evaluate(noise_std_n, 1 + case % self.seeds, self.within_s, &mut share.evidence)?;
+            let mut rest = tallies;
+            for bank in &banks {
+                let count = bank.thresholds().len();
+                share.alarms.iter_mut().for_each(Vec::clear);
+                share.alarms.resize(count.max(share.alarms.len()), vec![]);
+                bank.evaluate(&share.evidence, labels.tick_s(), &mut |threshold, sample| {
+                    share.alarms[threshold].push(sample)
+                });
+                let (own, others) = rest.split_at_mut(count);
+                for ((tally, alarms), threshold) in own.iter_mut().zip(&share.alarms).zip(bank.thresholds()) {
+                    let missed = tally.count(alarms, &labels);
+                    let settings = bank.settings();
+                    if *threshold == settings.cusum.threshold {
+                        misses::count(tally, settings, &share.evidence, alarms, &labels, &missed);
                     }
-                    rest = others;
                 }
-                done();
-                Ok::<_, RocError>(share)
-            })
-            .try_reduce(ThreadTallies::default, |a, b| Ok(a.add(b)))?;
-        let mut tallies = share.tallies;
-        tallies.resize(per_condition * conditions.len(), Tally::default());
+                rest = others;
+            }
+            locked().push(share);
+            done();
+            Ok::<_, RocError>(())
+        })?;
+        let mut tallies = vec![Tally::default(); per_condition * conditions.len()];
+        for share in &*locked() {
+            tallies.iter_mut().zip(&share.tallies).for_each(|(all, of_share)| all.add(of_share));
+        }
         Ok(self.characteristics(&banks, &conditions, &tallies))
     }
 

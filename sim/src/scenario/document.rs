@@ -1,6 +1,5 @@
 //! From files to entries: a scenario, its bases, and the settings of the command line.
 
-use std::collections::HashSet;
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::ops::Range;
@@ -13,6 +12,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::builtin;
 use super::error::{Place, ScenarioError};
+use super::kept_files::KeptFiles;
 use super::keys::{find, is_section};
 use crate::recording::MEMORY;
 use crate::tissue::{LAYER_LIST, NAME_RULE, keys_of_layer};
@@ -27,7 +27,7 @@ const MAX_BASES: usize = 32;
 const LISTED: &str = "`trocar scenarios` lists the shipped scenarios";
 
 /// Where a file comes from.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Source {
     /// A file on disk.
     Disk(PathBuf),
@@ -42,6 +42,8 @@ pub enum Source {
     },
     /// A recording in memory, by the name that [`keep`](crate::recording::keep) returned.
     Memory(String),
+    /// A file on disk or a text, with what was read of it and of the files that it names. They are not read again.
+    Kept(Box<Source>, KeptFiles),
 }
 
 impl Source {
@@ -59,14 +61,42 @@ impl Source {
     /// The source that a path inside this source names.
     #[must_use]
     pub fn relative(&self, text: &str) -> Self {
+        if let Self::Kept(source, files) = self {
+            let relative = source.relative(text);
+            return if relative.disk_path().is_some() { relative.keeping(files.clone()) } else { relative };
+        }
         if [builtin::PREFIX, MEMORY].iter().any(|prefix| text.starts_with(prefix)) || Path::new(text).is_absolute() {
             return Self::parse(text);
         }
         match self {
             Self::Disk(here) => Self::disk_or_shipped(here.parent().unwrap_or(Path::new("")).join(text), text),
             Self::Builtin(here) => Self::Builtin(joined(here, text)),
-            Self::Text { .. } | Self::Memory(_) => Self::parse(text),
+            Self::Text { .. } | Self::Memory(_) | Self::Kept(..) => Self::parse(text),
         }
+    }
+
+    /// This source with the content of files; what they lack is added when it is read.
+    #[must_use]
+    pub fn keeping(&self, files: KeptFiles) -> Self {
+        Self::Kept(Box::new(self.plain().clone()), files)
+    }
+
+    /// This source without the content of files.
+    #[must_use]
+    pub fn plain(&self) -> &Self {
+        if let Self::Kept(source, _) = self { source.plain() } else { self }
+    }
+
+    /// The content of the files that were read.
+    #[must_use]
+    pub fn kept(&self) -> Option<&KeptFiles> {
+        if let Self::Kept(_, files) = self { Some(files) } else { None }
+    }
+
+    /// Its path, if it is a file on disk.
+    #[must_use]
+    pub fn disk_path(&self) -> Option<&Path> {
+        if let Self::Disk(path) = self.plain() { Some(path) } else { None }
     }
 
     /// A file, or where there is none, the shipped scenario that the text names. A text with an ending is always a path, so that a
@@ -84,7 +114,7 @@ impl Source {
     pub fn former(text: &str) -> Option<(&'static str, &'static str)> {
         match Self::parse(text) {
             Self::Builtin(_) => builtin::former(text.strip_prefix(builtin::PREFIX).unwrap_or(text)),
-            Self::Disk(_) | Self::Text { .. } | Self::Memory(_) => None,
+            Self::Disk(_) | Self::Text { .. } | Self::Memory(_) | Self::Kept(..) => None,
         }
     }
 
@@ -96,6 +126,7 @@ impl Source {
             Self::Builtin(name) => format!("{}{name}", builtin::PREFIX),
             Self::Text { name, .. } => name.to_string(),
             Self::Memory(name) => name.clone(),
+            Self::Kept(source, _) => source.display(),
         }
     }
 
@@ -106,6 +137,7 @@ impl Source {
             Self::Disk(path) => path.as_path(),
             Self::Builtin(name) | Self::Memory(name) => Path::new(name),
             Self::Text { name, .. } => Path::new(&**name),
+            Self::Kept(source, _) => return source.stem(),
         };
         path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy().into_owned())
     }
@@ -117,6 +149,13 @@ impl Source {
             Self::Disk(path) => Self::Disk(std::fs::canonicalize(path).unwrap_or_else(|_| path.clone())),
             Self::Builtin(name) => Self::Builtin(builtin::find(name).unwrap_or(name).to_owned()),
             Self::Text { .. } | Self::Memory(_) => self.clone(),
+            Self::Kept(source, files) => match &**source {
+                Self::Disk(path) => {
+                    let find = || std::fs::canonicalize(path).unwrap_or_else(|_| path.clone());
+                    Self::Disk(files.canonical(path, find)).keeping(files.clone())
+                }
+                _ => self.clone(),
+            },
         }
     }
 
@@ -141,6 +180,13 @@ impl Source {
         let bytes = match self {
             // What is in memory already needs no limit.
             Self::Text { text, .. } => return Ok(text.to_string()),
+            Self::Kept(source, files) => match &**source {
+                Self::Disk(path) => {
+                    let bytes = files.bytes(path, || source.read_relative_to(here).map(String::into_bytes))?;
+                    bytes.to_vec()
+                }
+                _ => return source.read_relative_to(here),
+            },
             Self::Memory(_) => return Err(refuse("is a recording, not a scenario".into())),
             Self::Builtin(name) => builtin::content(name).map(<[u8]>::to_vec).ok_or_else(|| {
                 let did_you_mean = builtin::nearest(name).map(|near| format!("did you mean {near}? "));
@@ -215,21 +261,17 @@ pub struct Entry {
 /// A file that cannot be read, is not TOML, or is based on itself; a setting that is not `section.key=value`.
 pub fn gather(source: &Source, settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = of_settings(settings)?;
-    entries.extend(below(settings, of_files(source)?));
-    Ok(entries)
-}
-
-/// The entries of files below lists of settings, each of which but the last is one layer more.
-pub(super) fn below(settings: &[&[String]], of_files: Vec<Entry>) -> impl Iterator<Item = Entry> {
     let earlier_lists = settings.len().saturating_sub(1);
-    of_files.into_iter().map(move |entry| Entry { layer: entry.layer + earlier_lists, ..entry })
+    let files = of_files(source)?.into_iter();
+    entries.extend(files.map(|entry| Entry { layer: entry.layer + earlier_lists, ..entry }));
+    Ok(entries)
 }
 
 /// The entries of lists of settings, the last list in layer 0.
 ///
 /// # Errors
 /// A setting that is not `section.key=value`.
-pub(super) fn of_settings(settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
+fn of_settings(settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = Vec::new();
     for (layer, list) in settings.iter().rev().enumerate() {
         for setting in list.iter().rev() {
@@ -243,15 +285,16 @@ pub(super) fn of_settings(settings: &[&[String]]) -> Result<Vec<Entry>, Scenario
 ///
 /// # Errors
 /// A file that cannot be read, is not TOML, or is based on itself.
-pub(super) fn of_files(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
+fn of_files(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = Vec::new();
-    let mut visited = HashSet::new();
+    let mut visited: Vec<Source> = vec![];
     let mut next = Some((source.clone(), None));
     while let Some((source, place)) = next {
-        if !visited.insert(source.canonical()) {
+        if visited.contains(&source.canonical()) {
             let message = format!("{} is based on itself", source.display());
             return Err(ScenarioError::new(message).at(place).remedy("base must name another file"));
         }
+        visited.push(source.canonical());
         if visited.len() > MAX_BASES {
             let message = format!("the chain of bases is longer than {MAX_BASES}");
             return Err(ScenarioError::new(message).at(place).remedy("use fewer bases"));

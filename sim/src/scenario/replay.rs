@@ -233,11 +233,12 @@ pub fn recording_signals(values: &mut Values) -> Result<Vec<Signal>, ScenarioErr
     };
     let limits = Limits::read(values)?;
     let source = source.canonical();
-    let listed = match &source {
+    let listed = match source.plain() {
         Source::Disk(path) => list_signals(path, &limits),
         Source::Builtin(name) => scan_csv(&source.display(), embedded(values, FILE, name)?, &limits),
         Source::Text { name, text } => scan_csv(name, text.as_bytes(), &limits),
-        Source::Memory(name) => {
+        Source::Memory(_) | Source::Kept(..) => {
+            let name = source.display();
             return Err(values.error(FILE, format!("{name} is a recording in memory: it has no signals to list")));
         }
     };
@@ -290,12 +291,14 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
     let limits = Limits::read(values)?;
     let source = source.canonical();
     let open = |path: &_| open_recording(path, &columns, &limits);
-    let read = match (&source, &values.read) {
-        (Source::Disk(path), Some(read)) => read.get_or_read((&source, &columns, &limits), || open(path)),
-        (Source::Disk(path), None) => open(path),
-        (Source::Builtin(name), _) => read_csv(&source.display(), embedded(values, FILE, name)?, &columns, &limits),
-        (Source::Text { name, text }, _) => read_csv(name, text.as_bytes(), &columns, &limits),
-        (Source::Memory(name), _) => Ok(in_memory(values, name, &limits)?),
+    let read = match source.plain() {
+        Source::Disk(path) => match source.kept() {
+            Some(files) => files.recording((path, &columns, &limits), || open(path)),
+            None => open(path),
+        },
+        Source::Builtin(name) => read_csv(&source.display(), embedded(values, FILE, name)?, &columns, &limits),
+        Source::Text { name, text } => read_csv(name, text.as_bytes(), &columns, &limits),
+        Source::Memory(_) | Source::Kept(..) => Ok(in_memory(values, &source.display(), &limits)?),
     };
     let recording = read.map_err(|error| {
         // A missing column is an error of its key, if the key was written.

@@ -10,7 +10,7 @@ use super::schedule_settings::{EventSettings, ScheduleSettings};
 use super::value::Value;
 use super::values::Values;
 use crate::channel::{DelaySettings, MAX_DELAY_TICKS, Schedule};
-use crate::recording::{DelayRow, Limits, open_delays, read_delays};
+use crate::recording::{DelayRow, Limits, open_delays, read_delays, read_file};
 use crate::time::{TickGrid, nearest_ticks, whole_ticks};
 
 const OUTAGES: &str = ScheduleSettings::KEYS[0].path;
@@ -125,11 +125,17 @@ fn logged_delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2]
     let source = source.canonical();
     let mut table = DelayTable::new(grid);
     let take = |row: &DelayRow| table.take(row);
-    let read = match &source {
-        Source::Disk(path) => open_delays(path, &limits, max_s, take),
+    let read = match source.plain() {
+        Source::Disk(path) => match source.kept() {
+            Some(files) => files
+                .bytes(path, || read_file(path, &limits))
+                .and_then(|bytes| read_delays(&source.display(), &*bytes, &limits, max_s, take)),
+            None => open_delays(path, &limits, max_s, take),
+        },
         Source::Builtin(name) => read_delays(&source.display(), embedded(values, FILE, name)?, &limits, max_s, take),
         Source::Text { name, text } => read_delays(name, text.as_bytes(), &limits, max_s, take),
-        Source::Memory(name) => {
+        Source::Memory(_) | Source::Kept(..) => {
+            let name = source.display();
             return Err(values.error(FILE, format!("{name} is a recording, not a table of delays")));
         }
     };

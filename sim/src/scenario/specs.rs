@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::document::Source;
 use super::error::ScenarioError;
 use super::replay::{RecordingSpec, missing_recording, rupture_depths, rupture_ticks};
 use super::value::Value;
@@ -128,7 +127,7 @@ fn unit(values: &mut Values, settings: &FmuSettings, grid: &TickGrid) -> Result<
         return Err(error.remedy(format!("give its path as {file}")));
     };
     let source = source.canonical();
-    let Source::Disk(path) = &source else {
+    let Some(path) = source.disk_path() else {
         return Err(values.error(file, format!("{} is not a file on disk", source.display())));
     };
     let unfit = |UnfitUnit { key, problem }: UnfitUnit| match problem {

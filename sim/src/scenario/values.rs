@@ -11,7 +11,6 @@ use super::error::{Place, ScenarioError};
 use super::key_table::{KEYS, SECTIONS};
 use super::keys::{find, is_section, nearest, nearest_of};
 use super::quantity;
-use super::read_recordings::ReadRecordings;
 use super::value::Value;
 use crate::channel::DelaySettings;
 use crate::detection::DistanceKind;
@@ -69,17 +68,9 @@ pub struct Values {
     layers: Option<LayerList>,
     /// The layer whose keys are read as those of the layer `*`.
     visited: Option<&'static str>,
-    /// The recordings that scenarios of the same files have read.
-    pub(super) read: Option<ReadRecordings>,
 }
 
 impl Values {
-    /// These values, with recordings that were read before.
-    pub(super) fn remembering(mut self, read: ReadRecordings) -> Self {
-        self.read = Some(read);
-        self
-    }
-
     /// The values of a file, its bases, and `section.key=value` settings that override them, and the defaults.
     ///
     /// # Errors
@@ -409,11 +400,11 @@ impl Values {
         let mut files = vec![];
         let acting: Vec<_> = KEYS.iter().filter(|key| matches!(key.kind, Kind::File) && self.is_acting(key)).collect();
         for key in acting {
-            if let Some(Source::Disk(path)) = self.file(key.path) {
+            if let Some(path) = self.file(key.path).as_ref().and_then(Source::disk_path) {
                 let name = path.file_name().unwrap_or_default().to_string_lossy();
                 let name = format!("{}_{name}", key.path.replace('.', "_"));
                 self.replace(key.path, Value::Text(name.clone()));
-                files.push((name, path));
+                files.push((name, path.to_owned()));
             }
         }
         files

@@ -18,11 +18,10 @@
 //! exclusion; Haddadi and Hashtrudi-Zaad 2010, *Bounded-impedance absolute stability of bilateral teleoperation control
 //! systems*). If it is not, some passive hand of the range swings on with some tissue of the range.
 
-use rayon::prelude::*;
-
 use super::analysis::frequencies_hz;
 use super::{Axis, ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, StabilityError};
 use crate::lti::Complex64;
+use crate::parallel::try_map;
 use crate::plant::ArmParameters;
 use crate::quantiles::bisect;
 
@@ -234,7 +233,7 @@ impl AbsoluteOver {
                 bounded: Bounded::of(&settings, terminations)?,
             })
         };
-        let points = (0..axis.count).into_par_iter().map(at).collect::<Result<_, _>>()?;
+        let points = try_map(axis.count, at)?;
         Ok(Self { parameter: axis.parameter, points })
     }
 }

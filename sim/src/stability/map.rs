@@ -1,9 +1,8 @@
 //! The verdict over two parameters.
 
-use rayon::prelude::*;
-
 use super::limit::StabilityTester;
 use super::{LoopSettings, Parameter, StabilityError};
+use crate::parallel::try_map;
 
 /// The spacing of an axis's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,24 +79,18 @@ pub(super) fn verdicts<T: Send + Copy>(
     // Two values of a delay may split a tick alike.
     let changes = |axis: &Axis| (0..axis.count.min(8)).any(|k| !tester.has_machines_of(axis.parameter, axis.value(k)));
     if changes(x) && !changes(y) {
-        let columns: Vec<Vec<T>> = (0..x.count)
-            .into_par_iter()
-            .map(|column| {
-                let of_column = settings.with(x.parameter, x.value(column));
-                let tester = StabilityTester::new(&of_column)?;
-                (0..y.count).map(|row| verdict(&tester, x.value(column), y.value(row))).collect()
-            })
-            .collect::<Result<_, _>>()?;
+        let columns: Vec<Vec<T>> = try_map(x.count, |column| {
+            let of_column = settings.with(x.parameter, x.value(column));
+            let tester = StabilityTester::new(&of_column)?;
+            (0..y.count).map(|row| verdict(&tester, x.value(column), y.value(row))).collect()
+        })?;
         return Ok((0..y.count).flat_map(|row| columns.iter().map(move |column| column[row])).collect());
     }
-    let rows: Vec<Vec<T>> = (0..y.count)
-        .into_par_iter()
-        .map(|row| {
-            let of_row = settings.with(y.parameter, y.value(row));
-            let tester = StabilityTester::new(&of_row)?;
-            (0..x.count).map(|column| verdict(&tester, x.value(column), y.value(row))).collect()
-        })
-        .collect::<Result<_, _>>()?;
+    let rows: Vec<Vec<T>> = try_map(y.count, |row| {
+        let of_row = settings.with(y.parameter, y.value(row));
+        let tester = StabilityTester::new(&of_row)?;
+        (0..x.count).map(|column| verdict(&tester, x.value(column), y.value(row))).collect()
+    })?;
     Ok(rows.into_iter().flatten().collect())
 }
 
@@ -158,14 +151,15 @@ fn boundary(settings: &LoopSettings, map: &StabilityMap) -> Result<Vec<[(f64, f6
     };
     // Each edge once: those to the right of a point, and those above it.
     let edges = |to_right: bool| {
-        let points = (0..y.count).into_par_iter().flat_map_iter(|row| (0..x.count).map(move |column| (column, row)));
-        points
-            .map(|(column, row)| {
+        let of_row = |row: usize| {
+            let at = |column: usize| {
                 let other = if to_right { (column + 1, row) } else { (column, row + 1) };
                 let is_inside = other.0 < x.count && other.1 < y.count;
                 if is_inside { crossing((column, row), other) } else { Ok(None) }
-            })
-            .collect::<Result<Vec<_>, _>>()
+            };
+            (0..x.count).map(at).collect::<Result<Vec<_>, StabilityError>>()
+        };
+        try_map(y.count, of_row).map(|rows| rows.concat())
     };
     let (across, upwards) = (edges(true)?, edges(false)?);
     let mut pieces = vec![];

@@ -1,10 +1,9 @@
 //! Stability limits over a population: people, tissues and links drawn at random around a loop.
 
-use rayon::prelude::*;
-
 use super::limit::StabilityTester;
 use super::shares::{ShareMap, share_interval};
 use super::{Axis, ClosedLoop, LIMITED, LoopSettings, Parameter, Search, StabilityError, largest_stable};
+use crate::parallel::try_map;
 use crate::population::{DIMENSIONS, Draw, PopulationSettings};
 
 /// The search for a member's limit goes up and down from the scenario's by this factor, over so many points, to this
@@ -194,22 +193,19 @@ impl Population {
         });
         let searches = scenario.into_iter().collect::<Result<Vec<Search>, _>>()?;
         let draws: Vec<Draw> = (0..population.size.max(1)).map(|index| population.drawn(seed, index)).collect();
-        let members: Vec<Member> = draws
-            .par_iter()
-            .map(|&draw| {
-                let (is_stable, limits) = analysed(&of_member(settings, &draw), &searches)?;
-                Ok(Member { draw, is_stable, limits })
-            })
-            .collect::<Result<_, StabilityError>>()?;
+        let members: Vec<Member> = try_map(draws.len(), |index| {
+            let draw = draws[index];
+            let (is_stable, limits) = analysed(&of_member(settings, &draw), &searches)?;
+            Ok::<_, StabilityError>(Member { draw, is_stable, limits })
+        })?;
         let of_stiffness = LIMITED.iter().position(|parameter| *parameter == Parameter::Stiffness).unwrap_or(0);
-        let corners: Vec<Worst> = corners(population)
-            .par_iter()
-            .map(|&draw| {
-                let settings = of_member(settings, &draw);
-                let stiffness_n_per_m = limit(&settings, Parameter::Stiffness, searches[of_stiffness])?;
-                Ok(Worst { draw, stiffness_n_per_m })
-            })
-            .collect::<Result<_, StabilityError>>()?;
+        let corners = corners(population);
+        let corners: Vec<Worst> = try_map(corners.len(), |index| {
+            let draw = corners[index];
+            let settings = of_member(settings, &draw);
+            let stiffness_n_per_m = limit(&settings, Parameter::Stiffness, searches[of_stiffness])?;
+            Ok::<_, StabilityError>(Worst { draw, stiffness_n_per_m })
+        })?;
         let drawn =
             members.iter().map(|member| Worst { draw: member.draw, stiffness_n_per_m: member.limits[of_stiffness] });
         let smaller = |a: Worst, b: Worst| if b.stiffness_n_per_m < a.stiffness_n_per_m { b } else { a };

@@ -1,9 +1,8 @@
 //! The sensitivities of the limits.
 
-use rayon::prelude::*;
-
 use super::limit::StabilityTester;
 use super::{Limit, LoopSettings, Parameter, StabilityError};
+use crate::parallel::try_map;
 
 /// Relative step of the differences.
 const STEP: f64 = 1e-4;
@@ -40,16 +39,14 @@ pub fn sensitivities(settings: &LoopSettings, limits: &[Limit]) -> Result<Vec<Se
             }
         }
     }
-    pairs
-        .into_par_iter()
-        .map(|(limit, largest, parameter)| {
-            let value = settings.get(parameter);
-            let near = |factor: f64| nearby(&settings.with(parameter, value * factor), limit, largest);
-            let ends = near(1.0 + STEP)?.zip(near(1.0 - STEP)?);
-            let relative = ends.map(|(up, down)| (up / down).ln() / ((1.0 + STEP) / (1.0 - STEP)).ln());
-            Ok(Sensitivity { limit, parameter, relative })
-        })
-        .collect()
+    try_map(pairs.len(), |index| {
+        let (limit, largest, parameter) = pairs[index];
+        let value = settings.get(parameter);
+        let near = |factor: f64| nearby(&settings.with(parameter, value * factor), limit, largest);
+        let ends = near(1.0 + STEP)?.zip(near(1.0 - STEP)?);
+        let relative = ends.map(|(up, down)| (up / down).ln() / ((1.0 + STEP) / (1.0 - STEP)).ln());
+        Ok(Sensitivity { limit, parameter, relative })
+    })
 }
 
 /// Whether a parameter affects the loop.

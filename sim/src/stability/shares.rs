@@ -1,9 +1,8 @@
 //! The share of many loops that is stable, over two parameters.
 
-use rayon::prelude::*;
-
 use super::limit::StabilityTester;
 use super::{Axis, LoopSettings, StabilityError};
+use crate::parallel::try_map;
 
 /// Standard deviations that hold 95 % of a normal distribution.
 pub(super) const CONFIDENCE: f64 = 1.959_963_984_540_054;
@@ -51,18 +50,11 @@ impl ShareMap {
     pub fn of(loops: &[LoopSettings], (x, y): (&Axis, &Axis)) -> Result<Self, StabilityError> {
         let coarser = |axis: &Axis| Axis { count: axis.count.min(Self::MAX_COUNT), ..*axis };
         let (x, y) = (coarser(x), coarser(y));
-        let none = || vec![0; x.count * y.count];
-        let add = |mut sum: Vec<u32>, one: Vec<u32>| {
-            sum.iter_mut().zip(one).for_each(|(sum, one)| *sum += one);
-            sum
-        };
-        let stable = loops
-            .par_iter()
-            .map(|settings| {
-                let verdicts = verdicts(settings, &x, &y)?;
-                Ok::<Vec<u32>, StabilityError>(verdicts.into_iter().map(u32::from).collect())
-            })
-            .try_reduce(none, |sum, one| Ok(add(sum, one)))?;
+        let verdicts = try_map(loops.len(), |index| verdicts(&loops[index], &x, &y))?;
+        let mut stable = vec![0; x.count * y.count];
+        for verdicts in verdicts {
+            stable.iter_mut().zip(verdicts).for_each(|(sum, verdict)| *sum += u32::from(verdict));
+        }
         Ok(Self { x, y, of: loops.len(), stable })
     }
 

@@ -12,7 +12,6 @@
 //! and Schenkel 1997, *Passivity of a class of sampled-data systems*).
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use super::analysis::frequencies_hz;
 use super::limit::StabilityTester;
@@ -20,6 +19,7 @@ use super::machines::Machines;
 use super::side::Side;
 use super::{Axis, Hybrid, LoopSettings, Parameter, Ports, StabilityError, is_passive_impedance};
 use crate::lti::{Complex64, eigenvalues};
+use crate::parallel::try_map;
 use crate::plant::Coupling;
 use crate::teleoperation::ControllerKind;
 
@@ -118,7 +118,7 @@ impl ZWidth {
             })
         };
         Ok(Self {
-            tissue: damping.par_iter().map(in_tissue).collect::<Result<_, _>>()?,
+            tissue: try_map(damping.len(), |index| in_tissue(&damping[index]))?,
             virtual_walls: Self::virtual_walls(settings, &damping)?,
             damping_n_s_per_m: damping,
         })
@@ -142,6 +142,6 @@ impl ZWidth {
             let passive = 2.0 * (of_master - damping) / settings.tick_s;
             Ok(Walls { stable_n_per_m: up_to(is_stable)?, passive_n_per_m: (passive > 0.0).then_some(passive) })
         };
-        Ok(Some(damping.par_iter().map(walls).collect::<Result<_, _>>()?))
+        Ok(Some(try_map(damping.len(), |index| walls(&damping[index]))?))
     }
 }

@@ -17,9 +17,9 @@ pub use run::{Verdict, simulate};
 pub use sequences::{EventRecord, EventRun, Farthest, random_sequences, without_alarms};
 pub use study::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::parallel::try_map;
 use crate::run::RunError;
 use crate::scenario::Scenario;
 use crate::stability::{LoopSettings, Parameter, StabilityError, StabilityMap, is_near_boundary};
@@ -88,20 +88,17 @@ pub fn check(
         let (row, column) = (index / map.x.count, index % map.x.count);
         [(map.x.parameter, map.x.value(column)), (map.y.parameter, map.y.value(row))]
     };
-    let points = (0..map.stable.len())
-        .into_par_iter()
-        .map(|index| {
-            if stop.load(Ordering::Relaxed) {
-                return Ok(None);
-            }
-            let point = at(index);
-            let here = settings.with(point[0].0, point[0].1).with(point[1].0, point[1].1);
-            let verdict = simulate(scenario, &here)?;
-            let near = is_near_boundary(settings, point, BAND)?;
-            done();
-            Ok(Some((verdict, near)))
-        })
-        .collect::<Result<Vec<_>, CheckError>>()?;
+    let points = try_map(map.stable.len(), |index| {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let point = at(index);
+        let here = settings.with(point[0].0, point[0].1).with(point[1].0, point[1].1);
+        let verdict = simulate(scenario, &here)?;
+        let near = is_near_boundary(settings, point, BAND)?;
+        done();
+        Ok::<_, CheckError>(Some((verdict, near)))
+    })?;
     let judged = points.iter().filter(|point| matches!(point, Some((_, false)))).count();
     let differs = |(index, point): (usize, &Option<(Verdict, bool)>)| {
         let (simulated, is_near_boundary) = (*point)?;

@@ -2,11 +2,11 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 use super::CheckError;
 use crate::engine::{Observer, Signals};
+use crate::parallel::try_map;
 use crate::run::RunError;
 use crate::scenario::{OperatorSpec, Scenario, ScenarioError, Source, TissueSpec};
 use crate::stability::Phases;
@@ -160,5 +160,5 @@ pub fn random_sequences(
         force_n_per_m: a.force_n_per_m.max(b.force_n_per_m),
         events: a.events + b.events,
     };
-    (0..count).into_par_iter().map(one).try_reduce(Farthest::default, |a, b| Ok(farther(a, b)))
+    Ok(try_map(count as usize, |index| one(index as u64))?.into_iter().fold(Farthest::default(), farther))
 }

@@ -48,6 +48,8 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     (progress.begun)(before);
     let Progress { stop, done: report, .. } = *progress;
     let packs = part.layout().packs.clone();
+    // More threads than packs would have nothing to do.
+    let threads = threads.clamp(1, usize::try_from(packs.end - packs.start).unwrap_or(usize::MAX).max(1));
     let (next, done, failed) = (AtomicU64::new(packs.start), AtomicU64::new(before), AtomicBool::new(false));
     let first_error: Mutex<Option<SweepError>> = Mutex::new(None);
     let fail = |error: SweepError| {
@@ -63,7 +65,7 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     let shared = if shares_runs { SharedRuns::of(plan, cases) } else { None };
     // A thread takes whole groups of cases that share runs, so that no other thread runs them meanwhile; but every
     // thread must have work.
-    let fair_share = (packs.end - packs.start) / (4 * threads.max(1) as u64);
+    let fair_share = (packs.end - packs.start) / (4 * threads as u64);
     let packs_per_turn = shared.as_ref().map_or(1, |shared| shared.span().div_ceil(PACK_CASES).min(fair_share).max(1));
     let work = || {
         let mut worker = Worker::new(plan, part, shared.as_ref(), threads);

@@ -3,6 +3,8 @@
 use serde::Serialize;
 
 use super::spread::median;
+use crate::interrupt;
+use crate::large_pages::with_capacity;
 
 /// The rule that gives the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -35,8 +37,17 @@ const BELOW_LOWEST_M: f64 = 5e-3;
 /// (N).
 #[must_use]
 pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64, ContactRule) {
-    let mut samples: Vec<(f64, f64)> = position_m.iter().copied().zip(force_n.iter().copied()).collect();
-    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut samples: Vec<(f64, f64)> = with_capacity(position_m.len());
+    for (sample, (&position_m, &force_n)) in position_m.iter().zip(force_n).enumerate() {
+        interrupt::check_at(sample as u64);
+        samples.push((position_m, force_n));
+    }
+    let mut comparisons = 0;
+    samples.sort_by(|a, b| {
+        comparisons += 1;
+        interrupt::check_at(comparisons);
+        a.0.total_cmp(&b.0)
+    });
     let Some(&(lowest_m, _)) = samples.first() else { return (0.0, ContactRule::Lowest) };
     let free_below_n = (NOISE_STDS * noise_n).max(MIN_FORCE_N);
     let lowest = &samples[..samples.len().min((samples.len() / LOWEST_SHARE).max(MIN_LOWEST))];

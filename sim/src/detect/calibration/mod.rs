@@ -39,7 +39,7 @@ pub use request::CalibrationRequest;
 pub use run_length::{RunLength, Tails};
 pub use whiteness::{LAGS, Whiteness};
 
-use super::{Samples, position_step_m, samples};
+use super::{is_even, position_step_m, samples};
 use crate::detection::DetectorSettings;
 use crate::error::InvalidValue;
 use crate::estimation::{RlsSettings, VelocityFilter};
@@ -199,14 +199,21 @@ pub enum CalibrationError {
 /// [`CalibrationError`].
 pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<Calibration, CalibrationError> {
     request.validate()?;
-    let Samples { position_m, velocity_m_per_s, force_n, .. } = samples(spec.recording.recording.clone());
-    let interval_s = spec.recording.recording.median_interval_s();
+    let recording = &spec.recording.recording;
+    let resampled = (!is_even(recording)).then(|| samples(recording.clone()));
+    let (position_m, velocity_m_per_s, force_n) = match &resampled {
+        Some(even) => (&*even.position_m, even.velocity_m_per_s.as_deref(), &*even.force_n),
+        None => (recording.position_m(), recording.velocity_m_per_s(), recording.force_n()),
+    };
+    let interval_s = recording.median_interval_s();
+    let filtered: Vec<f64>;
     let velocity_m_per_s = match velocity_m_per_s {
         Some(velocity) => velocity,
         None => {
-            let step_m = position_step_m(&position_m, spec.settings.position_resolution_m);
+            let step_m = position_step_m(position_m, spec.settings.position_resolution_m);
             let mut filter = VelocityFilter::<f64>::new(interval_s, step_m, spec.settings.acceleration_std_m_per_s2)?;
-            position_m.iter().map(|&position| filter.update(position)).collect()
+            filtered = position_m.iter().map(|&position| filter.update(position)).collect();
+            &filtered
         }
     };
     let count = ((request.first_s / interval_s).ceil() as usize).min(force_n.len());

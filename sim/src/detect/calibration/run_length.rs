@@ -18,9 +18,9 @@ use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 use crate::detection::DistanceKind;
+use crate::parallel::map;
 
 /// The samples of a symmetric noise that add to the decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,16 +79,14 @@ impl RunLength {
     pub fn check(tails: Tails, drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
         let threshold = threshold_for(tails, drift, wanted);
         let chunks = alarms.div_ceil(RUNS_PER_STREAM);
-        let samples: u64 = (0..chunks)
-            .into_par_iter()
-            .map(|chunk| {
-                // Every chunk of every run length has its own stream.
-                let seed = (wanted as u64).wrapping_mul(2) + u64::from(tails == Tails::Lower) + (chunk << 40);
-                let samples = simulate(tails, drift, threshold, RUNS_PER_STREAM, seed);
-                done();
-                samples
-            })
-            .sum();
+        let samples = map(chunks as usize, |chunk| {
+            // Every chunk of every run length has its own stream.
+            let seed = (wanted as u64).wrapping_mul(2) + u64::from(tails == Tails::Lower) + ((chunk as u64) << 40);
+            let samples = simulate(tails, drift, threshold, RUNS_PER_STREAM, seed);
+            done();
+            samples
+        });
+        let samples: u64 = samples.into_iter().sum();
         let alarms = chunks * RUNS_PER_STREAM;
         let predicted = average_run_length(tails, drift, threshold);
         Self { tails, drift, threshold, predicted, simulated: samples as f64 / alarms as f64, alarms }

@@ -3,6 +3,7 @@
 use crate::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
 use crate::estimation::{AnyEstimator, Estimator, RlsSettings};
 use crate::interrupt;
+use crate::large_pages::with_capacity;
 
 /// Evenly spaced samples.
 #[derive(Debug, Clone, Copy)]
@@ -36,10 +37,10 @@ impl Residuals {
         let mut estimator = AnyEstimator::<f64>::new(settings);
         let count = signal.force_n.len();
         let mut residuals = Self {
-            residual_n: Vec::with_capacity(count),
-            predicted_n: Vec::with_capacity(count),
-            depth_m: Vec::with_capacity(count),
-            evidence: Vec::with_capacity(count),
+            residual_n: with_capacity(count),
+            predicted_n: with_capacity(count),
+            depth_m: with_capacity(count),
+            evidence: with_capacity(count),
         };
         for sample in 0..count {
             interrupt::check_at(sample as u64);
@@ -63,7 +64,10 @@ impl Residuals {
     /// Returns the samples at which a detector alarms.
     pub(super) fn alarms(&self, signal: &Signal<'_>, settings: &DetectorSettings) -> Vec<usize> {
         let mut detector = CusumDetector::<f64>::new(settings, signal.interval_s);
-        let evidence = self.evidence.iter().enumerate();
-        evidence.filter_map(|(sample, evidence)| detector.update(evidence).alarm.then_some(sample)).collect()
+        let alarms = self.evidence.iter().enumerate().filter_map(|(sample, evidence)| {
+            interrupt::check_at(sample as u64);
+            detector.update(evidence).alarm.then_some(sample)
+        });
+        alarms.collect()
     }
 }

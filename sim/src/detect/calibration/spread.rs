@@ -1,5 +1,7 @@
 //! The noise of a signal, from its differences between samples.
 
+use crate::interrupt;
+use crate::large_pages::with_capacity;
 use crate::quantiles::quantile_of;
 
 /// Number of samples per block, over which the noise is averaged.
@@ -33,7 +35,11 @@ pub(super) fn root_mean_square(values: &[f64]) -> f64 {
 /// quarters of the blocks does not exceed the result. 0 for fewer than three samples.
 #[must_use]
 pub(super) fn noise_std(signal: &[f64]) -> f64 {
-    let second: Vec<f64> = signal.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]) / 6.0_f64.sqrt()).collect();
+    let mut second = with_capacity(signal.len());
+    for (sample, w) in signal.windows(3).enumerate() {
+        interrupt::check_at(sample as u64);
+        second.push((w[2] - 2.0 * w[1] + w[0]) / 6.0_f64.sqrt());
+    }
     let whole = second.chunks_exact(NOISE_BLOCK);
     let blocks: Vec<f64> = whole.map(root_mean_square).collect();
     quantile(blocks, NOISE_SHARE).unwrap_or_else(|| root_mean_square(&second))

@@ -7,7 +7,6 @@
 //! truth, from a sequence that exists.
 
 use nalgebra::{Complex, DMatrix, DVector};
-use rayon::prelude::*;
 use std::sync::Arc;
 
 use super::modes::{Modes, Space};
@@ -16,6 +15,7 @@ use super::settings::Phases;
 use crate::augmentation::cross_fade;
 use crate::interrupt;
 use crate::lti::eigenvalues;
+use crate::parallel::{map, try_map};
 use crate::stability::StabilityError;
 
 /// Ticks with the same map above which its power is computed.
@@ -315,13 +315,11 @@ pub(super) fn growth(steps: &Steps<'_>, dwell: u64) -> Result<Growth, StabilityE
             }
         }
     }
-    let results: Vec<(f64, Cycle, usize)> = tried
-        .into_par_iter()
-        .map(|(cycle, first)| {
-            let (found, chosen) = ascend(modes, &steps.cycle(cycle), first)?;
-            Ok((found, cycle, chosen.windows(2).filter(|pair| pair[0] != pair[1]).count()))
-        })
-        .collect::<Result<_, StabilityError>>()?;
+    let results: Vec<(f64, Cycle, usize)> = try_map(tried.len(), |index| {
+        let (cycle, first) = tried[index];
+        let (found, chosen) = ascend(modes, &steps.cycle(cycle), first)?;
+        Ok::<_, StabilityError>((found, cycle, chosen.windows(2).filter(|pair| pair[0] != pair[1]).count()))
+    })?;
     // The first one of equals, so that the result does not depend on the order of the threads.
     let best = results.into_iter().reduce(|best, one| if one.0 > best.0 { one } else { best });
     Ok(best.map_or(Growth { found: 0.0, cycle: None, changes: 0 }, |(found, cycle, changes)| Growth {
@@ -344,7 +342,8 @@ pub(super) fn farthest(steps: &Steps<'_>, dwell: u64, rows: &[DMatrix<f64>]) -> 
             }
         }
     }
-    let farthest = tried.into_par_iter().map(|(first, held_ticks, vertex)| {
+    let farthest = map(tried.len(), |index| {
+        let (first, held_ticks, vertex) = tried[index];
         let mut plan: Vec<Choices> = (2..first).map(|_| Arc::clone(&steps.teleoperation)).collect();
         let begin = plan.len();
         let event = Cycle { held_ticks, gap_ticks: 1, dwell_ticks: dwell };
@@ -360,7 +359,7 @@ pub(super) fn farthest(steps: &Steps<'_>, dwell: u64, rows: &[DMatrix<f64>]) -> 
         plan.extend(whole(Cycle { dwell_ticks: ticks(AFTER_S), ..event }));
         push(modes, &plan, begin, vertex, rows)
     });
-    farthest.reduce(|| 0.0, f64::max)
+    farthest.into_iter().fold(0.0, f64::max)
 }
 
 /// The ascent of one sequence.

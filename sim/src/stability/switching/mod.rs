@@ -31,8 +31,7 @@ pub use products::{SimulatedCycle, SimulatedGrowth};
 pub use reach::{Reach, Sequence};
 pub use settings::{Phases, SwitchingSettings};
 
-use rayon::prelude::*;
-
+use crate::parallel::try_map;
 use crate::stability::StabilityError;
 use ascent::Steps;
 use modes::Modes;
@@ -289,5 +288,5 @@ fn by_dwell(
         let found = if dwell_ticks == refractory { found.found } else { ascent::growth(steps, dwell_ticks)?.found };
         Ok(DwellPoint { dwell_ticks, certified: certified(dwell_ticks), found })
     };
-    dwells.into_par_iter().map(point).collect()
+    try_map(dwells.len(), |index| point(dwells[index]))
 }

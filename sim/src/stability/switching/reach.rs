@@ -1,7 +1,6 @@
 //! The maximum motion through events: a certified bound, and the maximum that was found.
 
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 
 use super::SwitchingSettings;
 use super::ascent::{Steps, farthest};
@@ -11,6 +10,7 @@ use super::modes::Modes;
 use super::settings::Phases;
 use crate::augmentation::cross_fade;
 use crate::interrupt;
+use crate::parallel::try_map;
 use crate::stability::StabilityError;
 
 /// The ratio of a bound to one without a certificate at which the search ends.
@@ -205,35 +205,29 @@ fn on_one_stiffness(
 ) -> Result<(Sequence, f64), StabilityError> {
     let (softest, stiffest) = settings.stiffness_n_per_m;
     let (shortest, longest) = phases.held;
-    let tried: Vec<(Sequence, f64)> = (0..STIFFNESSES * 2)
-        .into_par_iter()
-        .map(|k| {
-            let stiffness = softest + (stiffest - softest) * (k / 2) as f64 / (STIFFNESSES - 1) as f64;
-            let here = SwitchingSettings {
-                stiffness_n_per_m: (stiffness, stiffness),
-                loses_contact: false,
-                ..settings.clone()
-            };
-            let modes = Modes::new(&here)?;
-            let held_ticks = if k % 2 == 0 { shortest } else { longest };
-            let mut best = (Sequence { stiffness_n_per_m: stiffness, starts: vec![], held_ticks }, 0.0);
-            for _ in 0..EVENTS {
-                interrupt::check();
-                let earliest = if best.0.starts.is_empty() { 2 } else { best.0.end(phases.blend, dwell) };
-                let mut here = (best.0.clone(), 0.0);
-                for instant in 0..INSTANTS {
-                    let mut sequence = best.0.clone();
-                    sequence.starts.push(earliest + instant * LATEST_TICKS / INSTANTS);
-                    let max = simulate(&modes, phases, &sequence, LATEST_TICKS);
-                    if max > here.1 {
-                        here = (sequence, max);
-                    }
+    let tried: Vec<(Sequence, f64)> = try_map(STIFFNESSES * 2, |k| {
+        let stiffness = softest + (stiffest - softest) * (k / 2) as f64 / (STIFFNESSES - 1) as f64;
+        let here =
+            SwitchingSettings { stiffness_n_per_m: (stiffness, stiffness), loses_contact: false, ..settings.clone() };
+        let modes = Modes::new(&here)?;
+        let held_ticks = if k % 2 == 0 { shortest } else { longest };
+        let mut best = (Sequence { stiffness_n_per_m: stiffness, starts: vec![], held_ticks }, 0.0);
+        for _ in 0..EVENTS {
+            interrupt::check();
+            let earliest = if best.0.starts.is_empty() { 2 } else { best.0.end(phases.blend, dwell) };
+            let mut here = (best.0.clone(), 0.0);
+            for instant in 0..INSTANTS {
+                let mut sequence = best.0.clone();
+                sequence.starts.push(earliest + instant * LATEST_TICKS / INSTANTS);
+                let max = simulate(&modes, phases, &sequence, LATEST_TICKS);
+                if max > here.1 {
+                    here = (sequence, max);
                 }
-                best = here;
             }
-            Ok(best)
-        })
-        .collect::<Result<_, StabilityError>>()?;
+            best = here;
+        }
+        Ok::<_, StabilityError>(best)
+    })?;
     let none = Sequence { stiffness_n_per_m: stiffest, starts: vec![], held_ticks: shortest };
     Ok(tried.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((none, 0.0)))
 }

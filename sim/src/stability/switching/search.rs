@@ -1,12 +1,11 @@
 //! The search for the certificate with the shortest dwell, and for the one with the smallest growth.
 
-use rayon::prelude::*;
-
 use super::certificate::{Certificate, attempt};
 use super::conditions::Choice;
 use super::modes::Modes;
 use super::settings::Phases;
 use super::{LONGEST_DWELL_S, SwitchingSettings};
+use crate::parallel::try_map;
 use crate::stability::StabilityError;
 
 /// The ratio of dwells at which the search for the shortest certified one ends.
@@ -65,12 +64,13 @@ impl<'a> Search<'a> {
     /// The certificate of a dwell with the first time constant that gives one.
     fn with_holds(&self, dwell: u64, holds: &[f64]) -> Result<Option<(Certificate, f64)>, StabilityError> {
         let Some((first, others)) = holds.split_first() else { return Ok(None) };
-        let at = |hold_s: f64| Ok(self.certify(self.plain(dwell, hold_s))?.map(|found| (found, hold_s)));
+        let at = |hold_s: f64| -> Result<_, StabilityError> {
+            Ok(self.certify(self.plain(dwell, hold_s))?.map(|found| (found, hold_s)))
+        };
         if let Some(found) = at(*first)? {
             return Ok(Some(found));
         }
-        let found: Vec<Option<(Certificate, f64)>> =
-            others.par_iter().map(|&hold_s| at(hold_s)).collect::<Result<_, StabilityError>>()?;
+        let found: Vec<Option<(Certificate, f64)>> = try_map(others.len(), |index| at(others[index]))?;
         Ok(found.into_iter().flatten().next())
     }
 
