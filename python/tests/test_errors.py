@@ -136,6 +136,7 @@ def test_stability_says_what_is_wrong():
         (lambda: trocar.score([1.0], [1.0], recorded_s=float("nan")), "recorded_s is nan, must be above 0"),
         (lambda: trocar.sweep(CLASSICAL, {"scaling.force": [1.0]}, shards=0), "shards is 0, must be at least 1"),
         (lambda: trocar.detect(trocar.record(), ruptures_s=1.0), "ruptures_s has the shape"),
+        (lambda: trocar.detect(trocar.record(), scaling={"force": 2.0}), "scaling.force has no effect on a recording"),
     ],
 )
 def test_numbers_are_named(call, text):

@@ -145,6 +145,19 @@ def test_a_trace_is_an_xarray_with_units(run):
     assert np.array_equal(data["tissue_force_n"].values, run["tissue_force_n"])
 
 
+def test_a_detection_and_a_sweep_have_units_and_are_kept(tmp_path):
+    pytest.importorskip("xarray")
+    found = trocar.detect(trocar.record(), contact_m=0.012)
+    assert found.to_xarray()["residual_n"].attrs["units"] == "N" and found.to_xarray()["position_m"].attrs["units"] == "m"
+    found.save(tmp_path / "found.npz")
+    again = trocar.Detection.load(tmp_path / "found.npz")
+    assert again.report == found.report and str(again) == str(found) and list(again) == list(found)
+    assert np.array_equal(again.alarms, found.alarms) and np.array_equal(again["decision"], found["decision"])
+    sweep = trocar.sweep("paper/augmented", {"scaling.force": [0.5, 1.0]}, set=SHORT)
+    data = sweep.to_xarray()
+    assert data["tracking_rmse_m"].attrs["units"] == "m" and data["scaling.force"].values.tolist() == [0.5, 1.0]
+
+
 def test_figures_are_drawn_on_given_axes(run):
     pyplot = pytest.importorskip("matplotlib.pyplot")
     figure, axes = pyplot.subplots(2)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import ItemsView, Iterator, KeysView, ValuesView
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray
 
 
 class Columns:
@@ -36,6 +39,16 @@ class Columns:
     def items(self) -> ItemsView[str, NDArray[Any]]:
         """The names and the columns."""
         return self._columns.items()
+
+    def _to_xarray(self, over: str, units: dict[str, tuple[str, str]]) -> xarray.Dataset:
+        """Returns the columns as a Dataset over one of them; ``units`` has the unit and the meaning of a column by its name."""
+        import xarray
+
+        data = xarray.Dataset({name: (over, column) for name, column in self._columns.items()})
+        for name, variable in data.variables.items():
+            unit, meaning = units.get(str(name), ("", ""))
+            variable.attrs.update({"units": unit, "long_name": meaning})
+        return data
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self._columns)

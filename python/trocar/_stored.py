@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import zipfile
 import zlib
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+
+# The end of the name of a file that is being written.
+PARTIAL = ".partial"
+
+
+def write_stored(path: str | os.PathLike[str], arrays: Mapping[str, NDArray[Any]], about: dict[str, Any]) -> None:
+    """Writes arrays and a text into a file, which is there whole or not at all."""
+    content = io.BytesIO()
+    np.savez_compressed(content, _about=np.array(json.dumps(about)), **arrays)  # type: ignore[arg-type]
+    partial = Path(f"{os.fspath(path)}{PARTIAL}")
+    partial.write_bytes(content.getvalue())
+    partial.replace(path)
 
 
 def read_stored(path: str | os.PathLike[str], what: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:

@@ -14,10 +14,12 @@ from ._arrays import Recorded, Samples, columns_of, number, samples, velocities,
 from ._columns import Columns
 from ._html import quantity, table
 from ._settings import settings as lines
+from ._stored import read_stored, write_stored
 from ._warnings import warn
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.figure import Figure
 
 
@@ -73,6 +75,41 @@ class Detection(Columns):
     def alarms_s(self) -> NDArray[np.float64]:
         """The times of the alarms, in the time of the recording, in s; shape (alarms,)."""
         return self.columns["time_s"][self.alarm_rows]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the detection into a file of numpy (``.npz``), which is there whole or not at all. :meth:`load` reads it.
+
+        Raises
+        ------
+        OSError
+            For a file that cannot be written.
+        """
+        rows = {"_alarms": self.alarms, "_alarm_rows": self.alarm_rows}
+        write_stored(path, self.columns | rows, {"detection": self.name, "report": self.report, "text": self._text})
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Detection:
+        """Reads a detection that :meth:`save` wrote.
+
+        Raises
+        ------
+        ValueError
+            For a file that :meth:`save` did not write.
+        OSError
+            For a file that cannot be opened.
+        """
+        what = "a detection that Detection.save wrote"
+        columns, about = read_stored(path, what)
+        if not {"detection", "report", "text"} <= about.keys():
+            raise ValueError(f"{os.fspath(path)} is not {what}")
+        alarms, rows = columns.pop("_alarms"), columns.pop("_alarm_rows")
+        return cls(about["detection"], columns, alarms, rows, about["report"], about["text"])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Returns the columns as an xarray Dataset over ``time_s``; every variable has its ``units`` and its ``long_name``."""
+        about = {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}
+        about["position_m"], about["velocity_m_per_s"] = ("m", "Position of the needle."), ("m/s", "Velocity of the needle.")
+        return self._to_xarray("time_s", about)
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Returns the columns and ``alarm`` as a pandas DataFrame, indexed by ``time_s``."""

@@ -17,7 +17,7 @@ from ._arrays import recording_of
 from ._columns import Columns
 from ._html import quantity, table
 from ._parts import Parts, core_parts
-from ._stored import read_stored
+from ._stored import read_stored, write_stored
 from ._warnings import warn
 from .scenario import Scenario, scenario_of
 
@@ -92,8 +92,7 @@ class Run(Columns):
         """
         scenario, traces, core = self.__getstate__()
         about = {"name": core.name, "summary": core.summary_text, "text": core.printed, "rows": core.table, "toml": scenario.to_toml()}
-        with open(path, "wb") as file:
-            np.savez_compressed(file, _about=np.array(json.dumps(about)), **samples_of(scenario), **traces)  # type: ignore[arg-type]
+        write_stored(path, samples_of(scenario) | traces, about)
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -128,14 +127,8 @@ class Run(Columns):
 
     def to_xarray(self) -> xarray.Dataset:
         """Returns the trace as an xarray Dataset over ``time_s``; every variable has its ``units`` and its ``long_name``."""
-        import xarray
-
         about = {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}
-        data = xarray.Dataset({name: ("time_s", column) for name, column in self._columns.items()})
-        for name, variable in data.variables.items():
-            unit, meaning = about.get(str(name), ("", ""))
-            variable.attrs.update({"units": unit, "long_name": meaning})
-        return data.assign_attrs(scenario=self.scenario.name)
+        return self._to_xarray("time_s", about).assign_attrs(scenario=self.scenario.name)
 
     def plot(self, figure: str = "comparison", *, window: tuple[float, float] | None = None, **options: Any) -> Figure:
         """Draws a figure of the command line with matplotlib.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import json
 import os
 import re
 import warnings
@@ -22,16 +20,16 @@ from ._html import table
 from ._parts import Parts, core_parts
 from ._progress import Progress
 from ._settings import RECORDING, dotted, key_of, value
-from ._stored import read_stored
+from ._stored import PARTIAL, read_stored, write_stored
 from ._workers import Workers, workers_of
 from .running import samples_of, scenario_from
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from typing_extensions import Unpack
 
-_PARTIAL = ".partial"
 _OUTCOMES = np.array(["completed", "diverged", "failed"])
 
 
@@ -108,16 +106,11 @@ class Sweep(Columns):
             For a file that cannot be written.
         """
         scenario = self.scenario
-        described = {"sweep": self.hash, "cases": self.cases}
+        described: dict[str, Any] = {"sweep": self.hash, "cases": self.cases}
         kept = {} if scenario is None else samples_of(scenario)
         if scenario is not None:
             described |= {"name": scenario.name, "toml": scenario.to_toml()}
-        about = np.array(json.dumps(described))
-        content = io.BytesIO()
-        np.savez_compressed(content, _about=about, **kept, **self.columns)  # type: ignore[arg-type]
-        partial = Path(f"{os.fspath(path)}{_PARTIAL}")
-        partial.write_bytes(content.getvalue())
-        partial.replace(path)
+        write_stored(path, kept | self.columns, described)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Sweep:
@@ -139,6 +132,11 @@ class Sweep(Columns):
 
     def __len__(self) -> int:
         return len(self.columns["case"])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Returns the columns as an xarray Dataset over ``case``; the metrics have their ``units`` and their ``long_name``."""
+        about = {name: (unit, meaning) for name, _, _, unit, _, meaning in _core.metrics()}
+        return self._to_xarray("case", about)
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Returns the columns as a pandas DataFrame, indexed by ``case``."""
@@ -539,7 +537,7 @@ def _in_shards(
 def _kept(folder: Path, hash: str, shards: int | None) -> tuple[dict[int, Sweep], int | None]:
     """The shards that a folder has, and their number; what a killed process left of a file is removed."""
     folder.mkdir(parents=True, exist_ok=True)
-    for partial in folder.glob(f"shard-*{_PARTIAL}"):
+    for partial in folder.glob(f"shard-*{PARTIAL}"):
         partial.unlink()
     kept: dict[int, Sweep] = {}
     for path in sorted(folder.iterdir()):

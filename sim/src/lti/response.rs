@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::linear_algebra::check_finite;
 use super::{Complex64, Continuous, Discrete, Domain, Error, StateSpace, zero_order_hold};
 use crate::interrupt;
+use crate::large_pages::with_capacity;
 
 /// The response at one frequency.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,13 +84,14 @@ pub fn step_response_discrete(
     }
     let mut outputs = DMatrix::zeros(system.outputs(), samples);
     let mut x = DVector::zeros(system.states());
+    let mut time_s = with_capacity(samples);
     for k in 0..samples {
         interrupt::check_at(k as u64);
+        time_s.push(k as f64 * system.tick_s());
         let y = system.c() * &x + system.d().column(input);
         outputs.column_mut(k).copy_from(&y);
         x = system.a() * &x + system.b().column(input);
     }
-    let time_s = (0..samples).map(|k| k as f64 * system.tick_s()).collect();
     Ok(StepResponse { time_s, outputs })
 }
 

@@ -39,6 +39,9 @@ const OF_ADAPTIVE: [&str; 5] = [
     "detector.minimum_depth_m",
 ];
 
+/// The sections whose keys act on the detection on a recording.
+const OF_RECORDINGS: [&str; 4] = ["estimator", "detector", "sensor", "recording"];
+
 /// A value and its origin.
 #[derive(Debug, Clone)]
 struct Given {
@@ -103,14 +106,21 @@ impl Values {
         Ok(values)
     }
 
-    /// The values of settings alone, for commands that need no file.
+    /// The values of settings alone, for the detection on a recording, which needs no file.
     ///
     /// # Errors
-    /// As [`Values::load`].
+    /// As [`Values::load`], and for a key that has no effect on a recording.
     pub fn from_settings(name: &str, settings: &[String]) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
         for setting in settings.iter().rev() {
             for entry in super::document::parse_setting(setting)? {
+                let section = entry.path.split('.').next().unwrap_or_default();
+                if find(&entry.path).is_some() && !OF_RECORDINGS.contains(&section) {
+                    let message = format!("{} has no effect on a recording", entry.path);
+                    let sections = OF_RECORDINGS.map(|section| format!("[{section}]")).join(", ");
+                    let error = ScenarioError::new(message).at(Some(entry.key_place));
+                    return Err(error.remedy(format!("leave it out; the keys of {sections} have one")));
+                }
                 values.take(entry)?;
             }
         }
