@@ -39,8 +39,8 @@ const OF_ADAPTIVE: [&str; 5] = [
     "detector.minimum_depth_m",
 ];
 
-/// The sections whose keys act on the detection on a recording.
-const OF_RECORDINGS: [&str; 4] = ["estimator", "detector", "sensor", "recording"];
+/// The beginnings of the keys that act on the detection on a recording.
+const OF_RECORDINGS: [&str; 4] = ["estimator.", "detector.", "sensor.", "recording."];
 
 /// A value and its origin.
 #[derive(Debug, Clone)]
@@ -114,12 +114,11 @@ impl Values {
         let mut values = Self::default();
         for setting in settings.iter().rev() {
             for entry in super::document::parse_setting(setting)? {
-                let section = entry.path.split('.').next().unwrap_or_default();
-                if find(&entry.path).is_some() && !OF_RECORDINGS.contains(&section) {
+                if find(&entry.path).is_some() && !OF_RECORDINGS.iter().any(|begin| entry.path.starts_with(begin)) {
                     let message = format!("{} has no effect on a recording", entry.path);
-                    let sections = OF_RECORDINGS.map(|section| format!("[{section}]")).join(", ");
                     let error = ScenarioError::new(message).at(Some(entry.key_place));
-                    return Err(error.remedy(format!("leave it out; the keys of {sections} have one")));
+                    let acting = OF_RECORDINGS.map(|begin| format!("{begin}…")).join(", ");
+                    return Err(error.remedy(format!("leave it out; these keys have one: {acting}")));
                 }
                 values.take(entry)?;
             }
