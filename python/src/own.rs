@@ -357,6 +357,25 @@ pub(crate) fn detector(given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<
     Part::of(Role::named("detector")?, given, failure)
 }
 
+/// A compiled detector, for any number of recordings.
+pub(crate) struct CompiledDetector(Compiled, Vec<f64>);
+
+impl CompiledDetector {
+    /// The detector; `None` if it is not compiled.
+    pub(crate) fn of(given: &Bound<'_, PyAny>) -> PyResult<Option<Self>> {
+        Ok(match Part::of(Role::named("detector")?, given, &Failure::default())?.function {
+            Function::Compiled { function, state } => Some(Self(function, state)),
+            Function::Python(_) => None,
+        })
+    }
+
+    /// The detector with its initial state.
+    pub(crate) fn detector(&self, failure: &Failure) -> PyResult<impl Detector<f64> + use<>> {
+        let function = Function::Compiled { function: self.0, state: self.1.clone() };
+        Ok(Part { role: Role::named("detector")?, function, skip: None, failure: failure.clone() })
+    }
+}
+
 /// Parts that are all compiled, for any number of runs, which need no interpreter.
 pub(crate) struct CompiledParts(Vec<(&'static Role, Compiled, Vec<f64>)>);
 

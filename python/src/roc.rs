@@ -11,14 +11,14 @@ use trocar_sim::detection::{Detector, DistanceKind};
 use trocar_sim::metrics::RUPTURE_WINDOW_S;
 use trocar_sim::recording::InVivoLikeVariant;
 use trocar_sim::roc::trials::Trial;
-use trocar_sim::roc::{RocError, Signal, Study};
+use trocar_sim::roc::{OwnPoints, RocError, Signal, Study};
 use trocar_sim::run::RunError;
 use trocar_sim::scenario::{DetectionSpec, Source, Values};
 
 use crate::arrays::put;
 use crate::detect::Samples;
 use crate::interrupt::interruptible_told;
-use crate::own::{Failure, detector};
+use crate::own::{CompiledDetector, Failure, detector};
 use crate::recording::Recording;
 use crate::scenario::Scenario;
 use crate::{convert, error};
@@ -83,10 +83,26 @@ pub(crate) fn roc<'py>(
         let done = done.load(Ordering::Relaxed);
         tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
-    let own_points = own_points(py, &study, &own, || {
-        done.fetch_add(1, Ordering::Relaxed);
-        tell(py)
-    })?;
+    let compiled = own.iter().map(CompiledDetector::of).collect::<PyResult<Option<Vec<_>>>>()?;
+    let own_points = match compiled {
+        Some(compiled) if !own.is_empty() => {
+            let (study, counted) = (study.clone(), counted.clone());
+            let points = interruptible_told(py, threads, tell, move |_| {
+                study.run_own_side_by_side(compiled.len(), |index, evidence, _, alarms| {
+                    let failure = Failure::default();
+                    let mut detector = compiled[index].detector(&failure).map_err(OwnError::Python)?;
+                    alarms.extend((0..evidence.len()).filter(|sample| detector.update(&evidence[*sample]).alarm));
+                    counted.fetch_add(1, Ordering::Relaxed);
+                    failure.take().map_or(Ok(()), Err).map_err(OwnError::Python)
+                })
+            })?;
+            objects(py, &points.map_err(|error| error.raise(py))?)?
+        }
+        _ => own_points(py, &study, &own, || {
+            done.fetch_add(1, Ordering::Relaxed);
+            tell(py)
+        })?,
+    };
     // Without built-in detectors no case runs again.
     let study = Study { seeds: if kinds.is_empty() { 0 } else { seeds }, ..study };
     let judged = interruptible_told(py, threads, tell, move |stop| {
@@ -117,18 +133,27 @@ fn own_points<'py>(
         alarms.extend((0..evidence.len()).filter(|sample| detector.update(&evidence[*sample]).alarm));
         failure.take().map_or_else(&count, Err).map_err(OwnError::Python)
     });
-    let judged = judged.map_err(|error| match error {
-        OwnError::Python(error) => error,
-        OwnError::Study(error) => of_study(py, &error),
-    })?;
+    objects(py, &judged.map_err(|error| error.raise(py))?)
+}
+
+fn objects<'py>(py: Python<'py>, points: &[OwnPoints]) -> PyResult<Vec<Bound<'py, PyAny>>> {
     let object = |points| convert::python(py, &serde_json::to_value(points).map_err(error::value)?);
-    judged.iter().map(object).collect()
+    points.iter().map(object).collect()
 }
 
 /// Why own detectors could not be judged.
 enum OwnError {
     Python(PyErr),
     Study(RocError),
+}
+
+impl OwnError {
+    fn raise(self, py: Python<'_>) -> PyErr {
+        match self {
+            Self::Python(error) => error,
+            Self::Study(error) => of_study(py, &error),
+        }
+    }
 }
 
 impl From<RocError> for OwnError {

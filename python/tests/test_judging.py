@@ -28,6 +28,37 @@ def test_a_copied_detector_has_the_counts_of_the_built_in_one(copied):
     assert "mine" in str(judged) and "mine" in judged._repr_html_() and len(judged.plot().axes[0].lines) == 2
 
 
+def test_compiled_detectors_run_in_threads_with_the_same_counts():
+    numba = pytest.importorskip("numba")
+    pointer = numba.types.CPointer(numba.types.float64)
+
+    @numba.cfunc(numba.types.void(pointer, pointer, pointer))
+    def compiled(inputs, outputs, state):
+        # The state counts the samples since the last alarm.
+        state[0] += 1.0
+        if inputs[5] != 0.0 and -inputs[2] > 0.2 and state[0] > 50.0:
+            outputs[0] = 1.0
+            state[0] = 0.0
+
+    class Same:
+        def reset(self):
+            self.count = 0.0
+
+        def step(self, force, predicted, residual, depth, velocity, contact):
+            self.count += 1.0
+            alarm = contact and -residual > 0.2 and self.count > 50.0
+            if alarm:
+                self.count = 0.0
+            return alarm
+
+    detector = trocar.Compiled(compiled, state=[0.0])
+    settings = {"seeds": 4, "noise_std_n": [0.0, 0.025]}
+    expected = trocar.roc(detectors={"mine": Same()}, **settings)
+    assert expected.at_own_threshold()["mine"]["detected"] > 0
+    for threads in (1, 2):
+        assert trocar.roc(detectors={"mine": detector}, threads=threads, **settings).report == expected.report
+
+
 def test_the_report_is_that_of_the_command_line(cli, tmp_path):
     done = cli("roc", "--seeds", 3, "--detectors", "adaptive", "--thresholds", 4, "--out", tmp_path, "--json")
     assert done.returncode == 0, done.stderr

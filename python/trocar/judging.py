@@ -250,7 +250,8 @@ def roc(
     within_s
         Largest delay of an alarm that counts as a detection, in s, up to 0.5.
     threads
-        Number of threads for the built-in detectors, up to 1024; 0 is one per processor. One's own run one after the other.
+        Number of threads for the built-in detectors, and for one's own if all of them are compiled, up to 1024; 0 is one per processor.
+        Others of one's own run one after the other.
     progress
         Shows the progress: with tqdm if it is installed, else as a line on standard error.
 

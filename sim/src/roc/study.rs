@@ -80,6 +80,16 @@ pub struct OwnPoints {
     pub conditions: Vec<Point>,
 }
 
+impl OwnPoints {
+    /// Of the tallies of each condition.
+    fn of(tallies: Vec<Tally>) -> Self {
+        let mut all = Tally::default();
+        tallies.iter().for_each(|tally| all.add(tally));
+        let point = |tally: &Tally| Point::of(f64::NAN, tally);
+        Self { all: point(&all), conditions: tallies.iter().map(point).collect() }
+    }
+}
+
 impl Study {
     /// Smallest and largest standard deviation of the added noise, in N.
     pub const NOISE_STDS_N: (f64, f64) = (0.0, 100.0);
@@ -112,13 +122,40 @@ impl Study {
                 }
             }
         }
-        let points = |tallies: Vec<Tally>| {
-            let mut all = Tally::default();
-            tallies.iter().for_each(|tally| all.add(tally));
-            let point = |tally: &Tally| Point::of(f64::NAN, tally);
-            OwnPoints { all: point(&all), conditions: tallies.iter().map(point).collect() }
-        };
-        Ok(tallies.into_iter().map(points).collect())
+        Ok(tallies.into_iter().map(OwnPoints::of).collect())
+    }
+
+    /// As [`Study::run_own`], with the cases side by side: `alarms` makes a detector anew for each.
+    ///
+    /// # Errors
+    /// As [`Study::run_own`].
+    pub fn run_own_side_by_side<E: From<RocError> + Send>(
+        &self,
+        detectors: usize,
+        alarms: impl Fn(usize, &[Evidence<f64>], f64, &mut Vec<usize>) -> Result<(), E> + Sync,
+    ) -> Result<Vec<OwnPoints>, E> {
+        let conditions = self.conditions();
+        let of_cases = try_map(conditions.len() * self.seeds as usize, |case| {
+            let (signal, noise_std_n) = conditions[case / self.seeds as usize];
+            let (mut evidence, mut samples) = (vec![], vec![]);
+            let seed = 1 + case as u64 % self.seeds;
+            let labels = signal.evaluate(noise_std_n, seed, self.within_s, &mut evidence)?;
+            let tally = |detector| {
+                samples.clear();
+                alarms(detector, &evidence, labels.tick_s(), &mut samples)?;
+                let mut tally = Tally::default();
+                tally.count(&samples, &labels);
+                Ok(tally)
+            };
+            (0..detectors).map(tally).collect::<Result<Vec<_>, E>>()
+        })?;
+        let mut tallies = vec![vec![Tally::default(); conditions.len()]; detectors];
+        for (case, of_case) in of_cases.into_iter().enumerate() {
+            for (detector, tally) in of_case.iter().enumerate() {
+                tallies[detector][case / self.seeds as usize].add(tally);
+            }
+        }
+        Ok(tallies.into_iter().map(OwnPoints::of).collect())
     }
 
     /// Runs the study in parallel, and calls `done` after each case. If `stop` is set, no new case starts, and the finished cases

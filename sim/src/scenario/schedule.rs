@@ -192,7 +192,8 @@ mod tests {
     fn an_outage_begins_and_ends_at_the_first_tick_not_before() {
         let of = |list: &str| {
             let settings = [format!("{OUTAGES}={list}")];
-            let mut values = Values::from_settings("x", &settings).expect("numbers");
+            let mut values =
+                Values::load(&Source::Text { name: "x".into(), text: "".into() }, &settings).expect("numbers");
             let times_s = ScheduleSettings::read(&mut values).expect("there").outages_s;
             outages(&values, &times_s, 1e-3).map_err(|error| error.to_string())
         };
