@@ -1,5 +1,8 @@
 //! Calibration.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use trocar_report::{calibration_object, calibration_text, calibration_toml};
@@ -8,14 +11,14 @@ use trocar_sim::scenario::Values;
 
 use crate::arrays::recording_columns;
 use crate::detect::{Refusal, Samples};
-use crate::interrupt::interruptible;
+use crate::interrupt::interruptible_told;
 use crate::{convert, error};
 
-/// Calibrates. Returns the content of `calibration.json`, the text, and the settings as TOML.
+/// Calibrates. `tell` is called with the numbers of complete and of all steps. Returns the content of `calibration.json`, the text, and the settings as TOML.
 #[pyfunction]
 #[pyo3(signature = (
     name, time_s, position_m, velocity_m_per_s, force_n, settings, *, first_s, quiet_s, keeps_contact, false_alarm_s,
-    slowest_rupture_s, fastest_harmless_s, variance_ratio, threads
+    slowest_rupture_s, fastest_harmless_s, variance_ratio, threads, tell
 ))]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
 pub(crate) fn calibrate<'py>(
@@ -34,6 +37,7 @@ pub(crate) fn calibrate<'py>(
     fastest_harmless_s: Option<f64>,
     variance_ratio: Option<f64>,
     threads: usize,
+    tell: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyAny>, String, String)> {
     let default = CalibrationRequest::default();
     let request = CalibrationRequest {
@@ -47,10 +51,21 @@ pub(crate) fn calibrate<'py>(
     };
     let samples = Samples(recording_columns(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?);
     let values = Values::from_settings(name, &settings).map_err(|error| error::scenario(py, &error))?;
-    let calibrated = interruptible(py, threads, move |_| {
+    let steps = Arc::new([const { AtomicUsize::new(0) }; 2]);
+    let told = steps.clone();
+    let tell = |py: Python<'_>| {
+        let [done, all] = told.each_ref().map(|count| count.load(Ordering::Relaxed));
+        tell.as_ref().filter(|_| all > 0).map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
+    };
+    let calibrated = interruptible_told(py, threads, tell, move |_| {
         let (spec, _) = samples.spec(values)?;
-        Ok::<_, Refusal>(calibration::calibrate(&spec, &request))
+        let count = |done, all| {
+            steps[0].store(done, Ordering::Relaxed);
+            steps[1].store(all, Ordering::Relaxed);
+        };
+        Ok::<_, Refusal>(calibration::calibrate_told(&spec, &request, &count))
     })?;
+    tell(py)?;
     let calibration = calibrated.map_err(|refusal| refusal.raise(py))?.map_err(error::value)?;
     let json = convert::python(py, &calibration_object(name, &calibration))?;
     Ok((json, calibration_text(name, &calibration), calibration_toml(&calibration)))

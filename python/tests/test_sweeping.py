@@ -1,10 +1,11 @@
 """Sweeps over given points, in shards, with a folder, and by any executor: always the same rows."""
 
-import subprocess
 import concurrent.futures
 import multiprocessing
 import os
+import re
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -204,6 +205,8 @@ def test_progress_is_shown_with_tqdm_and_without(capsys, monkeypatch):
     assert capsys.readouterr().err.endswith("80 of 80 cases\n")
     sweep()
     assert capsys.readouterr().err == ""
+    trocar.calibrate(trocar.record(), progress=True)
+    assert capsys.readouterr().err.endswith("10 of 10 steps\n")
 
 
 def test_executors_may_return_shards_in_any_order(tmp_path):
@@ -234,9 +237,12 @@ def test_a_killed_sweep_leaves_nothing_behind(tmp_path):
     code = "import trocar; trocar.sweep('paper/augmented', {'scaling.force': trocar.Range(0.5, 1.0, 100_000)}, progress=True)"
     environment = {**os.environ, "TMPDIR": str(tmp_path)}
     with subprocess.Popen([sys.executable, "-c", code], env=environment, stderr=subprocess.PIPE) as process:
-        # The first progress that is not 0.
-        while not any(digit in process.stderr.read(1) for digit in b"123456789"):
-            pass
+        # The first progress that is not 0, with tqdm and without.
+        said = b""
+        while not re.search(rb"[1-9]\d*(/| of )100000", said):
+            letter = process.stderr.read(1)
+            assert letter, said
+            said += letter
         process.kill()
     assert not list(tmp_path.iterdir())
 

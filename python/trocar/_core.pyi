@@ -271,6 +271,7 @@ def calibrate(
     fastest_harmless_s: float | None,
     variance_ratio: float | None,
     threads: int,
+    tell: Callable[[int, int], None] | None,
 ) -> tuple[dict[str, Any], str, str]: ...
 def sweep(
     path: str | None, text: str, base: Scenario | None, settings: list[str], shard: str, threads: int,

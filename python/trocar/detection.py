@@ -13,6 +13,7 @@ from . import _core
 from ._arrays import Recorded, Samples, columns_of, number, samples, velocities, whole
 from ._columns import Columns
 from ._html import quantity, table
+from ._progress import Progress
 from ._settings import settings as lines
 from ._stored import read_stored, write_stored
 from ._warnings import warn
@@ -508,6 +509,7 @@ def calibrate(
     fastest_harmless_s: float | None = None,
     variance_ratio: float | None = None,
     threads: int = 0,
+    progress: bool = False,
     name: str = "recording",
     **settings: Any,
 ) -> Calibration:
@@ -530,6 +532,8 @@ def calibrate(
         Ratio of the variance of the residual at a rupture to its quiet variance, above 1; the default is 100.
     threads
         Number of threads, up to 1024; 0 is one per processor.
+    progress
+        Shows the progress: with tqdm if it is installed, else as a line on standard error.
 
     Returns
     -------
@@ -552,18 +556,20 @@ def calibrate(
     >>> trocar.detect(trocar.record(2), **calibration.settings).alarms_s.round(2)
     array([5.52, 8.85])
     """
-    report, text, toml = _core.calibrate(
-        name,
-        *_samples(time, position, velocity, force),
-        _changes(contact_m, ruptures_s, settings),
-        first_s=first_s,
-        quiet_s=quiet_s,
-        keeps_contact=contact_m is not None or "estimator.contact_m" in settings,
-        false_alarm_s=false_alarm_s,
-        slowest_rupture_s=slowest_rupture_s,
-        fastest_harmless_s=fastest_harmless_s,
-        variance_ratio=variance_ratio,
-        threads=whole("threads", threads),
-    )
+    with Progress("steps", progress) as bar:
+        report, text, toml = _core.calibrate(
+            name,
+            *_samples(time, position, velocity, force),
+            _changes(contact_m, ruptures_s, settings),
+            first_s=first_s,
+            quiet_s=quiet_s,
+            keeps_contact=contact_m is not None or "estimator.contact_m" in settings,
+            false_alarm_s=false_alarm_s,
+            slowest_rupture_s=slowest_rupture_s,
+            fastest_harmless_s=fastest_harmless_s,
+            variance_ratio=variance_ratio,
+            threads=whole("threads", threads),
+            tell=bar.tell,
+        )
     warn(report["warnings"])
     return Calibration(report, text, toml)

@@ -198,6 +198,18 @@ pub enum CalibrationError {
 /// # Errors
 /// [`CalibrationError`].
 pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<Calibration, CalibrationError> {
+    calibrate_told(spec, request, &|_, _| ())
+}
+
+/// As [`calibrate`]; `told` is called with the numbers of complete and of all steps, which take about as long as one another.
+///
+/// # Errors
+/// [`CalibrationError`].
+pub fn calibrate_told(
+    spec: &DetectionSpec,
+    request: &CalibrationRequest,
+    told: &dyn Fn(usize, usize),
+) -> Result<Calibration, CalibrationError> {
     request.validate()?;
     let recording = &spec.recording.recording;
     let resampled = (!is_even(recording)).then(|| samples(recording.clone()));
@@ -226,5 +238,5 @@ pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<C
         velocity_m_per_s: &velocity_m_per_s[..count],
         force_n: &force_n[..count],
     };
-    CandidateBench::new(signal, spec, request)?.calibrate()
+    CandidateBench::new(signal, spec, request)?.calibrate(told)
 }
