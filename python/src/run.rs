@@ -19,7 +19,7 @@ use crate::{convert, error};
 
 /// Number of ticks between two readings of the clock, and time between two checks for signals. A tick takes about 30 ns.
 const TICKS: u64 = 4096;
-const PERIOD: Duration = Duration::from_millis(20);
+const PERIOD: Duration = Duration::from_millis(10);
 
 /// Number of ticks from which what follows a run can take so long that it has a thread of its own, which Ctrl-C ends.
 const MANY_TICKS: u64 = 200_000;

@@ -82,17 +82,17 @@ pub fn step_response_discrete(
     if input >= system.inputs() {
         return Err(Error::IndexOutOfRange { what: "input", index: input, count: system.inputs() });
     }
-    let mut outputs = DMatrix::zeros(system.outputs(), samples);
+    let mut outputs = with_capacity(system.outputs() * samples);
     let mut x = DVector::zeros(system.states());
     let mut time_s = with_capacity(samples);
     for k in 0..samples {
         interrupt::check_at(k as u64);
         time_s.push(k as f64 * system.tick_s());
         let y = system.c() * &x + system.d().column(input);
-        outputs.column_mut(k).copy_from(&y);
+        outputs.extend_from_slice(y.as_slice());
         x = system.a() * &x + system.b().column(input);
     }
-    Ok(StepResponse { time_s, outputs })
+    Ok(StepResponse { time_s, outputs: DMatrix::from_vec(system.outputs(), samples, outputs) })
 }
 
 #[cfg(test)]
