@@ -127,7 +127,7 @@ enum Function {
 }
 
 /// A part of a role.
-struct Part {
+pub(crate) struct Part {
     role: &'static Role,
     function: Function,
     /// Called at a gap in the samples.
@@ -357,52 +357,54 @@ pub(crate) fn detector(given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<
     Part::of(Role::named("detector")?, given, failure)
 }
 
-/// A compiled detector, for any number of recordings.
-pub(crate) struct CompiledDetector(Compiled, Vec<f64>);
+/// A compiled part, for any number of runs, which need no interpreter.
+pub(crate) struct CompiledPart {
+    role: &'static Role,
+    function: Compiled,
+    state: Vec<f64>,
+}
 
-impl CompiledDetector {
-    /// The detector; `None` if it is not compiled.
-    pub(crate) fn of(given: &Bound<'_, PyAny>) -> PyResult<Option<Self>> {
-        Ok(match Part::of(Role::named("detector")?, given, &Failure::default())?.function {
-            Function::Compiled { function, state } => Some(Self(function, state)),
+impl CompiledPart {
+    /// The part of a role; `None` if it is not compiled.
+    fn of(role: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<Self>> {
+        let role = Role::named(role)?;
+        if given.getattr_opt("_trocar_address")?.is_none() {
+            return Ok(None);
+        }
+        Ok(match Part::of(role, given, &Failure::default())?.function {
+            Function::Compiled { function, state } => Some(Self { role, function, state }),
             Function::Python(_) => None,
         })
     }
 
-    /// The detector with its initial state.
-    pub(crate) fn detector(&self, failure: &Failure) -> PyResult<impl Detector<f64> + use<>> {
-        let function = Function::Compiled { function: self.0, state: self.1.clone() };
-        Ok(Part { role: Role::named("detector")?, function, skip: None, failure: failure.clone() })
+    /// A detector.
+    pub(crate) fn detector(given: &Bound<'_, PyAny>) -> PyResult<Option<Self>> {
+        Self::of("detector", given)
+    }
+
+    /// The part of one run, with its initial state.
+    pub(crate) fn begin(&self, failure: &Failure) -> Part {
+        let function = Function::Compiled { function: self.function, state: self.state.clone() };
+        Part { role: self.role, function, skip: None, failure: failure.clone() }
     }
 }
 
-/// Parts that are all compiled, for any number of runs, which need no interpreter.
-pub(crate) struct CompiledParts(Vec<(&'static Role, Compiled, Vec<f64>)>);
+/// Parts that are all compiled.
+pub(crate) struct CompiledParts(Vec<CompiledPart>);
 
 impl CompiledParts {
     /// The parts by role; `None` if one is not compiled.
     pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Option<Self>> {
-        let failure = Failure::default();
-        let mut all = vec![];
-        for (name, object) in given {
-            if object.getattr_opt("_trocar_address")?.is_none() {
-                return Ok(None);
-            }
-            let role = Role::named(&name.extract::<String>()?)?;
-            if let Function::Compiled { function, state } = Part::of(role, &object, &failure)?.function {
-                all.push((role, function, state));
-            }
-        }
-        Ok(Some(Self(all)))
+        let part = |(name, object): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+            CompiledPart::of(&name.extract::<String>()?, &object)
+        };
+        Ok(given.iter().map(part).collect::<PyResult<Option<Vec<_>>>>()?.map(Self))
     }
 
-    /// The parts of one run, each with its initial state.
+    /// The parts of one run.
     pub(crate) fn own(&self) -> Own {
         let failure = Failure::default();
-        let with = |parts, (role, function, state): &(&'static Role, Compiled, Vec<f64>)| {
-            let function = Function::Compiled { function: *function, state: state.clone() };
-            (role.set)(parts, Part { role, function, skip: None, failure: failure.clone() })
-        };
+        let with = |parts, one: &CompiledPart| (one.role.set)(parts, one.begin(&failure));
         Own { parts: self.0.iter().fold(OwnParts::default(), with), failure, are_compiled: true }
     }
 }

@@ -18,7 +18,7 @@ use trocar_sim::scenario::{DetectionSpec, Source, Values};
 use crate::arrays::put;
 use crate::detect::Samples;
 use crate::interrupt::interruptible_told;
-use crate::own::{CompiledDetector, Failure, detector};
+use crate::own::{CompiledPart, Failure, detector};
 use crate::recording::Recording;
 use crate::scenario::Scenario;
 use crate::{convert, error};
@@ -83,14 +83,14 @@ pub(crate) fn roc<'py>(
         let done = done.load(Ordering::Relaxed);
         tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
-    let compiled = own.iter().map(CompiledDetector::of).collect::<PyResult<Option<Vec<_>>>>()?;
+    let compiled = own.iter().map(CompiledPart::detector).collect::<PyResult<Option<Vec<_>>>>()?;
     let own_points = match compiled {
         Some(compiled) if !own.is_empty() => {
             let (study, counted) = (study.clone(), counted.clone());
             let points = interruptible_told(py, threads, tell, move |_| {
                 study.run_own_side_by_side(compiled.len(), |index, evidence, _, alarms| {
                     let failure = Failure::default();
-                    let mut detector = compiled[index].detector(&failure).map_err(OwnError::Python)?;
+                    let mut detector = compiled[index].begin(&failure);
                     alarms.extend((0..evidence.len()).filter(|sample| detector.update(&evidence[*sample]).alarm));
                     counted.fetch_add(1, Ordering::Relaxed);
                     failure.take().map_or(Ok(()), Err).map_err(OwnError::Python)

@@ -28,11 +28,15 @@ def write_stored(path: str | os.PathLike[str], arrays: Mapping[str, NDArray[Any]
     partial.replace(path)
 
 
-def read_stored(path: str | os.PathLike[str], what: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Reads the arrays and the text ``_about`` of a file; ``what`` names it in the error if it has none or is damaged."""
+def read_stored(path: str | os.PathLike[str], what: str, keys: set[str]) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Reads the arrays and the text ``_about`` of a file; ``what`` names it in the error if it has none, lacks keys, or is damaged."""
     try:
         with np.load(path) as file:
             arrays = {name: file[name] for name in file.files}
-        return arrays, json.loads(str(arrays.pop("_about")))
+        about = json.loads(str(arrays.pop("_about")))
+        is_whole = keys <= about.keys()
     except (AttributeError, EOFError, KeyError, TypeError, ValueError, NotImplementedError, zipfile.BadZipFile, zlib.error):
-        raise ValueError(f"{os.fspath(path)} is not {what}") from None
+        is_whole = False
+    if not is_whole:
+        raise ValueError(f"{os.fspath(path)} is not {what}")
+    return arrays, about

@@ -99,10 +99,7 @@ class Detection(Columns):
         OSError
             For a file that cannot be opened.
         """
-        what = "a detection that Detection.save wrote"
-        columns, about = read_stored(path, what)
-        if not {"detection", "report", "text"} <= about.keys():
-            raise ValueError(f"{os.fspath(path)} is not {what}")
+        columns, about = read_stored(path, "a detection that Detection.save wrote", {"detection", "report", "text"})
         alarms, rows = columns.pop("_alarms"), columns.pop("_alarm_rows")
         return cls(about["detection"], columns, alarms, rows, about["report"], about["text"])
 

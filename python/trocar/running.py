@@ -236,10 +236,7 @@ def load(path: str | os.PathLike[str]) -> Run:
     >>> trocar.load(path)
     Run('skin-augmented', 9000 ticks)
     """
-    what = "a run that Run.save wrote"
-    traces, about = read_stored(path, what)
-    if not {"name", "toml", "rows", "summary", "text"} <= about.keys():
-        raise ValueError(f"{os.fspath(path)} is not {what}")
+    traces, about = read_stored(path, "a run that Run.save wrote", {"name", "toml", "rows", "summary", "text"})
     rows = [(metric, label, unit, value) for metric, label, unit, value in about["rows"]]
     run = Run.__new__(Run)
     stored = _Stored(about["name"], about["summary"], about["text"], rows)

@@ -123,10 +123,7 @@ class Sweep(Columns):
         OSError
             For a file that cannot be opened.
         """
-        what = "a sweep that Sweep.save wrote"
-        columns, about = read_stored(path, what)
-        if not {"sweep", "cases"} <= about.keys():
-            raise ValueError(f"{os.fspath(path)} is not {what}")
+        columns, about = read_stored(path, "a sweep that Sweep.save wrote", {"sweep", "cases"})
         scenario = scenario_from(about["name"], about["toml"], columns) if "toml" in about else None
         return cls(columns, about["sweep"], about["cases"], scenario)
 

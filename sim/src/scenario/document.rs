@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::builtin;
 use super::error::{Place, ScenarioError};
-use super::kept_files::KeptFiles;
+use super::kept_files::{KeptFiles, canonical_path};
 use super::keys::{find, is_section};
 use crate::recording::MEMORY;
 use crate::tissue::{LAYER_LIST, NAME_RULE, keys_of_layer};
@@ -146,15 +146,12 @@ impl Source {
     #[must_use]
     pub fn canonical(&self) -> Self {
         match self {
-            Self::Disk(path) => Self::Disk(std::fs::canonicalize(path).unwrap_or_else(|_| path.clone())),
+            Self::Disk(path) => Self::Disk(canonical_path(path)),
             Self::Builtin(name) => Self::Builtin(builtin::find(name).unwrap_or(name).to_owned()),
             Self::Text { .. } | Self::Memory(_) => self.clone(),
-            Self::Kept(source, files) => match &**source {
-                Self::Disk(path) => {
-                    let find = || std::fs::canonicalize(path).unwrap_or_else(|_| path.clone());
-                    Self::Disk(files.canonical(path, find)).keeping(files.clone())
-                }
-                _ => self.clone(),
+            Self::Kept(source, files) => match source.disk_path() {
+                Some(path) => Self::Disk(files.canonical(path)).keeping(files.clone()),
+                None => self.clone(),
             },
         }
     }
@@ -180,12 +177,9 @@ impl Source {
         let bytes = match self {
             // What is in memory already needs no limit.
             Self::Text { text, .. } => return Ok(text.to_string()),
-            Self::Kept(source, files) => match &**source {
-                Self::Disk(path) => {
-                    let bytes = files.bytes(path, || source.read_relative_to(here).map(String::into_bytes))?;
-                    bytes.to_vec()
-                }
-                _ => return source.read_relative_to(here),
+            Self::Kept(source, files) => match source.disk_path() {
+                Some(path) => files.bytes(path, || source.read_relative_to(here).map(String::into_bytes))?.to_vec(),
+                None => return source.read_relative_to(here),
             },
             Self::Memory(_) => return Err(refuse("is a recording, not a scenario".into())),
             Self::Builtin(name) => builtin::content(name).map(<[u8]>::to_vec).ok_or_else(|| {

@@ -37,8 +37,8 @@ impl KeptFiles {
     }
 
     /// The canonical form of a path.
-    pub(super) fn canonical(&self, path: &Path, find: impl FnOnce() -> PathBuf) -> PathBuf {
-        self.locked().canonical.entry(path.to_owned()).or_insert_with(find).clone()
+    pub(super) fn canonical(&self, path: &Path) -> PathBuf {
+        self.locked().canonical.entry(path.to_owned()).or_insert_with(|| canonical_path(path)).clone()
     }
 
     /// The bytes of a file, which `read` reads the first time.
@@ -69,6 +69,11 @@ impl KeptFiles {
     fn locked(&self) -> MutexGuard<'_, FileContents> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// The canonical form of a path; the path itself if there is no such file.
+pub(super) fn canonical_path(path: &Path) -> PathBuf {
+    std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
 
 impl PartialEq for KeptFiles {
