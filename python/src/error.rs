@@ -11,14 +11,14 @@ use trocar_sim::stability::StabilityError;
 use trocar_sim::stability_check::CheckError;
 use trocar_sim::sweep::SweepError;
 
-/// Returns a `trocar.ScenarioError`: the text of the command line with the underlined line, and its parts as attributes.
+/// Returns a `trocar.ScenarioError`: the text with the underlined line, and its parts as attributes.
 pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     let class = match CLASS.import(py, "trocar._errors", "ScenarioError") {
         Ok(class) => class,
         Err(error) => return error,
     };
-    let text = anstream::adapter::strip_str(&diagnostic::scenario_error(error)).to_string();
+    let text = in_python(&anstream::adapter::strip_str(&diagnostic::scenario_error(error)).to_string());
     let (file, line, column) = match &error.place {
         Some(place) => {
             let (line, column) = place.line_and_column();
@@ -26,7 +26,8 @@ pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {
         }
         None => (None, None, None),
     };
-    match class.call1((text, &error.message, error.remedy.as_ref(), file, line, column)) {
+    let (message, remedy) = (in_python(&error.message), error.remedy.as_deref().map(in_python));
+    match class.call1((text, message, remedy, file, line, column)) {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,
     }
@@ -34,7 +35,52 @@ pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {
 
 /// Returns a `ValueError` for invalid input.
 pub(crate) fn value(error: impl ToString) -> PyErr {
-    PyValueError::new_err(error.to_string())
+    PyValueError::new_err(in_python(&error.to_string()))
+}
+
+/// Returns a message with the names of options as they are in Python: `first_s` for `--first-s`, `force="F:mN"` for `--force F:mN`, `tissue=(50, 600)`
+/// for `--tissue 50:600`, and `scaling.force=2` for `--set scaling.force=2`. Commands in backticks stay.
+#[pyfunction]
+pub(crate) fn in_python(message: &str) -> String {
+    let mut text = String::with_capacity(message.len());
+    for (place, quoted_or_not) in message.split('`').enumerate() {
+        if place > 0 {
+            text.push('`');
+        }
+        if place % 2 == 1 {
+            text.push_str(quoted_or_not);
+            continue;
+        }
+        let mut pieces = quoted_or_not.split("--");
+        text.push_str(pieces.next().unwrap_or_default());
+        for piece in pieces {
+            let end = piece.find(|c: char| !c.is_ascii_lowercase() && c != '-').unwrap_or(piece.len());
+            let (name, rest) = piece.split_at(end);
+            let is_place = name == "set" && !rest.starts_with(' ');
+            if name.is_empty() || is_place || !text.chars().next_back().is_none_or(|c| c == ' ' || c == '(') {
+                text.push_str("--");
+                text.push_str(piece);
+            } else if name == "set" {
+                text.push_str(&rest[1..]);
+            } else {
+                text.push_str(&name.replace('-', "_"));
+                text.push_str(&with_value(rest));
+            }
+        }
+    }
+    text
+}
+
+/// What follows the name of an option, with `="COLUMN:mN"` for ` COLUMN:mN`.
+fn with_value(rest: &str) -> String {
+    let value = rest.strip_prefix(' ').unwrap_or_default();
+    let value = &value[..value.find([' ', ';', ',', ')']).unwrap_or(value.len())];
+    let Some((first, second)) = value.split_once(':').filter(|(_, second)| !second.is_empty()) else {
+        return rest.to_owned();
+    };
+    let is_range = first.parse::<f64>().is_ok() && second.parse::<f64>().is_ok();
+    let value_in_python = if is_range { format!("({first}, {second})") } else { format!("{value:?}") };
+    format!("={value_in_python}{}", &rest[1 + value.len()..])
 }
 
 pub(crate) fn run(py: Python<'_>, error: &RunError) -> PyErr {
@@ -71,5 +117,30 @@ pub(crate) fn check(py: Python<'_>, error: &CheckError) -> PyErr {
     match error {
         CheckError::Stability(error) => stability(error),
         CheckError::Run(error) => run(py, error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_python;
+
+    #[test]
+    fn options_have_their_names_in_python() {
+        for (message, expected) in [
+            ("--first-s is -1, must be positive", "first_s is -1, must be positive"),
+            ("as in --force COLUMN:mN or --force COLUMN:gf; or", r#"as in force="COLUMN:mN" or force="COLUMN:gf"; or"#),
+            (
+                "no column 'f' (--force or recording.columns.force_n)",
+                "no column 'f' (force or recording.columns.force_n)",
+            ),
+            ("write --set section.key=value, as in --set a.b=2", "write section.key=value, as in a.b=2"),
+            ("analyse --tissue 50:600", "analyse tissue=(50, 600)"),
+            ("`trocar sweep --help` lists all", "`trocar sweep --help` lists all"),
+            (" --> --set:1:17", " --> --set:1:17"),
+            ("a--b.csv: é -- x", "a--b.csv: é -- x"),
+            ("--", "--"),
+        ] {
+            assert_eq!(in_python(message), expected);
+        }
     }
 }

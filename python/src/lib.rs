@@ -46,6 +46,8 @@ mod _core {
     #[pymodule_export]
     use crate::detector::{Detector, Step};
     #[pymodule_export]
+    use crate::error::in_python;
+    #[pymodule_export]
     use crate::figures::{detection_figure, figure_names, roc_figure, run_figure, stability_figure};
     #[pymodule_export]
     use crate::recording::{Recording, list_signals, read_recording};

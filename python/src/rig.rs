@@ -1,6 +1,8 @@
 //! The controller of a rig.
 
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
+use trocar_sim::lane::Stored as _;
 use trocar_sim::rig::{self, Faults, Sample, Settings};
 use trocar_sim::scenario::ScenarioError;
 
@@ -152,6 +154,16 @@ impl HapticController {
     /// Resets the controller to its initial state.
     fn reset(&mut self) {
         self.controller = self.initial.clone();
+    }
+
+    /// Returns the state after the samples so far.
+    fn state<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        PyArray1::from_vec(py, self.controller.state())
+    }
+
+    /// Continues from the state of a controller with the same settings.
+    fn restore(&mut self, state: PyReadonlyArray1<'_, u64>) -> PyResult<()> {
+        self.controller.restore(state.as_slice().map_err(error::value)?).map_err(error::value)
     }
 
     /// Returns a controller in the same state.

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
@@ -66,7 +67,7 @@ impl Simulation {
     fn new(py: Python<'_>, scenario: &Scenario, parts: &Bound<'_, PyDict>) -> PyResult<Self> {
         let Own { parts, failure, .. } = Own::of(parts)?;
         let run = SteppedRun::new(scenario.scenario.clone(), parts).map_err(|error| error::run(py, &error))?;
-        Ok(Self { run: Mutex::new(State::Running(Box::new(run))), in_tick: AtomicUsize::new(0), failure })
+        Ok(Self::of(run, failure))
     }
 
     /// Runs a tick. Returns whether there are more.
@@ -103,6 +104,20 @@ impl Simulation {
         Ok(signals)
     }
 
+    /// Repeats a simulation without parts, of which [`Simulation::led_m`] is given.
+    #[staticmethod]
+    fn repeated(py: Python<'_>, scenario: &Scenario, led_m: PyReadonlyArray1<'_, f64>) -> PyResult<Self> {
+        let scenario = scenario.scenario.clone();
+        let led_m = led_m.as_slice().map_err(error::value)?;
+        let run = py.detach(|| SteppedRun::repeated(scenario, led_m)).map_err(|error| error::run(py, &error))?;
+        Ok(Self::of(run, Failure::default()))
+    }
+
+    /// Where the person was led at each tick so far, in m; NaN where not.
+    fn led_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(PyArray1::from_slice(py, self.locked(py)?.running()?.led_m()))
+    }
+
     /// Number of ticks so far.
     #[getter]
     fn ticks(&self, py: Python<'_>) -> PyResult<u64> {
@@ -123,6 +138,10 @@ impl Simulation {
 }
 
 impl Simulation {
+    fn of(run: SteppedRun, failure: Failure) -> Self {
+        Self { run: Mutex::new(State::Running(Box::new(run))), in_tick: AtomicUsize::new(0), failure }
+    }
+
     /// Waits for the tick of another thread without the interpreter, which its parts may need.
     fn locked(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, State>> {
         if self.in_tick.load(Ordering::Relaxed) == this_thread() {

@@ -309,7 +309,7 @@ def test_an_operating_characteristic_of_a_file(cli: Cli, files: dict[str, tuple[
     ("name", "change", "message"),
     [
         ("v5.mat", {"force": "scope.signals[0].values"}, "is 3000 x 2, not one signal; give its column, counted from 0"),
-        ("v5.mat", {"force": "scope.signals[7].values"}, "no signal 'scope.signals[7].values' (--force or"),
+        ("v5.mat", {"force": "scope.signals[7].values"}, "no signal 'scope.signals[7].values' (force or"),
         ("rig.tdms", {"force": "g"}, "the file has /rig/t, /rig/x, /rig/f"),
         ("rig.h5", {"position": "/rig/boht[:,1]"}, "did you mean '/rig/both[:,"),
         ("book.xlsx", {"force": "Trial 1!D"}, "no signal 'Trial 1!D'"),

@@ -138,6 +138,39 @@ def test_a_saved_run_is_loaded_again(run, tmp_path):
         trocar.load(tmp_path / "other.npz")
 
 
+def test_every_result_is_saved_and_loaded_again(tmp_path):
+    def kept(result):
+        path = tmp_path / "kept.npz"
+        result.save(path)
+        found = type(result).load(path)
+        assert found.report == result.report and str(found) == str(result) and repr(found) == repr(result)
+        assert found._repr_html_() == result._repr_html_() and not list(tmp_path.glob("*.partial"))
+        return found
+
+    given = trocar.record()
+    mine = trocar.Scenario({"operator": {"kind": "ramp"}, "tissue": {"kind": "recording"}, "recording": {"file": given}})
+    comparison = trocar.compare("paper/augmented", mine)
+    found = kept(comparison)
+    for one, other in zip(found.runs, comparison.runs, strict=True):
+        same_run(one, other)
+    assert found.to_dataframe().equals(comparison.to_dataframe())
+    axes = {"x": "scaling.force=0.1:10:3", "y": "tissue.stiffness_n_per_m=10:2000:4"}
+    for simulate in (False, True):
+        stability = trocar.stability(**axes, simulate=simulate)
+        found = kept(stability)
+        for name in ("x", "y", "stable", "boundary", "simulated"):
+            one, other = getattr(found, name), getattr(stability, name)
+            assert np.array_equal(one, other) and getattr(one, "dtype", None) == getattr(other, "dtype", None)
+    judged = trocar.roc(detectors={"never": lambda *_: False, "adaptive": None}, seeds=2, thresholds=3)
+    assert kept(judged).curves == judged.curves
+    calibration = trocar.calibrate(given, contact_m=0.012)
+    found = kept(calibration)
+    assert found.settings == calibration.settings and found.toml == calibration.toml
+    for kind in (trocar.Roc, trocar.Stability, trocar.Comparison, trocar.Detection, trocar.Sweep):
+        with pytest.raises(ValueError, match=f"kept.npz is not a {kind.__name__.lower()} that {kind.__name__}.save wrote"):
+            kind.load(tmp_path / "kept.npz")
+
+
 def test_a_trace_is_an_xarray_with_units(run):
     pytest.importorskip("xarray")
     data = run.to_xarray()

@@ -1,7 +1,9 @@
 """Parts of one's own: copies of built-in parts give the same bits, exceptions end the run, and compiled functions work."""
 
+import copy
 import ctypes
 import math
+import pickle
 import shutil
 import subprocess
 import threading
@@ -273,6 +275,27 @@ def test_a_simulation_is_led_from_outside(soft):
     for _ in range(1000):
         simulation.step(-0.004)
     assert simulation["master_position_m"] == pytest.approx(-0.004, abs=1e-6)
+
+
+def test_a_pickled_simulation_goes_on(soft):
+    """With the person of the scenario, led, and released again."""
+    simulation = trocar.Simulation(soft)
+    others = []
+    for tick in range(3000):
+        simulation.step(-0.004 if 1000 <= tick < 1100 else None)
+        if tick in (0, 1050, 2999):
+            others.append(pickle.loads(pickle.dumps(simulation)))
+            assert others[-1].signals == simulation.signals and others[-1].ticks == simulation.ticks
+    others.append(copy.copy(simulation))
+    expected = simulation.run()
+    for other, tick in zip(others, (0, 1050, 2999, 2999)):
+        for later in range(tick + 1, 3000):
+            other.step(-0.004 if 1000 <= later < 1100 else None)
+        same_bits(other.run(), expected)
+    with pytest.raises(ValueError, match="concluded"):
+        pickle.dumps(simulation)
+    with pytest.raises(TypeError, match="with parts of one's own cannot be copied or pickled"):
+        pickle.dumps(trocar.Simulation(soft, tissue=Spring(soft)))
 
 
 def test_a_sweep_with_copies_of_built_in_parts_has_their_rows(soft):

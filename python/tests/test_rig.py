@@ -1,7 +1,9 @@
 """The controller of a rig."""
 
 import copy
+import itertools
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -39,10 +41,41 @@ def test_a_missing_sample_is_a_fault_and_the_last_one_holds():
     assert controller.step(0.02, 0.02, 0.0, 0.5).faulty_samples == 0
 
 
+LAWS = ["decay", "amplify", "damp"]
+HOLDS = ["freeze", "none", "speed-limit", "forbidden-region"]
+RETURNS = ["ramp", "ramp-until-load", "clutch", "snap"]
+
+
+@pytest.mark.parametrize("law, hold, reengage", list(zip(itertools.cycle(LAWS), HOLDS, RETURNS)))
+def test_a_pickled_controller_goes_on(law, hold, reengage):
+    """Pickled in teleoperation, while the slave is held, while it returns, and while samples are missing: with the same bits."""
+    words = {"augmentation.force_law": law, "augmentation.hold": hold}
+    if hold != "none":
+        words["augmentation.reengage"] = reengage
+    if reengage == "clutch":
+        words["sensor.position_resolution_m"] = 1e-6
+    run = trocar.run(trocar.Scenario.load("paper/augmented", **words))
+    alarm = round(run.alarms_s[0] / run.scenario.tick_s)
+    given = list(zip(*samples(run)))
+    given[alarm + 300] = given[alarm + 301] = (None, 0.0149, math.nan, 1.0)
+    controller = trocar.HapticController(run.scenario, **{"rig.recovery_speed_m_per_s": 0.1})
+    modes, begun = set(), 0
+    for end in (100, alarm, *range(alarm + 1, alarm + 1600, 100), alarm + 1600):
+        other = pickle.loads(pickle.dumps(controller))
+        for sample in given[begun:end]:
+            one, same = controller.step(*sample), other.step(*sample)
+            assert one.__getnewargs__() == same.__getnewargs__()
+            modes.add(one.mode)
+        controller, begun = other, end
+    # Without a hold there is nothing to return from but the force.
+    assert modes == {0, 1, 2}
+
+
 def test_wrong_settings_are_told():
     with pytest.raises(ValueError, match="there is no rig.force"):
         trocar.HapticController("paper/augmented", **{"rig.force": 20.0})
     with pytest.raises(ValueError, match="rig.force_limit_n"):
         trocar.HapticController("paper/augmented", **{"rig.force_limit_n": -1.0})
-    with pytest.raises(ValueError, match="a rig runs no other estimator"):
-        trocar.HapticController(trocar.Scenario.load("paper/augmented", **{"estimator.parameters": "hunt-crossley"}))
+    for key, word in (("estimator.parameters", "hunt-crossley"), ("estimator.forgetting", "exponential")):
+        with pytest.raises(ValueError, match=f"^{key} is ., must be the word .*: a rig runs no other estimator"):
+            trocar.HapticController(trocar.Scenario.load("paper/augmented", **{key: word}))

@@ -6,6 +6,8 @@ import warnings
 from collections.abc import Iterable
 from typing import Any
 
+from . import _core
+
 
 class TrocarWarning(UserWarning):
     """A warning about a scenario, a recording or a result.
@@ -196,7 +198,7 @@ BY_CODE: dict[str, type[TrocarWarning]] = {kind.code: kind for kind in TrocarWar
 def warn(found: Iterable[dict[str, Any]]) -> None:
     """Issues the warnings of an answer, for the caller of the function that calls this one."""
     for one in found:
-        remedy = f" ({one['remedy']})" if one["remedy"] else ""
+        message, place, remedy = (None if one[key] is None else _core.in_python(one[key]) for key in ("message", "place", "remedy"))
         source = f"{one['source']}: " if one.get("source") else ""
-        kind = BY_CODE[one["code"]]
-        warnings.warn(kind(f"{source}{one['message']}{remedy}", one["place"], one["remedy"]), stacklevel=3)
+        told = f"{source}{message} ({remedy})" if remedy else f"{source}{message}"
+        warnings.warn(BY_CODE[one["code"]](told, place, remedy), stacklevel=3)

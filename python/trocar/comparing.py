@@ -5,13 +5,16 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any
 
+from numpy.typing import NDArray
+
 from . import _core
 from ._arrays import whole
 from ._html import quantity, table
 from ._parts import Parts, core_parts
 from ._progress import Progress
+from ._stored import Stored
 from ._warnings import warn
-from .running import Run
+from .running import Run, run_of_kept
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
@@ -22,7 +25,7 @@ if TYPE_CHECKING:
 _PAPER_PAIR = ("paper/classical", "paper/augmented")
 
 
-class Comparison:
+class Comparison(Stored):
     """The comparison of several scenarios, which :func:`compare` returns. ``print`` shows its tables.
 
     Attributes
@@ -46,6 +49,23 @@ class Comparison:
         self.runs = runs
         self._text = text
         self._rows = rows
+
+    _keys = {"comparison", "text", "rows", "runs"}
+
+    def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+        kept = [run._kept() for run in self.runs]
+        arrays = {f"{place}/{name}": column for place, (columns, _) in enumerate(kept) for name, column in columns.items()}
+        runs = [about for _, about in kept]
+        return arrays, {"comparison": self.report, "text": self._text, "rows": self._rows, "runs": runs}
+
+    @classmethod
+    def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Comparison:
+        columns: list[dict[str, NDArray[Any]]] = [{} for _ in about["runs"]]
+        for key, column in arrays.items():
+            place, _, name = key.partition("/")
+            columns[int(place)][name] = column
+        rows = [(metric, label, unit, values) for metric, label, unit, values in about["rows"]]
+        return cls(about["comparison"], about["text"], rows, [run_of_kept(*kept) for kept in zip(columns, about["runs"])])
 
     @property
     def facts(self) -> list[dict[str, Any]] | None:

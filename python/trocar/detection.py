@@ -15,7 +15,7 @@ from ._columns import Columns
 from ._html import quantity, table
 from ._progress import Progress
 from ._settings import settings as lines
-from ._stored import read_stored, write_stored
+from ._stored import Stored
 from ._warnings import warn
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Detection(Columns):
+class Detection(Columns, Stored):
     """The result of the estimator and the detector for a recording, which :func:`detect` returns. ``print`` shows its tables.
 
     ``detection["residual_n"]`` is a column, float64 of the shape ``(samples,)``: ``time_s``, ``position_m``,
@@ -77,31 +77,16 @@ class Detection(Columns):
         """The times of the alarms, in the time of the recording, in s; shape (alarms,)."""
         return self.columns["time_s"][self.alarm_rows]
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the detection into a file of numpy (``.npz``), which is there whole or not at all. :meth:`load` reads it.
+    _keys = {"detection", "report", "text"}
 
-        Raises
-        ------
-        OSError
-            For a file that cannot be written.
-        """
+    def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         rows = {"_alarms": self.alarms, "_alarm_rows": self.alarm_rows}
-        write_stored(path, self.columns | rows, {"detection": self.name, "report": self.report, "text": self._text})
+        return self.columns | rows, {"detection": self.name, "report": self.report, "text": self._text}
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Detection:
-        """Reads a detection that :meth:`save` wrote.
-
-        Raises
-        ------
-        ValueError
-            For a file that :meth:`save` did not write.
-        OSError
-            For a file that cannot be opened.
-        """
-        columns, about = read_stored(path, "a detection that Detection.save wrote", {"detection", "report", "text"})
-        alarms, rows = columns.pop("_alarms"), columns.pop("_alarm_rows")
-        return cls(about["detection"], columns, alarms, rows, about["report"], about["text"])
+    def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Detection:
+        alarms, rows = arrays.pop("_alarms"), arrays.pop("_alarm_rows")
+        return cls(about["detection"], arrays, alarms, rows, about["report"], about["text"])
 
     def to_xarray(self) -> xarray.Dataset:
         """Returns the columns as an xarray Dataset over ``time_s``; every variable has its ``units`` and its ``long_name``."""
@@ -445,7 +430,7 @@ def score(
     return scores
 
 
-class Calibration:
+class Calibration(Stored):
     """Settings of estimator and detector from the beginning of a recording, which :func:`calibrate` returns. ``print`` shows its tables.
 
     Attributes
@@ -480,6 +465,15 @@ class Calibration:
                 section = key.strip("[]")
             elif key:
                 self.settings[f"{section}.{key}"] = resolved[section][key]
+
+    _keys = {"calibration", "text", "toml"}
+
+    def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+        return {}, {"calibration": self.report, "text": self._text, "toml": self.toml}
+
+    @classmethod
+    def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Calibration:
+        return cls(about["calibration"], about["text"], about["toml"])
 
     def __str__(self) -> str:
         return self._text

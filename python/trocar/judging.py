@@ -16,6 +16,7 @@ from ._columns import Columns
 from ._html import table
 from ._parts import Part, core_parts
 from ._progress import Progress
+from ._stored import Stored
 from .detection import _changes
 from .scenario import Scenario
 
@@ -116,7 +117,7 @@ def trials(numbers: int | Iterable[int] = 1000) -> Iterator[Trial]:
     return map(Trial, numbers)
 
 
-class Roc:
+class Roc(Stored):
     """The operating characteristics of detectors, which :func:`roc` returns. ``print`` shows them as a table.
 
     Attributes
@@ -136,6 +137,15 @@ class Roc:
 
     def __init__(self, report: dict[str, Any]) -> None:
         self.report = report
+
+    _keys = {"roc"}
+
+    def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+        return {}, {"roc": self.report}
+
+    @classmethod
+    def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Roc:
+        return cls(about["roc"])
 
     @property
     def curves(self) -> dict[str, list[dict[str, Any]]]:

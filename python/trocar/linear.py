@@ -12,6 +12,7 @@ from . import _core
 from ._arrays import whole
 from ._html import table
 from ._progress import Progress
+from ._stored import Stored
 from ._warnings import warn
 from .scenario import Scenario, scenario_of
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 Side = Literal["master", "slave", "loop-gain", "closed-loop"]
 
 
-class Stability:
+class Stability(Stored):
     """The stability analysis of a loop, which :func:`stability` returns. ``print`` shows its tables.
 
     Attributes
@@ -60,6 +61,17 @@ class Stability:
         self.boundary: NDArray[np.float64] = columns["boundary"].reshape(-1, 2, 2)
         simulated = columns.get("simulated")
         self.simulated: NDArray[np.int8] | None = None if simulated is None else simulated.reshape(shape)
+
+    _keys = {"stability", "text"}
+
+    def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+        arrays: dict[str, NDArray[Any]] = {"x": self.x, "y": self.y, "stable": self.stable, "boundary": self.boundary}
+        simulated = {} if self.simulated is None else {"simulated": self.simulated}
+        return arrays | simulated, {"stability": self.report, "text": self._text}
+
+    @classmethod
+    def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Stability:
+        return cls(about["stability"], about["text"], arrays)
 
     @property
     def is_stable(self) -> bool | None:

@@ -35,6 +35,9 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from . import _core
 from ._parts import Compiled, Part, Parts, core_parts
 from .running import Run
@@ -63,7 +66,8 @@ class Simulation:
         For a scenario that cannot be read or is invalid. It is a ``ValueError``.
     TypeError
         For a scenario that is neither a ``Scenario`` nor a path, an unknown role, and a part that is neither a function, an object with a
-        method ``step``, nor a compiled function. A simulation cannot be copied or pickled: that is a ``TypeError``, too.
+        method ``step``, nor a compiled function. A simulation with parts of one's own cannot be copied or
+        pickled: that is a ``TypeError``, too. Another one is repeated where it is unpickled, which takes the time of its ticks.
 
     >>> import trocar
     >>> simulation = trocar.Simulation("layers/skin-augmented")
@@ -79,7 +83,9 @@ class Simulation:
 
     def __init__(self, scenario: Scenario | str | os.PathLike[str], **parts: Unpack[Parts]) -> None:
         self.scenario = scenario_of(scenario)
-        self._core = _core.Simulation(self.scenario._core, core_parts(parts))
+        own = core_parts(parts)
+        self._core = _core.Simulation(self.scenario._core, own)
+        self._has_own = bool(own)
         self._signals: dict[str, float] | None = None
 
     def step(self, desired_position_m: float | None = None) -> bool:
@@ -140,7 +146,19 @@ class Simulation:
         return Run(self.scenario, core, traces)
 
     def __reduce__(self) -> tuple[object, ...]:
-        raise TypeError("a Simulation cannot be copied or pickled: its parts have states of their own; run() returns a Run, which can")
+        if self._has_own:
+            raise TypeError(
+                "a Simulation with parts of one's own cannot be copied or pickled, as they have states of their own; "
+                "run() returns a Run, which can"
+            )
+        return _repeated, (self.scenario, self._core.led_m())
 
     def __repr__(self) -> str:
         return f"Simulation({self.scenario.name!r}, {self.ticks} of {self.scenario.ticks} ticks)"
+
+
+def _repeated(scenario: Scenario, led_m: NDArray[np.float64]) -> Simulation:
+    simulation = object.__new__(Simulation)
+    simulation.scenario, simulation._has_own, simulation._signals = scenario, False, None
+    simulation._core = _core.Simulation.repeated(scenario._core, led_m)
+    return simulation

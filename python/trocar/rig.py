@@ -5,6 +5,9 @@ from __future__ import annotations
 import os
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from . import _core
 from ._arrays import number
 from .scenario import Scenario, scenario_of
@@ -47,8 +50,8 @@ class HapticController:
 
     def __init__(self, scenario: Scenario | str | os.PathLike[str], **limits: float) -> None:
         self.scenario = scenario_of(scenario)
-        changes = [(key, number(key, value)) for key, value in limits.items()]
-        self._core = _core.HapticController(self.scenario._core, changes)
+        self._limits = [(key, number(key, value)) for key, value in limits.items()]
+        self._core = _core.HapticController(self.scenario._core, self._limits)
 
     def step(
         self,
@@ -81,14 +84,20 @@ class HapticController:
 
     def __copy__(self) -> HapticController:
         other = object.__new__(HapticController)
-        other.scenario, other._core = self.scenario, self._core.copy()
+        other.scenario, other._limits, other._core = self.scenario, self._limits, self._core.copy()
         return other
 
     def __deepcopy__(self, memo: dict[int, Any]) -> HapticController:
         return self.__copy__()
 
     def __reduce__(self) -> tuple[object, ...]:
-        raise TypeError("a HapticController in use cannot be pickled; copy.copy returns one in the same state")
+        return _controller, (self.scenario, self._limits, self._core.state())
 
     def __repr__(self) -> str:
         return f"HapticController({self.scenario.name!r})"
+
+
+def _controller(scenario: Scenario, limits: list[tuple[str, float]], state: NDArray[np.uint64]) -> HapticController:
+    controller = HapticController(scenario, **dict(limits))
+    controller._core.restore(state)
+    return controller

@@ -90,9 +90,13 @@ class Run(Columns):
         OSError
             For a file that cannot be written.
         """
+        write_stored(path, *self._kept())
+
+    def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+        """What a file has of the run."""
         scenario, traces, core = self.__getstate__()
         about = {"name": core.name, "summary": core.summary_text, "text": core.printed, "rows": core.table, "toml": scenario.to_toml()}
-        write_stored(path, samples_of(scenario) | traces, about)
+        return samples_of(scenario) | traces, about
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -236,7 +240,11 @@ def load(path: str | os.PathLike[str]) -> Run:
     >>> trocar.load(path)
     Run('skin-augmented', 9000 ticks)
     """
-    traces, about = read_stored(path, "a run that Run.save wrote", {"name", "toml", "rows", "summary", "text"})
+    return run_of_kept(*read_stored(path, "a run that Run.save wrote", {"name", "toml", "rows", "summary", "text"}))
+
+
+def run_of_kept(traces: dict[str, NDArray[Any]], about: dict[str, Any]) -> Run:
+    """Returns a run from what a file has of it."""
     rows = [(metric, label, unit, value) for metric, label, unit, value in about["rows"]]
     run = Run.__new__(Run)
     stored = _Stored(about["name"], about["summary"], about["text"], rows)

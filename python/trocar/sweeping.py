@@ -20,7 +20,7 @@ from ._html import table
 from ._parts import Parts, core_parts
 from ._progress import Progress
 from ._settings import RECORDING, dotted, key_of, value
-from ._stored import PARTIAL, read_stored, write_stored
+from ._stored import PARTIAL, Stored
 from ._workers import Workers, workers_of
 from .running import samples_of, scenario_from
 from .scenario import Scenario, scenario_of
@@ -68,7 +68,7 @@ class Range:
         return table
 
 
-class Sweep(Columns):
+class Sweep(Columns, Stored):
     """The result of a sweep, a row per case, which :func:`sweep` returns.
 
     ``sweep["detected_ruptures"]`` is a column. An unknown column is a ``KeyError``.
@@ -97,35 +97,20 @@ class Sweep(Columns):
         self.cases = cases
         self.scenario = scenario
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the rows and the scenario into a file of numpy (``.npz``), which is there whole or not at all. :meth:`load` reads it.
+    _keys = {"sweep", "cases"}
 
-        Raises
-        ------
-        OSError
-            For a file that cannot be written.
-        """
+    def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         scenario = self.scenario
         described: dict[str, Any] = {"sweep": self.hash, "cases": self.cases}
         kept = {} if scenario is None else samples_of(scenario)
         if scenario is not None:
             described |= {"name": scenario.name, "toml": scenario.to_toml()}
-        write_stored(path, kept | self.columns, described)
+        return kept | self.columns, described
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Sweep:
-        """Reads rows that :meth:`save` wrote.
-
-        Raises
-        ------
-        ValueError
-            For a file that :meth:`save` did not write.
-        OSError
-            For a file that cannot be opened.
-        """
-        columns, about = read_stored(path, "a sweep that Sweep.save wrote", {"sweep", "cases"})
-        scenario = scenario_from(about["name"], about["toml"], columns) if "toml" in about else None
-        return cls(columns, about["sweep"], about["cases"], scenario)
+    def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Sweep:
+        scenario = scenario_from(about["name"], about["toml"], arrays) if "toml" in about else None
+        return cls(arrays, about["sweep"], about["cases"], scenario)
 
     def __len__(self) -> int:
         return len(self.columns["case"])

@@ -177,4 +177,4 @@ impl<L: Lane> Modes<L> {
 crate::lane::gather!(Automaton {
     min_hold_ticks, max_hold_ticks, exit_level, exit_quiet_ticks, refractory_ticks, blend_ticks, mode, entered, quiet_ticks,
     refractory_until,
-} masks { in_teleoperation });
+} masks { in_teleoperation } stored);

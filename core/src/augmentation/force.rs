@@ -4,7 +4,7 @@
 
 use super::automaton::{Mode, Modes, blend_ticks, is};
 use super::force_laws::{AugmentedTick, ForceLaw};
-use crate::lane::{Gather, LANES, Lane, Mask, of_each};
+use crate::lane::{Gather, LANES, Lane, Mask, Stored, of_each};
 
 /// `u² (3 - 2u)`: the weight of the final value of a cross-fade at the progress `u` from 0 to 1.
 #[inline(always)]
@@ -134,5 +134,15 @@ impl<F: Gather> Gather for ForceFeedback<f64, F> {
             };
         }
         numbers!(blend_step anchor augmented progress weight fed_back measured mode)
+    }
+}
+
+impl<F: Stored> Stored for ForceFeedback<f64, F> {
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        let Self { law, blend_step, anchor, augmented, progress, weight, fed_back, measured, mode } = self;
+        law.numbers(with);
+        for number in [blend_step, anchor, augmented, progress, weight, fed_back, measured, mode] {
+            number.numbers(with);
+        }
     }
 }

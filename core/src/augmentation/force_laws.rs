@@ -97,7 +97,7 @@ macro_rules! force_laws {
             }
         }
 
-        crate::lane::gather_variants!(AnyForceLaw { $($Law),* });
+        crate::lane::gather_variants!(AnyForceLaw { $($Law),* } stored);
     };
 }
 

@@ -75,7 +75,7 @@ macro_rules! holds {
             }
         }
 
-        crate::lane::gather_variants!(AnyHold { $($Hold),* } empty { $($Plain),* });
+        crate::lane::gather_variants!(AnyHold { $($Hold),* } empty { $($Plain),* } stored);
     };
 }
 

@@ -22,7 +22,7 @@ pub use holds::{
 };
 pub use position::{Freeze, HeldReference, MotionLaw, Reengage};
 
-use crate::lane::{Gather, LANES, Lane, Mask, gather_mask, of_each};
+use crate::lane::{Gather, LANES, Lane, Mask, Stored, gather_mask, of_each};
 use crate::settings::ActsFor;
 use automaton::{Automaton, is};
 use force::ForceFeedback;
@@ -204,6 +204,17 @@ impl<M: Gather, F: Gather> Gather for Supervisor<f64, M, F> {
             motion: M::gather(of_each!(all, |one| &one.motion))?,
             feedback: Gather::gather(of_each!(all, |one| &one.feedback))?,
         })
+    }
+}
+
+impl<M: Stored, F: Stored> Stored for Supervisor<f64, M, F> {
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        let Self { enabled, gives_cue, automaton, motion, feedback } = self;
+        enabled.numbers(with);
+        gives_cue.numbers(with);
+        automaton.numbers(with);
+        motion.numbers(with);
+        feedback.numbers(with);
     }
 }
 

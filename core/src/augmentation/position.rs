@@ -193,4 +193,4 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
     }
 }
 
-crate::lane::gather!(HeldReference { hold, force, min_force, stop_rise, closing_step, gap, frozen, last } same { freeze } kinds { reengage });
+crate::lane::gather!(HeldReference { hold, force, min_force, stop_rise, closing_step, gap, frozen, last } kinds { freeze, reengage } stored);

@@ -14,7 +14,8 @@ macro_rules! of_each {
     };
 }
 /// Implements `Gather` for a struct from its numbers, its masks (`bool` over `f64`), the fields that must be equal
-/// (`same`), and the enums of which only the variant matters in the tick (`kinds`); with `stored`, also `Stored`.
+/// (`same`), and the enums of which only the variant matters in the tick (`kinds`); with `stored`, also `Stored`: the
+/// variants follow from the settings.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather {
@@ -60,13 +61,14 @@ macro_rules! gather {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather_variants {
-    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? } stored) => {
-        $crate::gather_variants!($Type $([$N])? { $($Variant),* });
+    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? } $(empty { $($Empty:ident),* })? stored) => {
+        $crate::gather_variants!($Type $([$N])? { $($Variant),* } $(empty { $($Empty),* })?);
 
         impl $(<const $N: usize>)? $crate::lane::Stored for $Type<f64 $(, $N)?> {
             fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
                 match self {
                     $(Self::$Variant(part) => $crate::lane::Stored::numbers(part, with),)*
+                    $($(Self::$Empty => {})*)?
                 }
             }
         }

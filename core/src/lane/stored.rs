@@ -1,9 +1,42 @@
 //! The numbers of a part, to be stored and read back.
 
+#[cfg(feature = "alloc")]
+use alloc::vec::Vec;
+
+#[cfg(feature = "alloc")]
+use crate::error::{InvalidValue, require};
+
 /// A part whose numbers can be stored, and read back into a part with the same settings.
 pub trait Stored {
     /// Calls `with` with every number as 64 bits, in a fixed order, and takes over what it leaves there.
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64));
+
+    /// Returns the numbers, for [`Stored::restore`].
+    #[cfg(feature = "alloc")]
+    fn state(&self) -> Vec<u64>
+    where
+        Self: Clone,
+    {
+        let mut state = Vec::new();
+        self.clone().numbers(&mut |number| state.push(*number));
+        state
+    }
+
+    /// Continues from the state of a part with the same settings.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] if the state is of another length; the part is then as it was.
+    #[cfg(feature = "alloc")]
+    fn restore(&mut self, state: &[u64]) -> Result<(), InvalidValue>
+    where
+        Self: Clone,
+    {
+        let is_own = state.len() == self.state().len();
+        require("the size of a state", state.len() as f64, is_own, "as large as for the same settings")?;
+        let mut values = state.iter();
+        self.numbers(&mut |number| *number = *values.next().expect("as many values as numbers"));
+        Ok(())
+    }
 }
 
 impl Stored for f64 {
@@ -14,13 +47,18 @@ impl Stored for f64 {
     }
 }
 
-impl Stored for usize {
-    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        let mut bits = *self as u64;
-        with(&mut bits);
-        *self = bits as Self;
-    }
+macro_rules! stored_counts {
+    ($($Count:ident)*) => {
+        $(impl Stored for $Count {
+            fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+                let mut bits = *self as u64;
+                with(&mut bits);
+                *self = bits as Self;
+            }
+        })*
+    };
 }
+stored_counts!(usize u64 u32);
 
 impl Stored for bool {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {

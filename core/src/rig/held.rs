@@ -1,5 +1,7 @@
 //! A commanded quantity that is held during bad samples.
 
+use crate::lane::Stored;
+
 /// A value that follows the reading, is held while its channel is bad, and then returns to the reading in bounded
 /// steps.
 ///
@@ -49,6 +51,16 @@ impl Held {
     /// Whether the reading is used unchanged.
     pub(super) fn is_recovered(&self) -> bool {
         !self.is_held && self.gap == 0.0
+    }
+}
+
+impl Stored for Held {
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        let Self { value, gap, step, is_held } = self;
+        value.numbers(with);
+        gap.numbers(with);
+        step.numbers(with);
+        is_held.numbers(with);
     }
 }
 

@@ -49,7 +49,7 @@ use crate::chain::{Chain, Insight, Reading};
 use crate::detection::CusumDetector;
 use crate::error::InvalidValue;
 use crate::estimation::{Estimate, Rls, VelocityFilter};
-use crate::lane::Lane;
+use crate::lane::{Lane, Stored};
 use held::Held;
 
 /// The haptic controller of a rig.
@@ -257,6 +257,24 @@ impl HapticController {
             extra_parameter: 0.0,
         };
         Insight { depth_m: 0.0, estimate, decision }
+    }
+}
+
+impl Stored for HapticController {
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        let Self { chain, supervisor, velocity_filter, tick, hand_m, force_n, parameters, .. } = self;
+        chain.numbers(with);
+        supervisor.numbers(with);
+        velocity_filter.numbers(with);
+        tick.numbers(with);
+        hand_m.numbers(with);
+        force_n.numbers(with);
+        parameters.numbers(with);
+        for number in [&mut self.last_hand_m, &mut self.slave_m, &mut self.velocity_m_per_s] {
+            number.numbers(with);
+        }
+        self.faulty_samples.numbers(with);
+        self.is_disturbed.numbers(with);
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::augmentation::{AmplifySettings, AugmentationSettings, DampSettings, ForceLawSettings};
 use crate::detection::DetectorSettings;
 use crate::error::{InvalidValue, finite, require};
-use crate::estimation::{ContactSettings, RlsSettings, VelocityFilter};
+use crate::estimation::{ContactSettings, Forgetting, Parameters, RlsSettings, VelocityFilter};
 use crate::settings::{Key, Range, Source, count, joined};
 
 /// Smallest and largest magnitude of a setting that the tick divides by or multiplies with. Within these bounds no
@@ -171,8 +171,16 @@ impl Settings {
             VelocityFilter::<f64>::new(self.tick_s, resolution_m, acceleration_std_m_per_s2)?;
         }
         self.estimator.validate()?;
-        let requirement = "stiffness or stiffness-and-damping with resetting: a rig runs no other estimator";
-        require("estimator.parameters", 0.0, self.estimator.is_baseline(), requirement)?;
+        let RlsSettings { parameters, forgetting, .. } = self.estimator;
+        // The number of a word counts them from 0, as in C.
+        let number =
+            |words: &[&str], word| words.iter().position(|one| *one == word).map_or(f64::NAN, |place| place as f64);
+        let resets = matches!(forgetting, Forgetting::Resetting);
+        let requirement = "the word resetting: a rig runs no other estimator";
+        require("estimator.forgetting", number(Forgetting::WORDS, forgetting.word()), resets, requirement)?;
+        let requirement = "the word stiffness or stiffness-and-damping: a rig runs no other estimator";
+        let baseline = self.estimator.is_baseline();
+        require("estimator.parameters", number(Parameters::WORDS, parameters.word()), baseline, requirement)?;
         moderate("estimator.initial_gain", self.estimator.initial_gain)?;
         moderate_or_zero("estimator.dead_zone_n", self.estimator.dead_zone_n)?;
         moderate_or_zero("estimator.normalisation", self.estimator.normalisation)?;

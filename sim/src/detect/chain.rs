@@ -2,7 +2,7 @@
 
 use crate::chain::{self, Chain, Insight, Reading};
 use crate::detection::{AlarmConditions, CusumDetector, Decision, Evidence};
-use crate::error::{InvalidValue, positive, require};
+use crate::error::{InvalidValue, positive};
 use crate::estimation::{AnyEstimator, Estimate, VelocityFilter};
 use crate::lane::Stored;
 use crate::scenario::DetectionSettings;
@@ -76,28 +76,9 @@ impl DetectionChain {
         let (estimation, detector) = self.chain.stages();
         (Estimation { filter: self.filter.as_mut(), estimation }, detector)
     }
+}
 
-    /// Returns the state after the samples so far, for [`DetectionChain::restore`].
-    #[must_use]
-    pub fn state(&self) -> Vec<u64> {
-        let mut state = vec![];
-        self.clone().numbers(&mut |number| state.push(*number));
-        state
-    }
-
-    /// Continues from the state of a chain with the same settings.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] if the state is of another length; the chain is then as it was.
-    pub fn restore(&mut self, state: &[u64]) -> Result<(), InvalidValue> {
-        let is_own = state.len() == self.state().len();
-        let requirement = "as large as for a detector with the same settings";
-        require("the size of a detector's state", state.len() as f64, is_own, requirement)?;
-        let mut values = state.iter();
-        self.numbers(&mut |number| *number = *values.next().expect("as many values as numbers"));
-        Ok(())
-    }
-
+impl Stored for DetectionChain {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
         let Self { filter, chain } = self;
         filter.numbers(with);

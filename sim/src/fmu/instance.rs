@@ -98,22 +98,9 @@ pub enum InstanceError {
 #[derive(Debug)]
 pub(super) enum Running {
     Nothing,
-    Rig {
-        controller: Box<HapticController>,
-        tick_s: f64,
-    },
-    /// Also where the person was led at each tick, in m; NaN where it was not.
-    Simulation {
-        run: Box<SteppedRun>,
-        tick_s: f64,
-        has_ended: bool,
-        led_m: Vec<f64>,
-    },
-    Tissue {
-        tissue: Box<AnyTissue<f64>>,
-        tick_s: f64,
-        tick: u64,
-    },
+    Rig { controller: Box<HapticController>, tick_s: f64 },
+    Simulation { run: Box<SteppedRun>, tick_s: f64 },
+    Tissue { tissue: Box<AnyTissue<f64>>, tick_s: f64, tick: u64 },
 }
 
 /// A running unit: its variables and what they control.
@@ -230,7 +217,7 @@ impl Instance {
             }
             Model::Simulation => {
                 let run = Box::new(SteppedRun::new(scenario, OwnParts::default())?);
-                Running::Simulation { run, tick_s, has_ended: false, led_m: vec![] }
+                Running::Simulation { run, tick_s }
             }
             Model::Tissue => Running::Tissue { tissue: Box::new(scenario.tissue_part()?), tick_s, tick: 0 },
         };
@@ -285,8 +272,8 @@ impl Instance {
                 rest.iter_mut().zip(outputs).for_each(|(value, output)| *value = output);
                 Ok(())
             }
-            Running::Simulation { run, has_ended, led_m: log, .. } => {
-                if *has_ended {
+            Running::Simulation { run, .. } => {
+                if run.has_ended() {
                     return Err(InstanceError::Ended { ticks: run.ticks() });
                 }
                 let is_led = inputs[IS_LED] == Scalar::Boolean(true);
@@ -294,8 +281,7 @@ impl Instance {
                 if let Some(position_m) = led_m.filter(|position_m| !position_m.is_finite()) {
                     return Err(InstanceError::Position { position_m });
                 }
-                log.push(led_m.unwrap_or(f64::NAN));
-                *has_ended = !run.step(led_m)?;
+                run.step(led_m)?;
                 let columns = run.trace().columns();
                 for (value, column) in rest.iter_mut().zip(&columns[FIRST_COLUMN..]) {
                     let last = match column {

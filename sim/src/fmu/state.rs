@@ -2,7 +2,6 @@
 
 use super::instance::{Instance, InstanceError, Running};
 use super::variables::Scalar;
-use crate::engine::OwnParts;
 use crate::rig::HapticController;
 use crate::run::SteppedRun;
 use crate::scenario::Scenario;
@@ -35,8 +34,8 @@ impl Instance {
         let running = match &self.running {
             Running::Nothing => Saved::Nothing,
             Running::Rig { controller, tick_s } => Saved::Rig(controller.clone(), *tick_s),
-            Running::Simulation { run, led_m, .. } => {
-                Saved::Simulation(Box::new(run.scenario().clone()), led_m.clone())
+            Running::Simulation { run, .. } => {
+                Saved::Simulation(Box::new(run.scenario().clone()), run.led_m().to_vec())
             }
             Running::Tissue { tissue, tick, tick_s } => Saved::Tissue(copied(tissue)?, *tick, *tick_s),
         };
@@ -53,12 +52,8 @@ impl Instance {
             Saved::Rig(controller, tick_s) => Running::Rig { controller: controller.clone(), tick_s: *tick_s },
             Saved::Simulation(scenario, led_m) => {
                 let tick_s = scenario.grid.tick_s();
-                let mut run = SteppedRun::new(Scenario::clone(scenario), OwnParts::default())?;
-                let mut has_ended = false;
-                for position_m in led_m {
-                    has_ended = !run.step(Some(*position_m).filter(|position_m| !position_m.is_nan()))?;
-                }
-                Running::Simulation { run: Box::new(run), tick_s, has_ended, led_m: led_m.clone() }
+                let run = SteppedRun::repeated(Scenario::clone(scenario), led_m)?;
+                Running::Simulation { run: Box::new(run), tick_s }
             }
             Saved::Tissue(tissue, tick, tick_s) => {
                 Running::Tissue { tissue: copied(tissue)?, tick_s: *tick_s, tick: *tick }

@@ -38,7 +38,8 @@ pub struct SteppedRun {
     observers: (MetricsObserver<f64>, Trace),
     led: Arc<AtomicU64>,
     desired_m: f64,
-    tick: u64,
+    /// Where the person was led at each tick so far, in m; NaN where not.
+    led_m: Vec<f64>,
     has_ended: bool,
 }
 
@@ -55,7 +56,20 @@ impl SteppedRun {
         engine.parts.operator = BuiltInOr::Own(Box::new(operator));
         let desired_m = engine.parts.begin();
         let observers = (metrics_observer(&scenario), trace);
-        Ok(Self { scenario, engine, observers, led, desired_m, tick: 0, has_ended: false })
+        Ok(Self { scenario, engine, observers, led, desired_m, led_m: vec![], has_ended: false })
+    }
+
+    /// Repeats the run of a scenario without parts of one's own, of which [`SteppedRun::led_m`] is given: it goes on from the same
+    /// state. It takes the time of its ticks.
+    ///
+    /// # Errors
+    /// As [`SteppedRun::new`] and [`SteppedRun::step`].
+    pub fn repeated(scenario: Scenario, led_m: &[f64]) -> Result<Self, RunError> {
+        let mut run = Self::new(scenario, OwnParts::default())?;
+        for position_m in led_m {
+            run.step(Some(*position_m).filter(|position_m| !position_m.is_nan()))?;
+        }
+        Ok(run)
     }
 
     /// Runs a tick: the signals are observed, and then both machines move to the next tick, at which the desired position is
@@ -67,12 +81,13 @@ impl SteppedRun {
         if self.has_ended {
             return Ok(false);
         }
+        let tick = self.ticks();
         self.led.store(desired_m.unwrap_or(f64::NAN).to_bits(), Ordering::Relaxed);
         let engine = &mut self.engine;
-        let outcome = match engine.parts.tick(self.tick, self.desired_m, &mut engine.plants, &mut self.observers) {
+        let outcome = match engine.parts.tick(tick, self.desired_m, &mut engine.plants, &mut self.observers) {
             ControlFlow::Continue(next_m) => {
                 self.desired_m = next_m;
-                self.has_ended = self.tick + 1 >= engine.grid.ticks();
+                self.has_ended = tick + 1 >= engine.grid.ticks();
                 Ok(())
             }
             ControlFlow::Break(outcome) => {
@@ -85,7 +100,7 @@ impl SteppedRun {
             let outcome = engine.parts.tissue_outcome().and(outcome);
             outcome.map_err(|source| RunError::Engine { name: self.scenario.name.clone(), source })?;
         }
-        self.tick += 1;
+        self.led_m.push(desired_m.unwrap_or(f64::NAN));
         Ok(!self.has_ended)
     }
 
@@ -98,7 +113,19 @@ impl SteppedRun {
     /// The number of ticks so far.
     #[must_use]
     pub fn ticks(&self) -> u64 {
-        self.tick
+        self.led_m.len() as u64
+    }
+
+    /// Where the person was led at each tick so far, in m; NaN at a tick at which they were not.
+    #[must_use]
+    pub fn led_m(&self) -> &[f64] {
+        &self.led_m
+    }
+
+    /// Whether there are no more ticks.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.has_ended
     }
 
     /// The signals of the ticks so far.
@@ -118,7 +145,7 @@ impl SteppedRun {
 
 impl std::fmt::Debug for SteppedRun {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("SteppedRun").field("scenario", &self.scenario.name).field("tick", &self.tick).finish()
+        f.debug_struct("SteppedRun").field("scenario", &self.scenario.name).field("tick", &self.ticks()).finish()
     }
 }
 

@@ -38,4 +38,4 @@ impl<L: Lane> ForceLaw<L> for Amplify<L> {
     }
 }
 
-crate::lane::gather!(Amplify { gain });
+crate::lane::gather!(Amplify { gain } stored);

@@ -46,4 +46,4 @@ impl<L: Lane> ForceLaw<L> for Damp<L> {
     }
 }
 
-crate::lane::gather!(Damp { damping, keep, risen, braking });
+crate::lane::gather!(Damp { damping, keep, risen, braking } stored);

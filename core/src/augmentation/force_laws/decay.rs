@@ -41,4 +41,4 @@ impl<L: Lane> ForceLaw<L> for Decay<L> {
     }
 }
 
-crate::lane::gather!(Decay { ratio, keep });
+crate::lane::gather!(Decay { ratio, keep } stored);

@@ -33,4 +33,4 @@ impl<L: Lane> Hold<L> for ForbiddenRegion<L> {
     }
 }
 
-crate::lane::gather!(ForbiddenRegion { margin });
+crate::lane::gather!(ForbiddenRegion { margin } stored);

@@ -33,4 +33,4 @@ impl<L: Lane> Hold<L> for SpeedLimit<L> {
     }
 }
 
-crate::lane::gather!(SpeedLimit { step });
+crate::lane::gather!(SpeedLimit { step } stored);
