@@ -87,16 +87,14 @@ impl<L: Lane> Estimator<L> for HuntCrossley<L> {
     #[inline(always)]
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
         let zero = L::zero();
-        let update = self.regression.update(force_n);
-        self.update_power(force_n);
-
         let contact = depth_m.gt(zero);
         let bounded = depth_m.clamp(L::splat(MIN_DEPTH_M), L::splat(MAX_DEPTH_M));
-        let (mut base, mut log_depth) = (zero, zero);
-        if contact.any() {
-            log_depth = each(bounded * L::splat(1.0 / REFERENCE_DEPTH_M), libm::log);
-            base = L::splat(REFERENCE_DEPTH_M) * each(self.power * log_depth, libm::exp);
-        }
+        let is_any = contact.any();
+        // Before the branch on the error, which is often predicted wrongly.
+        let log_depth = if is_any { each(bounded * L::splat(1.0 / REFERENCE_DEPTH_M), libm::log) } else { zero };
+        let update = self.regression.update(force_n);
+        self.update_power(force_n);
+        let base = if is_any { L::splat(REFERENCE_DEPTH_M) * each(self.power * log_depth, libm::exp) } else { zero };
         self.log_depth = L::select(contact, log_depth, zero);
         let base = L::select(contact, base, zero);
         let velocity = velocity_m_per_s * L::splat(1.0 / REFERENCE_VELOCITY_M_PER_S);
@@ -146,9 +144,9 @@ impl<L: Lane> HuntCrossley<L> {
     }
 }
 
-/// A scalar function of each lane, out of line.
-#[inline(never)]
-fn each<L: Lane>(mut value: L, function: fn(f64) -> f64) -> L {
+/// A scalar function of each lane.
+#[inline(always)]
+fn each<L: Lane>(mut value: L, function: impl Fn(f64) -> f64) -> L {
     for lane in 0..L::WIDTH {
         value = value.with_lane(lane, function(value.lane(lane)));
     }
