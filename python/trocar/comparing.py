@@ -14,7 +14,7 @@ from ._parts import Parts, core_parts
 from ._progress import Progress
 from ._stored import Stored
 from ._warnings import warn
-from .running import Run, run_of_kept
+from .running import Run
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class Comparison(Stored):
             place, _, name = key.partition("/")
             columns[int(place)][name] = column
         rows = [(metric, label, unit, values) for metric, label, unit, values in about["rows"]]
-        return cls(about["comparison"], about["text"], rows, [run_of_kept(*kept) for kept in zip(columns, about["runs"])])
+        return cls(about["comparison"], about["text"], rows, [Run._of_kept(*kept) for kept in zip(columns, about["runs"])])
 
     @property
     def facts(self) -> list[dict[str, Any]] | None:

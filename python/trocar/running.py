@@ -17,7 +17,7 @@ from ._arrays import recording_of
 from ._columns import Columns
 from ._html import quantity, table
 from ._parts import Parts, core_parts
-from ._stored import read_stored, write_stored
+from ._stored import Stored
 from ._warnings import warn
 from .scenario import Scenario, scenario_of
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-class Run(Columns):
+class Run(Columns, Stored):
     """The result of a run, which :func:`run` returns. ``print`` shows its tables.
 
     ``run["slave_position_m"]`` is a column of the trace, and the run is a mapping of its columns. Every column has the shape ``(ticks,)``
@@ -56,14 +56,14 @@ class Run(Columns):
     def __init__(self, scenario: Scenario, core: _core.Run, traces: dict[str, NDArray[Any]]) -> None:
         self.scenario = scenario
         self._recorded = traces
-        self._core: _core.Run | _Stored = core
+        self._core: _core.Run | _Kept = core
 
     @cached_property
     def traces(self) -> dict[str, NDArray[Any]]:
         """All columns of the trace."""
         # The trust in the estimate is computed when one of its columns is asked for, or all of them.
         core = self._core
-        return self._recorded if isinstance(core, _Stored) else {**self._recorded, **core.trust(self._recorded)}
+        return self._recorded if isinstance(core, _Kept) else {**self._recorded, **core.trust(self._recorded)}
 
     @property
     def _columns(self) -> dict[str, NDArray[Any]]:  # type: ignore[override]
@@ -75,28 +75,27 @@ class Run(Columns):
     def __len__(self) -> int:
         return len(self._columns)
 
-    def __getstate__(self) -> tuple[Scenario, dict[str, NDArray[Any]], _Stored]:
+    def __getstate__(self) -> tuple[Scenario, dict[str, NDArray[Any]], _Kept]:
         core = self._core
-        return self.scenario, self.traces, _Stored(core.name, core.summary_json(), core.text(), core.rows())
+        return self.scenario, self.traces, _Kept(core.name, core.summary_json(), core.text(), core.rows())
 
-    def __setstate__(self, state: tuple[Scenario, dict[str, NDArray[Any]], _Stored]) -> None:
+    def __setstate__(self, state: tuple[Scenario, dict[str, NDArray[Any]], _Kept]) -> None:
         self.scenario, self._recorded, self._core = state
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the run into a file of numpy (``.npz``): trace, summary and scenario. :func:`trocar.load` reads it.
-
-        Raises
-        ------
-        OSError
-            For a file that cannot be written.
-        """
-        write_stored(path, *self._kept())
+    _keys = {"name", "toml", "rows", "summary", "text"}
 
     def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        """What a file has of the run."""
         scenario, traces, core = self.__getstate__()
         about = {"name": core.name, "summary": core.summary_text, "text": core.printed, "rows": core.table, "toml": scenario.to_toml()}
         return samples_of(scenario) | traces, about
+
+    @classmethod
+    def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Run:
+        rows = [(metric, label, unit, value) for metric, label, unit, value in about["rows"]]
+        run = cls.__new__(cls)
+        scenario = scenario_from(about["name"], about["toml"], arrays)
+        run.__setstate__((scenario, arrays, _Kept(about["name"], about["summary"], about["text"], rows)))
+        return run
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -185,7 +184,7 @@ class Run(Columns):
 
 
 @dataclass(frozen=True)
-class _Stored:
+class _Kept:
     """What a run tells, without the core's object."""
 
     name: str
@@ -212,7 +211,7 @@ class _Stored:
 
 
 def load(path: str | os.PathLike[str]) -> Run:
-    """Reads a run that :meth:`Run.save` wrote. The recording of its scenario is in the file.
+    """Reads a run that :meth:`Run.save` wrote, as :meth:`Run.load` does. The recording of its scenario is in the file.
 
     Parameters
     ----------
@@ -240,17 +239,7 @@ def load(path: str | os.PathLike[str]) -> Run:
     >>> trocar.load(path)
     Run('skin-augmented', 9000 ticks)
     """
-    return run_of_kept(*read_stored(path, "a run that Run.save wrote", {"name", "toml", "rows", "summary", "text"}))
-
-
-def run_of_kept(traces: dict[str, NDArray[Any]], about: dict[str, Any]) -> Run:
-    """Returns a run from what a file has of it."""
-    rows = [(metric, label, unit, value) for metric, label, unit, value in about["rows"]]
-    run = Run.__new__(Run)
-    stored = _Stored(about["name"], about["summary"], about["text"], rows)
-    scenario = scenario_from(about["name"], about["toml"], traces)
-    run.__setstate__((scenario, traces, stored))
-    return run
+    return Run.load(path)
 
 
 # Before the names of the samples of a scenario's recording in a file, and its name for where it was read from, and how.

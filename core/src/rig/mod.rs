@@ -263,18 +263,19 @@ impl HapticController {
 impl Stored for HapticController {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
         let Self { chain, supervisor, velocity_filter, tick, hand_m, force_n, parameters, .. } = self;
+        let Self { last_hand_m, slave_m, velocity_m_per_s, faulty_samples, is_disturbed, .. } = self;
         chain.numbers(with);
         supervisor.numbers(with);
         velocity_filter.numbers(with);
         tick.numbers(with);
         hand_m.numbers(with);
+        last_hand_m.numbers(with);
         force_n.numbers(with);
+        slave_m.numbers(with);
+        velocity_m_per_s.numbers(with);
         parameters.numbers(with);
-        for number in [&mut self.last_hand_m, &mut self.slave_m, &mut self.velocity_m_per_s] {
-            number.numbers(with);
-        }
-        self.faulty_samples.numbers(with);
-        self.is_disturbed.numbers(with);
+        faulty_samples.numbers(with);
+        is_disturbed.numbers(with);
     }
 }
 
