@@ -39,7 +39,7 @@ macro_rules! trace {
             /// The estimator's extra parameter: the column's name, and its values.
             pub extra_parameter: Option<(&'static str, Vec<f64>)>,
             contact_m: Option<f64>,
-            grid: TickGrid,
+            pub(crate) grid: TickGrid,
             ports: PortEnergies,
         }
 

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::catalogue::metrics;
+use crate::interrupt;
 
 metrics! {
     /// The energies at the ports, positive in the direction from the hand to the tissue.
@@ -97,6 +98,7 @@ impl PortMetrics {
         let mut at = 0;
         let ticks = time_s.len();
         for k in 0..ticks {
+            interrupt::check_at(k as u64);
             let (hand, fed_back, reference, needle) = (hand_j[k], master_j[k], reference_j[k], needle_j[k]);
             master.update(hand - fed_back);
             link.update(fed_back - energy_scale * reference);

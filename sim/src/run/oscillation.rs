@@ -2,7 +2,8 @@
 
 use super::{RunError, observe};
 use crate::augmentation::Mode;
-use crate::engine::{OwnParts, Trace};
+use crate::engine::{Observer, OwnParts, Signals, Trace};
+use crate::interrupt;
 use crate::metrics::Outcome;
 use crate::moments::Moments;
 use crate::operator::Operator;
@@ -55,6 +56,20 @@ pub(super) fn outcome(scenario: &Scenario, trace: &Trace, outcome: Outcome) -> R
     })
 }
 
+/// Records what is read here of a run that is repeated, a sixth of all columns.
+struct Positions<'a>(&'a mut Trace);
+
+impl Observer<f64> for Positions<'_> {
+    fn observe(&mut self, signals: &Signals<f64>) {
+        let Self(trace) = self;
+        trace.time_s.push(trace.grid.time_s(signals.tick));
+        trace.desired_position_m.push(signals.desired_position_m);
+        trace.master_position_m.push(signals.master_position_m);
+        trace.slave_position_m.push(signals.slave_position_m);
+        trace.mode.push(signals.mode as u8);
+    }
+}
+
 /// Positions relative to the desired position, in the tail of a run.
 struct RelativePositions {
     all: [Vec<f64>; 2],
@@ -70,6 +85,7 @@ impl RelativePositions {
     fn of(scenario: &Scenario, trace: &Trace) -> Self {
         let begin = tail_begin(trace.len());
         let relative = |positions: &[f64], scale: f64| -> Vec<f64> {
+            interrupt::check();
             let desired = &trace.desired_position_m[begin..];
             positions[begin..].iter().zip(desired).map(|(position, desired)| position - scale * desired).collect()
         };
@@ -84,6 +100,7 @@ impl RelativePositions {
     /// Standard deviation of the positions in the second half of the tail, of hand or needle, in m: of the larger.
     fn late_std_m(&self) -> f64 {
         let std_m = |values: &[f64]| {
+            interrupt::check();
             let mut moments = Moments::default();
             values.iter().for_each(|value| moments.add(*value));
             moments.variance().sqrt()
@@ -121,6 +138,7 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 
 /// The changes from each peak to the next trough and back, of at least `min`.
 fn swings(values: &[f64], min: f64) -> Vec<f64> {
+    interrupt::check();
     let Some(&first) = values.first() else { return vec![] };
     let (mut low, mut high, mut is_rising) = (first, first, None);
     let mut all = vec![];
@@ -223,7 +241,7 @@ fn events_recur(trace: &Trace) -> bool {
 /// Whether a scenario's run completes without a lasting swing, and the standard deviation at its end in m.
 fn end_of(scenario: &Scenario) -> Result<(bool, f64), RunError> {
     let mut trace = Trace::new(scenario.grid);
-    let metrics = observe(scenario, &mut trace.recorder())?;
+    let metrics = observe(scenario, &mut Positions(&mut trace))?;
     let is_completed = outcome(scenario, &trace, metrics.outcome)? == Outcome::Completed;
     Ok((is_completed, RelativePositions::of(scenario, &trace).late_std_m()))
 }
@@ -241,7 +259,7 @@ fn is_sustained(scenario: &Scenario, trace: &Trace, swing: &Swing) -> Result<boo
     let integration = |source| RunError::Engine { name: scenario.name.clone(), source };
     scenario
         .build_with(OwnParts::default().operator(operator))?
-        .run_wide(&mut other.recorder())
+        .run_wide(&mut Positions(&mut other))
         .map_err(integration)?;
     let begin = tail_begin(trace.len());
     if other.len() < trace.len() {
