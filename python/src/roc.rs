@@ -98,7 +98,7 @@ pub(crate) fn roc<'py>(
             })?;
             objects(py, &points.map_err(|error| error.raise(py))?)?
         }
-        _ => own_points(py, &study, &own, || {
+        Some(_) | None => own_points(py, &study, &own, || {
             done.fetch_add(1, Ordering::Relaxed);
             tell(py)
         })?,

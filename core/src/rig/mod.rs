@@ -262,8 +262,25 @@ impl HapticController {
 
 impl Stored for HapticController {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        let Self { chain, supervisor, velocity_filter, tick, hand_m, force_n, parameters, .. } = self;
-        let Self { last_hand_m, slave_m, velocity_m_per_s, faulty_samples, is_disturbed, .. } = self;
+        // Without `..`: a new field is either stored or, as these four, follows from the settings.
+        let Self {
+            chain,
+            supervisor,
+            velocity_filter,
+            position_scale: _,
+            force_scale: _,
+            limits: _,
+            tick,
+            hand_m,
+            last_hand_m,
+            per_hand_step: _,
+            force_n,
+            slave_m,
+            velocity_m_per_s,
+            parameters,
+            faulty_samples,
+            is_disturbed,
+        } = self;
         chain.numbers(with);
         supervisor.numbers(with);
         velocity_filter.numbers(with);
