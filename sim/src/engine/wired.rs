@@ -106,8 +106,8 @@ wirings! {
     Paper(PaperChain<L, Replay, RecordedForce, PerfectSensor, DirectLink<L>>),
     /// The same with a force sensor that is not ideal.
     NoisyRecording(PaperChain<L, Replay, RecordedForce, ForceSensor<L>, DirectLink<L>>),
-    /// The same in layered tissue.
-    NoisyLayers(PaperChain<L, Replay, Layers<L>, ForceSensor<L>, DirectLink<L>>),
+    /// Layered tissue, with a force sensor that is not ideal and any built-in distance.
+    NoisyLayers(Parts<L, Replay, Layers<L>, ForceSensor<L>, Rls<L>, CusumDetector<L>, DirectLink<L>>),
     /// A recording replayed by depth.
     Depth(PaperChain<L, Replay, DepthReplay<L>, PerfectSensor, DirectLink<L>>),
     /// Any parts with a direct link.

@@ -56,24 +56,24 @@ impl Scenario {
         }
         let machines = &self.link.machines;
         let link = DirectLink::new(machines.position_scale, machines.force_scale);
-        let is_baseline = self.estimator.is_baseline()
-            && self.detector.distance.kind == DistanceKind::SquaredResidual
+        let is_common = self.estimator.is_baseline()
             && self.alarm_ticks().is_empty()
             && self.sensor.reads_position_exactly()
             && !self.sensor.at_tip;
+        let is_papers = self.detector.distance.kind == DistanceKind::SquaredResidual;
         let force_sensor = || ForceSensor::new(&self.sensor, self.grid.tick_s(), self.seed, first_stream);
         let reads_exactly = self.sensor.reads_force_exactly();
-        Ok(match (self.replay().filter(|_| is_baseline), self.any_tissue()?) {
-            (Some(operator), AnyTissue::Recording(tissue)) if reads_exactly => Wired::Paper(
+        Ok(match (self.replay().filter(|_| is_common), self.any_tissue()?) {
+            (Some(operator), AnyTissue::Recording(tissue)) if is_papers && reads_exactly => Wired::Paper(
                 self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)),
             ),
-            (Some(operator), AnyTissue::Recording(tissue)) => Wired::NoisyRecording(
+            (Some(operator), AnyTissue::Recording(tissue)) if is_papers => Wired::NoisyRecording(
                 self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.paper_chain(), link)),
             ),
             (Some(operator), AnyTissue::Layers(tissue)) => Wired::NoisyLayers(
-                self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.paper_chain(), link)),
+                self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.rls_chain(), link)),
             ),
-            (Some(operator), AnyTissue::Depth(tissue)) if reads_exactly => Wired::Depth(
+            (Some(operator), AnyTissue::Depth(tissue)) if is_papers && reads_exactly => Wired::Depth(
                 self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)),
             ),
             (_, tissue) => {
@@ -102,6 +102,12 @@ impl Scenario {
         let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
         let detector = ScheduledAlarms::new(detector, self.alarm_ticks());
         Chain { contact_m: L::splat(self.contact_m), estimator: AnyEstimator::new(&self.estimator), detector }
+    }
+
+    /// The paper's estimator, and its detector with any built-in distance.
+    fn rls_chain<L: Lane>(&self) -> Chain<L, Rls<L>, CusumDetector<L>> {
+        let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
+        Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector }
     }
 
     /// The paper's estimator and detector.

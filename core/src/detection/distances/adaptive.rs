@@ -15,6 +15,9 @@ const BIN_S: f64 = 1e-3;
 /// Number of bins that are kept: at least the longest window and the reference before it.
 const BINS: usize = 64;
 
+/// Number of bins of which shorter extremes are kept: a longer one needs those of at most seven bins ago. Divides [`BINS`].
+const SHORT: usize = 8;
+
 /// Number of bins of a median.
 const MEDIAN_BINS: usize = 3;
 
@@ -401,14 +404,14 @@ fn before(bin: usize, bins: usize) -> usize {
 #[derive(Debug, Clone)]
 struct Extremes<L> {
     twos: [L; BINS],
-    fours: [L; BINS],
-    eights: [L; BINS],
+    fours: [L; SHORT],
+    eights: [L; SHORT],
     whole: [L; BINS],
 }
 
 impl<L: Lane> Extremes<L> {
     fn new(value: L) -> Self {
-        Self { twos: [value; BINS], fours: [value; BINS], eights: [value; BINS], whole: [value; BINS] }
+        Self { twos: [value; BINS], fours: [value; SHORT], eights: [value; SHORT], whole: [value; BINS] }
     }
 
     /// Processes the newest of the values; `more` is the minimum or the maximum of two.
@@ -418,13 +421,13 @@ impl<L: Lane> Extremes<L> {
         let two = more(one, values[before(newest, 1)]);
         self.twos[newest] = two;
         let four = more(two, self.twos[before(newest, 2)]);
-        self.fours[newest] = four;
-        let eight = more(four, self.fours[before(newest, 4)]);
-        self.eights[newest] = eight;
+        self.fours[newest % SHORT] = four;
+        let eight = more(four, self.fours[before(newest, 4) % SHORT]);
+        self.eights[newest % SHORT] = eight;
         // The reference is at most 15 bins.
         self.whole[newest] = match reference {
-            8.. => more(eight, self.eights[before(newest, reference - 8)]),
-            4.. => more(four, self.fours[before(newest, reference - 4)]),
+            8.. => more(eight, self.eights[before(newest, reference - 8) % SHORT]),
+            4.. => more(four, self.fours[before(newest, reference - 4) % SHORT]),
             2.. => more(two, self.twos[before(newest, reference - 2)]),
             ..2 => one,
         };
