@@ -8,6 +8,9 @@ pub const MAX_SESSIONS: usize = 16;
 /// Maximum number of connections that are not yet a page. Beyond it, the oldest one is closed.
 pub const MAX_WAITING: usize = 128;
 
+/// Maximum number of connections that wait to be accepted, if the system allows so many.
+pub const MAX_UNACCEPTED: u32 = 4096;
+
 /// Time limit for the head of a request.
 pub const HEAD_TIMEOUT: Duration = Duration::from_secs(3);
 

@@ -10,14 +10,14 @@ use axum::extract::ws::WebSocketUpgrade;
 use axum::http::{Method, Request, Response};
 use axum::response::IntoResponse;
 use thiserror::Error;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::Semaphore;
 
 use super::assets::{ASSETS, FIELD_ASSETS};
 use super::connections::{accept, header, host, text};
 use super::field::{self, Field};
 use super::guard::Guard;
-use super::limits::{MAX_MESSAGE_BYTES, MAX_SESSIONS};
+use super::limits::{MAX_MESSAGE_BYTES, MAX_SESSIONS, MAX_UNACCEPTED};
 use super::session;
 use super::state::Catalogue;
 
@@ -73,10 +73,21 @@ impl ServerState {
     }
 }
 
-async fn bind(address: SocketAddr) -> Result<(TcpListener, SocketAddr), ExploreError> {
-    let listener = TcpListener::bind(address).await.map_err(|source| ExploreError::Bind { address, source })?;
+fn bind(address: SocketAddr) -> Result<(TcpListener, SocketAddr), ExploreError> {
+    let listener = listen(address).map_err(|source| ExploreError::Bind { address, source })?;
     let bound = listener.local_addr().map_err(ExploreError::System)?;
     Ok((listener, bound))
+}
+
+/// Listens as [`TcpListener::bind`] does, with room for more connections that are not yet accepted: one without room is tried again
+/// by its client a second later.
+fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
+    // On Windows this option has another meaning.
+    #[cfg(not(windows))]
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(MAX_UNACCEPTED)
 }
 
 async fn answer_all(listener: TcpListener, state: Arc<ServerState>) -> std::convert::Infallible {
@@ -90,7 +101,7 @@ async fn answer_all(listener: TcpListener, state: Arc<ServerState>) -> std::conv
 pub fn serve_field(field: Arc<Field>, port: u16) -> Result<SocketAddr, ExploreError> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(ExploreError::System)?;
     let address = SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, port));
-    let (listener, bound) = runtime.block_on(bind(address))?;
+    let (listener, bound) = runtime.block_on(async { bind(address) })?;
     let state = ServerState::new(Guard::new(bound), Site::Field(field));
     let serve = move || match runtime.block_on(answer_all(listener, state)) {};
     std::thread::Builder::new().name("trocar field".into()).spawn(serve).map_err(ExploreError::System)?;
@@ -106,7 +117,7 @@ pub fn serve(options: Options, ready: impl FnOnce(SocketAddr, &str)) -> Result<(
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
     let runtime = runtime.map_err(ExploreError::System)?;
     let outcome = runtime.block_on(async {
-        let (listener, bound) = bind(SocketAddr::new(options.address, options.port)).await?;
+        let (listener, bound) = bind(SocketAddr::new(options.address, options.port))?;
         let guard = Guard::new(bound);
         let guard = if bound.ip().is_loopback() { guard } else { guard.with_token().map_err(ExploreError::System)? };
         let query = guard.query();

@@ -252,27 +252,20 @@ fn a_key_without_effect_is_an_error_unless_the_kind_was_changed_later() {
     folder.good(&["sweep", "kinds.toml"]);
 }
 
+/// What `stability` says of a scenario: the loop, the events, and the warnings.
+fn verdict(folder: &TestFolder, scenario: &str, settings: &[&str]) -> (Json, Json, String) {
+    let mut arguments = vec!["stability", scenario, "--json", "--x", "scaling.force=0.5:2:2"];
+    arguments.extend(["--y", "scaling.position=0.5:2:2"]);
+    arguments.extend(settings.iter().flat_map(|setting| ["--set", setting]));
+    let outcome = folder.trocar(&arguments);
+    assert_eq!(outcome.code, 0, "{}", outcome.err);
+    let json: Json = serde_json::from_str(&outcome.out).expect("JSON");
+    (json["is_stable"].clone(), json["switching"]["is_certified"].clone(), outcome.err)
+}
+
 #[test]
 fn a_verdict_is_unknown_where_something_is_left_out() {
     let folder = TestFolder::new();
-    folder.file("delays.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.15,0.15\n1,0.15,0.15\n2,0.15,0.15\n");
-    folder.file("varying.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.15,0.15\n1,0.05,0.15\n2,0.15,0.15\n");
-    let verdict = |scenario: &str, settings: &[&str]| -> (Json, Json, String) {
-        let mut arguments = vec!["stability", scenario, "--json", "--x", "scaling.force=0.5:2:2"];
-        arguments.extend(["--y", "scaling.position=0.5:2:2"]);
-        arguments.extend(settings.iter().flat_map(|setting| ["--set", setting]));
-        let outcome = folder.trocar(&arguments);
-        assert_eq!(outcome.code, 0, "{}", outcome.err);
-        let json: Json = serde_json::from_str(&outcome.out).expect("JSON");
-        (json["is_stable"].clone(), json["switching"]["is_certified"].clone(), outcome.err)
-    };
-    let wall = "passivity/late-wall";
-    let constant = verdict(wall, &["channel.forward_delay_s=0.15", "channel.backward_delay_s=0.15"]).0;
-    assert_eq!(constant, Json::Bool(false));
-    let none = ["channel.forward_delay_s=0", "channel.backward_delay_s=0"];
-    let with = |file| [&none[..], &[file]].concat();
-    assert_eq!(verdict(wall, &with("channel.delays_file=delays.csv")).0, constant, "a constant delay is a delay");
-    assert_eq!(verdict(wall, &with("channel.delays_file=varying.csv")).0, Json::Null);
     for left_out in [
         "channel.loss=0.3",
         "channel.jitter_s=0.01",
@@ -280,19 +273,34 @@ fn a_verdict_is_unknown_where_something_is_left_out() {
         "operator.reflex=stop",
         "passivity.scheme=energy-tank",
     ] {
-        let (stable, certified, said) = verdict("paper/augmented", &[left_out]);
+        let (stable, certified, said) = verdict(&folder, "paper/augmented", &[left_out]);
         assert_eq!((&stable, &certified), (&Json::Null, &Json::Null), "{left_out}");
         let key = left_out.split('=').next().expect("a key");
         assert!(said.contains("warning[unmodelled]") && said.contains(key), "{left_out}: {said}");
     }
+}
+
+#[test]
+fn a_verdict_covers_the_delays_and_limits_and_the_tissue_of_the_run_or_is_unknown() {
+    let folder = TestFolder::new();
+    folder.file("delays.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.15,0.15\n1,0.15,0.15\n2,0.15,0.15\n");
+    folder.file("varying.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.15,0.15\n1,0.05,0.15\n2,0.15,0.15\n");
+    let of = |scenario: &str, settings: &[&str]| verdict(&folder, scenario, settings);
+    let wall = "passivity/late-wall";
+    let constant = of(wall, &["channel.forward_delay_s=0.15", "channel.backward_delay_s=0.15"]).0;
+    assert_eq!(constant, Json::Bool(false));
+    let none = ["channel.forward_delay_s=0", "channel.backward_delay_s=0"];
+    let with = |file| [&none[..], &[file]].concat();
+    assert_eq!(of(wall, &with("channel.delays_file=delays.csv")).0, constant, "a constant delay is a delay");
+    assert_eq!(of(wall, &with("channel.delays_file=varying.csv")).0, Json::Null);
     let limited = ["simulation.control=sampled", "actuator.slave_command_rate_limit_per_s=50"];
-    assert_eq!(verdict("paper/augmented", &limited).0, Json::Null);
+    assert_eq!(of("paper/augmented", &limited).0, Json::Null);
     // A certificate for 50 to 600 N/m does not cover the recorded force.
-    let (stable, certified, said) = verdict("paper/augmented", &[]);
+    let (stable, certified, said) = of("paper/augmented", &[]);
     assert_eq!((stable, certified), (Json::Bool(true), Json::Null));
     assert!(said.contains("warning[tissue-not-covered]"), "{said}");
     let spring = ["tissue.kind=kelvin-voigt", "tissue.stiffness_n_per_m=300", "operator.kind=minimum-jerk"];
-    assert_eq!(verdict("paper/augmented", &spring), (Json::Bool(true), Json::Bool(true), String::new()));
+    assert_eq!(of("paper/augmented", &spring), (Json::Bool(true), Json::Bool(true), String::new()));
 }
 
 #[test]
