@@ -8,8 +8,8 @@ use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, recorded, terminal};
 use trocar_report::{
-    Folder, calibrated_settings, calibration_object, calibration_text, calibration_toml, detection_pictures,
-    run_lengths_text, to_json,
+    Folder, WIDTH, calibrated_settings, calibration_object, calibration_text, calibration_toml, detection_pictures,
+    filled, run_lengths_text, to_json,
 };
 use trocar_sim::detect::calibration::{Calibration, CalibrationRequest, RunLength, Tails, calibrate};
 use trocar_sim::detect::{Detection, DetectionReport, detect};
@@ -140,14 +140,24 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
+/// Number of alarms that are printed.
+const MAX_LISTED: usize = 6;
+
 /// Returns the alarms in the whole recording with the calibrated settings.
 fn alarms_text(report: &DetectionReport) -> String {
-    let times: Vec<String> = report.alarms.iter().map(|alarm| format!("{:.4} s", alarm.time_s)).collect();
-    match times.len() {
-        0 => "with these settings: no alarm in the whole recording".into(),
-        1 => format!("with these settings: one alarm in the whole recording, at {}", times[0]),
-        count => format!("with these settings: {count} alarms in the whole recording, at {}", times.join(", ")),
-    }
+    let number = match report.alarms.len() {
+        0 => return "with these settings: no alarm in the whole recording".into(),
+        1 => "one alarm".to_owned(),
+        count => format!("{count} alarms"),
+    };
+    let listed = report.alarms.iter().take(MAX_LISTED);
+    let times: Vec<String> = listed.map(|alarm| format!("{:.4} s", alarm.time_s)).collect();
+    let rest = match report.alarms.len().saturating_sub(MAX_LISTED) {
+        0 => String::new(),
+        more => format!(" and {more} more, which trocar detect lists with calibrated.toml"),
+    };
+    let text = format!("with these settings: {number} in the whole recording, at {}{rest}", times.join(", "));
+    filled(&text, WIDTH, 2).join("\n")
 }
 
 fn write(

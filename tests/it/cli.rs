@@ -287,6 +287,30 @@ fn a_quiet_segment_ends_after_its_start() {
 }
 
 #[test]
+fn of_many_alarms_calibrate_names_the_first() {
+    let folder = TestFolder::new();
+    // An insertion every two seconds, which ruptures after one.
+    let mut text = String::from("time_s,position_m,force_n\n");
+    for k in 0..40_000 {
+        let time_s = 1e-3 * f64::from(k);
+        let phase_s = time_s % 2.0;
+        let depth_m = 0.02 * phase_s.min(3.0 - 1.5 * phase_s).max(-0.05);
+        let stiffness = if phase_s < 1.0 { 400.0 } else { 100.0 };
+        let noise_n = 0.04 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
+        text += &format!("{time_s:.3},{depth_m:.6},{:.4}\n", stiffness * depth_m.max(0.0) + noise_n);
+    }
+    folder.file("many.csv", text);
+    let printed = folder.good(&["calibrate", "many.csv"]);
+    let said = printed.split("with these settings: ").nth(1).expect("the alarms");
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    let count: usize = said.split(' ').next().and_then(|count| count.parse().ok()).expect("a number");
+    assert!(count > 10, "{said}");
+    let (listed, rest) = said.split_once(" and ").expect("more than are listed");
+    assert_eq!(listed.matches(" s").count(), 6, "{said}");
+    assert!(rest.starts_with(&format!("{} more", count - 6)), "{said}");
+}
+
+#[test]
 fn a_calibration_leaves_the_figures_of_a_detection_alone() {
     let folder = TestFolder::new();
     folder.good(&["detect", "builtin:in_vivo_like.csv", "--quiet"]);
