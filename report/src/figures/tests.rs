@@ -2,9 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::figure::Row;
 use super::page::{Item, Page};
-use super::panel::{Panel, Trace};
 use super::*;
 
 /// Columns of a needle insertion with a rupture at 5.52 s.
@@ -165,8 +163,8 @@ fn falling() -> (Vec<f64>, Vec<f64>) {
     (0..60).map(|k| 10.0_f64.powf(-2.0 + 0.08 * f64::from(k))).map(|x| (x, 3.0 / (1.0 + x))).unzip()
 }
 
-/// Returns the figures of the analyses and the studies.
-fn studies() -> Vec<(&'static str, Figure<'static>)> {
+/// Calls a function with each figure of the analyses and the studies, and its name.
+fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
     let (x, y) = falling();
     let ports_view = PortsView {
         name: "classical".to_owned(),
@@ -271,67 +269,26 @@ fn studies() -> Vec<(&'static str, Figure<'static>)> {
         energy_scale: 1.0,
         promised_j: Some(0.5),
     };
-    vec![
-        ("principle", principle()),
-        ("energy", owned(energy(&energy_view))),
-        ("ports", owned(ports(&ports_view))),
-        ("loop", owned(loop_response(&loop_view))),
-        ("switching", owned(switching(&switching_view))),
-        ("locus", owned(locus(&locus_view))),
-        ("z_width", owned(z_width(&z_width_view))),
-        ("absolute", owned(absolute(&absolute_view))),
-        ("roc", owned(characteristic("in_vivo_like", &curves, 1e-2))),
-        ("strategies", owned(strategies("skin-augmented", &tried))),
-        ("heat", owned(heat_map(&heat_view))),
-        ("tornado", owned(tornado("scale_factors", &[influence]))),
-        ("stability", owned(stability_map(&map_view))),
-        ("timeline", owned(timeline(&[row("first"), row("second"), row("a third recording")]))),
-        ("delays", owned(delay_histogram(&[0.002, 0.003, 0.003, 0.008, 0.02]))),
-    ]
-}
-
-/// Returns a figure that borrows nothing.
-fn owned(figure: Result<Figure<'_>, FigureError>) -> Figure<'static> {
-    let Figure { name, legend, rows } = figure.expect("a figure");
-    let trace =
-        |Trace { x, y, scale, stroke }: Trace<'_>| Trace::new(x.into_owned(), y.into_owned(), stroke).times(scale);
-    let panel = |Panel {
-                     x,
-                     y,
-                     x_caption,
-                     y_caption,
-                     legend,
-                     events,
-                     fills,
-                     traces,
-                     curves,
-                     levels,
-                     notes,
-                     is_bare,
-                     id,
-                     readings,
-                 }: Panel<'_>| {
-        let traces = traces.into_iter().map(trace).collect();
-        Panel {
-            x,
-            y,
-            x_caption,
-            y_caption,
-            legend,
-            events,
-            fills,
-            traces,
-            curves,
-            levels,
-            notes,
-            is_bare,
-            id,
-            readings,
-        }
-    };
-    let row =
-        |Row { title, height, panels }: Row<'_>| Row { title, height, panels: panels.into_iter().map(panel).collect() };
-    Figure { name, legend, rows: rows.into_iter().map(row).collect() }
+    each("principle", principle());
+    let figures = [
+        ("energy", energy(&energy_view)),
+        ("ports", ports(&ports_view)),
+        ("loop", loop_response(&loop_view)),
+        ("switching", switching(&switching_view)),
+        ("locus", locus(&locus_view)),
+        ("z_width", z_width(&z_width_view)),
+        ("absolute", absolute(&absolute_view)),
+        ("roc", characteristic("in_vivo_like", &curves, 1e-2)),
+        ("strategies", strategies("skin-augmented", &tried)),
+        ("heat", heat_map(&heat_view)),
+        ("tornado", tornado("scale_factors", &[influence])),
+        ("stability", stability_map(&map_view)),
+        ("timeline", timeline(&[row("first"), row("second"), row("a third recording")])),
+        ("delays", delay_histogram(&[0.002, 0.003, 0.003, 0.008, 0.02])),
+    ];
+    for (name, figure) in figures {
+        each(name, figure.expect(name));
+    }
 }
 
 const COLUMN: &str = "3.5in";
@@ -362,21 +319,20 @@ fn texts(name: &str, page: &Page) -> Vec<String> {
 #[test]
 fn texts_are_at_least_7_pt_and_are_neither_clipped_nor_over_each_other() {
     let (classical, augmented) = (insertion(4000, false), insertion(4000, true));
-    let of_runs = all(&classical, &augmented).into_iter().map(|(name, figure)| (name, figure.expect(name)));
-    for (name, figure) in of_runs.chain(studies()) {
+    let check = |name: &str, figure: Figure<'_>| {
         for size in [COLUMN, PAGE, "5in", "254mm"] {
             let page = figure.page(width(size).points());
             let texts = texts(&format!("{name} at {size}"), &page);
             assert!(texts.len() > 4, "{name}: {texts:?}");
             let svg = page.svg();
-            let size = svg
-                .split("font-size=\"")
-                .nth(1)
-                .and_then(|rest| rest.split('"').next())
-                .and_then(|size| size.parse().ok());
+            let size = svg.split("font-size=\"").nth(1).and_then(|rest| rest.split('"').next()?.parse().ok());
             assert!(size.is_some_and(|size: f64| size >= 7.0), "{size:?}");
         }
+    };
+    for (name, figure) in all(&classical, &augmented) {
+        check(name, figure.expect(name));
     }
+    studies(check);
 }
 
 #[test]
