@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use super::Folder;
-use super::figures::{self, LocusView, LoopView};
+use super::figures;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
 use trocar_sim::lti::Complex64;
@@ -34,7 +34,7 @@ pub fn poles_csv(response: &LoopResponse) -> String {
 }
 
 /// The phase in degrees, without jumps.
-fn phases(response: &LoopResponse) -> Vec<f64> {
+pub(super) fn phases(response: &LoopResponse) -> Vec<f64> {
     let mut phases: Vec<f64> = vec![];
     for (_, gain) in &response.gain {
         let phase = gain.arg().to_degrees();
@@ -84,20 +84,7 @@ pub fn locus_csv(locus: &Locus, tick_s: f64) -> String {
 /// # Errors
 /// [`PictureError`].
 pub fn loop_picture(folder: &Folder, name: &str, response: &LoopResponse) -> Result<(), PictureError> {
-    let margins = &response.margins;
-    let figure = figures::loop_response(&LoopView {
-        name: name.to_owned(),
-        frequency_hz: response.gain.iter().map(|(hertz, _)| *hertz).collect(),
-        magnitude: response.gain.iter().map(|(_, gain)| gain.norm()).collect(),
-        phase_deg: phases(response),
-        real: response.gain.iter().map(|(_, gain)| gain.re).collect(),
-        imaginary: response.gain.iter().map(|(_, gain)| gain.im).collect(),
-        gain_margin: margins.gain.zip(margins.gain_frequency_hz),
-        phase_margin_hz: margins.phase_frequency_hz,
-        time_s: response.step.as_ref().map_or(vec![], |step| step.time_s.clone()),
-        force: response.step.as_ref().map_or(vec![], |step| step.outputs.row(2).iter().copied().collect()),
-    })?;
-    keep(folder, "loop", &figure)
+    keep(folder, "loop", &figures::loop_response(name, response)?)
 }
 
 /// Writes the figure `locus`.
@@ -105,14 +92,5 @@ pub fn loop_picture(folder: &Folder, name: &str, response: &LoopResponse) -> Res
 /// # Errors
 /// [`PictureError`].
 pub fn locus_picture(folder: &Folder, name: &str, locus: &Locus, tick_s: f64) -> Result<(), PictureError> {
-    let continuous = |poles: &[Complex64]| {
-        let each = poles.iter().filter(|z| z.norm() > 0.0).map(|z| z.ln() / tick_s);
-        each.map(|s| (s.re, s.im)).collect()
-    };
-    let figure = figures::locus(&LocusView {
-        name: name.to_owned(),
-        caption: locus.parameter.caption().to_owned(),
-        branches: locus.branches.iter().map(|(value, poles)| (*value, continuous(poles))).collect(),
-    })?;
-    keep(folder, "locus", &figure)
+    keep(folder, "locus", &figures::locus(name, locus, tick_s)?)
 }

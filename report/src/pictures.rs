@@ -8,7 +8,7 @@ use serde_json::Value as Json;
 use thiserror::Error;
 
 use super::figures::{
-    self, EnergyView, EstimationView, Figure, FigureError, FigureFormat, FigureWidth, RunView, Shade, TimelineRow,
+    self, EstimationView, Figure, FigureError, FigureFormat, FigureWidth, RunView, Shade, TimelineRow,
 };
 use super::{Animation, Folder, OutputError};
 use trocar_sim::detect::{Detection, DetectionReport};
@@ -81,20 +81,6 @@ impl<'a> DrawnRun<'a> {
             mode: &trace.mode,
             rupture_times_s: &self.ruptures_s,
             alarm_times_s: &self.alarms_s,
-        }
-    }
-
-    fn energy(&self) -> EnergyView<'_> {
-        let trace = &self.run.trace;
-        EnergyView {
-            name: &self.run.scenario.name,
-            time_s: &trace.time_s,
-            hand_j: &trace.hand_energy_j,
-            master_j: &trace.master_energy_j,
-            reference_j: &trace.reference_energy_j,
-            needle_j: &trace.needle_energy_j,
-            energy_scale: self.run.scenario.link.machines.energy_scale(),
-            promised_j: self.run.metrics.link.as_ref().and_then(|link| link.promised_energy_j),
         }
     }
 
@@ -248,8 +234,7 @@ pub fn run_pictures(folder: &Folder, run: &Run) -> Result<(), PictureError> {
     let mut jobs = estimation_jobs(borrowed.estimation());
     let view = borrowed.view();
     let range = run.trace.time_s.first().copied().zip(run.trace.time_s.last().copied());
-    let energy = borrowed.energy();
-    jobs.push(("energy", Box::new(move || figures::energy(&energy))));
+    jobs.push(("energy", Box::new(move || figures::energy(run))));
     jobs.push(("teleoperation", Box::new(move || figures::comparison(&[view], range))));
     draw(folder, jobs)
 }

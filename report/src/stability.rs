@@ -6,7 +6,7 @@ use serde_json::{Value as Json, json};
 
 use super::Folder;
 use super::absolute::{absolute_json, bounded_json};
-use super::figures::{self, Figure, FigureError, MapAxisView, MapView, PortsView};
+use super::figures::{self, Figure, FigureError, MapAxisView, MapView};
 use super::pictures::{Job, PictureError, draw};
 use super::population::population_json;
 use super::tables::shortest;
@@ -216,7 +216,7 @@ pub fn ports_csv(analysis: &Analysis) -> String {
 pub fn stability_pictures(folder: &Folder, study: &StabilityStudy) -> Result<(), PictureError> {
     let mut jobs: Vec<Job<'_>> = vec![("stability", Box::new(|| map_figure(study)))];
     if !study.analysis.ports.is_empty() {
-        jobs.push(("ports", Box::new(|| ports_figure(&study.name, &study.analysis.ports))));
+        jobs.push(("ports", Box::new(|| figures::ports(&study.name, &study.analysis.ports))));
     }
     draw(folder, jobs)
 }
@@ -246,19 +246,5 @@ pub(super) fn map_figure(study: &StabilityStudy) -> Result<Figure<'static>, Figu
         stable: &map.stable,
         boundary: &map.boundary,
         grew: &grew,
-    })
-}
-
-pub(super) fn ports_figure(name: &str, ports: &[PortPoint]) -> Result<Figure<'static>, FigureError> {
-    let column = |of: fn(&PortPoint) -> f64| ports.iter().map(of).collect::<Vec<f64>>();
-    figures::ports(&PortsView {
-        name: name.to_owned(),
-        frequency_hz: column(|point| point.frequency_hz),
-        transmitted: column(|point| point.transmitted.norm()),
-        ideal: column(|point| point.ideal.norm()),
-        free: column(|point| point.hybrid.h[0][0].norm()),
-        llewellyn: column(|point| point.hybrid.llewellyn()),
-        transmitted_cosine: column(|point| point.transmitted.re / point.transmitted.norm()),
-        free_cosine: column(|point| point.hybrid.h[0][0].re / point.hybrid.h[0][0].norm()),
     })
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value as Json, json};
 
-use super::figures::{self, Figure, FigureError, SwitchingView};
+use super::figures::{self, Figure, FigureError};
 use super::number::significant;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
@@ -277,15 +277,9 @@ pub fn released_csv(switching: &Switching) -> String {
 /// # Errors
 /// [`PictureError`].
 pub fn switching_picture(folder: &Folder, name: &str, switching: &Switching) -> Result<(), PictureError> {
-    keep(folder, "switching", &switching_figure(name, switching)?)
+    keep(folder, "switching", &figure(name, switching)?)
 }
 
-pub(super) fn switching_figure(name: &str, switching: &Switching) -> Result<Figure<'static>, FigureError> {
-    let points = &switching.by_dwell;
-    figures::switching(&SwitchingView {
-        name: name.to_owned(),
-        dwell_s: points.iter().map(|point| seconds(switching, point.dwell_ticks)).collect(),
-        certified: points.iter().map(|point| point.certified.unwrap_or(f64::NAN)).collect(),
-        found: points.iter().map(|point| point.found).collect(),
-    })
+pub(super) fn figure(name: &str, switching: &Switching) -> Result<Figure<'static>, FigureError> {
+    figures::switching(name, &switching.by_dwell, switching.settings.of_loop.tick_s)
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::{Value as Json, json};
 
 use super::Folder;
-use super::figures::{self, WallsView, ZWidthView};
+use super::figures;
 use super::number::significant;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
@@ -85,19 +85,5 @@ pub fn z_width_text(z_width: &ZWidth) -> String {
 /// # Errors
 /// [`PictureError`].
 pub fn z_width_picture(folder: &Folder, name: &str, z_width: &ZWidth) -> Result<(), PictureError> {
-    keep(folder, "z_width", &figures::z_width(&view(name, z_width))?)
-}
-
-/// What is drawn of the Z-width.
-pub(super) fn view(name: &str, z_width: &ZWidth) -> ZWidthView {
-    let of_walls = |walls: &[Walls]| {
-        let column = |of: fn(&Walls) -> Option<f64>| walls.iter().map(of).collect();
-        WallsView { stable: column(|walls| walls.stable_n_per_m), passive: column(|walls| walls.passive_n_per_m) }
-    };
-    ZWidthView {
-        name: name.to_owned(),
-        damping_n_s_per_m: z_width.damping_n_s_per_m.clone(),
-        tissue: of_walls(&z_width.tissue),
-        virtual_walls: z_width.virtual_walls.as_deref().map(of_walls),
-    }
+    keep(folder, "z_width", &figures::z_width(name, z_width)?)
 }

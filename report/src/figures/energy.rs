@@ -1,32 +1,13 @@
 //! The energies at the ports of a run, and the balance of the parts between them.
 
+use super::FigureError;
 use super::axis::{Axis, X_TICKS, Y_TICKS, extent, union};
 use super::figure::{Figure, Row};
 use super::legend::{Entry, Sample};
-use super::panel::{Panel, Trace};
+use super::panel::{self, Panel};
 use super::style::{BLACK, COMPUTED, GREY, HAND, LIMIT, Stroke, TISSUE};
-use super::{FigureError, check};
-
-/// The energies of a run over time. All columns have the same length.
-#[derive(Clone, Copy, Debug)]
-pub struct EnergyView<'a> {
-    /// Name of the run.
-    pub name: &'a str,
-    /// Time, s, increasing.
-    pub time_s: &'a [f64],
-    /// Work of the hand on the master, J.
-    pub hand_j: &'a [f64],
-    /// Work of the hand on the feedback force, J.
-    pub master_j: &'a [f64],
-    /// Work of the reference on the tissue force, J.
-    pub reference_j: &'a [f64],
-    /// Work of the needle on the tissue, J.
-    pub needle_j: &'a [f64],
-    /// Energy at the master per energy at the slave.
-    pub energy_scale: f64,
-    /// Energy that the passivity scheme may generate, J.
-    pub promised_j: Option<f64>,
-}
+use trocar_sim::engine::Trace;
+use trocar_sim::run::Run;
 
 /// An energy, its line, its name in the legend.
 type Line<'a> = (Vec<f64>, Stroke, &'a str);
@@ -39,27 +20,23 @@ const AT_SLAVE: Stroke = Stroke::dashed(BLACK, 1.0, &[1.4, 2.4]);
 /// balance below 0 is generated energy; the line at `-E_0` is what the passivity scheme promises for the total.
 ///
 /// # Errors
-/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
-pub fn energy<'a>(view: &EnergyView<'a>) -> Result<Figure<'a>, FigureError> {
-    let lengths = [
-        ("hand_energy_j", view.hand_j.len()),
-        ("master_energy_j", view.master_j.len()),
-        ("reference_energy_j", view.reference_j.len()),
-        ("needle_energy_j", view.needle_j.len()),
-    ];
-    check("energy", view.name, view.time_s.len(), &lengths)?;
+/// [`FigureError::Empty`] without ticks.
+pub fn energy(run: &Run) -> Result<Figure<'_>, FigureError> {
+    let Trace { time_s, hand_energy_j, master_energy_j, reference_energy_j, needle_energy_j, .. } = &run.trace;
+    let Some(range_s) = extent(time_s.iter().copied()) else { return Err(FigureError::Empty { figure: "energy" }) };
+    let energy_scale = run.scenario.link.machines.energy_scale();
     let balance = |received: &[f64], (delivered, scale): (&[f64], f64)| -> Vec<f64> {
         received.iter().zip(delivered).map(|(received, delivered)| received - scale * delivered).collect()
     };
-    let master = balance(view.hand_j, (view.master_j, 1.0));
-    let link = balance(view.master_j, (view.reference_j, view.energy_scale));
-    let slave = balance(view.reference_j, (view.needle_j, 1.0));
-    let total = balance(view.master_j, (view.needle_j, view.energy_scale));
+    let master = balance(hand_energy_j, (master_energy_j, 1.0));
+    let link = balance(master_energy_j, (reference_energy_j, energy_scale));
+    let slave = balance(reference_energy_j, (needle_energy_j, 1.0));
+    let total = balance(master_energy_j, (needle_energy_j, energy_scale));
     let ports: Vec<Line<'_>> = vec![
-        (view.needle_j.to_vec(), TISSUE, "into the tissue"),
-        (view.master_j.to_vec(), AT_MASTER, "into the link"),
-        (view.reference_j.to_vec(), AT_SLAVE, "out of the link"),
-        (view.hand_j.to_vec(), HAND, "from the hand"),
+        (needle_energy_j.to_vec(), TISSUE, "into the tissue"),
+        (master_energy_j.to_vec(), AT_MASTER, "into the link"),
+        (reference_energy_j.to_vec(), AT_SLAVE, "out of the link"),
+        (hand_energy_j.to_vec(), HAND, "from the hand"),
     ];
     let balances: Vec<Line<'_>> = vec![
         (master, HAND, "master"),
@@ -67,8 +44,8 @@ pub fn energy<'a>(view: &EnergyView<'a>) -> Result<Figure<'a>, FigureError> {
         (slave, AT_SLAVE, "slave"),
         (total, COMPUTED, "link and slave"),
     ];
-    let time = Axis::exact(extent(view.time_s.iter().copied()).unwrap_or((0.0, 1.0)), X_TICKS);
-    let level = view.promised_j.map(|promised_j| -1e3 * promised_j);
+    let time = Axis::exact(range_s, X_TICKS);
+    let level = run.metrics.link.as_ref().and_then(|link| link.promised_energy_j).map(|promised_j| -1e3 * promised_j);
     let rows = [(ports, None, "Energy (mJ)"), (balances, level, "Balance (mJ)")].map(|(lines, level, y_caption)| {
         let ranges = lines.iter().map(|(values, ..)| extent(values.iter().map(|value| 1e3 * value)));
         let range = ranges.fold(level.map(|level| (level, level)), union).unwrap_or((0.0, 1.0));
@@ -78,11 +55,14 @@ pub fn energy<'a>(view: &EnergyView<'a>) -> Result<Figure<'a>, FigureError> {
             125.0,
             Panel {
                 legend: names.chain(promise).collect(),
-                traces: lines.into_iter().map(|(y, line, _)| Trace::new(view.time_s, y, line).times(1e3)).collect(),
+                traces: lines
+                    .into_iter()
+                    .map(|(y, line, _)| panel::Trace::new(&time_s[..], y, line).times(1e3))
+                    .collect(),
                 levels: level.into_iter().map(|level| (level, LIMIT)).collect(),
                 ..Panel::over_time(time.clone(), Axis::padded(range, Y_TICKS), y_caption)
             },
         )
     });
-    Ok(Figure { name: view.name.to_owned(), legend: vec![], rows: rows.into() })
+    Ok(Figure { name: run.scenario.name.clone(), legend: vec![], rows: rows.into() })
 }

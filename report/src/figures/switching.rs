@@ -6,44 +6,30 @@ use super::figure::{Figure, Row};
 use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{BLACK, COMPUTED, LIMIT, Stroke};
+use trocar_sim::stability::DwellPoint;
 
 /// Lower limit of the growth axis.
 const MIN_GROWTH: f64 = 1e-4;
 
-/// Columns over the teleoperation between two events, all of the same length. A missing value is NaN.
-#[derive(Clone, Debug)]
-pub struct SwitchingView {
-    /// Name of the scenario.
-    pub name: String,
-    /// Teleoperation between two events, s, increasing.
-    pub dwell_s: Vec<f64>,
-    /// Certified upper bound of the growth per event.
-    pub certified: Vec<f64>,
-    /// Growth per event of the worst sequence found.
-    pub found: Vec<f64>,
-}
-
 /// Draws the growth per event against the teleoperation between two events. Below 1 the motion decays.
 ///
 /// # Errors
-/// [`FigureError::Empty`] without a dwell, [`FigureError::Length`] for columns of unequal lengths.
-pub fn switching(view: &SwitchingView) -> Result<Figure<'static>, FigureError> {
-    let columns = [("certified", view.certified.len()), ("found", view.found.len())];
-    super::check("switching", "switching", view.dwell_s.len(), &columns)?;
-    let Some((low, high)) = extent(view.dwell_s.iter().copied()) else {
+/// [`FigureError::Empty`] without a dwell.
+pub fn switching(name: &str, points: &[DwellPoint], tick_s: f64) -> Result<Figure<'static>, FigureError> {
+    let dwell_s: Vec<f64> = points.iter().map(|point| point.dwell_ticks as f64 * tick_s).collect();
+    let bounds: Vec<f64> = points.iter().map(|point| point.certified.unwrap_or(f64::NAN)).collect();
+    let found: Vec<f64> = points.iter().map(|point| point.found).collect();
+    let Some((low, high)) = extent(dwell_s.iter().copied()) else {
         return Err(FigureError::Empty { figure: "switching" });
     };
     let x_axis = Axis::log10((low / 1.1, high * 1.1));
-    let x: Vec<f64> = view.dwell_s.iter().map(|dwell| x_axis.place(*dwell)).collect();
-    let all = view.certified.iter().chain(&view.found).copied();
+    let x: Vec<f64> = dwell_s.iter().map(|dwell| x_axis.place(*dwell)).collect();
+    let all = bounds.iter().chain(&found).copied();
     let (min, max) = extent(all.filter(|value| *value > 0.0)).unwrap_or((0.1, 1.0));
     let min = min.max(MIN_GROWTH);
     let certified = Stroke::dashed(BLACK, 1.1, &[5.0, 2.5]);
     let panel = Panel {
-        traces: vec![
-            Trace::new(x.clone(), view.certified.clone(), certified),
-            Trace::new(x, view.found.clone(), COMPUTED),
-        ],
+        traces: vec![Trace::new(x.clone(), bounds, certified), Trace::new(x, found, COMPUTED)],
         levels: vec![(1.0, LIMIT)],
         ..Panel::new(
             x_axis,
@@ -58,26 +44,8 @@ pub fn switching(view: &SwitchingView) -> Result<Figure<'static>, FigureError> {
         (LIMIT, "above 1 the motion grows"),
     ];
     Ok(Figure {
-        name: view.name.clone(),
+        name: name.to_owned(),
         legend: legend.map(|(line, text)| (Sample::Line(line), text.to_owned())).into(),
         rows: vec![Row::of(180.0, panel)],
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn dwells_without_a_certificate_leave_a_gap() {
-        let view = SwitchingView {
-            name: String::new(),
-            dwell_s: vec![0.01, 0.1, 1.0],
-            certified: vec![f64::NAN, 0.9, 0.8],
-            found: vec![0.3, 0.2, 0.1],
-        };
-        let svg = switching(&view).expect("a figure").page(500.0).svg();
-        assert!(svg.contains("Growth per event"));
-        assert!(matches!(switching(&SwitchingView { found: vec![], ..view }), Err(FigureError::Length { .. })));
-    }
 }

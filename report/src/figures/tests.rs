@@ -4,6 +4,11 @@ use std::f64::consts::TAU;
 
 use super::page::{Item, Page};
 use super::*;
+use nalgebra::DMatrix;
+use trocar_sim::lti::{Complex64, StepResponse};
+use trocar_sim::run::run;
+use trocar_sim::scenario::{Scenario, Source};
+use trocar_sim::stability::{DwellPoint, Hybrid, Locus, LoopResponse, Margins, Parameter, PortPoint, Walls, ZWidth};
 
 /// Columns of a needle insertion with a rupture at 5.52 s.
 #[derive(Default)]
@@ -166,42 +171,43 @@ fn falling() -> (Vec<f64>, Vec<f64>) {
 /// Calls a function with each figure of the analyses and the studies, and its name.
 fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
     let (x, y) = falling();
-    let ports_view = PortsView {
-        name: "classical".to_owned(),
-        frequency_hz: x.clone(),
-        transmitted: y.clone(),
-        ideal: y.iter().map(|y| 1.1 * y).collect(),
-        free: x.clone(),
-        llewellyn: y.iter().map(|y| y - 1.0).collect(),
-        transmitted_cosine: y.iter().map(|y| (3.0 * y).cos()).collect(),
-        free_cosine: y.iter().map(|y| y.sin()).collect(),
+    let both = || x.iter().copied().zip(y.iter().copied());
+    let port = |(x, y): (f64, f64)| PortPoint {
+        frequency_hz: x,
+        hybrid: Hybrid { h: [[Complex64::from_polar(x, y), y.into()], [x.into(), (y - 1.0).into()]] },
+        transmitted: Complex64::from_polar(y, 3.0 * y),
+        ideal: (1.1 * y).into(),
+        is_absolutely_stable: false,
+        is_passive: false,
     };
-    let loop_view = LoopView {
-        name: "classical".to_owned(),
-        frequency_hz: x.clone(),
-        magnitude: y.clone(),
-        phase_deg: x.iter().map(|x| -20.0 * x).collect(),
-        real: y.clone(),
-        imaginary: y.iter().map(|y| -0.3 * y).collect(),
-        gain_margin: Some((2.0, 5.0)),
-        phase_margin_hz: Some(2.0),
-        time_s: x.clone(),
-        force: y.iter().map(|y| 300.0 * y).collect(),
+    let port_points: Vec<PortPoint> = both().map(port).collect();
+    let gain = both().map(|(x, y)| (x, Complex64::from_polar(y, -0.35 * x))).collect();
+    let outputs = DMatrix::from_fn(3, y.len(), |_, k| 300.0 * y[k]);
+    let response = LoopResponse {
+        gain,
+        margins: Margins {
+            gain: Some(2.0),
+            gain_frequency_hz: Some(5.0),
+            phase_frequency_hz: Some(2.0),
+            ..Margins::default()
+        },
+        poles: vec![],
+        step: Some(StepResponse { time_s: x.clone(), outputs }),
+        tick_s: 1e-3,
     };
-    let switching_view =
-        SwitchingView { name: "augmented".to_owned(), dwell_s: x.clone(), certified: y.clone(), found: y.clone() };
-    let branches = x.iter().map(|x| (*x, vec![(-10.0 * x - 1.0, 3.0 / x), (-2.0, 0.0)])).collect();
-    let locus_view = LocusView { name: "classical".to_owned(), caption: "Delay each way (s)".to_owned(), branches };
-    let walls = |factor: f64| {
-        let walls: Vec<Option<f64>> = y.iter().map(|y| Some(factor * y)).collect();
-        WallsView { stable: walls.clone(), passive: walls }
+    let dwell = |(x, y): (f64, f64)| DwellPoint {
+        dwell_ticks: (100.0 * x).ceil() as u64,
+        certified: (x > 0.1).then_some(y),
+        found: 0.9 * y,
     };
-    let z_width_view = ZWidthView {
-        name: "classical".to_owned(),
-        damping_n_s_per_m: x.clone(),
-        tissue: walls(300.0),
-        virtual_walls: Some(walls(900.0)),
+    let dwells: Vec<DwellPoint> = both().map(dwell).collect();
+    let pole = |re: f64, im: f64| (Complex64::new(re, im) * 1e-3).exp();
+    let branches = x.iter().map(|x| (*x, vec![pole(-10.0 * x - 1.0, 3.0 / x), pole(-2.0, 0.0)])).collect();
+    let poles = Locus { parameter: Parameter::Delay, branches };
+    let walls = |factor: f64| -> Vec<Walls> {
+        y.iter().map(|y| Some(factor * y)).map(|most| Walls { stable_n_per_m: most, passive_n_per_m: most }).collect()
     };
+    let width = ZWidth { damping_n_s_per_m: x.clone(), tissue: walls(300.0), virtual_walls: Some(walls(900.0)) };
     let absolute_view = AbsoluteView {
         name: "classical".to_owned(),
         caption: "Delay each way (s)".to_owned(),
@@ -259,24 +265,16 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
         rupture_times_s: vec![4.0],
         alarm_times_s: vec![4.01, 9.0],
     };
-    let energy_view = EnergyView {
-        name: "augmented",
-        time_s: &x,
-        hand_j: &y,
-        master_j: &y,
-        reference_j: &x,
-        needle_j: &x,
-        energy_scale: 1.0,
-        promised_j: Some(0.5),
-    };
+    let with_tank = Scenario::load(&Source::parse("passivity/late-wall-tank"), &[]).expect("shipped");
+    let with_tank = run(with_tank).expect("runs");
     each("principle", principle());
     let figures = [
-        ("energy", energy(&energy_view)),
-        ("ports", ports(&ports_view)),
-        ("loop", loop_response(&loop_view)),
-        ("switching", switching(&switching_view)),
-        ("locus", locus(&locus_view)),
-        ("z_width", z_width(&z_width_view)),
+        ("energy", energy(&with_tank)),
+        ("ports", ports("classical", &port_points)),
+        ("loop", loop_response("classical", &response)),
+        ("switching", switching("augmented", &dwells, 1e-3)),
+        ("locus", locus("classical", &poles, 1e-3)),
+        ("z_width", z_width("classical", &width)),
         ("absolute", absolute(&absolute_view)),
         ("roc", characteristic("in_vivo_like", &curves, 1e-2)),
         ("strategies", strategies("skin-augmented", &tried)),

@@ -6,55 +6,32 @@ use super::figure::{Figure, Row};
 use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{GREEN, SKY, Stroke};
-
-/// The maximum stiffness of walls in N/m, for each damping; `None` or infinite where there is none to draw.
-#[derive(Clone, Debug)]
-pub struct WallsView {
-    /// Stable walls.
-    pub stable: Vec<Option<f64>>,
-    /// Passive walls.
-    pub passive: Vec<Option<f64>>,
-}
-
-/// The Z-width.
-#[derive(Clone, Debug)]
-pub struct ZWidthView {
-    /// Name of the scenario.
-    pub name: String,
-    /// Damping of the walls in N·s/m, increasing.
-    pub damping_n_s_per_m: Vec<f64>,
-    /// Walls in the tissue.
-    pub tissue: WallsView,
-    /// Virtual walls.
-    pub virtual_walls: Option<WallsView>,
-}
+use trocar_sim::stability::{Walls, ZWidth};
 
 /// Draws the Z-width.
 ///
 /// # Errors
-/// [`FigureError::Empty`] without dampings, [`FigureError::Length`] for columns of unequal lengths.
-pub fn z_width(view: &ZWidthView) -> Result<Figure<'static>, FigureError> {
-    let Some((low, high)) = extent(view.damping_n_s_per_m.iter().copied()) else {
+/// [`FigureError::Empty`] without dampings.
+pub fn z_width(name: &str, z_width: &ZWidth) -> Result<Figure<'static>, FigureError> {
+    let Some((low, high)) = extent(z_width.damping_n_s_per_m.iter().copied()) else {
         return Err(FigureError::Empty { figure: "z_width" });
     };
     let [tissue, virtual_wall] = [SKY, GREEN].map(|color| Stroke::solid(color, 1.2));
     let dashed = |stroke: Stroke| Stroke { dashes: &[5.0, 3.0], ..stroke };
-    let mut lines = vec![
-        ("stable walls in the tissue", &view.tissue.stable, tissue),
-        ("passive walls in the tissue", &view.tissue.passive, dashed(tissue)),
-    ];
-    if let Some(walls) = &view.virtual_walls {
-        lines.push(("stable walls computed by the master", &walls.stable, virtual_wall));
-        lines.push(("passive walls computed by the master", &walls.passive, dashed(virtual_wall)));
-    }
-    for (name, values, _) in &lines {
-        super::check("z_width", "walls", view.damping_n_s_per_m.len(), &[(*name, values.len())])?;
-    }
+    let column = |walls: &[Walls], of: fn(&Walls) -> Option<f64>| walls.iter().map(of).collect::<Vec<_>>();
+    let of = |walls: &[Walls], place: &str, stroke: Stroke| {
+        let stable = (format!("stable walls {place}"), column(walls, |one| one.stable_n_per_m), stroke);
+        let passive = (format!("passive walls {place}"), column(walls, |one| one.passive_n_per_m), dashed(stroke));
+        [stable, passive]
+    };
+    let virtual_walls = z_width.virtual_walls.iter();
+    let virtual_walls = virtual_walls.flat_map(|walls| of(walls, "computed by the master", virtual_wall));
+    let lines: Vec<_> = of(&z_width.tissue, "in the tissue", tissue).into_iter().chain(virtual_walls).collect();
     let is_drawn = |value: &f64| *value > 0.0 && value.is_finite();
     let points: Vec<(Vec<f64>, Vec<f64>)> = lines
         .iter()
         .map(|(_, values, _)| {
-            let each = view.damping_n_s_per_m.iter().zip(values.iter());
+            let each = z_width.damping_n_s_per_m.iter().zip(values.iter());
             each.filter_map(|(damping, value)| Some((*damping, value.filter(is_drawn)?))).unzip()
         })
         .collect();
@@ -69,6 +46,6 @@ pub fn z_width(view: &ZWidthView) -> Result<Figure<'static>, FigureError> {
             "Maximum stiffness of the wall (N/m)",
         )
     };
-    let legend = lines.iter().map(|(name, _, stroke)| (Sample::Line(*stroke), (*name).to_owned())).collect();
-    Ok(Figure { name: view.name.clone(), legend, rows: vec![Row::of(195.0, panel)] })
+    let legend = lines.iter().map(|(name, _, stroke)| (Sample::Line(*stroke), name.clone())).collect();
+    Ok(Figure { name: name.to_owned(), legend, rows: vec![Row::of(195.0, panel)] })
 }

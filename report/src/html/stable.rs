@@ -3,16 +3,16 @@
 use super::compared::without_paths;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
 use crate::Table;
+use crate::absolute;
 use crate::absolute::{absolute_text, bounded_line};
 use crate::figures;
 use crate::population::{population_lines, population_table};
-use crate::stability::{map_figure, ports_figure};
+use crate::stability::map_figure;
 use crate::stability_text::{
     checked, limit_table, loop_lines, port_passivity, port_table, sampled, unreached, verdict,
 };
-use crate::switching::{event_table, switching_figure, switching_lines};
+use crate::switching::{event_table, switching_lines};
 use crate::z_width::z_width_text;
-use crate::{absolute, z_width};
 use trocar_sim::stability::{Analysis, LIMITED, Parameter, StabilityMap};
 use trocar_sim::stability_check::{Check, StabilityStudy};
 
@@ -55,7 +55,7 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
         sections.push(Section { id: "population", title: "Population", blocks: lines.chain([table]).collect() });
     }
     if !analysis.ports.is_empty() {
-        drawn.figures.insert("ports", vec![ports_figure(name, &analysis.ports)?.for_page(INTERVALS)]);
+        drawn.figures.insert("ports", vec![figures::ports(name, &analysis.ports)?.for_page(INTERVALS)]);
         let text = port_passivity(analysis);
         let blocks = vec![
             Block::table("Two-port of the teleoperator", &port_table(analysis)),
@@ -73,8 +73,7 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
         sections.push(Section { id: "absolute", title: "Absolute stability", blocks });
     }
     if let Some(z_width) = &page.study.z_width {
-        let figure = figures::z_width(&z_width::view(name, z_width))?;
-        drawn.figures.insert("z_width", vec![figure.for_page(INTERVALS)]);
+        drawn.figures.insert("z_width", vec![figures::z_width(name, z_width)?.for_page(INTERVALS)]);
         let lines = z_width_text(z_width);
         let charts = Block::figures("z_width");
         let blocks = lines.lines().map(|line| Block::text(sentence(line))).chain([charts]).collect();
@@ -83,7 +82,7 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
     let events = match switching {
         Err(reason) => vec![Block::text(format!("{reason}."))],
         Ok(switching) => {
-            drawn.figures.insert("switching", vec![switching_figure(name, switching)?.for_page(INTERVALS)]);
+            drawn.figures.insert("switching", vec![crate::switching::figure(name, switching)?.for_page(INTERVALS)]);
             let mut blocks: Vec<Block> =
                 switching_lines(page.study, switching).lines().map(|line| Block::text(sentence(line))).collect();
             blocks.push(Block::table("The end of one event, by re-engagement policy", &event_table(&switching.events)));
