@@ -154,9 +154,10 @@ pub(crate) fn traced_with(
     parts: &Bound<'_, PyDict>,
 ) -> PyResult<trocar_sim::run::Run> {
     let own = Own::of(parts)?;
+    let roles = own.parts.roles();
     let mut trace = trocar_sim::run::empty_trace_with(scenario, &own.parts);
     let metrics = observed(py, scenario, own, &mut trace.recorder())?.map_err(|error| error::run(py, &error))?;
-    Ok(trocar_sim::run::Run::of_own_parts(scenario.clone(), metrics, trace))
+    Ok(trocar_sim::run::Run::of_own_parts(scenario.clone(), roles, metrics, trace))
 }
 
 /// Runs a scenario with the user's own parts, by role, for its metrics.

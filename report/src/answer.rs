@@ -89,9 +89,9 @@ fn stability(runs: &[&Run]) -> String {
     let unstable: Vec<String> =
         runs.iter().filter(|run| run.metrics.outcome != Outcome::Completed).map(|run| outcome(run)).collect();
     let stable = match (&unstable[..], runs.len()) {
-        ([], 1) => "The run neither oscillates nor diverges".to_owned(),
-        ([], 2) => "Neither run oscillates or diverges".to_owned(),
-        ([], _) => "No run oscillates or diverges".to_owned(),
+        ([], 1) => "The run neither diverges nor ends in a swing".to_owned(),
+        ([], 2) => "Neither run diverges or ends in a swing".to_owned(),
+        ([], _) => "No run diverges or ends in a swing".to_owned(),
         (unstable, _) => format!("Unstable: {}", unstable.join("; ")),
     };
     if runs.iter().all(|run| run.metrics.false_alarms == 0) {
@@ -120,8 +120,8 @@ mod tests {
             answer(&[&classical, &augmented]),
             format!(
                 "In the 0.5 s after the first rupture the needle advances by {} without augmentation and by {} with it. In the \
-                 first 0.3 s the force on the hand falls by {} without augmentation and by {} with it. Neither run oscillates or \
-                 diverges.",
+                 first 0.3 s the force on the hand falls by {} without augmentation and by {} with it. Neither run diverges or \
+                 ends in a swing.",
                 overshoot(&classical),
                 overshoot(&augmented),
                 fall(&classical),
@@ -130,7 +130,7 @@ mod tests {
         );
         let one = answer(&[&classical]);
         assert!(one.contains(&format!("the needle advances by {}. ", overshoot(&classical))), "{one}");
-        assert!(one.ends_with("The run neither oscillates nor diverges."), "{one}");
+        assert!(one.ends_with("The run neither diverges nor ends in a swing."), "{one}");
         let same = answer(&[&classical, &classical.clone()]);
         assert!(same.contains(&format!("by {} in both runs.", overshoot(&classical))), "{same}");
     }

@@ -85,7 +85,7 @@ fn without_notices(runs: &[&Run]) -> String {
             Found::Some(clause) => parts.push(clause),
         }
     }
-    format!("{}, {}.", parts_joined(&parts), false_alarms(runs))
+    format!("{} and {}.", parts_joined(&parts), false_alarms(runs))
 }
 
 /// Joins clauses by semicolons. A clause that begins with a word of this module is in lower case after a semicolon; a name stays.

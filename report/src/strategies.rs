@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::json;
 
 use super::figures::{StrategyView, strategies as strategies_figure};
-use super::number::show;
+use super::number::{counted, show};
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
 use super::wrap::wrapped;
@@ -55,11 +55,11 @@ pub fn strategies_text(study: &StrategyStudy) -> String {
     }
     let persons = study.persons.join(", ");
     let mut notes = format!(
-        "{}: {} patients, {} seeds, {} persons ({persons}).",
+        "{}: {}, {}, {} ({persons}).",
         study.name,
-        study.patients,
-        study.seeds,
-        study.persons.len()
+        counted(study.patients as u64, "patient"),
+        counted(study.seeds, "seed"),
+        counted(study.persons.len() as u64, "person"),
     );
     if study.persons.iter().filter_map(|name| Person::named(name)).any(|person| person.group.is_some()) {
         notes.push_str(" Each patient has another member of a group.");

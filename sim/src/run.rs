@@ -2,6 +2,7 @@
 
 mod misses;
 mod oscillation;
+mod own;
 mod pack;
 mod promise;
 mod stepped;
@@ -14,6 +15,8 @@ pub use stepped::SteppedRun;
 pub use warnings::{outside_measured, seeds_without_effect};
 
 use thiserror::Error;
+
+use own::CheckedParts;
 
 use crate::engine::{EngineError, Observer, OwnParts, Trace, Wiring};
 use crate::metrics::{LinkMetrics, Metrics, MetricsObserver, PortColumns, PortMetrics};
@@ -29,6 +32,8 @@ pub struct Run {
     pub metrics: Metrics,
     /// Its trace, with every tick.
     pub trace: Trace,
+    /// The roles with a part of the user's own; none for a scenario's run.
+    pub own_parts: Vec<&'static str>,
 }
 
 /// Why a scenario could not be run to a result.
@@ -37,7 +42,7 @@ pub enum RunError {
     /// The scenario cannot be run as written.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// The numerical integration or the tissue failed.
+    /// The numerical integration, the tissue or a part of the user's own failed.
     #[error("{name}: {source}")]
     Engine {
         /// The scenario's name.
@@ -79,28 +84,32 @@ impl Run {
             rupture.layer = Some(layer);
         }
         metrics.ports = port_metrics(&scenario, &trace);
-        Ok(Self { scenario, metrics, trace })
+        Ok(Self { scenario, metrics, trace, own_parts: vec![] })
     }
 
-    /// A scenario with the metrics and the trace of a run with own parts.
+    /// A scenario with the metrics and the trace of a run with own parts in some roles ([`OwnParts::roles`]).
     ///
-    /// Such a run cannot be repeated: it tells neither the layer of a rupture, nor why it was missed, nor whether a swing
-    /// lasts.
+    /// Such a run cannot be repeated: it tells neither the layer of a rupture, nor why it was missed, nor whether the hand
+    /// forces a swing. [`Run::warnings`] says so where it matters.
     #[must_use]
-    pub fn of_own_parts(scenario: Scenario, mut metrics: Metrics, trace: Trace) -> Self {
+    pub fn of_own_parts(scenario: Scenario, own_parts: Vec<&'static str>, mut metrics: Metrics, trace: Trace) -> Self {
         metrics.ports = port_metrics(&scenario, &trace);
-        Self { scenario, metrics, trace }
+        Self { scenario, metrics, trace, own_parts }
     }
 }
 
 /// [`run`] with some of the user's own parts in place of the scenario's.
 ///
 /// # Errors
-/// As [`run`].
+/// As [`run`]; [`EngineError::Part`] for an own part that returns a number that is not finite.
 pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
+    let roles = own.roles();
+    if roles.is_empty() {
+        return run(scenario);
+    }
     let mut trace = empty_trace_with(&scenario, &own);
     let metrics = observe_with(&scenario, own, &mut trace.recorder())?;
-    Ok(Run::of_own_parts(scenario, metrics, trace))
+    Ok(Run::of_own_parts(scenario, roles, metrics, trace))
 }
 
 /// [`empty_trace`] for a run with own parts: an own estimator has no extra parameter.
@@ -133,11 +142,28 @@ pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<
 /// [`observe`] with some of the user's own parts in place of the scenario's.
 ///
 /// # Errors
-/// As [`run`].
+/// As [`run_with`].
 pub fn observe_with(scenario: &Scenario, own: OwnParts, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
+    let checked = CheckedParts::new(own.roles(), scenario.grid);
     let mut engine = scenario.build_with(own)?;
-    let metrics = with_metrics(scenario, observer, |observers| engine.run_compiled(observers))?;
-    Ok(with_link(scenario, metrics, engine.parts.link_report(0)))
+    let mut observers = (checked, (metrics_observer(scenario), observer));
+    let outcome = engine.run_compiled(&mut observers);
+    let (checked, (metrics, _)) = observers;
+    checked_outcome(scenario, &checked, outcome)?;
+    Ok(with_link(scenario, metrics.metrics(0), engine.parts.link_report(0)))
+}
+
+/// The outcome of a run with own parts. A tissue that says why it failed is told before the number that it returned.
+fn checked_outcome(
+    scenario: &Scenario,
+    checked: &CheckedParts,
+    outcome: Result<(), EngineError>,
+) -> Result<(), RunError> {
+    let failed = match outcome {
+        Err(failed @ EngineError::Tissue(_)) => Err(failed),
+        outcome => checked.outcome().map_err(EngineError::from).and(outcome),
+    };
+    failed.map_err(|source| RunError::Engine { name: scenario.name.clone(), source })
 }
 
 /// Runs a scenario's engine with the metrics observer and one more.

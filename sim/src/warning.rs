@@ -120,7 +120,7 @@ codes! {
          advances. In the recording it falls. A negative unit or factor changes the sign, as in --force COLUMN:-N.";
     ForceMagnitude "force-magnitude":
         "The forces are not those of a needle in tissue.",
-        "The largest force is above 60 N, or below the drop that the detector expects (detector.rupture_std_n), or it rises by more \
+        "The largest force is above 60 N, or below the drop that a detector expects (detector.rupture_std_n), or it rises by more \
          than 20 kN/m. The unit is probably wrong: write it after the column, as in --force COLUMN:mN.";
     PositionMagnitude "position-magnitude":
         "The positions are not those of a needle insertion.",
@@ -146,7 +146,7 @@ codes! {
          g high disarms it, so that it misses ruptures. Raise the drift and the threshold to the noise (`trocar calibrate`).";
     ConstantForce "constant-force":
         "The force does not change although the needle moves in contact.",
-        "The sensor is at the end of its range, or its value is not renewed: no detector sees a rupture then. The message says when. \
+        "The sensor is at the end of its range, or its value is not renewed or has coarse steps: no detector sees a rupture meanwhile. The message says when. \
          The adaptive detector counts as not armed once the force has not changed for 0.2 s.";
     SlowRupturesMissed "slow-ruptures-missed":
         "The calibrated settings detect less than half of the slowest inserted ruptures.",
@@ -160,6 +160,10 @@ codes! {
         "The columns of a recording are guessed from their names and units.",
         "No flag or key names a column, the file has none with the default names, and exactly one signal each looks like time, position \
          and force. The message has the flags: give them, or others (`trocar detect FILE --list` shows all signals).";
+    NoRuptures "no-ruptures":
+        "A study of detectors has no rupture.",
+        "No rupture of the recordings is labelled: no share of detected ruptures is known, and every alarm counts as false, also that of \
+         a rupture which has no label. For recordings without a rupture this is what is wanted; otherwise give --rupture-s.";
     MissingSection "missing-section":
         "A file with settings lacks a section.",
         "The defaults are used for it.";

@@ -170,7 +170,7 @@ fn announce(args: &SweepArgs, ends: &[Scenario], cases: u64) -> Result<(), CliEr
         return Err(CliError::LongSweep { cases, about });
     }
     if !args.output.quiet {
-        anstream::eprintln!("{cases} cases, at most about {about}");
+        anstream::eprintln!("{cases} case{}, at most about {about}", if cases == 1 { "" } else { "s" });
     }
     Ok(())
 }

@@ -4,10 +4,12 @@ use trocar::augmentation::{AugmentedTick, ForceLaw, HeldReference, Modes, Motion
 use trocar::detection::{CusumDetector, Decision, Detector, Distance, Evidence};
 use trocar::engine::{OwnParts, Trace};
 use trocar::estimation::{AnyEstimator, Estimate, Estimator};
+use trocar::metrics::Outcome;
 use trocar::operator::Operator;
-use trocar::run::{Run, run, run_with};
+use trocar::run::{Run, empty_trace_with, observe_with, run, run_with};
 use trocar::scenario::{Scenario, Source};
 use trocar::tissue::{Reaction, Tissue};
+use trocar::warning::Code;
 
 #[path = "../../examples/own_detector.rs"]
 #[allow(dead_code, reason = "its main is not called here")]
@@ -73,8 +75,11 @@ fn a_scenario_with_boxed_parts_is_identical_to_the_built_in_one_bit_for_bit() {
         ("link/four-channel", &["augmentation.events_s=[1.5]"]),
     ] {
         let built_in = run(scenario(name, settings)).expect("runs");
-        let own = run_with(scenario(name, settings), OwnParts::default()).expect("runs");
-        assert_same_bits(&own, &built_in, name);
+        // The wiring of own parts, with none.
+        let (scenario, none) = (scenario(name, settings), OwnParts::default());
+        let mut trace = empty_trace_with(&scenario, &none);
+        let metrics = observe_with(&scenario, none, &mut trace.recorder()).expect("runs");
+        assert_same_bits(&Run::of_own_parts(scenario, vec![], metrics, trace), &built_in, name);
     }
 }
 
@@ -163,4 +168,66 @@ fn copies_of_built_in_parts_are_identical_bit_for_bit() {
     let detector = Copied(CusumDetector::<f64>::new(&scenario.detector, tick_s));
     let with_detector = run_with(built(), OwnParts::default().detector(detector)).expect("runs");
     assert_same_bits(&with_detector, &built_in, "the detector");
+}
+
+/// A part that spoils a value from a tick on.
+struct Spoiled(f64);
+
+impl Tissue<f64> for Spoiled {
+    fn react(&mut self, tick: u64, position_m: f64, _velocity_m_per_s: f64) -> Reaction<f64> {
+        Reaction { force_n: if tick < 500 { 100.0 * position_m.max(0.0) } else { self.0 }, ruptured: false }
+    }
+}
+
+impl Estimator<f64> for Spoiled {
+    fn update(&mut self, force_n: f64, _depth_m: f64, _velocity_m_per_s: f64) -> Estimate<f64> {
+        let stiffness_n_per_m = if force_n > 0.5 { self.0 } else { 100.0 };
+        Estimate {
+            stiffness_n_per_m,
+            damping_n_s_per_m: 0.0,
+            predicted_force_n: force_n,
+            residual_n: 0.0,
+            correction: [0.0; 2],
+            extra_parameter: 0.0,
+        }
+    }
+
+    fn skip(&mut self) {}
+}
+
+#[test]
+fn a_number_that_is_not_finite_names_the_part_that_returned_it() {
+    for spoiled in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let error = |own: OwnParts| {
+            run_with(scenario("layers/skin-augmented", &[]), own).expect_err("a part fails").to_string()
+        };
+        let of_tissue = error(OwnParts::default().tissue(Spoiled(spoiled)));
+        assert!(of_tissue.contains("the tissue of your own") && of_tissue.contains("tick 500"), "{of_tissue}");
+        let of_estimator = error(OwnParts::default().estimator(Spoiled(spoiled)));
+        assert!(of_estimator.contains("the estimator of your own"), "{of_estimator}");
+    }
+}
+
+#[test]
+fn a_run_with_own_parts_says_what_it_cannot_know() {
+    struct Silent;
+    impl Detector<f64> for Silent {
+        fn update(&mut self, _evidence: &Evidence<f64>) -> Decision<f64> {
+            Decision { distance: 0.0, decision: 0.0, alarm: false }
+        }
+    }
+    let with = |name: &str, settings: &[&str]| {
+        run_with(scenario(name, settings), OwnParts::default().detector(Silent)).expect("runs").warnings()
+    };
+    let missed = with("layers/skin-augmented", &[]);
+    assert!(missed.iter().any(|warning| warning.code == Code::MissedRupture), "{missed:?}");
+    let swing = with("passivity/late-wall", &[]);
+    assert!(swing.iter().any(|warning| warning.code == Code::Oscillating), "{swing:?}");
+    // Without an own part it is a scenario's run.
+    let late = run_with(scenario("passivity/late-wall", &[]), OwnParts::default()).expect("runs");
+    assert!(matches!(late.metrics.outcome, Outcome::Oscillating { .. }), "{:?}", late.metrics.outcome);
+    // What would be left out silently is refused.
+    let moved = scenario("layers/skin-augmented", &["tissue.breathing_amplitude_m=5 mm"]);
+    let error = run_with(moved, OwnParts::default().tissue(Spoiled(0.0))).expect_err("refused").to_string();
+    assert!(error.contains("motion of the organs"), "{error}");
 }

@@ -96,7 +96,7 @@ fn metrics(design: &Design, findings: &Findings) -> Section {
     let head = SUMMARY_HEADING.map(str::to_owned).to_vec();
     let table =
         Block::Table { caption: "Metrics over all cases, and their meaning".into(), head, rows, is_text: false };
-    let note = "Intervals in brackets and after ± are 95 % confidence intervals of the median and the mean. “Defined” counts the \
+    let note = "Intervals in brackets and after ± are 95 % confidence intervals of the median and the mean. “Cases with value” counts the \
                 cases in which the metric is defined.";
     Section { id: "metrics", title: "Metrics", blocks: vec![table, Block::text(note)] }
 }

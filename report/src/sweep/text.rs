@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
-use crate::number::{readable, show, significant};
+use crate::number::{counted, readable, show, significant};
 use crate::tables::shortest;
 use crate::wrap::wrapped;
 use crate::{Table, json};
@@ -56,17 +56,17 @@ pub(crate) fn heading(design: &Design, findings: &Findings) -> String {
     let axes: Vec<&str> = design.axes.iter().map(|axis| axis.key.path).collect();
     let points = design.points().unwrap_or(0);
     let mut text = format!(
-        "{}: {} cases, {points} points ({}) with {} seed{} each, over {}\n",
+        "{}: {}, {} ({}) with {} each, over {}\n",
         design.name,
-        findings.cases,
+        counted(findings.cases, "case"),
+        counted(points, "point"),
         design.scheme.word(),
-        design.seeds,
-        if design.seeds == 1 { "" } else { "s" },
+        counted(design.seeds, "seed"),
         if axes.is_empty() { "no axis".to_owned() } else { axes.join(", ") },
     );
     if findings.diverged > 0 || findings.failed > 0 {
         let (diverged, failed) = (findings.diverged, findings.failed);
-        let _ = writeln!(text, "{diverged} cases diverged, {failed} could not be integrated");
+        let _ = writeln!(text, "{} diverged, {failed} could not be integrated", counted(diverged, "case"));
     }
     let unchanged = findings.summaries.iter().filter(|summary| summary.is_unchanged(findings.cases));
     let unchanged: Vec<&str> = unchanged.map(|summary| summary.label.as_str()).collect();
@@ -93,6 +93,11 @@ pub(crate) fn summary_row(summary: &Summary) -> [String; 6] {
     let Spread {
         min, quantile_5, median, quantile_95, max, median_low, median_high, mean, mean_ci95_half_width, ..
     } = spread;
+    // One value has no interval.
+    if summary.defined == 1 {
+        let value = format!("{}{unit}", number(*median));
+        return [name, defined, value, "—".into(), "—".into(), "—".into()];
+    }
     [
         name,
         defined,

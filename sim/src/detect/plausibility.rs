@@ -75,11 +75,13 @@ pub(super) struct Signals<'a> {
     pub(super) has_extra_parameter: bool,
     interval_s: f64,
     contact_m: f64,
-    rupture_std_n: f64,
+    /// The drop that the detector expects, in N; `None` for one that expects none.
+    drop_n: Option<f64>,
 }
 
 impl<'a> Signals<'a> {
     pub(super) fn of(samples: &'a Samples, interval_s: f64, settings: &DetectionSettings) -> Self {
+        let distance = &settings.detector.distance;
         Self {
             time_s: &samples.time_s,
             position_m: &samples.position_m,
@@ -88,7 +90,7 @@ impl<'a> Signals<'a> {
             has_extra_parameter: settings.estimator.extra_parameter_column().is_some(),
             interval_s,
             contact_m: settings.contact_m,
-            rupture_std_n: settings.detector.distance.hypotheses.rupture_std_n,
+            drop_n: distance.kind.waits_for().is_none().then_some(distance.hypotheses.rupture_std_n),
         }
     }
 }
@@ -143,13 +145,12 @@ fn peak(values: &[f64]) -> Option<usize> {
 /// The sign and the magnitude of the force, which is largest at the sample `peak`.
 fn force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
     let peak_n = signals.force_n[peak].abs();
-    let drop_n = signals.rupture_std_n;
     let unit = "check the unit of the force, as in --force COLUMN:mN or --force COLUMN:gf";
     if peak_n > MAX_FORCE_N {
         let message = format!("the force reaches {peak_n:.3} N; needle insertions stay below {MAX_FORCE_N} N");
         return Some(Warning::new(Code::ForceMagnitude, message).at("--force").remedy(unit));
     }
-    if peak_n < drop_n {
+    if let Some(drop_n) = signals.drop_n.filter(|drop_n| peak_n < *drop_n) {
         let message = format!(
             "the force stays within {peak_n:.3e} N, and the detector expects drops of {drop_n} N (detector.rupture_std_n)"
         );
@@ -343,14 +344,18 @@ fn constant_force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
     }
     let (travel_m, from, to) = longest?;
     let is_largest = force[peak].abs() == force[from].abs();
-    let cause = if is_largest { "the sensor is at the end of its range" } else { "its value is not renewed" };
+    let cause = if is_largest {
+        "the sensor is at the end of its range"
+    } else {
+        "its value is not renewed, or has coarse steps"
+    };
     let message = format!(
-        "the force stays at {:.4} N from {:.4} to {:.4} s, while the needle moves by {:.2} mm: {cause}, and no rupture can be detected",
+        "the force stays at {:.4} N from {:.4} to {:.4} s, while the needle moves by {:.2} mm: {cause}, and no rupture in this time can be detected",
         force[from],
         signals.time_s[from],
         signals.time_s[to],
         1e3 * travel_m
     );
-    let remedy = "use a sensor with a larger range, or record its value anew at every sample";
+    let remedy = "use a sensor with a larger range or finer steps, or record its value anew at every sample";
     Some(Warning::new(Code::ConstantForce, message).at("--force").remedy(remedy))
 }

@@ -14,4 +14,19 @@ pub enum EngineError {
     /// The tissue cannot go on.
     #[error(transparent)]
     Tissue(#[from] TissueFailure),
+    /// A part of the user's own returned a number that is not finite.
+    #[error(transparent)]
+    Part(#[from] InvalidPart),
+}
+
+/// A part of the user's own returned a number that is not finite.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("the {roles} of your own returned a number that is not finite at {time_s} s (tick {tick})")]
+pub struct InvalidPart {
+    /// The role, or those of which one is the cause.
+    pub roles: String,
+    /// The tick.
+    pub tick: u64,
+    /// Its time in s.
+    pub time_s: f64,
 }

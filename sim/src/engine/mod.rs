@@ -41,7 +41,7 @@ pub use built_in_or::BuiltInOr;
 pub use column::{ColumnValues, TraceColumn};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use eight::{Avx2, Avx512};
-pub use error::EngineError;
+pub use error::{EngineError, InvalidPart};
 pub use exact::ExactPlants;
 pub(crate) use exact::GatheredPlants;
 pub use instruction_set::InstructionSet;

@@ -121,9 +121,10 @@ setters! {
     force_law: ForceLaw,
 }
 
-impl std::fmt::Debug for OwnParts {
+impl OwnParts {
     /// The roles with a user-defined part.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+    #[must_use]
+    pub fn roles(&self) -> Vec<&'static str> {
         let Self { operator, tissue, estimator, detector, distance, architecture, scheme, motion_law, force_law } =
             self;
         let roles = [
@@ -134,9 +135,16 @@ impl std::fmt::Debug for OwnParts {
             ("distance", distance.is_some()),
             ("architecture", architecture.is_some()),
             ("scheme", scheme.is_some()),
-            ("motion_law", motion_law.is_some()),
-            ("force_law", force_law.is_some()),
+            ("motion law", motion_law.is_some()),
+            ("force law", force_law.is_some()),
         ];
-        f.debug_set().entries(roles.iter().filter(|(_, is_own)| *is_own).map(|(role, _)| role)).finish()
+        roles.into_iter().filter(|(_, is_own)| *is_own).map(|(role, _)| role).collect()
+    }
+}
+
+impl std::fmt::Debug for OwnParts {
+    /// [`OwnParts::roles`].
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_set().entries(self.roles()).finish()
     }
 }

@@ -111,7 +111,7 @@ impl MissReason {
     pub fn remedy(&self) -> Cow<'static, str> {
         Cow::Borrowed(match self {
             Self::BelowThreshold { reached } => {
-                let share = (1e3 * reached).floor() / 10.0;
+                let share = percent(*reached, f64::floor);
                 return Cow::Owned(format!(
                     "set detector.threshold below {share} % of its value, and count the false alarms with `trocar roc`"
                 ));
@@ -159,6 +159,16 @@ impl MissReason {
     }
 }
 
+/// A share in percent: one decimal, or one digit of a share below that.
+fn percent(share: f64, rounded: fn(f64) -> f64) -> String {
+    let percent = 100.0 * share;
+    if percent >= 0.1 || percent <= 0.0 {
+        return (rounded(10.0 * percent) / 10.0).to_string();
+    }
+    let digit = 10.0_f64.powf(percent.log10().floor());
+    format!("{:.0e}", rounded(percent / digit) * digit)
+}
+
 impl Display for MissReason {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let ms = |s: f64| (1e4 * s).round() / 10.0;
@@ -185,7 +195,7 @@ impl Display for MissReason {
                 write!(f, "detector.minimum_depth_m: the needle was at {} mm", mm(*depth_m))
             }
             Self::BelowThreshold { reached } => {
-                write!(f, "below the threshold: g reached {} % of it", (1e3 * reached).round() / 10.0)
+                write!(f, "below the threshold: g reached {} % of it", percent(*reached, f64::round))
             }
             Self::BelowDrift { largest } => {
                 write!(f, "below the drift: no distance exceeded {largest:.3e}, and g stayed at 0")

@@ -76,9 +76,14 @@ struct RelativePositions {
 }
 
 /// A swing.
-struct Swing {
-    swing_m: f64,
-    frequency_hz: f64,
+pub(super) struct Swing {
+    pub(super) swing_m: f64,
+    pub(super) frequency_hz: f64,
+}
+
+/// The swing at the end of a run that does not decay, whatever its cause.
+pub(super) fn lasting_swing(scenario: &Scenario, trace: &Trace) -> Option<Swing> {
+    RelativePositions::of(scenario, trace).lasting(scenario)
 }
 
 impl RelativePositions {

@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::{Run, RunError, empty_trace_with, metrics_observer, with_link};
+use super::own::CheckedParts;
+use super::{Run, RunError, checked_outcome, empty_trace_with, metrics_observer, with_link};
 use crate::engine::{BuiltInOr, OwnEngine, OwnParts, Trace, Wiring};
 use crate::metrics::MetricsObserver;
 use crate::operator::{HumanOperator, Operator};
@@ -35,7 +36,7 @@ use crate::scenario::Scenario;
 pub struct SteppedRun {
     scenario: Scenario,
     engine: OwnEngine,
-    observers: (MetricsObserver<f64>, Trace),
+    observers: (CheckedParts, (MetricsObserver<f64>, Trace)),
     led: Arc<AtomicU64>,
     desired_m: f64,
     /// Where the person was led at each tick so far, in m; NaN where not.
@@ -50,12 +51,17 @@ impl SteppedRun {
     /// [`RunError::Scenario`] if its parts cannot be built.
     pub fn new(scenario: Scenario, own: OwnParts) -> Result<Self, RunError> {
         let trace = empty_trace_with(&scenario, &own);
+        let mut roles = own.roles();
+        if own.operator.is_none() {
+            roles.push("operator");
+        }
         let mut engine = scenario.build_with(own)?;
         let led = Arc::new(AtomicU64::new(f64::NAN.to_bits()));
         let operator = Led { operator: engine.parts.operator, led: led.clone() };
         engine.parts.operator = BuiltInOr::Own(Box::new(operator));
         let desired_m = engine.parts.begin();
-        let observers = (metrics_observer(&scenario), trace);
+        let checked = CheckedParts::new(roles, scenario.grid);
+        let observers = (checked, (metrics_observer(&scenario), trace));
         Ok(Self { scenario, engine, observers, led, desired_m, led_m: vec![], has_ended: false })
     }
 
@@ -98,7 +104,7 @@ impl SteppedRun {
         if self.has_ended {
             // A tissue that cannot go on is the cause of what followed.
             let outcome = engine.parts.tissue_outcome().and(outcome);
-            outcome.map_err(|source| RunError::Engine { name: self.scenario.name.clone(), source })?;
+            checked_outcome(&self.scenario, &self.observers.0, outcome)?;
         }
         self.led_m.push(desired_m.unwrap_or(f64::NAN));
         Ok(!self.has_ended)
@@ -131,15 +137,15 @@ impl SteppedRun {
     /// The signals of the ticks so far.
     #[must_use]
     pub fn trace(&self) -> &Trace {
-        &self.observers.1
+        &self.observers.1.1
     }
 
     /// The result of the ticks so far.
     #[must_use]
     pub fn conclude(self) -> Run {
-        let (metrics, trace) = self.observers;
+        let (checked, (metrics, trace)) = self.observers;
         let metrics = with_link(&self.scenario, metrics.metrics(0), self.engine.parts.link_report(0));
-        Run::of_own_parts(self.scenario, metrics, trace)
+        Run::of_own_parts(self.scenario, checked.own().to_vec(), metrics, trace)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The warnings about a run.
 
 use super::Run;
+use super::oscillation::{Swing, lasting_swing};
 use crate::metrics::{Outcome, RuptureMetrics};
 use crate::scenario::{Scenario, TissueSpec};
 use crate::tissue::TissueSettings;
@@ -30,18 +31,43 @@ impl Run {
         all.extend(self.energy_of_the_hand());
         all.extend(self.broken_promise());
         all.extend(delay_beyond_run(&self.scenario));
-        all.extend(outside_measured(&self.scenario));
+        if !self.is_own("tissue") {
+            all.extend(outside_measured(&self.scenario));
+        }
         all.into_iter().map(|warning| warning.of(&self.scenario.name)).collect()
+    }
+
+    /// Whether a role has a part of the user's own.
+    fn is_own(&self, role: &str) -> bool {
+        self.own_parts.contains(&role)
     }
 
     fn missed_ruptures(&self) -> impl Iterator<Item = Warning> + '_ {
         let of = |(index, rupture): (usize, &RuptureMetrics)| {
             Some(rupture.miss.as_ref()?.warning(index + 1, rupture.time_s))
         };
-        self.metrics.ruptures.iter().enumerate().filter_map(of)
+        let (missed, all) = (self.metrics.missed_ruptures, self.metrics.ruptures.len());
+        let unexplained = (!self.own_parts.is_empty() && missed > 0).then(|| {
+            let message =
+                format!("{missed} of {all} ruptures have no alarm; with parts of your own no reason is looked for");
+            let remedy = "look at the decision and the residual after the ruptures in the trace";
+            Warning::new(Code::MissedRupture, message).remedy(remedy)
+        });
+        self.metrics.ruptures.iter().enumerate().filter_map(of).chain(unexplained)
     }
 
     fn oscillation(&self) -> Option<Warning> {
+        if !self.own_parts.is_empty() && self.metrics.outcome == Outcome::Completed {
+            let Swing { swing_m, frequency_hz } = lasting_swing(&self.scenario, &self.trace)?;
+            let message = format!(
+                "it swings by {:.3} mm at {frequency_hz:.2} Hz at the end; with parts of your own it is not known whether the hand \
+                 forces the swing",
+                1e3 * swing_m
+            );
+            return Some(
+                Warning::new(Code::Oscillating, message).remedy("compare with a run whose hand rests at the end"),
+            );
+        }
         let Outcome::Oscillating { frequency_hz, swing_m } = self.metrics.outcome else { return None };
         let message = format!(
             "it swings by {:.3} mm at {frequency_hz:.2} Hz at the end, and the swing does not decay",
@@ -66,7 +92,8 @@ impl Run {
                     .remedy("reduce scaling.force, the delays or the stiffness until the run settles"),
             );
         }
-        let is_passive = matches!(self.scenario.tissue, TissueSpec::Model(_)) && !self.scenario.organ_motion.moves();
+        let is_model = matches!(self.scenario.tissue, TissueSpec::Model(_)) && !self.is_own("tissue");
+        let is_passive = is_model && !self.scenario.organ_motion.moves();
         let allowed_j = MAX_GIVEN_J.max(MAX_GIVEN_SHARE * tissue_j.abs());
         (is_passive && hand_j < -allowed_j).then(|| {
             let message = format!(

@@ -92,6 +92,11 @@ impl Scenario {
     pub fn build_with(&self, own: OwnParts) -> Result<OwnEngine, ScenarioError> {
         if own.tissue.is_none() {
             self.load_unit()?;
+        } else if self.organ_motion.moves() {
+            let message = "the motion of the organs does not act on a tissue of your own";
+            let place = self.values().section_place("tissue");
+            let remedy = "set tissue.breathing_amplitude_m = 0 and tissue.heartbeat_amplitude_m = 0, and move the tissue in its own code";
+            return Err(ScenarioError::new(message).at(place).remedy(remedy));
         }
         let plants = match self.engine {
             EngineKind::Exact if self.is_split() => BuiltInOr::Own(Box::new(self.split_plants()?) as Box<_>),

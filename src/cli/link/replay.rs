@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::cli::error::{CliError, LinkError};
-use crate::cli::terminal;
+use crate::cli::{terminal, warnings};
 use trocar_report::{Folder, run_text};
 use trocar_sim::engine::Trace;
 use trocar_sim::remote::{Difference, Direction, Role, delays_csv, first_difference, read_direction};
@@ -62,6 +62,9 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
     folder.write("replay.toml", REPLAY.as_bytes())?;
 
     let replay = run_scenario(load("replay.toml")?)?;
+    if !args.quiet {
+        replay.warnings().iter().for_each(|warning| anstream::eprint!("{}", warnings::text(warning)));
+    }
     let own = run_scenario(scenario)?;
     let (mut text, mut is_same) = (format!("{}\n", run_text(&replay)), true);
     for ((name, log), role) in traces.into_iter().zip([Role::Master, Role::Slave]) {
