@@ -33,22 +33,11 @@ pub fn poles_csv(response: &LoopResponse) -> String {
     text
 }
 
-/// The phase in degrees, without jumps.
-pub(super) fn phases(response: &LoopResponse) -> Vec<f64> {
-    let mut phases: Vec<f64> = vec![];
-    for (_, gain) in &response.gain {
-        let phase = gain.arg().to_degrees();
-        let turns = phases.last().map_or(0.0, |before| ((before - phase) / 360.0).round());
-        phases.push(phase + 360.0 * turns);
-    }
-    phases
-}
-
 /// Returns `loop_gain.csv`: the loop gain over frequency.
 #[must_use]
 pub fn loop_gain_csv(response: &LoopResponse) -> String {
     let mut text = "frequency_hz,re,im,magnitude,phase_deg\n".to_owned();
-    for ((hertz, gain), phase) in response.gain.iter().zip(phases(response)) {
+    for ((hertz, gain), phase) in response.gain.iter().zip(response.phases_deg()) {
         let cells = [*hertz, gain.re, gain.im, gain.norm(), phase].map(shortest);
         let _ = writeln!(text, "{}", cells.join(","));
     }

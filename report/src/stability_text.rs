@@ -103,6 +103,11 @@ fn ranges(delays: &VaryingDelays) -> String {
 /// A row of the loop's table: quantity, value, frequency; and a sentence that explains the quantity.
 pub(super) type LoopLine = ([String; 3], &'static str);
 
+/// Llewellyn's parameter; infinite where one direction of the two-port is cut.
+fn eta(value: f64) -> String {
+    if value == f64::INFINITY { "∞".into() } else { significant(value) }
+}
+
 /// Returns the rows of the loop's table.
 pub(super) fn loop_lines(analysis: &Analysis) -> Vec<LoopLine> {
     let (mode, margins) = (&analysis.mode, &analysis.margins);
@@ -212,7 +217,7 @@ pub(super) fn port_table(analysis: &Analysis) -> Table {
             significant(point.hybrid.h[0][0].norm()),
             significant(point.transmitted.norm()),
             significant(point.ideal.norm()),
-            significant(point.hybrid.llewellyn()),
+            eta(point.hybrid.llewellyn()),
             yes(point.is_absolutely_stable),
             yes(point.is_passive),
         ]);

@@ -57,7 +57,7 @@ pub fn strategies_text(study: &StrategyStudy) -> String {
     let mut notes = format!(
         "{}: {}, {}, {} ({persons}).",
         study.name,
-        counted(study.patients as u64, "patient"),
+        counted(study.patients, "patient"),
         counted(study.seeds, "seed"),
         counted(study.persons.len() as u64, "person"),
     );

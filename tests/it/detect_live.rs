@@ -253,10 +253,10 @@ fn a_stream_that_cannot_be_used_is_refused() {
         assert_eq!(outcome.code, 2, "{input:?}: {}", outcome.err);
         assert!(outcome.err.contains(phrase), "{input:?}: {}", outcome.err);
     };
-    refused("", &[], "0 rows without a usable sample");
-    refused("time_s,position_m,force_n\n", &[], "0 rows without a usable sample");
-    refused("time_s,position_m,force_n\n0,0,0\n", &[], "1 rows without a usable sample");
-    refused("time_s,position_m,force_n\n0,x,0\nc,d,e\n", &[], "2 rows without a usable sample");
+    refused("", &[], "0 rows without the two usable samples");
+    refused("time_s,position_m,force_n\n", &[], "0 rows without the two usable samples");
+    refused("time_s,position_m,force_n\n0,0,0\n", &[], "1 row without the two usable samples");
+    refused("time_s,position_m,force_n\n0,x,0\nc,d,e\n", &[], "2 rows without the two usable samples");
     refused("time,position_m,force_n\n0,0,0\n", &[], "no column 'time_s'");
     refused("0,0,0\n", &[], "numbers where the columns' names are expected");
     refused("", &["--interval-s", "0"], "--interval-s is 0");

@@ -6,7 +6,6 @@ use super::figure::{Figure, Row};
 use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{COMPUTED, LIMIT, PURPLE, Stroke};
-use crate::loop_response::phases;
 use trocar_sim::stability::LoopResponse;
 
 /// Lower limit of the magnitudes that are drawn, and the range of the Nyquist diagram.
@@ -20,7 +19,7 @@ const NYQUIST: f64 = 1.6;
 pub fn loop_response(name: &str, response: &LoopResponse) -> Result<Figure<'static>, FigureError> {
     let (frequency_hz, magnitude): (Vec<f64>, Vec<f64>) =
         response.gain.iter().map(|(hertz, gain)| (*hertz, gain.norm())).unzip();
-    let phase_deg = phases(response);
+    let phase_deg = response.phases_deg();
     let margins = &response.margins;
     let gain_margin = margins.gain.zip(margins.gain_frequency_hz);
     let Some((low, high)) = extent(frequency_hz.iter().copied()) else {

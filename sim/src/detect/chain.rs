@@ -2,7 +2,7 @@
 
 use crate::chain::{self, Chain, Insight, Reading};
 use crate::detection::{AlarmConditions, CusumDetector, Decision, Evidence};
-use crate::error::{InvalidValue, positive};
+use crate::error::{InvalidValue, positive, require};
 use crate::estimation::{AnyEstimator, Estimate, VelocityFilter};
 use crate::lane::Stored;
 use crate::scenario::DetectionSettings;
@@ -49,9 +49,13 @@ impl DetectionChain {
     /// Returns a chain for samples `interval_s` apart (s).
     ///
     /// # Errors
-    /// [`InvalidValue`] for an interval, or a step of the positions, that is not a positive finite number.
+    /// [`InvalidValue`] for an interval, or a step of the positions, that is not a positive finite number, and for settings out of
+    /// their ranges.
     pub fn new(settings: &DetectionSettings, interval_s: f64, velocity: VelocitySource) -> Result<Self, InvalidValue> {
         positive("simulation.tick_s", interval_s)?;
+        settings.estimator.validate()?;
+        settings.detector.validate()?;
+        require("estimator.contact_m", settings.contact_m, settings.contact_m.is_finite(), "a finite number")?;
         let acceleration = settings.acceleration_std_m_per_s2;
         let filter = match velocity {
             VelocitySource::Measured => None,
@@ -62,7 +66,8 @@ impl DetectionChain {
         Ok(Self { filter, chain: Chain { contact_m: settings.contact_m, estimator, detector } })
     }
 
-    /// Evaluates the next sample.
+    /// Evaluates the next sample, whose numbers must be finite: others stay in the estimate for good. A
+    /// [`LiveDetector`](super::LiveDetector) refuses them, and a [`rig`](crate::rig) holds through them.
     #[inline]
     pub fn step(&mut self, reading: &Reading<f64>) -> Step {
         let reading = with_velocity(self.filter.as_mut(), reading);

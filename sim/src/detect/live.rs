@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::EVEN_SHARE;
 use super::chain::{DetectionChain, Step, VelocitySource};
 use crate::chain::Reading;
-use crate::error::InvalidValue;
+use crate::error::{InvalidValue, require};
 use crate::moments::Moments;
 use crate::recording::{Limits, LiveSample};
 use crate::scenario::DetectionSettings;
@@ -143,12 +143,23 @@ impl LiveDetector {
     /// Evaluates a sample, calls `emit` for each tick that it completes, and returns the anomaly of its time, if any.
     ///
     /// # Errors
-    /// [`InvalidValue`] if the first two samples give an interval that is invalid for the velocity filter.
+    /// [`InvalidValue`] for a number that is not finite, whose sample is left out; and if the first two samples give an interval
+    /// that is invalid for the velocity filter.
     pub fn take(
         &mut self,
         sample: &LiveSample,
         mut emit: impl FnMut(&LiveStep),
     ) -> Result<Option<TimestampAnomaly>, InvalidValue> {
+        let LiveSample { time_s, position_m, velocity_m_per_s, force_n } = *sample;
+        let numbers = [
+            ("time_s", time_s),
+            ("position_m", position_m),
+            ("velocity_m_per_s", velocity_m_per_s),
+            ("force_n", force_n),
+        ];
+        for (name, value) in numbers {
+            require(name, value, value.is_finite(), "a finite number")?;
+        }
         let Some(last) = self.last else {
             // Without an interval, the first sample is evaluated with the second.
             self.last = Some(*sample);

@@ -51,4 +51,16 @@ impl LoopResponse {
         let step = if poles.is_empty() { None } else { Some(closed.closed_loop_system()?.step(samples)?) };
         Ok(Self { gain, margins: closed.margins()?, poles, step, tick_s: settings.tick_s })
     }
+
+    /// The phases of the loop gain in degrees, without jumps.
+    #[must_use]
+    pub fn phases_deg(&self) -> Vec<f64> {
+        let mut phases: Vec<f64> = vec![];
+        for (_, gain) in &self.gain {
+            let phase = gain.arg().to_degrees();
+            let turns = phases.last().map_or(0.0, |before| ((before - phase) / 360.0).round());
+            phases.push(phase + 360.0 * turns);
+        }
+        phases
+    }
 }

@@ -74,7 +74,7 @@ pub(in crate::cli) enum DetectError {
         input_at_fault: bool,
     },
     /// A live stream has too few valid samples.
-    #[error("standard input: at least two usable samples are needed, in {rows} row{} there are fewer; see --help for the columns", if *rows == 1 { "" } else { "s" })]
+    #[error("standard input: {rows} row{} without the two usable samples that are needed; see --help for the columns", if *rows == 1 { "" } else { "s" })]
     NoSample {
         /// Number of rows.
         rows: u64,

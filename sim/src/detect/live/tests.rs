@@ -151,3 +151,38 @@ fn an_empty_stream_has_undefined_statistics() {
     assert!(ticks.is_empty(), "without a second sample there is no interval");
     assert!(LiveDetector::new(spec.settings.clone(), Some(0.0), VelocitySource::Measured).is_err());
 }
+
+#[test]
+fn a_number_that_is_not_finite_is_refused_and_changes_nothing() {
+    let spec = insertion(&[]);
+    let all = samples(&spec);
+    let velocity = VelocitySource::Filtered { step_m: 1e-6 };
+    let (expected, ..) = stream(&spec, Some(1e-3), velocity, &all);
+    let mut live = LiveDetector::new(spec.settings.clone(), Some(1e-3), velocity).expect("valid");
+    let mut ticks = vec![];
+    for (index, sample) in all.iter().enumerate() {
+        if index % 1000 == 500 {
+            for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let of_force = live.take(&LiveSample { force_n: wrong, ..*sample }, |_| panic!("a tick"));
+                assert_eq!(of_force.expect_err("refused").name, "force_n");
+                let of_position = live.take(&LiveSample { position_m: wrong, ..*sample }, |_| panic!("a tick"));
+                assert_eq!(of_position.expect_err("refused").name, "position_m");
+            }
+        }
+        live.take(sample, |tick| ticks.push(*tick)).expect("a sample");
+    }
+    assert_eq!(format!("{ticks:?}"), format!("{expected:?}"));
+}
+
+#[test]
+fn settings_out_of_range_are_refused() {
+    let spec = insertion(&[]);
+    let with = |change: fn(&mut DetectionSettings)| {
+        let mut settings = spec.settings.clone();
+        change(&mut settings);
+        DetectionChain::new(&settings, 1e-3, VelocitySource::Measured).expect_err("refused").name
+    };
+    assert_eq!(with(|settings| settings.contact_m = f64::NAN), "estimator.contact_m");
+    assert_eq!(with(|settings| settings.detector.cusum.threshold = f64::NAN), "detector.threshold");
+    assert_eq!(with(|settings| settings.detector.cusum.threshold = -1.0), "detector.threshold");
+}
