@@ -535,7 +535,7 @@ mod tests {
             "The maximum excess advance is about the same in every run with a rupture: 2 mm; c has no rupture. All runs detect \
              every rupture within 3 ms, with no missed rupture and no false alarm."
         );
-        assert_eq!(finding(&[c.clone(), c]), "No layer ruptures, no alarm is false.");
+        assert_eq!(finding(&[c.clone(), c]), "No layer ruptures and no alarm is false.");
         assert_eq!(said(finding(&[a])), "The excess advance after both ruptures is 1 mm and 2 mm");
     }
 
@@ -547,7 +547,7 @@ mod tests {
         (bad.metrics.missed_ruptures, bad.metrics.false_alarms) = (1, 2);
         bad.metrics.ruptures[1].detection_delay_s = None;
         let sentence = finding(&[classical.clone(), bad.clone()]);
-        assert!(sentence.ends_with("; bad misses 1 of 2 ruptures, bad raises 2 false alarms."), "{sentence}");
+        assert!(sentence.ends_with("; bad misses 1 of 2 ruptures and bad raises 2 false alarms."), "{sentence}");
         let mut alarmed = classical.clone();
         (alarmed.scenario.name, alarmed.metrics.false_alarms) = ("alarmed".into(), 1);
         let sentence = finding(&[classical.clone(), alarmed]);
