@@ -186,6 +186,12 @@ class GuessedColumnsWarning(TrocarWarning):
     code = "guessed-columns"
 
 
+class NoRupturesWarning(TrocarWarning):
+    """A study of detectors has no rupture."""
+
+    code = "no-ruptures"
+
+
 class MissingSectionWarning(TrocarWarning):
     """A file with settings lacks a section."""
 

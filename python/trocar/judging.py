@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core
+from . import _core, _warnings
 from ._arrays import Recorded, number, recording_of, whole
 from ._columns import Columns
 from ._html import table
@@ -326,6 +326,7 @@ def roc(
             threads,
             bar.tell,
         )
+    _warnings.warn(report["warnings"])
     _add_own(report["characteristics"], own, points)
     return Roc(report)
 

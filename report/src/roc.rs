@@ -318,6 +318,7 @@ pub fn roc_json(roc: &Characteristics, seeds: u64) -> String {
         "trocar_version": env!("CARGO_PKG_VERSION"),
         "seeds": seeds,
         "stopped": roc.cases < roc.cases_planned,
+        "warnings": roc.warnings(),
         "characteristics": roc,
     }))
 }

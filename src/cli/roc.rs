@@ -12,7 +12,6 @@ use trocar_sim::detection::DistanceKind;
 use trocar_sim::recording::InVivoLikeVariant;
 use trocar_sim::roc::{Signal, Study};
 use trocar_sim::scenario::{DetectionSpec, Scenario, Source, Values};
-use trocar_sim::warning::{Code, Warning};
 
 /// The default scenario, whose recording is evaluated.
 const SHIPPED: &str = "paper/classical";
@@ -96,11 +95,7 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     if roc.cases == 0 {
         return Err(CliError::Interrupted { kept: None });
     }
-    if roc.all.iter().flat_map(|curve| &curve.points).all(|point| point.ruptures == 0) {
-        let message = "no rupture is labelled: every alarm counts as false";
-        let remedy = "give the true ruptures with --rupture-s, unless the recordings have none";
-        warnings.print(&[Warning::new(Code::NoRuptures, message).at("--rupture-s").remedy(remedy)]);
-    }
+    warnings.print(&roc.warnings());
     let json = roc_json(&roc, args.seeds);
     let folder = args.output.folder();
     folder.write("roc.csv", roc_csv(&roc).as_bytes())?;

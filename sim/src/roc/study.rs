@@ -14,6 +14,7 @@ use super::tally::Tally;
 use crate::detection::{DetectorSettings, Evidence};
 use crate::parallel::try_map;
 use crate::recording::InVivoLikeVariant;
+use crate::warning::{Code, Warning};
 
 /// The settings of a study.
 #[derive(Debug, Clone)]
@@ -60,6 +61,20 @@ pub struct Characteristics {
     pub all: Vec<Curve>,
     /// The curves of each condition.
     pub conditions: Vec<Condition>,
+}
+
+impl Characteristics {
+    /// The warnings about the study.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let mut points = self.all.iter().flat_map(|curve| &curve.points).peekable();
+        if points.peek().is_none() || points.any(|point| point.ruptures > 0) {
+            return vec![];
+        }
+        let message = "no rupture is labelled: every alarm counts as false";
+        let remedy = "give the true ruptures with --rupture-s, unless the recordings have none";
+        vec![Warning::new(Code::NoRuptures, message).at("--rupture-s").remedy(remedy)]
+    }
 }
 
 /// The tallies and buffers of one thread.
