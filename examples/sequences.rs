@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 use trocar::scenario::Source;
 use trocar::stability::{Switching, SwitchingSettings};
-use trocar::stability_check::{random_sequences, without_alarms};
+use trocar::stability_check::{linear_loop, random_sequences, without_alarms};
 
 /// Range of stiffness in N/m.
 const TISSUE: (f64, f64) = (50.0, 600.0);
@@ -30,10 +30,11 @@ const KEPT: [&str; 1] = ["augmentation.reengage=clutch"];
 
 /// Runs the sequences of some settings; returns whether all stay within the bounds.
 fn compare(settings: &[&str], count: u64, ticks: u64) -> Result<bool, Box<dyn std::error::Error>> {
-    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+    let tissue = ["tissue.stiffness_n_per_m=200", "tissue.damping_n_s_per_m=5"];
+    let settings: Vec<String> = tissue.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
     let source = Source::parse("builtin:paper/augmented.toml");
     let base = without_alarms(&source, &settings)?;
-    let switching = Switching::of(&SwitchingSettings::of(&base, TISSUE)?)?;
+    let switching = Switching::of(&SwitchingSettings::of(&base, linear_loop(&base)?, TISSUE)?)?;
     let Some(reach) = &switching.reach else { return Ok(false) };
     let farthest = random_sequences(&base, (TISSUE, switching.phases), (count, ticks), 7)?;
     println!(

@@ -29,8 +29,8 @@ use trocar::channel::{Irregularity, Schedule};
 use trocar::metrics::Outcome;
 use trocar::run::{Run, run};
 use trocar::scenario::{Scenario, Source};
-use trocar::stability::{Axis, ClosedLoop, LeftOut, LoopSettings, left_out, map};
-use trocar::stability_check::StabilityStudy;
+use trocar::stability::{Axis, ClosedLoop, LeftOut, left_out, map};
+use trocar::stability_check::{StabilityStudy, linear_loop};
 
 /// Distance of a spectral radius from 1 within which a swing takes longer than the run to show whether it grows or decays.
 const NEAR: f64 = 2e-4;
@@ -230,7 +230,7 @@ fn judged_with_jitter(seed: u64) -> Option<Judged> {
     let load = |settings: &[String]| Scenario::load(&Source::parse("hand/reflex"), settings);
     let scenario = load(&settings).ok()?;
     let axes = (Axis::parse("scaling.force=0.5:2:2").ok()?, Axis::parse("scaling.position=0.5:2:2").ok()?);
-    let study = StabilityStudy::of(&scenario, axes, (50.0, 600.0)).ok()?;
+    let study = StabilityStudy::of(&scenario, axes, None).ok()?;
     let called = run(scenario).ok()?;
     let quiet =
         [&settings[..], &["sensor.force_noise_std_n=0".into(), "operator.tremor_amplitude_m=0".into()]].concat();
@@ -238,7 +238,7 @@ fn judged_with_jitter(seed: u64) -> Option<Judged> {
     let jumps = truth(&run(jumping(&quiet, &mut random)).ok()?);
     let drawn = truth(&run(quiet).ok()?);
     Some(Judged {
-        is_stable: study.is_stable(),
+        is_stable: study.verdict.is_stable(),
         is_certified: study.is_certified(),
         is_called_unstable: called.metrics.outcome != Outcome::Completed,
         truth: if drawn == Truth::Settles { jumps } else { drawn },
@@ -274,12 +274,12 @@ fn judged(seed: u64, is_analysed: bool) -> Option<Judged> {
     let varies = |part: &LeftOut| matches!(part.key, "channel.jitter_s" | "channel.delays_file");
     let is_wanted = is_analysed || quiet == Truth::Swings;
     let study = if is_wanted && left_out(&scenario, None).iter().all(varies) {
-        StabilityStudy::of(&scenario, axes, (50.0, 600.0)).ok()
+        StabilityStudy::of(&scenario, axes, None).ok()
     } else {
         None
     };
     Some(Judged {
-        is_stable: study.as_ref().and_then(StabilityStudy::is_stable),
+        is_stable: study.as_ref().and_then(|study| study.verdict.is_stable()),
         is_certified: study.as_ref().and_then(StabilityStudy::is_certified),
         is_called_unstable: called.metrics.outcome != Outcome::Completed,
         truth: quiet,
@@ -308,7 +308,7 @@ fn compare_map(count: usize, keys: [&str; 2], ranges: [&str; 2], settings: &[&st
     let load = |settings: &[String]| Scenario::load(&Source::parse("paper/classical"), settings);
     let axis = |index: usize| Axis::parse(&format!("{}={}:{count}:log", keys[index], ranges[index])).ok();
     let (x, y) = (axis(0)?, axis(1)?);
-    let map = map(&LoopSettings::of(&load(&base).ok()?), x, y).ok()?;
+    let map = map(&linear_loop(&load(&base).ok()?).ok()?, x, y).ok()?;
     let points: Vec<(bool, bool, f64)> = (0..count * count)
         .into_par_iter()
         .filter_map(|point| {
@@ -316,7 +316,7 @@ fn compare_map(count: usize, keys: [&str; 2], ranges: [&str; 2], settings: &[&st
             let set =
                 [(keys[0], x.value(column)), (keys[1], y.value(row))].map(|(key, value)| format!("{key}={value:?}"));
             let scenario = load(&[&base[..], &set].concat()).ok()?;
-            let radius = ClosedLoop::new(&LoopSettings::of(&scenario)).ok()?.dominant_mode().ok()?.spectral_radius;
+            let radius = ClosedLoop::new(&linear_loop(&scenario).ok()?).ok()?.dominant_mode().ok()?.spectral_radius;
             let outcome = run(scenario).ok()?.metrics.outcome;
             Some((map.is_stable(column, row), outcome == Outcome::Completed, radius))
         })

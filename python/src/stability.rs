@@ -26,7 +26,7 @@ pub(crate) fn stability<'py>(
     scenario: &Scenario,
     x: &str,
     y: &str,
-    tissue: (f64, f64),
+    tissue: Option<(f64, f64)>,
     simulate: bool,
     threads: usize,
     tell: Option<Py<PyAny>>,
@@ -36,8 +36,7 @@ pub(crate) fn stability<'py>(
     if x_axis.parameter.varies_with(y_axis.parameter) {
         return Err(error::value(format!("{y}: varies the same parameter as {x}; name two different parameters")));
     }
-    if !is_tissue(tissue) {
-        let (low, high) = tissue;
+    if let Some((low, high)) = tissue.filter(|range| !is_tissue(*range)) {
         let must = format!("two stiffnesses in N/m in ascending order, from 0 to {MAX_STIFFNESS_N_PER_M}");
         return Err(error::value(format!("tissue is ({low:?}, {high:?}), must be {must}")));
     }

@@ -4,7 +4,8 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use trocar_sim::lti::{self, Complex64, Continuous, Discrete};
 use trocar_sim::plant::{ControlTiming, master_system, slave_system};
-use trocar_sim::stability::{ClosedLoop, LoopSettings, LoopSystem, StabilityError};
+use trocar_sim::stability::{ClosedLoop, LoopSystem, StabilityError};
+use trocar_sim::stability_check::linear_loop;
 
 use crate::arrays::matrix;
 use crate::error;
@@ -124,7 +125,7 @@ impl StateSpace {
 
 /// Returns the master with its arm, or the slave, of a scenario.
 #[pyfunction]
-pub(crate) fn state_space(scenario: &Scenario, side: &str) -> PyResult<StateSpace> {
+pub(crate) fn state_space(py: Python<'_>, scenario: &Scenario, side: &str) -> PyResult<StateSpace> {
     let scenario = &scenario.scenario;
     let is_sampled = scenario.timing == ControlTiming::Sampled;
     match side {
@@ -152,8 +153,8 @@ pub(crate) fn state_space(scenario: &Scenario, side: &str) -> PyResult<StateSpac
             vec!["slave_position_m", "slave_velocity_m_per_s"],
             &["slave_position_m", "slave_velocity_m_per_s"],
         ),
-        "loop-gain" => of_loop(scenario, "loop-gain", ClosedLoop::loop_gain_system),
-        "closed-loop" => of_loop(scenario, "closed-loop", ClosedLoop::closed_loop_system),
+        "loop-gain" => of_loop(py, scenario, "loop-gain", ClosedLoop::loop_gain_system),
+        "closed-loop" => of_loop(py, scenario, "closed-loop", ClosedLoop::closed_loop_system),
         other => Err(error::value(format!(
             "side is {other:?}, must be \"master\", \"slave\", \"loop-gain\" or \"closed-loop\""
         ))),
@@ -175,11 +176,13 @@ fn of_side(
 
 /// The loop from tick to tick, in one of its forms.
 fn of_loop(
+    py: Python<'_>,
     scenario: &trocar_sim::scenario::Scenario,
     name: &'static str,
     form: impl Fn(&ClosedLoop) -> Result<LoopSystem, StabilityError>,
 ) -> PyResult<StateSpace> {
-    let closed = ClosedLoop::new(&LoopSettings::of(scenario)).map_err(error::value)?;
+    let settings = linear_loop(scenario).map_err(|error| error::check(py, &error))?;
+    let closed = ClosedLoop::new(&settings).map_err(error::value)?;
     let system = form(&closed).map_err(error::value)?;
     let states = (0..system.system.states()).map(|index| format!("state_{index}")).collect();
     let (inputs, outputs) = (system.inputs, system.outputs);

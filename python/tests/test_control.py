@@ -1,5 +1,7 @@
 """The sides as python-control sees them."""
 
+import json
+
 import control
 import numpy as np
 import pytest
@@ -133,3 +135,40 @@ def test_the_smallest_limit_of_a_population_is_where_its_loop_becomes_unstable()
         assert (np.abs(np.linalg.eigvals(closed.A)).max() < 1) == is_stable
     quantiles = [one["value"] for one in population["limits"][2]["quantiles"]]
     assert quantiles == sorted(quantiles) and found["max_stiffness_n_per_m"] <= quantiles[0]
+
+
+
+SCALES = [0.7, 1.0, 2.3]
+
+
+def radius_at(gain, change=1.0):
+    """The spectral radius of the loop closed with a change of its gain."""
+    return np.abs(np.linalg.eigvals(gain.A + change * gain.B @ gain.C)).max()
+
+
+@pytest.mark.parametrize("name", sorted(trocar.shipped()))
+def test_poles_and_margins_of_every_shipped_loop_are_those_of_its_verdict(name, cli):
+    for scale in SCALES:
+        checked = cli("check", name, "--set", f"scaling.force={scale}", "--json")
+        (checked,) = json.loads(checked.stdout)
+        verdict = checked["loop"]
+        scenario = trocar.Scenario.load(name, **{"scaling.force": scale})
+        closed, gain = trocar.state_space(scenario, "closed-loop"), trocar.state_space(scenario, "loop-gain")
+        radius = np.abs(np.linalg.eigvals(closed.A)).max()
+        assert radius == pytest.approx(verdict["mode"]["spectral_radius"], rel=1e-9)
+        assert verdict["is_linear_loop_stable"] == (radius < 1)
+        margin = verdict["margins"]["gain"]
+        if margin is not None:
+            assert radius_at(gain, margin) == pytest.approx(1, abs=1e-9)
+            assert radius_at(gain, margin * (1 + 1e-6)) > 1
+            assert all(radius_at(gain, change) < 1 for change in np.linspace(1, margin, 12)[:-1])
+
+
+def test_python_control_misses_crossings_at_zero_frequency(cli):
+    """The manual says so: python-control's gain margin of a sampled loop can be below the first gain that destabilises it."""
+    (checked,) = json.loads(cli("check", "link/four-channel", "--json").stdout)
+    ours = checked["loop"]["margins"]["gain"]
+    gain = trocar.state_space("link/four-channel", "loop-gain")
+    theirs = control.stability_margins(-gain.to_control())[0]
+    assert radius_at(gain, 0.999 * ours) < 1 < radius_at(gain, 1.001 * ours)
+    assert abs(theirs - ours) > 0.1

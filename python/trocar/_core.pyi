@@ -287,7 +287,7 @@ def stability(
     scenario: Scenario,
     x: str,
     y: str,
-    tissue: tuple[float, float],
+    tissue: tuple[float, float] | None,
     simulate: bool,
     threads: int,
     tell: Callable[[int, int], None] | None,

@@ -41,7 +41,8 @@ class Stability(Stored):
         The verdicts of simulated runs: 1 decays, 0 grows, -1 undecided.
 
     >>> import trocar
-    >>> stability = trocar.stability("paper/classical", "scaling.force=5:20:3", "tissue.stiffness_n_per_m=500:2000:2")
+    >>> classical = trocar.Scenario.load("paper/classical", **{"tissue.stiffness_n_per_m": 200.0})
+    >>> stability = trocar.stability(classical, "scaling.force=5:20:3", "tissue.stiffness_n_per_m=500:2000:2")
     >>> stability
     Stability('classical', stable)
     >>> stability.stable
@@ -111,11 +112,11 @@ class Stability(Stored):
 
 
 def stability(
-    scenario: Scenario | str | os.PathLike[str] = "paper/classical",
+    scenario: Scenario | str | os.PathLike[str] = "paper/depth-classical",
     x: str = "scaling.force=0.1:10:200",
     y: str = "tissue.stiffness_n_per_m=10:2000:200",
     *,
-    tissue: tuple[float, float] = (50.0, 600.0),
+    tissue: tuple[float, float] | None = None,
     simulate: bool = False,
     threads: int = 0,
     progress: bool = False,
@@ -129,7 +130,8 @@ def stability(
     x, y
         The axes of the map, ``KEY=LOW:HIGH:COUNT``, with a count from 2 to 2000; append ``:log`` or ``:linear`` to choose the spacing.
     tissue
-        Range of the tissue stiffness in N/m, which can change at any tick, in the analysis of events.
+        Range of the tissue stiffness in N/m, which can change at any tick, in the analysis of events and of bounded hands; that of
+        the scenario's tissue without it.
     simulate
         Whether to simulate every point of the map too.
     threads

@@ -19,6 +19,7 @@ pub mod html;
 mod json;
 mod live;
 mod loop_response;
+mod loop_verdict;
 mod metrics;
 mod number;
 mod paper;
@@ -53,6 +54,7 @@ pub use files::{Folder, OutputError, stream_file, write_file};
 pub use json::{comparison_json, detection_object, run_object, schemes_json, summary_json, to_json};
 pub use live::live_text;
 pub use loop_response::{locus_csv, locus_picture, loop_gain_csv, loop_picture, poles_csv, step_csv};
+pub use loop_verdict::{loop_verdict_json, verdict_sentence};
 pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
 pub use paper::{paper_figures, paper_text};
 pub use pictures::{
@@ -73,5 +75,5 @@ pub use switching::{released_csv, switching_csv, switching_picture, switching_te
 pub use table::Table;
 pub use tables::{run_text, write_trace, write_trace_columns, write_trace_csv};
 pub use terminal_chart::runs_chart;
-pub use wrap::{WIDTH, filled};
+pub use wrap::{WIDTH, filled, wrapped};
 pub use z_width::{z_width_csv, z_width_picture, z_width_text};

@@ -11,6 +11,7 @@ pub(super) fn readable(unit: Unit) -> (f64, &'static str) {
         Unit::Second => (1e3, " ms"),
         Unit::Newton => (1.0, " N"),
         Unit::NewtonPerSecond => (1.0, " N/s"),
+        Unit::NewtonPerMetre => (1.0, " N/m"),
         Unit::Joule => (1e3, " mJ"),
         Unit::Share => (100.0, " %"),
         Unit::Number | Unit::Count => (1.0, ""),

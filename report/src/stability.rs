@@ -7,6 +7,7 @@ use serde_json::{Value as Json, json};
 use super::Folder;
 use super::absolute::{absolute_json, bounded_json};
 use super::figures::{self, Figure, FigureError, MapAxisView, MapView};
+use super::loop_verdict::loop_verdict_json;
 use super::pictures::{Job, PictureError, draw};
 use super::population::population_json;
 use super::tables::shortest;
@@ -28,8 +29,8 @@ pub(super) fn word(verdict: Verdict) -> &'static str {
 /// value is `null`. A limit beyond the search range is `null` too, and `is_beyond_search` is true.
 #[must_use]
 pub fn stability_json(study: &StabilityStudy) -> String {
-    let StabilityStudy { name, analysis, map, check, .. } = study;
-    let Analysis { settings, mode, margins, jitter_margin_ticks, limits, sensitivities, ports, sampled } = analysis;
+    let StabilityStudy { name, verdict, analysis, map, check, .. } = study;
+    let Analysis { settings, jitter_margin_ticks, limits, sensitivities, ports, sampled, .. } = analysis;
     let limit = |limit: &Limit| {
         let largest = limit.largest();
         json!({
@@ -69,47 +70,15 @@ pub fn stability_json(study: &StabilityStudy) -> String {
             "disagreements": disagreements,
         })
     });
-    super::json::render(&json!({
+    let mut of_loop = loop_verdict_json(verdict);
+    of_loop["margins"]["jitter_ticks"] = json!(jitter_margin_ticks);
+    of_loop["margins"]["jitter_s"] = json!(jitter_margin_ticks.map(|ticks| ticks as f64 * settings.tick_s));
+    let mut document = json!({
         "trocar_version": env!("CARGO_PKG_VERSION"),
         "scenario": name,
         "warnings": study.warnings(),
-        "unmodelled": study.unmodelled,
-        "left_out": study.left_out.iter().map(|part| json!({ "key": part.key, "what": part.what, "largest": part.bound })).collect::<Vec<_>>(),
-        "never_reached": study.unreached.iter().map(|limit| json!({
-            "key": limit.part.key, "limit": limit.limit, "largest": limit.part.bound,
-        })).collect::<Vec<_>>(),
-        "tissue_of_the_run": {
-            "secant_n_per_m": study.tissue.secant,
-            "tangent_n_per_m": study.tissue.tangent,
-            "sector_n_per_m": study.tissue.sector(),
-        },
-        "stiffness_n_per_m": settings.stiffness_n_per_m,
-        "damping_n_s_per_m": settings.damping_n_s_per_m,
-        "is_stable": study.is_stable(),
-        "is_linear_loop_stable": analysis.is_stable(),
-        "mode": {
-            "pole": [mode.pole.re, mode.pole.im],
-            "spectral_radius": mode.spectral_radius,
-            "damping_ratio": mode.damping_ratio,
-            "frequency_hz": mode.frequency_hz,
-            "growth_per_s": mode.growth_per_s,
-        },
-        "margins": {
-            "gain": margins.gain,
-            "gain_frequency_hz": margins.gain_frequency_hz,
-            "gain_below": margins.gain_below,
-            "phase_rad": margins.phase_rad,
-            "phase_frequency_hz": margins.phase_frequency_hz,
-            "delay_s": margins.delay_s,
-            "jitter_ticks": jitter_margin_ticks,
-            "jitter_s": jitter_margin_ticks.map(|ticks| ticks as f64 * settings.tick_s),
-        },
-        "varying_delays": study.delays.map(|delays| json!({
-            "forward_ticks": [delays.forward.min_ticks, delays.forward.max_ticks],
-            "backward_ticks": [delays.backward.min_ticks, delays.backward.max_ticks],
-            "is_proved_stable": delays.is_proved,
-            "can_be_outage": delays.can_be_outage,
-        })),
+    });
+    let rest = json!({
         "z_width": study.z_width.as_ref().map(z_width_json),
         "population": study.population.as_ref().map(population_json),
         "limits": limits.iter().map(limit).collect::<Vec<_>>(),
@@ -131,7 +100,13 @@ pub fn stability_json(study: &StabilityStudy) -> String {
         "switching": super::switching::switching_object(study),
         "map": { "x": axis(&map.x), "y": axis(&map.y), "stable_share": map.stable_share() },
         "simulated": checked,
-    }))
+    });
+    for part in [of_loop, rest] {
+        if let (Json::Object(document), Json::Object(part)) = (&mut document, part) {
+            document.extend(part);
+        }
+    }
+    super::json::render(&document)
 }
 
 /// Returns whether a condition holds at every frequency, or `None` without frequencies.

@@ -4,14 +4,12 @@ use std::fmt::Write as _;
 
 use super::Table;
 use super::absolute::bounded_line;
+use super::loop_verdict::verdict_sentence;
 use super::number::significant;
 use super::stability::{all, word};
 use super::wrap::wrapped;
 use trocar_sim::scenario::unit_of;
-use trocar_sim::stability::{
-    Analysis, DelayRange, LeftOut, Limit, LoopLimit, Parameter, PortPoint, StabilityMap, TissueKind, VaryingDelays,
-    is_passive_impedance,
-};
+use trocar_sim::stability::{Analysis, Limit, LoopLimit, Parameter, PortPoint, StabilityMap, is_passive_impedance};
 use trocar_sim::stability_check::{Check, StabilityStudy};
 
 /// Frequencies (Hz) of the printed impedances.
@@ -27,9 +25,9 @@ const SHOWN_SENSITIVITIES: usize = 3;
 #[must_use]
 pub fn stability_text(study: &StabilityStudy) -> String {
     let StabilityStudy { name, analysis, map, check, .. } = study;
-    let mut text = format!("{name}: {}\n", verdict(study));
-    let _ = writeln!(text, "not in the linear model: {}", study.unmodelled.join("; "));
-    for limit in &study.unreached {
+    let mut text = format!("{name}: {}\n", verdict_sentence(&study.verdict));
+    let _ = writeln!(text, "not in the linear model: {}", study.verdict.unmodelled.join("; "));
+    for limit in &study.verdict.unreached {
         let _ = writeln!(text, "{}", unreached(limit));
     }
     let _ = write!(text, "\n{}\n{}", loop_table(analysis), limit_table(analysis));
@@ -60,44 +58,6 @@ pub(super) fn unreached(limit: &LoopLimit) -> String {
         limit.part,
         significant(limit.limit),
     )
-}
-
-/// Returns the verdict on the loop, with what it covers.
-pub(super) fn verdict(study: &StabilityStudy) -> String {
-    let settings = &study.analysis.settings;
-    let (stiffness, damping) = (significant(settings.stiffness_n_per_m), significant(settings.damping_n_s_per_m));
-    let tissue = match study.tissue_kind {
-        TissueKind::SpringDamper => format!("in contact with {stiffness} N/m and {damping} N·s/m"),
-        TissueKind::Other => format!("in contact with {stiffness} N/m, the stiffest of the tissue in its run"),
-        TissueKind::RecordedForce => {
-            format!("in contact with {stiffness} N/m and {damping} N·s/m, assumed for the recorded force")
-        }
-    };
-    let word = |is_stable: bool| if is_stable { "stable" } else { "not stable" };
-    let delays = study.delays.as_ref().map(ranges);
-    match study.is_stable() {
-        Some(true) => {
-            let orders = delays.map(|ranges| format!(", for every order of {ranges} (small gain)"));
-            format!("stable {tissue}, and out of contact{}", orders.unwrap_or_default())
-        }
-        Some(false) if study.analysis.is_stable() => format!("stable {tissue}, but not at every smaller stiffness"),
-        Some(false) => format!("not stable {tissue}"),
-        None => {
-            let parts: Vec<String> = study.left_out.iter().map(LeftOut::to_string).collect();
-            format!(
-                "stability unknown: the analysis leaves out {}{}; without that, {} {tissue}",
-                parts.join(", "),
-                delays.map(|ranges| format!(", with {ranges}")).unwrap_or_default(),
-                word(study.analysis.is_stable())
-            )
-        }
-    }
-}
-
-/// Returns the ranges of delays that vary.
-fn ranges(delays: &VaryingDelays) -> String {
-    let range = |way: DelayRange| format!("{} to {} ticks", way.min_ticks, way.max_ticks);
-    format!("delays of {} to the slave and of {} to the master", range(delays.forward), range(delays.backward))
 }
 
 /// A row of the loop's table: quantity, value, frequency; and a sentence that explains the quantity.

@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use serde_json::json;
 
 use super::figures::{StrategyView, strategies as strategies_figure};
-use super::number::{counted, show};
+use super::number::{counted, show, significant};
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
 use super::wrap::wrapped;
 use super::{Folder, Table};
-use trocar_sim::compare::{Person, Sensitivity, StrategyRow, StrategyStudy, WINDOWS_S};
+use trocar_sim::compare::{LinearLoops, Person, Sensitivity, StrategyRow, StrategyStudy, WINDOWS_S};
 use trocar_sim::metrics::Unit;
 
 /// Returns a table with a line per strategy, and notes on its reading.
@@ -69,6 +69,14 @@ pub fn strategies_text(study: &StrategyStudy) -> String {
             notes,
             " Without a strategy the master moves at {low:.1} to {high:.1} mm/s at 90 % of the ruptures (median {median:.1} mm/s)."
         );
+    }
+    let LinearLoops { count, stable, min_gain_margin } = study.linear_loops;
+    if count > 0 {
+        let stable =
+            if stable == count { "stable for all".to_owned() } else { format!("stable for {stable} of {count}") };
+        let margin =
+            min_gain_margin.map_or_else(String::new, |gain| format!(", smallest gain margin {}", significant(gain)));
+        let _ = write!(notes, " Linear loop between events: {stable}{margin}.");
     }
     notes.push_str(
         "\n* Pareto front: no other strategy whose runs settle has at most this excess and at least this share of noticed ruptures. \

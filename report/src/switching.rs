@@ -131,18 +131,21 @@ pub(super) fn switching_lines(study: &StabilityStudy, switching: &Switching) -> 
 fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
     let range = format!("{} to {} N/m", significant(softest), significant(stiffest));
-    if !study.left_out.is_empty() {
+    if !study.verdict.left_out.is_empty() {
         return format!("certified for {range} without what the analysis leaves out; unknown for the scenario");
     }
-    match (study.tissue.sector(), study.covers_tissue()) {
-        (_, Some(true)) => "certified, and the tissue of the run is within the range".into(),
-        (Some((low, high)), _) => format!(
-            "certified for {range}; the tissue of the run has {} to {} N/m, so that the scenario is not covered",
-            significant(low),
-            significant(high)
-        ),
-        (None, _) => format!("certified for {range}; the needle of the run never reaches the tissue"),
+    if study.covers_tissue() == Some(true) {
+        return format!("certified for {range}, which is the whole tissue of the scenario");
     }
+    let (low, high) = study.tissue().stiffness_n_per_m;
+    if low < softest || high > stiffest {
+        let (low, high) = (significant(low), significant(high));
+        return format!("certified for {range}; the tissue has {low} to {high} N/m, so the scenario is not covered");
+    }
+    format!(
+        "certified for springs of {range}; the scenario is not covered, as that leaves out {}",
+        study.tissue().left_out().unwrap_or_default()
+    )
 }
 
 pub(super) fn event_table(events: &[EventBound]) -> Table {

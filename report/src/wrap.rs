@@ -22,7 +22,7 @@ pub fn filled(text: &str, width: usize, indent: usize) -> Vec<String> {
 }
 
 /// Returns a text whose lines of more than [`WIDTH`] characters are [`filled`]; the others are unchanged.
-pub(crate) fn wrapped(text: &str, indent: usize) -> String {
+pub fn wrapped(text: &str, indent: usize) -> String {
     let mut result = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
         if line.trim_end().chars().count() <= WIDTH {

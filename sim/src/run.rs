@@ -1,11 +1,13 @@
 //! Running a scenario for its metrics, and optionally its trace.
 
+mod at_rest;
 mod misses;
 mod oscillation;
 mod own;
 mod pack;
 mod promise;
 mod stepped;
+mod swings;
 mod warnings;
 
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};

@@ -54,13 +54,16 @@ codes! {
          message says how far g came.";
     Oscillating "oscillating":
         "The needle or the master swings, and the swing does not decay.",
-        "The position relative to the desired position reverses at least four times in each half of the last 40 % of the run, by more \
-         than 20 µm and twice the resolution of the position sensor, and the reversals do not become smaller than 80 %. The run is \
-         then repeated with the hand displaced by a tenth of the swing for 0.1 s. If the difference of the two runs decays, the \
-         hand forces the swing and there is no warning; if it does not, the loop sustains the swing itself. With noise or tremor, two \
-         copies are run first: the loop swings if the copy without them does, and the run more than a third as much; events swing it, if \
-         two or more begin in each half and it swings by more than three times as much (standard deviation) as the copy without \
-         augmentation.";
+        "The check applies to a run in which the position relative to the desired position reverses in the last 40 %, and still \
+         moves in the last 20 %, by more than 20 µm and twice the resolution of the position sensor. The run is then repeated \
+         and continued with nothing that forces it: the hand rests at its last desired position, the organs stop, and the force \
+         sensor has no noise; delays, losses, limits, augmentation and reflexes of the arm remain. The swing is the loop's own \
+         if it lasts: over consecutive windows it does not become weaker, or approaches a smaller swing that lasts. The \
+         continuation is as long as the run, and is doubled until this is clear: up to 64 times, 8 times with random losses or \
+         delays, 4 times with `dop853` or an FMU, at most 400,000 ticks; with random losses the swing lasts if it has at least \
+         half its strength at the end. If the hand was still moving, it also rests where it was deepest in the last 20 %; the \
+         swing there counts if the run swings without becoming weaker, at least half as fast and half as far. A stick-slip that \
+         needs a moving hand does not count as a swing of the loop.";
     HandEnergyImpossible "hand-energy-impossible":
         "The hand exchanges more energy with the master than a person can.",
         "The mean power between hand and master, |∫ F_h dx_h| over the duration, is above 100 W, or the force on the hand exceeds \
@@ -103,10 +106,10 @@ codes! {
         "The linear analysis has no model of the listed parts. Its verdict covers the loop without them; with them the loop may be \
          unstable. `trocar run` simulates them.";
     TissueNotCovered "tissue-not-covered":
-        "The tissue of the scenario is outside the range of stiffness of the certificate.",
-        "The certificate covers a tissue whose stiffness changes at any tick within a range (--tissue LOW:HIGH). The smallest range \
-         with all secants and tangents of the tissue force in the scenario's own run, while the needle advances, is not within it. \
-         Ruptures, lost contact and friction on withdrawal are left out of that range.";
+        "The certificate does not cover the whole tissue of the scenario.",
+        "The certificate covers springs whose stiffness changes at any tick within a range: that of the scenario's tissue, or --tissue \
+         LOW:HIGH. The stiffness of the tissue is not within that range, or the tissue has ruptures, relaxation or friction, \
+         which no spring has.";
     LowSamplingRate "low-sampling-rate":
         "The samples are too far apart to show a rupture.",
         "A rupture takes about 30 ms. At a low rate it falls between two samples, and the defaults of estimator and detector are for \

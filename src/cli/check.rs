@@ -8,8 +8,11 @@ use serde_json::json;
 use super::error::CliError;
 use super::warnings::text;
 use super::{ScenarioArgs, source_of, terminal};
+use trocar_report::{loop_verdict_json, verdict_sentence, wrapped};
 use trocar_sim::run::{force_bound_gap, outside_measured, promise_gaps};
-use trocar_sim::scenario::Source;
+use trocar_sim::scenario::{Scenario, Source};
+use trocar_sim::stability::{LinearLoop, TissueRange};
+use trocar_sim::stability_check::LoopVerdict;
 use trocar_sim::sweep::{Plan, is_sweep};
 
 const EXAMPLES: &str = "\
@@ -33,9 +36,18 @@ pub(super) struct CheckArgs {
     /// Print errors only
     #[arg(long, short)]
     quiet: bool,
-    /// Print a list of the files as JSON, each with its name, and its ticks or cases
+    /// Print a list of the files as JSON, each with its name, its ticks or cases, and the verdict on its linear loop
     #[arg(long, conflicts_with = "resolved")]
     json: bool,
+}
+
+/// Returns the verdict on the linear loop of a scenario, or why there is none. Nothing is run, so the tissue of a unit, whose
+/// code a check does not execute, is not known.
+fn verdict(scenario: &Scenario) -> Result<LoopVerdict, String> {
+    let tissue = TissueRange::of_parameters(scenario)
+        .ok_or("only a run shows how stiff its tissue is; `trocar stability` runs it")?;
+    let settings = LinearLoop::of(scenario, tissue).map_err(|error| error.to_string())?;
+    LoopVerdict::with_loop(scenario, settings).map_err(|error| error.to_string())
 }
 
 pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
@@ -43,6 +55,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         args.files.iter().cloned().partition(|file| is_sweep(&Source::parse(file)));
     let mut list: Vec<serde_json::Value> = vec![];
     for scenario in args.changes.load(&scenarios)? {
+        let verdict = verdict(&scenario);
         let mut found = promise_gaps(&scenario);
         found.extend(force_bound_gap(&scenario));
         found.extend(outside_measured(&scenario));
@@ -55,6 +68,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         if args.json {
             let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
             let mut one = json!({ "name": scenario.name, "kind": "scenario", "ticks": ticks, "tick_s": tick_s });
+            one["loop"] =
+                verdict.map_or_else(|reason| json!({ "reason": reason }), |verdict| loop_verdict_json(&verdict));
             if !found.is_empty() {
                 one["warnings"] = json!(found);
             }
@@ -63,7 +78,10 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
             terminal::print(&scenario.echo())?;
         } else if !args.quiet {
             let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
-            terminal::print(&format!("{}: valid, {ticks} ticks of {tick_s} s\n", scenario.name))?;
+            let loop_line =
+                verdict.map_or_else(|reason| format!("not analysed ({reason})"), |verdict| verdict_sentence(&verdict));
+            let text = format!("{}: valid, {ticks} ticks of {tick_s} s\nlinear loop: {loop_line}\n", scenario.name);
+            terminal::print(&wrapped(&text, 2))?;
         }
     }
     for file in &sweeps {

@@ -19,7 +19,6 @@ use trocar_sim::stability_check::{self, CheckError, MAX_STIFFNESS_N_PER_M, Stabi
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
-const DEFAULT_TISSUE: &str = "50:600";
 const DEFAULT_HAND: &str = "0:inf";
 
 /// Maximum damping in N·s/m.
@@ -46,7 +45,7 @@ Examples:
 #[command(after_help = EXAMPLES, mut_arg("settings", |arg| arg.help(super::SET_ONE)))]
 pub(super) struct StabilityArgs {
     /// A scenario file, or a shipped scenario such as paper/classical
-    #[arg(value_name = "SCENARIO", default_value = "paper/classical")]
+    #[arg(value_name = "SCENARIO", default_value = "paper/depth-classical")]
     scenario: String,
     /// Horizontal axis of the map
     #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = DEFAULT_X)]
@@ -57,9 +56,10 @@ pub(super) struct StabilityArgs {
     /// Also simulate every point of the map, from equilibrium in the tissue, and list disagreements
     #[arg(long)]
     simulate: bool,
-    /// Range of the tissue stiffness (N/m), which can change at any tick, in the analysis of events
-    #[arg(long, value_name = "LOW:HIGH", default_value = DEFAULT_TISSUE)]
-    tissue: String,
+    /// Range of the tissue stiffness (N/m), which can change at any tick, in the analysis of events and of bounded hands; that
+    /// of the scenario's tissue without it
+    #[arg(long, value_name = "LOW:HIGH")]
+    tissue: Option<String>,
     /// Range of the tissue damping (N·s/m) for absolute stability with bounded tissues; the scenario's without it
     #[arg(long, value_name = "LOW:HIGH")]
     tissue_damping: Option<String>,
@@ -113,7 +113,8 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let of_tissue = args.tissue_damping.as_ref().map(|range| dampings(range, MAX_DAMPING_N_S_PER_M)).transpose()?;
     let of_walls = args.z_width.as_ref().map(|range| walls(range)).transpose()?;
     let scenario = args.changes().load(std::slice::from_ref(&args.scenario))?.remove(0);
-    let mut study = StabilityStudy::of(&scenario, (x, y), tissue(&args.tissue)?)?;
+    let mut study =
+        StabilityStudy::of(&scenario, (x, y), args.tissue.as_ref().map(|range| tissue(range)).transpose()?)?;
     if let Some(axis) = &of_walls {
         study.compute_z_width(axis)?;
     }
@@ -226,17 +227,15 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
 /// Returns the command that reproduces the analysis.
 fn command(args: &StabilityArgs, name: &str) -> String {
     let mut words = vec!["stability".to_owned(), format!("{name}.toml")];
-    for (flag, value, default) in [
-        ("--x", &args.x, DEFAULT_X),
-        ("--y", &args.y, DEFAULT_Y),
-        ("--tissue", &args.tissue, DEFAULT_TISSUE),
-        ("--hand", &args.hand, DEFAULT_HAND),
-    ] {
+    for (flag, value, default) in
+        [("--x", &args.x, DEFAULT_X), ("--y", &args.y, DEFAULT_Y), ("--hand", &args.hand, DEFAULT_HAND)]
+    {
         if value != default {
             words.extend([flag.to_owned(), value.clone()]);
         }
     }
     let further = [
+        ("--tissue", &args.tissue),
         ("--tissue-damping", &args.tissue_damping),
         ("--absolute", &args.absolute),
         ("--locus", &args.locus),

@@ -1,12 +1,14 @@
 //! The stability map of a page: the loop in permanent contact over any two parameters, around the values of the page.
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::limits::MAP_POINTS;
 use super::pair::PairMaker;
 use super::protocol::{MapRequest, ServerMessage};
 use super::state::StateError;
-use trocar_sim::stability::{Axis, ClosedLoop, LoopSettings, Parameter, Spacing, left_out, map, unmodelled};
+use trocar_report::loop_verdict_json;
+use trocar_sim::stability::{Axis, Parameter, Spacing, map};
+use trocar_sim::stability_check::{CheckError, LoopVerdict};
 
 /// Ratio of the ends of an axis to a value that is not 0.
 const SPAN_RATIO: f64 = 12.0;
@@ -16,8 +18,9 @@ const SPAN_RATIO: f64 = 12.0;
 /// # Errors
 /// [`StateError`].
 pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<ServerMessage, StateError> {
-    let scenario = maker.written(&request.state, false)?;
-    let settings = LoopSettings::of(&scenario);
+    let scenario = maker.unpaired(&request.state)?;
+    let verdict = LoopVerdict::of(&scenario)?;
+    let settings = &verdict.settings;
     let axes = || StateError::Axes(request.x.chars().take(80).collect(), request.y.chars().take(80).collect());
     let parameter = |key: &str| Parameter::of_key(key).ok_or_else(axes);
     let (x, y) = (parameter(&request.x)?, parameter(&request.y)?);
@@ -26,8 +29,7 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
     }
     let x_axis = with_range(axis(x, settings.get(x)), request.x_range);
     let y_axis = with_range(axis(y, settings.get(y)), request.y_range);
-    let map = map(&settings, x_axis, y_axis)?;
-    let mode = ClosedLoop::new(&settings)?.dominant_mode()?;
+    let map = map(settings, x_axis, y_axis).map_err(CheckError::from)?;
     let axis_json = |axis: &Axis| {
         json!({
             "key": axis.parameter.key(),
@@ -40,18 +42,18 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
         })
     };
     let rows = map.stable.iter().map(|stable| if *stable { '1' } else { '0' });
-    Ok(ServerMessage::json(&json!({
+    let mut message = json!({
         "type": "mapped",
         "id": request.id,
         "x": axis_json(&map.x),
         "y": axis_json(&map.y),
         "stable": rows.collect::<String>(),
         "boundary": map.boundary,
-        "spectral_radius": mode.spectral_radius,
-        "frequency_hz": mode.frequency_hz,
-        "damping_ratio": mode.damping_ratio,
-        "unmodelled": unmodelled(&scenario, &left_out(&scenario, None)),
-    })))
+    });
+    if let (Value::Object(message), Value::Object(verdict)) = (&mut message, loop_verdict_json(&verdict)) {
+        message.extend(verdict);
+    }
+    Ok(ServerMessage::json(&message))
 }
 
 /// Returns an axis with other ends, if they are valid for it.
@@ -73,6 +75,9 @@ fn axis(parameter: Parameter, value: f64) -> Axis {
         (value / SPAN_RATIO, value * SPAN_RATIO, Spacing::Logarithmic)
     } else if matches!(parameter, Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay) {
         (0.0, 0.05, Spacing::Linear)
+    } else if parameter == Parameter::Stiffness {
+        // Any tissue, under a force that depends on none.
+        (10.0, 5000.0, Spacing::Logarithmic)
     } else {
         let high = match parameter {
             Parameter::Compliance => 0.01,

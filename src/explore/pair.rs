@@ -3,7 +3,7 @@
 use super::state::{Catalogue, SCHEME, State, StateError, bounded};
 use trocar_sim::compare::{NoiseCheck, check_in_noise};
 use trocar_sim::run::{Run, RunError, run};
-use trocar_sim::scenario::{Key, Place, Scenario, Template, Value, find_key};
+use trocar_sim::scenario::{Key, Place, Scenario, Template, Value, Values, find_key};
 
 /// The names of the two schemes.
 pub const SCHEMES: [&str; 2] = ["classical", "augmented"];
@@ -37,6 +37,8 @@ struct Cached {
     scenario: String,
     paths: Vec<&'static str>,
     template: Template,
+    /// True if the scenario itself is augmented.
+    is_augmented: bool,
 }
 
 impl PairMaker {
@@ -70,6 +72,16 @@ impl PairMaker {
         bounded(template.whole(&scheme(&values, enabled), seed)?)
     }
 
+    /// Returns the scenario of a state as it is shipped or written, augmented or not.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn unpaired(&mut self, state: &State) -> Result<Scenario, StateError> {
+        self.template(state)?;
+        let is_augmented = self.cached.as_ref().is_some_and(|cached| cached.is_augmented);
+        self.written(state, is_augmented)
+    }
+
     /// Runs both scenarios of a state.
     ///
     /// # Errors
@@ -99,7 +111,8 @@ impl PairMaker {
             let all = scheme.into_iter().chain(given.iter().cloned());
             let open: Vec<(&'static Key, Value, Place)> = all.map(|(key, value)| (key, value, place())).collect();
             let template = Template::new(&source, vec![], &[], &open)?;
-            self.cached = Some(Cached { scenario: state.scenario.clone(), paths, template });
+            let is_augmented = Values::load(&source, &[])?.get(SCHEME) == Some(&Value::Flag(true));
+            self.cached = Some(Cached { scenario: state.scenario.clone(), paths, template, is_augmented });
         }
         let Some(cached) = &self.cached else { return Err(StateError::Scenario(state.scenario.clone())) };
         let seed = match seed {

@@ -11,7 +11,7 @@ use trocar_sim::run::RunError;
 use trocar_sim::scenario::{
     Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions,
 };
-use trocar_sim::stability::StabilityError;
+use trocar_sim::stability_check::CheckError;
 
 /// The key that differs between the two runs of a page.
 pub(super) const SCHEME: &str = "augmentation.enabled";
@@ -69,7 +69,7 @@ pub enum StateError {
     Run(#[from] RunError),
     /// The stability analysis failed.
     #[error(transparent)]
-    Stability(#[from] StabilityError),
+    Stability(#[from] CheckError),
     /// A figure cannot be drawn.
     #[error(transparent)]
     Figure(#[from] FigureError),

@@ -213,7 +213,7 @@ fn a_sweep_file_is_checked_but_is_no_scenario() {
     }
     assert_eq!(
         folder.good(&["check", "s.toml", "a.toml"]),
-        "short: valid, 500 ticks of 0.001 s\ns: valid sweep, 4 cases\n"
+        "short: valid, 500 ticks of 0.001 s\nlinear loop: stable in contact with 200.0 N/m and 5.000 N·s/m, and out of\n  contact\ns: valid sweep, 4 cases\n"
     );
     assert!(folder.good(&["check", "s.toml", "--resolved"]).contains("velocity_gain"));
     folder.file("s.toml", "base = \"a.toml\"\n[axes]\nscaling.forse = [1.0]\n");

@@ -24,13 +24,13 @@ fn get(address: SocketAddr, path: &str, host: &str) -> String {
 }
 
 /// A page of this server.
-struct Page {
+pub(crate) struct Page {
     socket: Socket,
     last_id: u32,
 }
 
 impl Page {
-    fn open(address: SocketAddr) -> Self {
+    pub(crate) fn open(address: SocketAddr) -> Self {
         let mut page = Self { socket: open(&address.to_string()), last_id: 0 };
         assert_eq!(page.receive("hello")["type"], "hello");
         page
@@ -58,7 +58,7 @@ impl Page {
         }
     }
 
-    fn request(&mut self, mut request: Json, kind: &str) -> Json {
+    pub(crate) fn request(&mut self, mut request: Json, kind: &str) -> Json {
         self.last_id += 1;
         request["id"] = self.last_id.into();
         self.send(&request);

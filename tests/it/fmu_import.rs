@@ -302,7 +302,7 @@ fn stability_says_that_the_tissue_of_a_unit_is_left_out() {
     let folder = TestFolder::new();
     folder.file("scenario.toml", insertion(OF_UNIT)).file("tissue.fmu", unit(3, Fault::None));
     let text = folder.good(&["stability", "scenario.toml"]);
-    assert!(text.contains("the tissue (replaced by a spring)"), "{text}");
+    assert!(text.contains("the unit's tissue but its stiffness"), "{text}");
 }
 
 #[test]

@@ -26,7 +26,7 @@ fn blas() -> String {
 const PROGRAM: &str = r#"
 use user_blas as _;
 use trocar::scenario::{Scenario, Source};
-use trocar::stability::{Switching, SwitchingSettings};
+use trocar::stability::{LinearLoop, Switching, SwitchingSettings, TissueRange};
 unsafe extern "C" {
     fn dgemm_() -> f64;
     fn dpotrf_() -> f64;
@@ -34,7 +34,8 @@ unsafe extern "C" {
 fn main() {
     let snap = ["augmentation.reengage=snap".to_owned()];
     let scenario = Scenario::load(&Source::parse("builtin:paper/augmented.toml"), &snap).expect("loads");
-    let settings = SwitchingSettings::of(&scenario, (50.0, 600.0)).expect("covered");
+    let settings = LinearLoop::of(&scenario, TissueRange::spring(200.0, 5.0)).expect("analysed");
+    let settings = SwitchingSettings::of(&scenario, settings, (50.0, 600.0)).expect("covered");
     let dwell = Switching::certified_dwell(&settings).expect("analysed");
     println!("{:?} {:?} {dwell:?}", unsafe { dgemm_() }, unsafe { dpotrf_() });
 }

@@ -1,12 +1,13 @@
 //! The limits over a population, against eigenvalues of its members' matrices.
 
+use crate::support;
 use std::f64::consts::SQRT_2;
 
 use crate::support::test_folder::TestFolder;
 use trocar::lti::eigenvalues;
 use trocar::population::{Draw, PopulationSettings};
 use trocar::scenario::{Scenario, Source};
-use trocar::stability::{Axis, ClosedLoop, LIMITED, LoopSettings, Parameter, Population, Spacing};
+use trocar::stability::{Axis, ClosedLoop, LIMITED, LinearLoop, Parameter, Population, Spacing};
 
 const EVERYTHING: [&str; 4] =
     ["population.size=24", "population.arm=people", "population.tissue=log-normal", "population.delay=uniform"];
@@ -22,7 +23,7 @@ fn axes() -> (Axis, Axis) {
 }
 
 /// The loop of a member, by the keys of its scenario.
-fn of_member(settings: &LoopSettings, draw: &Draw) -> LoopSettings {
+fn of_member(settings: &LinearLoop, draw: &Draw) -> LinearLoop {
     let arm = [Parameter::ArmKa, Parameter::ArmBa, Parameter::ArmKh, Parameter::ArmBh, Parameter::ArmMass];
     let tissue = [(Parameter::Stiffness, draw.stiffness), (Parameter::Damping, draw.damping)];
     let factors = arm.into_iter().zip(draw.arm).chain(tissue);
@@ -32,7 +33,7 @@ fn of_member(settings: &LoopSettings, draw: &Draw) -> LoopSettings {
     draw.delay_s.map_or(changed.clone(), |delay_s| changed.with(Parameter::Delay, delay_s))
 }
 
-fn spectral_radius(settings: &LoopSettings) -> f64 {
+fn spectral_radius(settings: &LinearLoop) -> f64 {
     let (matrix, ..) = ClosedLoop::new(settings).expect("built").matrix().expect("not too long");
     eigenvalues(&matrix).expect("computed").iter().fold(0.0, |max: f64, value| max.max(value.norm()))
 }
@@ -40,7 +41,7 @@ fn spectral_radius(settings: &LoopSettings) -> f64 {
 #[test]
 fn oracle_the_limits_of_members_are_where_an_eigenvalue_leaves_the_circle() {
     let scenario = scenario(&EVERYTHING);
-    let settings = LoopSettings::of(&scenario);
+    let settings = support::linear_loop(&scenario);
     let (x, y) = axes();
     let population = Population::of(&settings, &scenario.population, scenario.seed, (&x, &y)).expect("analysed");
     assert_eq!(population.members.len(), 24);
@@ -78,12 +79,12 @@ fn oracle_the_limits_of_members_are_where_an_eigenvalue_leaves_the_circle() {
 #[test]
 fn oracle_the_share_at_a_point_is_the_count_by_eigenvalues() {
     let scenario = scenario(&EVERYTHING);
-    let settings = LoopSettings::of(&scenario);
+    let settings = support::linear_loop(&scenario);
     let (x, y) = axes();
     let few = PopulationSettings { size: 6, ..scenario.population };
     let population = Population::of(&settings, &few, scenario.seed, (&x, &y)).expect("analysed");
     for (column, row) in (0..9).flat_map(|column| (0..9).map(move |row| (column, row))) {
-        let at_point = |member: &LoopSettings| {
+        let at_point = |member: &LinearLoop| {
             member.with(Parameter::ForceScale, x.value(column)).with(Parameter::Stiffness, y.value(row))
         };
         let loops = population.members.iter().map(|member| at_point(&of_member(&settings, &member.draw)));

@@ -340,7 +340,14 @@ fn a_sweep_that_is_done_gets_its_page_all_the_same() {
 #[test]
 fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
     let folder = TestFolder::new();
-    let axes = ["--x", "scaling.force=0.1:10:12", "--y", "tissue.stiffness_n_per_m=10:2000:11"];
+    let axes = [
+        "--x",
+        "scaling.force=0.1:10:12",
+        "--y",
+        "tissue.stiffness_n_per_m=10:2000:11",
+        "--set",
+        "tissue.stiffness_n_per_m=200",
+    ];
     let printed =
         folder.good(&[&["stability", "builtin:paper/augmented.toml", "--report", "--simulate"], &axes[..]].concat());
     assert!(printed.ends_with("report: out/augmented/report.html\n"), "{printed}");
@@ -382,7 +389,8 @@ fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
 #[test]
 fn the_page_of_stability_draws_walls_and_absolute_stability_and_repeats_its_command() {
     let folder = TestFolder::new();
-    let further = ["--z-width", "0:50:6", "--absolute", "channel.delay_s=0:0.1:5", "--hand", "10:inf"];
+    let further =
+        ["--tissue", "50:600", "--z-width", "0:50:6", "--absolute", "channel.delay_s=0:0.1:5", "--hand", "10:inf"];
     folder.good(&[&["stability", "paper/augmented", "--report", "--quiet"], &further[..]].concat());
     let html = folder.text("out/augmented/report.html");
     is_sound(&html);
@@ -415,7 +423,7 @@ fn the_page_of_stability_draws_walls_and_absolute_stability_and_repeats_its_comm
             assert!((a - b).abs() <= 1e-3 * b.abs(), "{a} {b}");
         }
     }
-    let line = "--hand 10:inf --absolute channel.delay_s=0:0.1:5 --z-width 0:50:6 --report";
+    let line = "--hand 10:inf --tissue 50:600 --absolute channel.delay_s=0:0.1:5 --z-width 0:50:6 --report";
     assert!(unescaped(&html).contains(line), "the command is complete");
 }
 

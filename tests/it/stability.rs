@@ -9,8 +9,8 @@ use trocar::lti::{Complex64, eigenvalues};
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
 use trocar::stability::{
-    AbsoluteOver, Analysis, Axis, Bounded, ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, SampledBound,
-    SampledWall, Search, Spacing, Terminations, ZWidth, arm_impedance, largest_stable, sensitivities,
+    AbsoluteOver, Analysis, Axis, Bounded, ClosedLoop, Hybrid, LinearLoop, Parameter, Ports, SampledBound, SampledWall,
+    Search, Spacing, Terminations, ZWidth, arm_impedance, largest_stable, sensitivities,
 };
 
 /// A ramp into a tissue that begins at the start of the needle, so that contact is permanent.
@@ -31,8 +31,8 @@ fn scenario(settings: &[&str]) -> Scenario {
     Scenario::load(&Source::parse("builtin:passivity/late-wall.toml"), &all).expect("loads")
 }
 
-fn settings(settings: &[&str]) -> LoopSettings {
-    LoopSettings::of(&scenario(settings))
+fn settings(settings: &[&str]) -> LinearLoop {
+    support::linear_loop(&scenario(settings))
 }
 
 /// The loops of the tests: architecture, timing, delays and lags.
@@ -72,7 +72,7 @@ fn softly(settings: &[&'static str]) -> Vec<&'static str> {
 fn powers_of_the_matrix_are_the_trajectory_of_the_engine() {
     for case in LOOPS {
         let scenario = scenario(&softly(case));
-        let closed = ClosedLoop::new(&LoopSettings::of(&scenario)).expect("built");
+        let closed = ClosedLoop::new(&support::linear_loop(&scenario)).expect("built");
         let (matrix, [now, next], slave) = closed.matrix().expect("not too long");
         let trace: Trace = run(scenario).expect("runs").trace;
         assert!(trace.slave_position_m.iter().skip(1).all(|&x| x >= 0.0), "{case:?}: contact is lost");
@@ -336,7 +336,7 @@ fn a_sampled_loop_without_an_integral_has_the_condition_of_colgate_and_schenkel(
 }
 
 /// The Z-width over a damping of the walls from 0 to 10 N·s/m.
-fn z_width(settings: &LoopSettings) -> ZWidth {
+fn z_width(settings: &LinearLoop) -> ZWidth {
     let axis = Axis::parse("tissue.damping_n_s_per_m=0:10:6").expect("an axis");
     ZWidth::of(settings, &axis).expect("computed")
 }
@@ -422,7 +422,7 @@ fn the_engine_agrees_with_every_verdict_of_a_map() {
     let y = axis(Parameter::Stiffness, 30.0, 5000.0);
     for case in [LOOPS[0], LOOPS[3], LOOPS[6]] {
         let scenario = scenario(case);
-        let settings = LoopSettings::of(&scenario);
+        let settings = support::linear_loop(&scenario);
         let map = map(&settings, x, y).expect("mapped");
         let share = map.stable_share();
         assert!(share > 0.2 && share < 0.95 && !map.boundary.is_empty(), "{case:?}: {share}");
@@ -481,7 +481,7 @@ fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
 
 /// A hand that is a damper and either a spring or a mass, whose impedance at a frequency is `impedance`; the mass is part
 /// of the arm behind the damper only if there is none.
-fn hand(settings: &LoopSettings, impedance: Complex64, frequency_hz: f64) -> LoopSettings {
+fn hand(settings: &LinearLoop, impedance: Complex64, frequency_hz: f64) -> LinearLoop {
     let omega = std::f64::consts::TAU * frequency_hz;
     let mut held = settings.clone();
     // The spring and damper of the hand end at the ground, a mass that is held.

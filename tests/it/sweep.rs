@@ -1,5 +1,6 @@
 //! Sweeps from the command line: identical bytes for any threads, shards and interruptions; and invalid sweeps.
 
+use crate::support;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
@@ -200,7 +201,7 @@ fn same(folder: &TestFolder, one: &str, other: &str) {
 }
 
 /// Returns the cells of a CSV file by row.
-fn rows(folder: &TestFolder, name: &str) -> Vec<BTreeMap<String, String>> {
+pub(crate) fn rows(folder: &TestFolder, name: &str) -> Vec<BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_path(folder.path(name)).expect("there");
     let names: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
     let row = |record: csv::StringRecord| names.iter().cloned().zip(record.iter().map(str::to_owned)).collect();
@@ -625,7 +626,7 @@ channel.forward_delay_s = [0.0, 0.0155]
 #[test]
 fn the_columns_of_the_loop_are_the_analysis_of_each_case() {
     use trocar::scenario::{Scenario, Source};
-    use trocar::stability::{Analysis, LoopSettings};
+    use trocar::stability::Analysis;
     let folder = TestFolder::new();
     folder.file("loops.toml", LOOPS);
     folder.good(&["sweep", "loops.toml"]);
@@ -636,7 +637,7 @@ fn the_columns_of_the_loop_are_the_analysis_of_each_case() {
         folder.file("case.toml", folder.good(&["sweep", "loops.toml", "--case", &case.to_string()]));
         let path = folder.path("case.toml").display().to_string();
         let scenario = Scenario::load(&Source::parse(&path), &[]).expect("loads");
-        let analysis = Analysis::of(&LoopSettings::of(&scenario)).expect("analysed");
+        let analysis = Analysis::of(&support::linear_loop(&scenario)).expect("analysed");
         let number = |name: &str| row[name].parse::<f64>().ok();
         assert_eq!(number("stability_spectral_radius"), Some(analysis.mode.spectral_radius), "{case}");
         assert_eq!(number("stability_is_stable"), Some(f64::from(u8::from(analysis.is_stable()))), "{case}");

@@ -1,11 +1,12 @@
 //! The certificate of the switching compared with the engine: random sequences of events, and the worst sequence found.
 
+use crate::support;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use trocar::augmentation::Reengage;
 use trocar::scenario::{OperatorSpec, Scenario, Source};
-use trocar::stability::{Switching, SwitchingSettings};
+use trocar::stability::Switching;
 use trocar::stability_check::{EventRecord, EventRun, random_sequences, without_alarms, worst_events};
 use trocar::time::nearest_ticks;
 
@@ -17,8 +18,10 @@ fn source() -> Source {
     Source::parse("builtin:paper/augmented.toml")
 }
 
+/// The settings with the spring and the damper that are stated in place of the recorded force.
 fn owned(settings: &[&str]) -> Vec<String> {
-    settings.iter().map(|&setting| setting.to_owned()).collect()
+    let tissue = ["tissue.stiffness_n_per_m=200", "tissue.damping_n_s_per_m=5"];
+    tissue.iter().chain(settings).map(|&setting| setting.to_owned()).collect()
 }
 
 fn scenario(settings: &[&str]) -> Scenario {
@@ -31,7 +34,7 @@ fn analysed(settings: &[&str], tissue: (f64, f64)) -> Switching {
     let key = format!("{settings:?} {tissue:?}");
     let place = Arc::clone(CACHE.lock().expect("not poisoned").entry(key).or_default());
     let analyse = || {
-        let settings = SwitchingSettings::of(&scenario(settings), tissue).expect("covered");
+        let settings = support::switching(&scenario(settings), tissue).expect("covered");
         Switching::of(&settings).expect("analysed")
     };
     place.get_or_init(analyse).clone()
@@ -75,7 +78,7 @@ fn any_events_at_the_papers_numbers_are_certified_with_a_margin() {
 
 /// The certified dwell in ms.
 fn dwell_ms(settings: &[&str], tissue: (f64, f64)) -> Option<f64> {
-    let settings = SwitchingSettings::of(&scenario(settings), tissue).expect("covered");
+    let settings = support::switching(&scenario(settings), tissue).expect("covered");
     let ticks = Switching::certified_dwell(&settings).expect("analysed")?;
     Some(1e3 * ticks as f64 * settings.of_loop.tick_s)
 }
@@ -141,7 +144,7 @@ fn five_and_ten_ticks_each_way_are_certified_with_the_supervisors_time() {
     for delay_s in ["0.005", "0.01"] {
         let settings = ["forward", "backward"].map(|way| format!("channel.{way}_delay_s={delay_s}"));
         let scenario = Scenario::load(&source(), &settings).expect("loads");
-        let settings = SwitchingSettings::of(&scenario, TISSUE).expect("covered");
+        let settings = support::switching(&scenario, TISSUE).expect("covered");
         let refractory = settings.phases().refractory;
         assert!(Switching::certifies(&settings, refractory).expect("analysed"), "{delay_s}");
     }
@@ -218,7 +221,7 @@ fn the_engine_agrees_with_the_analysis_on_the_worst_sequence_found() {
 #[test]
 fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
     let switching = analysed(&HOLD, (1500.0, 1500.0));
-    let of_loop = trocar::stability::LoopSettings { stiffness_n_per_m: 1500.0, ..switching.settings.of_loop.clone() };
+    let of_loop = trocar::stability::LinearLoop { stiffness_n_per_m: 1500.0, ..switching.settings.of_loop.clone() };
     assert!(trocar::stability::ClosedLoop::new(&of_loop).expect("built").is_stable().expect("counted"));
     assert!(!switching.is_certified());
     let (found, growing) =
@@ -253,7 +256,7 @@ fn what_is_not_covered_is_said() {
         ("channel.forward_delay_s=0.0005", "whole number of ticks"),
         ("passivity.scheme=time-domain", "passivity"),
     ] {
-        let reason = SwitchingSettings::of(&scenario(&[setting]), TISSUE).expect_err("not covered");
+        let reason = support::switching(&scenario(&[setting]), TISSUE).expect_err("not covered");
         assert!(reason.contains(word), "{reason}");
     }
     // A tissue with unstable teleoperation has no certificate for any dwell.
@@ -302,7 +305,8 @@ fn scheduled_events_are_taken_where_an_alarm_would_be() {
 fn the_command_writes_what_it_says_of_the_switching() {
     let folder = crate::support::test_folder::TestFolder::new();
     let small = ["--x", "scaling.force=0.1:10:8", "--y", "tissue.stiffness_n_per_m=10:2000:8"];
-    let command = ["stability", "builtin:paper/augmented.toml", "--set", "augmentation.reengage=snap"];
+    let command =
+        ["stability", "builtin:paper/augmented.toml", "--set", "augmentation.reengage=snap", "--tissue", "50:600"];
     let printed = folder.good(&[&command[..], &small].concat());
     for phrase in ["switching: 50.00 to 600.0 N/m", "certificate: the motion decays", "certified", "growth per event"] {
         assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");

@@ -1,6 +1,7 @@
 //! Delays that vary: what is proved to be stable decays on the engine in every order that is tried, and what swings is not
 //! called stable.
 
+use crate::support;
 use std::fmt::Write as _;
 
 use crate::support::test_folder::TestFolder;
@@ -9,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value as Json;
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
-use trocar::stability::{Analysis, LoopSettings, VaryingDelays};
+use trocar::stability::{Analysis, VaryingDelays};
 
 /// A needle that is pushed into a spring and then held.
 const BASE: [&str; 8] = [
@@ -64,7 +65,7 @@ fn last_swing_m(scenario: Scenario) -> f64 {
 
 /// What is proved for a scenario.
 fn proved(scenario: &Scenario) -> VaryingDelays {
-    VaryingDelays::of(scenario, &LoopSettings::of(scenario)).expect("computed").expect("delays vary")
+    VaryingDelays::of(scenario, &support::linear_loop(scenario)).expect("computed").expect("delays vary")
 }
 
 #[test]
@@ -72,7 +73,7 @@ fn what_is_proved_decays_in_random_and_bang_bang_orders() {
     let folder = TestFolder::new();
     let mut random = ChaCha8Rng::seed_from_u64(24);
     for (settings, least) in LOOPS {
-        let constant = LoopSettings::of(&load(&with_delay(settings, least, &[])));
+        let constant = support::linear_loop(&load(&with_delay(settings, least, &[])));
         let jitter = Analysis::of(&constant).expect("analysed").jitter_margin_ticks.expect("a margin");
         assert!(jitter >= 4, "{settings:?}: {jitter}");
         let on_top = with_delay(settings, least, &[format!("channel.jitter_s={}", 1e-3 * jitter as f64)]);

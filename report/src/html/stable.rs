@@ -6,11 +6,10 @@ use crate::Table;
 use crate::absolute;
 use crate::absolute::{absolute_text, bounded_line};
 use crate::figures;
+use crate::loop_verdict::verdict_sentence;
 use crate::population::{population_lines, population_table};
 use crate::stability::map_figure;
-use crate::stability_text::{
-    checked, limit_table, loop_lines, port_passivity, port_table, sampled, unreached, verdict,
-};
+use crate::stability_text::{checked, limit_table, loop_lines, port_passivity, port_table, sampled, unreached};
 use crate::switching::{event_table, switching_lines};
 use crate::z_width::z_width_text;
 use trocar_sim::stability::{Analysis, LIMITED, Parameter, StabilityMap};
@@ -96,12 +95,12 @@ pub fn stability_html(page: &StabilityPage<'_>) -> Result<String, HtmlError> {
     let note = "Save the scenario above under its name, then run this command in the same folder.".to_owned();
     let commands = vec![Block::Command { line: page.line.to_owned(), note }];
     sections.push(Section { id: "again", title: "Reproduce", blocks: commands });
-    let unmodelled = format!("Not in the linear model: {}.", page.study.unmodelled.join("; "));
-    let unreached = page.study.unreached.iter().map(|limit| sentence(&unreached(limit)));
+    let unmodelled = format!("Not in the linear model: {}.", page.study.verdict.unmodelled.join("; "));
+    let unreached = page.study.verdict.unreached.iter().map(|limit| sentence(&unreached(limit)));
     Page {
         command: "trocar stability",
         heading: name.clone(),
-        lead: [sentence(&verdict(page.study)), unmodelled]
+        lead: [sentence(&verdict_sentence(&page.study.verdict)), unmodelled]
             .into_iter()
             .chain(unreached)
             .chain(warned(&page.study.warnings()))

@@ -42,6 +42,17 @@ impl Schedule {
         !self.outages.is_empty()
     }
 
+    /// The schedule of a link that goes on until `until` as it was from tick `from` to `to`: those delays repeat. Outages do not.
+    #[must_use]
+    pub(crate) fn repeating(&self, from: u64, to: u64, until: u64) -> Self {
+        let Some(&last) = self.delays.last().filter(|_| from < to) else { return self.clone() };
+        let delay = |tick: u64| {
+            let of = if tick < to { tick } else { from + (tick - from) % (to - from) };
+            self.delays.get(of as usize).copied().unwrap_or(last)
+        };
+        Self { delays: (0..until.max(to)).map(delay).collect(), outages: self.outages.clone() }
+    }
+
     /// Minimum and maximum age in ticks of the sample that the receiver holds, from the first arrival on: of the samples that
     /// have arrived, the one sent last. `None` without scheduled delays, and if nothing bounds the age because the last
     /// sample, and with it all later ones, is lost.
@@ -139,6 +150,16 @@ mod tests {
         assert_eq!((schedule.longest(7), delays(schedule, 2)), (7, vec![None; 2]));
         let schedule = Schedule::new(Arc::from([u32::MAX - 1]), Arc::default());
         assert_eq!(schedule.longest(7), MAX_DELAY_TICKS);
+    }
+
+    #[test]
+    fn a_link_that_goes_on_repeats_its_last_delays() {
+        let outages: Arc<[Range<u64>]> = std::iter::once(1..2).collect();
+        let schedule = Schedule::new(Arc::from([3, 4, 5, 6]), outages.clone()).repeating(1, 3, 8);
+        assert_eq!(delays(schedule, 8), [3, 0, 5, 4, 5, 4, 5, 4].map(|delay| Some(delay).filter(|&delay| delay > 0)));
+        let schedule = Schedule::new(Arc::from([3, 4]), Arc::default()).repeating(1, 3, 5);
+        assert_eq!(delays(schedule, 5), [Some(3), Some(4), Some(4), Some(4), Some(4)]);
+        assert_eq!(Schedule::new(Arc::default(), outages.clone()).repeating(1, 3, 5).outages, outages);
     }
 
     #[test]

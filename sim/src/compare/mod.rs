@@ -17,8 +17,8 @@ pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 pub use seeds::{MAX_SEEDS, SeedStudy, Spread, SpreadRow};
 pub use sensitivity::{Noticed, Sensitivity};
 pub use strategies::{
-    FIXED_PERSONS, FalseAlarmCost, Group, PERSONS, Person, STRATEGIES, Strategy, StrategyOptions, StrategyRow,
-    StrategyStudy, Verdict, WINDOWS_S,
+    FIXED_PERSONS, FalseAlarmCost, Group, LinearLoops, PERSONS, Person, STRATEGIES, Strategy, StrategyOptions,
+    StrategyRow, StrategyStudy, Verdict, WINDOWS_S,
 };
 pub use table::{Row, rows};
 

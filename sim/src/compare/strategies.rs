@@ -23,6 +23,8 @@ use crate::quantiles::{quantile_of, rank_correlation};
 use crate::run::{RunError, run, run_pack_observed, run_pack_sharing};
 use crate::scenario::{CaseFactory, Scenario, ScenarioError, Source, Template};
 use crate::sensor::NoiseBank;
+use crate::stability::ClosedLoop;
+use crate::stability_check::linear_loop;
 use crate::sweep::{CaseMaker, Plan, SweepError, is_sweep};
 use crate::time::nearest_ticks;
 
@@ -120,6 +122,40 @@ pub struct StrategyRow {
     pub window_excess_m: Vec<Option<f64>>,
 }
 
+/// The linear loops of all patients and persons, each at the worst stiffness of its tissue. A strategy changes what happens
+/// during events, not this loop.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct LinearLoops {
+    /// Number of loops that could be analysed.
+    pub count: u64,
+    /// Number of those that are stable in contact and out of it.
+    pub stable: u64,
+    /// The smallest gain margin of the stable ones; `None` if none has one.
+    pub min_gain_margin: Option<f64>,
+}
+
+impl LinearLoops {
+    /// Adds the loop of a scenario.
+    fn add(&mut self, scenario: &Scenario) {
+        let verdict = linear_loop(scenario).and_then(|settings| {
+            let margins = ClosedLoop::new(&settings)?.margins()?;
+            Ok((settings.is_stable()?, margins.gain))
+        });
+        if let Ok((is_stable, gain)) = verdict {
+            self.count += 1;
+            self.stable += u64::from(is_stable);
+            self.min_gain_margin = self.min_gain_margin.into_iter().chain(gain).reduce(f64::min);
+        }
+    }
+
+    fn merge(mut self, other: Self) -> Self {
+        self.count += other.count;
+        self.stable += other.stable;
+        self.min_gain_margin = self.min_gain_margin.into_iter().chain(other.min_gain_margin).reduce(f64::min);
+        self
+    }
+}
+
 /// Every strategy of a study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StrategyStudy {
@@ -133,6 +169,8 @@ pub struct StrategyStudy {
     pub seeds: u64,
     /// The 5 %, 50 % and 95 % quantiles of the master's velocity at the ruptures without a strategy, in m/s.
     pub velocities_m_per_s: Option<[f64; 3]>,
+    /// The linear loops of all patients and persons.
+    pub linear_loops: LinearLoops,
     /// A row per strategy, in the order of [`STRATEGIES`].
     pub rows: Vec<StrategyRow>,
     /// Spearman's rank correlation of the strategies' mean excess for each window of [`WINDOWS_S`] with that of 2 s.
@@ -384,6 +422,13 @@ impl StrategyStudy {
             Ok(if swings.contains(&true) { Verdict::Oscillates } else { Verdict::Settles })
         };
         let verdicts: Vec<Verdict> = try_map(STRATEGIES.len(), verdict)?;
+        let of_patient = |patient: usize| -> Result<LinearLoops, RunError> {
+            let mut loops = LinearLoops::default();
+            cases[0].of_patient(&options.persons, patient as u64)?.iter().for_each(|scenario| loops.add(scenario));
+            Ok(loops)
+        };
+        let linear_loops =
+            try_map(patients as usize, of_patient)?.into_iter().fold(LinearLoops::default(), LinearLoops::merge);
         let mut all = tallies.into_iter();
         let mut velocities = None;
         let mut rows: Vec<StrategyRow> = vec![];
@@ -404,6 +449,7 @@ impl StrategyStudy {
             persons: options.persons.iter().map(|person| person.name).collect(),
             seeds: options.seeds,
             velocities_m_per_s: velocities,
+            linear_loops,
             rows,
             rank_correlations,
         })

@@ -16,6 +16,8 @@ pub enum Unit {
     Newton,
     /// Newtons per second.
     NewtonPerSecond,
+    /// Newtons per metre.
+    NewtonPerMetre,
     /// Joules, displayed in mJ.
     Joule,
     /// A fraction, displayed in %.
@@ -36,6 +38,7 @@ impl Unit {
             Self::Second => "s",
             Self::Newton => "N",
             Self::NewtonPerSecond => "N/s",
+            Self::NewtonPerMetre => "N/m",
             Self::Joule => "J",
             Self::Share | Self::Number | Self::Count => "1",
         }

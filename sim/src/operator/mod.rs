@@ -237,6 +237,17 @@ impl<L: Lane> HumanOperator<L> {
     }
 }
 
+impl HumanOperator<f64> {
+    /// Rests at the desired position of `tick`, which is the last one given. Stretch reflexes and grip go on: they answer to the
+    /// master's motion and belong to the loop.
+    pub(crate) fn rest(&mut self, tick: u64) {
+        let displacement_m = self.tremor.take().and_then(|all| all.get(tick as usize).copied());
+        self.intended_m += displacement_m.unwrap_or(0.0);
+        self.motion = Motion::Recording(Arc::new([self.intended_m]));
+        self.reaction = None;
+    }
+}
+
 impl<L: Lane> Operator<L> for HumanOperator<L> {
     #[inline(always)]
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L {

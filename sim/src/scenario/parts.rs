@@ -246,7 +246,7 @@ impl Scenario {
     }
 
     /// The longest delays in ticks of a sample that arrives, forward and backward.
-    pub(super) fn longest_delays_ticks(&self) -> [u64; 2] {
+    pub(crate) fn longest_delays_ticks(&self) -> [u64; 2] {
         let line = Line { tick_s: self.grid.tick_s(), irregularity: &self.irregularity };
         let of = |delay, schedule| line.delay::<f64, 1>([0.0], (delay, schedule, (0, 0))).longest_ticks();
         [of(&self.forward, &self.forward_schedule), of(&self.backward, &self.backward_schedule)]
@@ -268,11 +268,6 @@ impl Scenario {
         };
         let (_, slave) = self.whole_steps().map_err(|error| self.unbuildable(&error))?;
         Link::new(&self.link, lines, &slave, tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
-    }
-
-    /// The operator of a single run.
-    pub(crate) fn human_operator(&self) -> Result<HumanOperator<f64>, ScenarioError> {
-        self.operator(0)
     }
 
     /// The operator, lane `i` with the tremor and the reaction times of stream `first_stream + i`.

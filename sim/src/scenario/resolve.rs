@@ -13,7 +13,7 @@ use super::replay::{RecordingSpec, load_recording};
 use super::run_settings::RunSettings;
 use super::schedule::{events, schedules};
 use super::settings::{actuators, arm, master};
-use super::specs::{OperatorSpec, TissueSpec, operator, tissue};
+use super::specs::{OperatorSpec, TissueSpec, operator, stated_tissue, tissue};
 use super::steps::Steps;
 use super::value::Value;
 use super::values::{Values, harmless_name, replays_force, replays_position};
@@ -95,6 +95,8 @@ pub struct Scenario {
     pub forward: DelayTicks,
     /// Delay from slave to master.
     pub backward: DelayTicks,
+    /// Both delays in s.
+    pub delays: DelaySettings,
     /// Jitter and loss of the link.
     pub irregularity: Irregularity,
     /// Scheduled outages and delays from master to slave.
@@ -115,6 +117,9 @@ pub struct Scenario {
     pub perception: Perception,
     /// The tissue.
     pub tissue: TissueSpec,
+    /// The spring (N/m) and the damper (N·s/m) that the analysis of stability takes for a force recorded over time, if the
+    /// scenario states them; a run does not depend on them.
+    pub stated_tissue: Option<(f64, f64)>,
     /// Its motion with breathing and heartbeat.
     pub organ_motion: OrganMotion,
     /// The sensors.
@@ -200,7 +205,7 @@ impl Scenario {
         let slave = SlaveParameters::read(&mut values)?;
         let link = link_settings(&mut values, &master, &slave, grid.tick_s())?;
         let (forward_schedule, backward_schedule) = schedules(&mut values, &grid)?;
-        let (forward, backward) = delays(&mut values, &grid, waits_for_tick(timing, &link))?;
+        let (delays, forward, backward) = delays(&mut values, &grid, waits_for_tick(timing, &link))?;
         let scenario = Self {
             name: checked_name(&values, run.name)?,
             grid,
@@ -214,6 +219,7 @@ impl Scenario {
             link,
             forward,
             backward,
+            delays,
             irregularity: Irregularity::read(&mut values)?,
             forward_schedule,
             backward_schedule,
@@ -223,6 +229,7 @@ impl Scenario {
             stiffening: StiffeningSettings::read(&mut values)?,
             reflex: ReflexSettings::read(&mut values)?,
             perception: Perception::read(&mut values)?,
+            stated_tissue: stated_tissue(&mut values)?,
             tissue,
             organ_motion: OrganMotion::read(&mut values)?,
             sensor: SensorSettings::read(&mut values)?,
@@ -403,7 +410,7 @@ pub(super) fn delays(
     values: &mut Values,
     grid: &TickGrid,
     waits_for_tick: bool,
-) -> Result<(DelayTicks, DelayTicks), ScenarioError> {
+) -> Result<(DelaySettings, DelayTicks, DelayTicks), ScenarioError> {
     let settings = DelaySettings::read(values)?;
     let tick_s = grid.tick_s();
     for (path, delay_s) in settings.of_each_way() {
@@ -414,5 +421,5 @@ pub(super) fn delays(
         }
     }
     let ticks = |delay_s| DelayTicks::new(delay_s, tick_s, waits_for_tick);
-    Ok((ticks(settings.forward_delay_s), ticks(settings.backward_delay_s)))
+    Ok((settings, ticks(settings.forward_delay_s), ticks(settings.backward_delay_s)))
 }

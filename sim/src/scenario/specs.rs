@@ -2,10 +2,13 @@
 
 use std::sync::Arc;
 
+use trocar_core::settings::Source as _;
+
 use super::error::ScenarioError;
 use super::replay::{RecordingSpec, missing_recording, rupture_depths, rupture_ticks};
 use super::value::Value;
-use super::values::Values;
+use super::values::{STATED, Values};
+use crate::error::non_negative;
 use crate::operator::{Hand, MotionSettings};
 use crate::recording::Resampled;
 use crate::time::TickGrid;
@@ -117,6 +120,19 @@ pub(super) fn tissue(
         (TissueSettings::Fmu(settings), _) => TissueSpec::Unit(unit(values, &settings, grid)?),
         (settings, _) => settings.into(),
     })
+}
+
+/// The spring (N/m) and the damper (N·s/m) that a scenario states in place of a force recorded over time, for the analysis of
+/// stability.
+pub(super) fn stated_tissue(values: &mut Values) -> Result<Option<(f64, f64)>, ScenarioError> {
+    if !values.states_tissue() {
+        return Ok(None);
+    }
+    let [stiffness, damping] = STATED.map(|key| {
+        let value = values.number(key)?;
+        non_negative(key, value).map_err(|error| values.out_of_range(&error))
+    });
+    Ok(Some((stiffness?, damping?)))
 }
 
 /// The unit that a scenario names, whose code is not executed yet.

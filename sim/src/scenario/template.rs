@@ -15,7 +15,7 @@ use super::link::link_settings;
 use super::resolve::{Scenario, delays, waits_for_tick};
 use super::schedule::events;
 use super::settings::{actuators, arm, master};
-use super::specs::{TissueSpec, operator, tissue};
+use super::specs::{TissueSpec, operator, stated_tissue, tissue};
 use super::value::Value;
 use super::values::{Values, harmless_name, replays_force, replays_position};
 use crate::augmentation::AugmentationSettings;
@@ -51,6 +51,8 @@ enum Part {
     Augmentation,
     /// The tissue, if it replays no recording.
     Tissue,
+    /// The tissue that the analysis of stability takes for a recorded force.
+    StatedTissue,
     /// The presliding travel of a recording by depth.
     Presliding,
     /// The operator's motion, if it replays no recording.
@@ -86,6 +88,7 @@ impl Part {
             ("augmentation", _) => Self::Augmentation,
             ("tissue", _) if !replays_force(base.values()) => Self::Tissue,
             (_, "tissue.presliding_m") if matches!(base.tissue, TissueSpec::Depth { .. }) => Self::Presliding,
+            ("tissue", _) if base.stated_tissue.is_some() => Self::StatedTissue,
             ("tissue", _) => Self::Nothing,
             ("perception", _) => Self::Involuntary,
             ("population", _) => Self::Population,
@@ -290,6 +293,7 @@ impl CaseFactory<'_> {
                 scenario.tissue = tissue(values, &scenario.grid, None)?;
                 scenario.organ_motion = OrganMotion::read(values)?;
             }
+            Part::StatedTissue => scenario.stated_tissue = stated_tissue(values)?,
             Part::Presliding => {
                 if let TissueSpec::Depth { presliding_m, .. } = &mut scenario.tissue {
                     *presliding_m = values.number("tissue.presliding_m")?;
@@ -330,7 +334,7 @@ fn set_link(scenario: &mut Scenario, values: &mut Values) -> Result<(), Scenario
 
 fn set_delays(scenario: &mut Scenario, values: &mut Values) -> Result<(), ScenarioError> {
     let waits_for_tick = waits_for_tick(scenario.timing, &scenario.link);
-    (scenario.forward, scenario.backward) = delays(values, &scenario.grid, waits_for_tick)?;
+    (scenario.delays, scenario.forward, scenario.backward) = delays(values, &scenario.grid, waits_for_tick)?;
     Ok(())
 }
 

@@ -17,11 +17,12 @@ use crate::detection::DistanceKind;
 use crate::error::InvalidValue;
 use crate::operator::MotionSettings;
 use crate::tissue::{
-    ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST, LAYER_NAMES, ReplaySettings, TissueSettings, keys_of_layer, layer_key,
+    ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST, LAYER_NAMES, ReplayIndex, ReplaySettings, TissueSettings, keys_of_layer,
+    layer_key,
 };
 
-/// The keys of the tissue that the analysis of stability assumes in place of a recorded force.
-const ASSUMED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
+/// The keys that state a spring and a damper in place of a force recorded over time, for the analysis of stability.
+pub(super) const STATED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
 
 /// The section that is followed by the list of layers.
 const TISSUE: &str = "tissue";
@@ -253,9 +254,16 @@ impl Values {
     /// Whether a key acts for the present kinds.
     #[must_use]
     pub fn is_acting(&self, key: &Key) -> bool {
-        // With a recorded force, which does not react, the analysis of stability assumes a spring and a damper.
-        let is_assumed = ASSUMED.contains(&key.path) && replays_force(self);
-        is_assumed || self.unmet(key).next().is_none()
+        let is_stated = STATED.contains(&key.path) && self.states_tissue();
+        is_stated || self.unmet(key).next().is_none()
+    }
+
+    /// True if a spring or a damper is written beside a force recorded over time, which does not react: the analysis of
+    /// stability then takes them for the tissue.
+    #[must_use]
+    pub fn states_tissue(&self) -> bool {
+        let is_written = |path: &str| self.given.get(path).is_some_and(|given| given.place.is_some());
+        replays_over_time(self) && STATED.into_iter().any(is_written)
     }
 
     /// The conditions of a key that the present kinds do not meet. A choice can itself act for some kinds of another.
@@ -593,6 +601,11 @@ pub(super) fn replays_force(values: &Values) -> bool {
     values
         .word(TissueSettings::KEY.path)
         .is_ok_and(|word| word == TissueSettings::Recording(ReplaySettings::DEFAULT).word())
+}
+
+/// True if the tissue replays the recording over time, not over depth.
+fn replays_over_time(values: &Values) -> bool {
+    replays_force(values) && values.word(ReplayIndex::KEY.path).is_ok_and(|word| word == ReplayIndex::Time.word())
 }
 
 /// The keys of a section, in the order in which they are written.

@@ -155,6 +155,11 @@ impl<L: Lane> ForceSensor<L> {
         }
     }
 
+    /// Reads without noise from here on.
+    pub(crate) fn silence(&mut self) {
+        self.noise = None;
+    }
+
     /// The force as measured, in N.
     #[inline(always)]
     pub fn read_force(&mut self, force_n: L) -> L {
@@ -214,6 +219,11 @@ impl<L: Lane> AnySensor<L> {
             velocity: filter.transpose()?,
             at_tip: settings.at_tip,
         })
+    }
+
+    /// Reads without noise from here on.
+    pub(crate) fn silence(&mut self) {
+        self.force.silence();
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::varying::jitter_margin_ticks;
 use super::{
-    ClosedLoop, Hybrid, Limit, LoopSettings, Margins, Mode, Parameter, Ports, SampledBound, Search, Sensitivity,
+    ClosedLoop, Hybrid, Limit, LinearLoop, Margins, Mode, Parameter, Ports, SampledBound, Search, Sensitivity,
     StabilityError, largest_stable, sensitivities,
 };
 use crate::lti::Complex64;
@@ -41,7 +41,7 @@ pub struct PortPoint {
 #[derive(Debug, Clone)]
 pub struct Analysis {
     /// The loop.
-    pub settings: LoopSettings,
+    pub settings: LinearLoop,
     /// Its dominant mode.
     pub mode: Mode,
     /// Its margins.
@@ -65,7 +65,7 @@ impl Analysis {
     ///
     /// # Errors
     /// [`StabilityError`].
-    pub fn of(settings: &LoopSettings) -> Result<Self, StabilityError> {
+    pub fn of(settings: &LinearLoop) -> Result<Self, StabilityError> {
         let closed = ClosedLoop::new(settings)?;
         let limits = LIMITED
             .into_iter()
@@ -88,7 +88,7 @@ impl Analysis {
     ///
     /// # Errors
     /// [`StabilityError`].
-    pub fn port_verdicts(settings: &LoopSettings) -> Result<Option<(bool, bool)>, StabilityError> {
+    pub fn port_verdicts(settings: &LinearLoop) -> Result<Option<(bool, bool)>, StabilityError> {
         let points = ports(settings)?;
         let all = |holds: fn(&PortPoint) -> bool| points.iter().all(holds);
         Ok((!points.is_empty()).then(|| (all(|point| point.is_absolutely_stable), all(|point| point.is_passive))))
@@ -108,7 +108,7 @@ pub(super) fn frequencies_hz(tick_s: f64) -> impl Iterator<Item = f64> {
     (0..FREQUENCIES).map(move |k| LOWEST_HZ * step.powi(k as i32))
 }
 
-fn ports(settings: &LoopSettings) -> Result<Vec<PortPoint>, StabilityError> {
+fn ports(settings: &LinearLoop) -> Result<Vec<PortPoint>, StabilityError> {
     let two_port = Ports::new(settings)?;
     let (force, position) = two_port.scales();
     let mut points = vec![];

@@ -19,7 +19,7 @@
 //! systems*). If it is not, some passive hand of the range swings on with some tissue of the range.
 
 use super::analysis::frequencies_hz;
-use super::{Axis, ClosedLoop, Hybrid, LoopSettings, Parameter, Ports, StabilityError};
+use super::{Axis, ClosedLoop, Hybrid, LinearLoop, Parameter, Ports, StabilityError};
 use crate::lti::Complex64;
 use crate::parallel::try_map;
 use crate::plant::ArmParameters;
@@ -116,7 +116,7 @@ impl Terminations {
     }
 
     /// A loop with a damper as hand, above `low`, and a tissue, both in the middle of the ranges.
-    fn middle(&self, settings: &LoopSettings, low: f64) -> LoopSettings {
+    fn middle(&self, settings: &LinearLoop, low: f64) -> LinearLoop {
         let high = self.hand_n_s_per_m.1;
         let damper = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low + 1.0 };
         let mut other = settings.clone();
@@ -137,7 +137,7 @@ impl Bounded {
     ///
     /// # Errors
     /// [`StabilityError`].
-    pub fn of(settings: &LoopSettings, terminations: &Terminations) -> Result<Self, StabilityError> {
+    pub fn of(settings: &LinearLoop, terminations: &Terminations) -> Result<Self, StabilityError> {
         let ports = Ports::new(settings)?;
         let mut needed = vec![];
         for frequency_hz in frequencies_hz(settings.tick_s) {
@@ -215,7 +215,7 @@ impl AbsoluteOver {
     ///
     /// # Errors
     /// [`StabilityError`].
-    pub fn of(settings: &LoopSettings, axis: &Axis, terminations: &Terminations) -> Result<Self, StabilityError> {
+    pub fn of(settings: &LinearLoop, axis: &Axis, terminations: &Terminations) -> Result<Self, StabilityError> {
         let at = |index: usize| -> Result<AbsolutePoint, StabilityError> {
             let value = axis.value(index);
             let settings = settings.with(axis.parameter, value);

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::machines::Machines;
 use super::response::Response;
 use super::side::Side;
-use super::{LoopSettings, StabilityError};
+use super::{LinearLoop, StabilityError};
 use crate::lti::{Complex64, eigenvalues};
 
 /// Maximum states of an explicit matrix.
@@ -29,16 +29,12 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// [`StabilityError`] for parameters out of range or numerical failure.
-    pub fn new(settings: &LoopSettings) -> Result<Self, StabilityError> {
+    pub fn new(settings: &LinearLoop) -> Result<Self, StabilityError> {
         Self::of(&Machines::new(settings)?, settings, None)
     }
 
     /// The loop of machines that match the settings; reuses what it has in common with `other`.
-    pub(super) fn of(
-        machines: &Machines,
-        settings: &LoopSettings,
-        other: Option<&Self>,
-    ) -> Result<Self, StabilityError> {
+    pub(super) fn of(machines: &Machines, settings: &LinearLoop, other: Option<&Self>) -> Result<Self, StabilityError> {
         crate::error::non_negative("tissue.stiffness_n_per_m", settings.stiffness_n_per_m)?;
         crate::error::non_negative("tissue.damping_n_s_per_m", settings.damping_n_s_per_m)?;
         let sides = (Side::master(machines, settings)?, Side::slave(machines, settings)?);
@@ -82,6 +78,11 @@ impl ClosedLoop {
     /// The responses of master and slave at `z`, without the delays.
     pub(super) fn responses_at(&self, z: Complex64) -> [Complex64; 2] {
         [self.responses[0].at(z), self.responses[1].at(z)]
+    }
+
+    /// The derivatives of the responses of master and slave at `z`, relative to the responses.
+    pub(super) fn relative_slopes_at(&self, z: Complex64) -> [Complex64; 2] {
+        [self.responses[0].relative_slope_at(z), self.responses[1].relative_slope_at(z)]
     }
 
     /// The tick in s.

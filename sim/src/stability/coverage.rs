@@ -3,7 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 
 use super::reached::Bounds;
-use super::{TissueKind, VaryingDelays};
+use super::{TissueRange, VaryingDelays};
 use crate::augmentation::{AugmentationSettings, ForceLawSettings, HoldSettings, Reengage};
 use crate::channel::Schedule;
 use crate::plant::ActuatorLimits;
@@ -155,14 +155,9 @@ impl Display for LeftOut {
 
 /// Everything that the linear loop leaves out of a scenario, with tissue and augmentation, and the parts of [`left_out`].
 #[must_use]
-pub fn unmodelled(scenario: &Scenario, left_out: &[LeftOut]) -> Vec<String> {
-    let tissue = match TissueKind::of(scenario) {
-        TissueKind::SpringDamper => "lost contact",
-        TissueKind::Other => "the tissue (replaced by a spring), its ruptures and friction, and lost contact",
-        TissueKind::RecordedForce => "the recorded force (replaced by a spring and a damper)",
-    };
+pub fn unmodelled(scenario: &Scenario, tissue: &TissueRange, left_out: &[LeftOut]) -> Vec<String> {
     let augmentation =
         scenario.augmentation.enabled.then(|| "the augmentation (see the switching analysis)".to_owned());
     let others = left_out.iter().map(LeftOut::to_string);
-    std::iter::once(tissue.to_owned()).chain(augmentation).chain(others).collect()
+    tissue.left_out().map(str::to_owned).into_iter().chain(augmentation).chain(others).collect()
 }

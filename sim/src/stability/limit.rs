@@ -1,8 +1,14 @@
 //! The stability limits of a parameter.
 
+use std::f64::consts::TAU;
+
 use super::machines::Machines;
-use super::{ClosedLoop, LoopSettings, Parameter, StabilityError};
+use super::{ClosedLoop, LinearLoop, Parameter, StabilityError};
 use crate::teleoperation::ControllerKind;
+
+/// Maximum number of delays per crossing of the unit circle, and the relative distance beside the crossing of a scale.
+const MAX_CROSSINGS: usize = 1000;
+const BESIDE: f64 = 1e-6;
 
 /// Number of bisections of a boundary: beyond the precision of a double.
 const BISECTIONS: usize = 80;
@@ -73,24 +79,58 @@ impl Limit {
 
 /// Tests the loop's stability with changed values; rebuilds the machines only if necessary.
 pub(super) struct StabilityTester<'a> {
-    settings: &'a LoopSettings,
+    settings: &'a LinearLoop,
     machines: Machines,
     closed: ClosedLoop,
 }
 
 impl<'a> StabilityTester<'a> {
-    pub(super) fn new(settings: &'a LoopSettings) -> Result<Self, StabilityError> {
+    pub(super) fn new(settings: &'a LinearLoop) -> Result<Self, StabilityError> {
         let machines = Machines::new(settings)?;
         Ok(Self { settings, closed: ClosedLoop::of(&machines, settings, None)?, machines })
     }
 
     pub(super) fn is_stable(&self, changes: &[(Parameter, f64)]) -> Result<bool, StabilityError> {
-        let with = |settings: LoopSettings, change: &(Parameter, f64)| settings.with(change.0, change.1);
+        let with = |settings: LinearLoop, change: &(Parameter, f64)| settings.with(change.0, change.1);
         let settings = changes.iter().fold(self.settings.clone(), with);
         if self.machines.matches(&settings) {
             return ClosedLoop::of(&self.machines, &settings, Some(&self.closed))?.is_stable();
         }
         ClosedLoop::new(&settings)?.is_stable()
+    }
+
+    /// Values of a delay or a scale between neighbours at which a pole of the loop is on the unit circle, as far as they
+    /// follow from the response: a stable range between two of them is found however narrow it is. Empty for other
+    /// parameters.
+    fn between_crossings(&self, parameter: Parameter) -> Result<Vec<f64>, StabilityError> {
+        let value = self.settings.get(parameter);
+        let mut crossings: Vec<f64> = match parameter {
+            Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay => {
+                let ways = if parameter == Parameter::Delay { 2.0 } else { 1.0 };
+                let max_s = Search::of(parameter).high;
+                let mut all = vec![];
+                for (angle, lead) in self.closed.unit_crossings()? {
+                    let added_s = |turn: f64| (lead + turn * TAU) / angle * self.settings.tick_s / ways;
+                    let first = ((-value * ways * angle / self.settings.tick_s - lead) / TAU).ceil();
+                    let delays = (0..MAX_CROSSINGS).map(|k| value + added_s(first + k as f64));
+                    all.extend(delays.take_while(|delay_s| *delay_s < max_s));
+                }
+                all
+            }
+            Parameter::ForceScale | Parameter::PositionScale if self.settings.link.is_baseline() => {
+                let factors = self.closed.margins()?;
+                factors.gain.into_iter().chain(factors.gain_below).map(|factor| factor * value).collect()
+            }
+            _ => vec![],
+        };
+        crossings.sort_by(f64::total_cmp);
+        let beside = crossings.iter().flat_map(|at| [at * (1.0 - BESIDE), at * (1.0 + BESIDE)]);
+        let between = crossings.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        Ok(if matches!(parameter, Parameter::ForceScale | Parameter::PositionScale) {
+            beside.collect()
+        } else {
+            between.collect()
+        })
     }
 
     /// Whether the machines are the same with another value.
@@ -124,7 +164,7 @@ impl<'a> StabilityTester<'a> {
 ///
 /// # Errors
 /// [`StabilityError`] if the loop cannot be built or analysed at one of the values.
-pub fn largest_stable(settings: &LoopSettings, parameter: Parameter, search: Search) -> Result<Limit, StabilityError> {
+pub fn largest_stable(settings: &LinearLoop, parameter: Parameter, search: Search) -> Result<Limit, StabilityError> {
     let tester = StabilityTester::new(settings)?;
     let mut stable = vec![];
     let mut last: Option<(f64, bool)> = None;
@@ -132,7 +172,10 @@ pub fn largest_stable(settings: &LoopSettings, parameter: Parameter, search: Sea
     // A scale of 0 opens the loop of the paper's controller; the gains of others are divided by it.
     let is_scale = matches!(parameter, Parameter::ForceScale | Parameter::PositionScale);
     let is_baseline = settings.link.controller.kind == ControllerKind::PositionForce;
-    for value in search.values(parameter.may_be_zero() && (is_baseline || !is_scale)) {
+    let mut values: Vec<f64> = search.values(parameter.may_be_zero() && (is_baseline || !is_scale)).collect();
+    values.extend(tester.between_crossings(parameter)?.into_iter().filter(|at| (search.low..search.high).contains(at)));
+    values.sort_by(f64::total_cmp);
+    for value in values {
         let verdict = tester.is_stable(&[(parameter, value)])?;
         match last {
             None if verdict => start = Some(value),

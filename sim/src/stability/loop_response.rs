@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::systems::PolesAndZeros;
-use super::{ClosedLoop, LoopSettings, Margins, StabilityError};
+use super::{ClosedLoop, LinearLoop, Margins, StabilityError};
 use crate::lti::{Complex64, StepResponse};
 
 /// Lowest frequency, in Hz; the highest is half the sampling rate.
@@ -36,7 +36,7 @@ impl LoopResponse {
     ///
     /// # Errors
     /// [`StabilityError`].
-    pub fn of(settings: &LoopSettings) -> Result<Self, StabilityError> {
+    pub fn of(settings: &LinearLoop) -> Result<Self, StabilityError> {
         let closed = ClosedLoop::new(settings)?;
         let highest = 0.5 / settings.tick_s;
         let step = (highest / LOWEST_HZ).powf(1.0 / (FREQUENCIES - 1) as f64);

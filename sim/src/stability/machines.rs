@@ -1,6 +1,6 @@
 //! The machines' exact steps: the loop's matrix exponentials, reused while only gains and tissue change.
 
-use super::{LoopSettings, StabilityError};
+use super::{LinearLoop, StabilityError};
 use crate::plant::{
     ArmParameters, ControlTiming, MASTER_STATES, MasterParameters, MasterStep, MotorStep, PlantError, SLAVE_STATES,
     SlaveParameters, SlaveStep,
@@ -19,7 +19,7 @@ struct StepParameters {
 }
 
 impl StepParameters {
-    fn of(settings: &LoopSettings) -> Self {
+    fn of(settings: &LinearLoop) -> Self {
         Self {
             tick_s: settings.tick_s,
             timing: settings.timing,
@@ -46,7 +46,7 @@ pub(super) struct Machines {
 }
 
 impl Machines {
-    pub(super) fn new(settings: &LoopSettings) -> Result<Self, StabilityError> {
+    pub(super) fn new(settings: &LinearLoop) -> Result<Self, StabilityError> {
         let parameters = StepParameters::of(settings);
         let StepParameters { tick_s, timing, master, arm, slave, lags_s, shares } = &parameters;
         let of_machine = |tick_s| -> Result<(MasterStep, SlaveStep), PlantError> {
@@ -80,9 +80,9 @@ impl Machines {
     }
 
     /// Whether they match these settings.
-    pub(super) fn matches(&self, settings: &LoopSettings) -> bool {
+    pub(super) fn matches(&self, settings: &LinearLoop) -> bool {
         let StepParameters { tick_s, timing, master, arm, slave, lags_s, shares } = &self.parameters;
-        let LoopSettings { actuators, .. } = settings;
+        let LinearLoop { actuators, .. } = settings;
         *tick_s == settings.tick_s
             && *timing == settings.timing
             && *master == settings.master

@@ -1,7 +1,7 @@
 //! The verdict over two parameters.
 
 use super::limit::StabilityTester;
-use super::{LoopSettings, Parameter, StabilityError};
+use super::{LinearLoop, Parameter, StabilityError};
 use crate::parallel::try_map;
 
 /// The spacing of an axis's values.
@@ -71,7 +71,7 @@ impl StabilityMap {
 /// The verdict at each point of a grid, in parallel by rows, or by columns if only `x` changes the machines: then their
 /// matrix exponentials are computed once a column.
 pub(super) fn verdicts<T: Send + Copy>(
-    settings: &LoopSettings,
+    settings: &LinearLoop,
     (x, y): (&Axis, &Axis),
     verdict: impl Fn(&StabilityTester<'_>, f64, f64) -> Result<T, StabilityError> + Sync,
 ) -> Result<Vec<T>, StabilityError> {
@@ -98,7 +98,7 @@ pub(super) fn verdicts<T: Send + Copy>(
 ///
 /// # Errors
 /// [`StabilityError`] if the loop cannot be built or analysed at a point.
-pub fn map(settings: &LoopSettings, x: Axis, y: Axis) -> Result<StabilityMap, StabilityError> {
+pub fn map(settings: &LinearLoop, x: Axis, y: Axis) -> Result<StabilityMap, StabilityError> {
     let stable = verdicts(settings, (&x, &y), |tester, x_value, y_value| {
         tester.is_stable(&[(x.parameter, x_value), (y.parameter, y_value)])
     })?;
@@ -112,7 +112,7 @@ pub fn map(settings: &LoopSettings, x: Axis, y: Axis) -> Result<StabilityMap, St
 /// # Errors
 /// As [`map`].
 pub fn is_near_boundary(
-    settings: &LoopSettings,
+    settings: &LinearLoop,
     point: [(Parameter, f64); 2],
     share: f64,
 ) -> Result<bool, StabilityError> {
@@ -131,7 +131,7 @@ pub fn is_near_boundary(
 }
 
 /// Marching squares, with bisected crossings of the edges.
-fn boundary(settings: &LoopSettings, map: &StabilityMap) -> Result<Vec<[(f64, f64); 2]>, StabilityError> {
+fn boundary(settings: &LinearLoop, map: &StabilityMap) -> Result<Vec<[(f64, f64); 2]>, StabilityError> {
     const BISECTIONS: usize = 12;
     let StabilityMap { x, y, .. } = map;
     let tester = StabilityTester::new(settings)?;

@@ -2,11 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::winding::Sample;
+use super::response_path::{Path, Point};
 use super::{ClosedLoop, StabilityError};
 
-/// Number of bisections of a crossing.
-const BISECTIONS: usize = 60;
+/// Gain margin from which it counts as none: the loop gain is then at the level of rounding errors.
+pub const MAX_GAIN_MARGIN: f64 = 1e9;
 
 /// The changes of the loop gain that make the loop unstable. `None` where no such change does.
 ///
@@ -30,7 +30,9 @@ pub struct Margins {
 }
 
 impl ClosedLoop {
-    /// The margins of a stable loop; all `None` for an unstable one.
+    /// The margins of a stable loop; all `None` for an unstable one. They are the smallest over all crossings: of the
+    /// positive real axis for the gain, of the unit circle for phase and delay. A gain margin above [`MAX_GAIN_MARGIN`] counts
+    /// as none.
     ///
     /// # Errors
     /// [`StabilityError::TooFast`].
@@ -39,36 +41,27 @@ impl ClosedLoop {
         if !self.is_stable()? {
             return Ok(margins);
         }
-        let mut steps: Vec<(Sample, Sample)> = vec![];
-        self.walk(1.0, |from, to| steps.push((*from, *to)))?;
         let hz = |angle: f64| angle / (TAU * self.tick_s());
-        let mut phase_crossover = |angle: f64| {
-            let real = self.loop_gain(1.0, angle).re;
-            if real <= 0.0 {
+        let path = Path::new(self, 1.0).down_to(1.0 / MAX_GAIN_MARGIN);
+        let mut at_crossover = |point: Point| {
+            if point.gain.re <= 0.0 {
                 return;
             }
-            let factor = 1.0 / real;
-            if factor > 1.0 && margins.gain.is_none_or(|min| factor < min) {
-                (margins.gain, margins.gain_frequency_hz) = (Some(factor), Some(hz(angle)));
+            let factor = (-point.ln_gain).exp();
+            if factor > 1.0 && factor < MAX_GAIN_MARGIN && margins.gain.is_none_or(|min| factor < min) {
+                (margins.gain, margins.gain_frequency_hz) = (Some(factor), Some(hz(point.angle_rad)));
             }
             if factor < 1.0 && margins.gain_below.is_none_or(|max| factor > max) {
                 margins.gain_below = Some(factor);
             }
         };
-        phase_crossover(0.0);
-        phase_crossover(PI);
-        for (from, to) in &steps {
-            if from.gain.im * to.gain.im < 0.0 {
-                phase_crossover(self.crossing(from, to, |sample| sample.gain.im));
-            }
-        }
-        for (from, to) in &steps {
-            let excess = |sample: &Sample| sample.gain.norm() - 1.0;
-            if excess(from) * excess(to) >= 0.0 {
-                continue;
-            }
-            let angle = self.crossing(from, to, excess);
-            let lead = self.loop_gain(1.0, angle).arg();
+        // At both ends L is real.
+        at_crossover(path.at(0.0));
+        at_crossover(path.at(PI));
+        path.resolve(|from, to| path.positive_crossings(&from, &to, &mut at_crossover))?;
+        Path::new(self, 1.0).unit_crossings(|point| {
+            let angle = point.angle_rad;
+            let lead = point.gain.arg();
             if margins.phase_rad.is_none_or(|min| lead.abs() < min) {
                 (margins.phase_rad, margins.phase_frequency_hz) = (Some(lead.abs()), Some(hz(angle)));
             }
@@ -76,19 +69,31 @@ impl ClosedLoop {
             if margins.delay_s.is_none_or(|min| delay_s < min) {
                 margins.delay_s = Some(delay_s);
             }
-        }
+        })?;
         Ok(margins)
     }
 
-    /// The angle in rad between two samples at which a function of the response changes its sign.
-    fn crossing(&self, from: &Sample, to: &Sample, of: impl Fn(&Sample) -> f64) -> f64 {
-        let (mut low, mut high) = (from.angle_rad, to.angle_rad);
-        let sign = of(from).signum();
-        for _ in 0..BISECTIONS {
-            let angle_rad = 0.5 * (low + high);
-            let middle = Sample { angle_rad, gain: self.loop_gain(1.0, angle_rad) };
-            if of(&middle).signum() == sign { low = angle_rad } else { high = angle_rad }
+    /// The logarithm of the smallest change of the gain, up or down, that makes a stable loop unstable, as far as it is below
+    /// `bound`, otherwise infinite; 0 for an unstable loop.
+    ///
+    /// # Errors
+    /// [`StabilityError::TooFast`].
+    pub(super) fn destabilising_change(&self, bound: f64) -> Result<f64, StabilityError> {
+        if !self.is_stable()? {
+            return Ok(0.0);
         }
-        0.5 * (low + high)
+        let bound = bound.min(MAX_GAIN_MARGIN.ln());
+        let path = Path::new(self, 1.0).down_to((-bound).exp());
+        let mut least = f64::INFINITY;
+        let mut at_crossover = |point: Point| {
+            let change = point.ln_gain.abs();
+            if point.gain.re > 0.0 && change < bound {
+                least = least.min(change);
+            }
+        };
+        at_crossover(path.at(0.0));
+        at_crossover(path.at(PI));
+        path.resolve(|from, to| path.positive_crossings(&from, &to, &mut at_crossover))?;
+        Ok(least)
     }
 }

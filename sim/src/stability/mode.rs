@@ -1,10 +1,17 @@
 //! The dominant mode of the loop.
 
+use std::f64::consts::TAU;
+
+use super::response_path::Path;
 use super::{ClosedLoop, StabilityError};
 use crate::lti::{Complex64, eigenvalues};
 
 /// Maximum states for which all eigenvalues are computed.
 const MAX_STATES: u64 = 240;
+
+/// Newton steps from a bisected pole, and the longest one.
+const NEWTON_STEPS: usize = 4;
+const MAX_STEP: f64 = 1e-6;
 
 /// The closed loop's pole with the maximum modulus.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +35,7 @@ impl Mode {
             pole,
             spectral_radius: pole.norm(),
             damping_ratio: if s.norm() > 0.0 { -s.re / s.norm() } else { 0.0 },
-            frequency_hz: s.im.abs() / std::f64::consts::TAU,
+            frequency_hz: s.im.abs() / TAU,
             growth_per_s: s.re,
         }
     }
@@ -66,15 +73,33 @@ impl ClosedLoop {
             let middle = 0.5 * (inside + outside);
             if self.poles_outside(middle)? > 0 { inside = middle } else { outside = middle }
         }
+        // A pole has L = 1, so it lies where |L| crosses 1 on its circle.
         let mut nearest = (f64::INFINITY, 0.0);
-        self.walk(outside, |from, to| {
-            for sample in [from, to] {
-                let distance = (Complex64::new(1.0, 0.0) - sample.gain).norm();
-                if distance < nearest.0 {
-                    nearest = (distance, sample.angle_rad);
-                }
+        Path::new(self, outside).unit_crossings(|point| {
+            let distance = (Complex64::new(1.0, 0.0) - point.gain).norm();
+            if distance < nearest.0 {
+                nearest = (distance, point.angle_rad);
             }
         })?;
-        Ok(Complex64::from_polar(outside, nearest.1))
+        Ok(self.polished(Complex64::from_polar(outside, nearest.1)))
+    }
+
+    /// A pole from an estimate, by Newton's method on `ln L(z) = 0`.
+    fn polished(&self, estimate: Complex64) -> Complex64 {
+        let ticks = self.round_trip_ticks() as f64;
+        let mut z = estimate;
+        for _ in 0..NEWTON_STEPS {
+            let [master, slave] = self.responses_at(z);
+            let [of_master, of_slave] = self.relative_slopes_at(z);
+            let ln_gain = (master * slave).ln() - z.ln() * ticks;
+            let turns = (ln_gain.im / TAU).round();
+            let step = (ln_gain - Complex64::new(0.0, TAU * turns)) / (of_master + of_slave - z.inv() * ticks);
+            // A step away from the estimate leads to another pole.
+            if !step.is_finite() || step.norm() > MAX_STEP {
+                return estimate;
+            }
+            z -= step;
+        }
+        z
     }
 }

@@ -2,7 +2,7 @@
 
 use super::limit::StabilityTester;
 use super::shares::{ShareMap, share_interval};
-use super::{Axis, ClosedLoop, LIMITED, LoopSettings, Parameter, Search, StabilityError, largest_stable};
+use super::{Axis, ClosedLoop, LIMITED, LinearLoop, Parameter, Search, StabilityError, largest_stable};
 use crate::parallel::try_map;
 use crate::population::{DIMENSIONS, Draw, PopulationSettings};
 
@@ -79,7 +79,7 @@ pub struct Population {
 
 /// The loop with a member's arm, tissue and link.
 #[must_use]
-pub(super) fn of_member(settings: &LoopSettings, draw: &Draw) -> LoopSettings {
+pub(super) fn of_member(settings: &LinearLoop, draw: &Draw) -> LinearLoop {
     let mut other = settings.clone();
     let arm = &mut other.arm;
     let places =
@@ -108,13 +108,13 @@ fn near(parameter: Parameter, of_scenario: Option<f64>) -> Search {
 const SMALL_GAIN: f64 = 0.9;
 
 /// The limit of a member.
-fn limit(settings: &LoopSettings, parameter: Parameter, search: Search) -> Result<f64, StabilityError> {
+fn limit(settings: &LinearLoop, parameter: Parameter, search: Search) -> Result<f64, StabilityError> {
     Ok(largest_stable(settings, parameter, search)?.largest().unwrap_or(0.0))
 }
 
 /// The first delay in s, from 0 on, at which the loop is not stable: by whole ticks, each twice the one before, then within a
 /// tick.
-fn delay_limit(settings: &LoopSettings, search: Search) -> Result<f64, StabilityError> {
+fn delay_limit(settings: &LinearLoop, search: Search) -> Result<f64, StabilityError> {
     let without = settings.with(Parameter::Delay, 0.0);
     let tester = StabilityTester::new(&without)?;
     let tick_s = settings.tick_s;
@@ -145,7 +145,7 @@ fn delay_limit(settings: &LoopSettings, search: Search) -> Result<f64, Stability
 }
 
 /// The limits of a member, in the order of [`LIMITED`], and whether its loop is stable.
-fn analysed(settings: &LoopSettings, searches: &[Search]) -> Result<(bool, [f64; LIMITED.len()]), StabilityError> {
+fn analysed(settings: &LinearLoop, searches: &[Search]) -> Result<(bool, [f64; LIMITED.len()]), StabilityError> {
     let closed = ClosedLoop::new(settings)?;
     let is_stable = closed.is_stable()?;
     // The paper's loop gain is proportional to both scales.
@@ -182,7 +182,7 @@ impl Population {
     /// # Errors
     /// [`StabilityError`].
     pub fn of(
-        settings: &LoopSettings,
+        settings: &LinearLoop,
         population: &PopulationSettings,
         seed: u64,
         (x, y): (&Axis, &Axis),
@@ -216,7 +216,7 @@ impl Population {
             limits.sort_by(f64::total_cmp);
             LimitQuantiles { parameter, quantiles: QUANTILES.iter().map(|&share| quantile(&limits, share)).collect() }
         };
-        let loops: Vec<LoopSettings> =
+        let loops: Vec<LinearLoop> =
             draws.iter().take(ShareMap::MAX_LOOPS).map(|draw| of_member(settings, draw)).collect();
         Ok(Self {
             settings: *population,

@@ -1,6 +1,6 @@
 //! The teleoperator as a two-port between hand and tissue.
 
-use super::{LoopSettings, StabilityError};
+use super::{LinearLoop, StabilityError};
 use crate::lti::{Complex64, Continuous, StateSpace};
 use crate::plant::{ControlTiming, Coupling, slave_system};
 use crate::teleoperation::{MasterGains, SlaveGains};
@@ -88,7 +88,7 @@ impl Hybrid {
 /// is 0 without it.
 #[derive(Debug, Clone)]
 pub struct Ports {
-    settings: LoopSettings,
+    settings: LinearLoop,
     slave: StateSpace<Continuous>,
     at_master: MasterGains,
     at_slave: SlaveGains,
@@ -99,7 +99,7 @@ impl Ports {
     ///
     /// # Errors
     /// [`StabilityError`] for parameters out of range.
-    pub fn new(settings: &LoopSettings) -> Result<Self, StabilityError> {
+    pub fn new(settings: &LinearLoop) -> Result<Self, StabilityError> {
         let (at_master, at_slave) = settings.link.controller.gains(&settings.link.machines)?;
         Ok(Self {
             slave: slave_system(&settings.slave, settings.timing)?,

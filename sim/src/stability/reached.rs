@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 use trocar_core::settings::Source as _;
 
-use super::{ClosedLoop, LoopSettings, StabilityError, TissueKind};
+use super::{ClosedLoop, LinearLoop, StabilityError, TissueRange, TissueSource};
 use crate::scenario::{OperatorSpec, Scenario};
 
 /// What remains of a state when the sum of its response ends, and the largest number of samples.
@@ -34,15 +34,16 @@ impl Bounds {
     pub(super) fn of(scenario: &Scenario) -> Option<Self> {
         let sensor = &scenario.sensor;
         let is_exact = [sensor.force_noise_std_n, sensor.force_bias_n, sensor.force_resolution_n] == [0.0; 3];
-        let is_linear = !scenario.augmentation.enabled && TissueKind::of(scenario) == TissueKind::SpringDamper;
+        let tissue = TissueRange::of_parameters(scenario)?;
+        let is_linear = !scenario.augmentation.enabled && tissue.source == TissueSource::SpringDamper;
         if !(is_exact && is_linear) {
             return None;
         }
-        let settings = LoopSettings::of(scenario);
+        let settings = LinearLoop::of(scenario, tissue).ok()?;
         let surface_m = scenario.values().optional_number("tissue.contact_m")? / settings.link.machines.position_scale;
         let reach = Reach::of(scenario, surface_m)?;
-        let free = LoopSettings { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, ..settings.clone() };
-        let of = |settings: &LoopSettings| sums(settings).ok().flatten();
+        let free = LinearLoop { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, ..settings.clone() };
+        let of = |settings: &LinearLoop| sums(settings).ok().flatten();
         let (in_contact, out_of_contact) = (of(&settings)?, of(&free)?);
         let sum = |signal: usize| MARGIN * in_contact[signal].max(out_of_contact[signal]);
         let both = |signal: usize| [sum(signal) * reach.distance_m, sum(signal) * reach.speed_m_per_s];
@@ -78,7 +79,7 @@ impl Reach {
 
 /// `Σ |h_k|` from the desired position to the commands of master and slave and to the tissue force; `None` where the response
 /// does not decay.
-fn sums(settings: &LoopSettings) -> Result<Option<[f64; 3]>, StabilityError> {
+fn sums(settings: &LinearLoop) -> Result<Option<[f64; 3]>, StabilityError> {
     let closed = ClosedLoop::new(settings)?;
     let (a, [now, next], _) = closed.matrix()?;
     let rows = closed.commands(settings)?;
@@ -111,7 +112,7 @@ fn add(sums: &mut [f64; 3], values: &DVector<f64>) {
 impl ClosedLoop {
     /// The commands of the motors of master and slave before their limits, and the tissue force, as rows over the states of
     /// [`ClosedLoop::matrix`].
-    fn commands(&self, settings: &LoopSettings) -> Result<DMatrix<f64>, StabilityError> {
+    fn commands(&self, settings: &LinearLoop) -> Result<DMatrix<f64>, StabilityError> {
         let (_, _, at_master) = self.open()?;
         let (n, of_master) = (at_master.len(), self.master.a.nrows());
         let mut master = at_master;

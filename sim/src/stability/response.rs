@@ -78,4 +78,47 @@ impl Response {
         }
         sum * self.input / row(0, &x)
     }
+
+    /// `H'(z) / H(z)`, by the derivative of the same recurrence.
+    pub(super) fn relative_slope_at(&self, z: Complex64) -> Complex64 {
+        let zero = Complex64::new(0.0, 0.0);
+        let (mut x, mut slopes) = ([zero; MAX_STATES], [zero; MAX_STATES]);
+        let last = self.n - 1;
+        x[last] = Complex64::new(1.0, 0.0);
+        let (mut sum, mut sum_slope) = (x[last] * self.c[last], zero);
+        let row = |k: usize, values: &[Complex64; MAX_STATES]| {
+            let of_states = values[k..self.n].iter().zip(&self.a[k][k..self.n]);
+            of_states.fold(z * values[k], |rest, (state, weight)| rest - state * weight)
+        };
+        for k in (1..self.n).rev() {
+            (x[k - 1], slopes[k - 1]) = (row(k, &x) * self.above[k], (x[k] + row(k, &slopes)) * self.above[k]);
+            sum += x[k - 1] * self.c[k - 1];
+            sum_slope += slopes[k - 1] * self.c[k - 1];
+        }
+        sum_slope / sum - (x[0] + row(0, &slopes)) / row(0, &x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_relative_slope_is_that_of_neighbouring_responses() {
+        let a = DMatrix::from_row_slice(3, 3, &[0.9, 0.1, 0.0, -0.2, 0.8, 0.05, 0.0, 0.3, 0.5]);
+        let (now, c) = (DVector::from_row_slice(&[0.1, 0.4, -0.2]), DVector::from_row_slice(&[1.0, 0.5, 2.0]));
+        for before in [None, Some(DVector::from_row_slice(&[0.3, 0.0, 0.1]))] {
+            let own = DVector::zeros(3);
+            let side =
+                Side { a: a.clone(), now: now.clone(), before, c: c.clone(), force: own.clone(), own, desired: None };
+            let response = Response::new(&side);
+            for angle in [0.0, 0.3, 2.0] {
+                let z = Complex64::from_polar(1.0, angle);
+                let step = Complex64::new(1e-6, 0.0);
+                let difference = (response.at(z + step) - response.at(z - step)) / (2.0 * step);
+                let expected = difference / response.at(z);
+                assert!((response.relative_slope_at(z) - expected).norm() < 1e-8 * (1.0 + expected.norm()));
+            }
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{ClosedLoop, LoopSettings, StabilityError};
+use super::{ClosedLoop, LinearLoop, StabilityError};
 use crate::lti::Complex64;
 use crate::teleoperation::ControllerKind;
 
@@ -56,7 +56,7 @@ impl SampledBound {
     ///
     /// # Errors
     /// [`StabilityError`] where the loop cannot be built.
-    pub fn of(settings: &LoopSettings) -> Result<Option<Self>, StabilityError> {
+    pub fn of(settings: &LinearLoop) -> Result<Option<Self>, StabilityError> {
         let applies = settings.master.force_integral_gain == 0.0
             && settings.link.controller.kind == ControllerKind::PositionForce
             && settings.actuators.master_lag_s == 0.0

@@ -1,7 +1,7 @@
 //! The sensitivities of the limits.
 
 use super::limit::StabilityTester;
-use super::{Limit, LoopSettings, Parameter, StabilityError};
+use super::{Limit, LinearLoop, Parameter, StabilityError};
 use crate::parallel::try_map;
 
 /// Relative step of the differences.
@@ -23,7 +23,7 @@ pub struct Sensitivity {
 ///
 /// # Errors
 /// [`StabilityError`] as the limits themselves.
-pub fn sensitivities(settings: &LoopSettings, limits: &[Limit]) -> Result<Vec<Sensitivity>, StabilityError> {
+pub fn sensitivities(settings: &LinearLoop, limits: &[Limit]) -> Result<Vec<Sensitivity>, StabilityError> {
     let mut pairs = vec![];
     for limit in limits {
         let Some(largest) = limit.largest().filter(|largest| largest.is_finite() && *largest > 0.0) else { continue };
@@ -50,7 +50,7 @@ pub fn sensitivities(settings: &LoopSettings, limits: &[Limit]) -> Result<Vec<Se
 }
 
 /// Whether a parameter affects the loop.
-fn is_effective(settings: &LoopSettings, parameter: Parameter) -> bool {
+fn is_effective(settings: &LinearLoop, parameter: Parameter) -> bool {
     let couples = settings.link.controller.kind != crate::teleoperation::ControllerKind::PositionForce;
     let of_controller = matches!(
         parameter,
@@ -64,7 +64,7 @@ fn is_effective(settings: &LoopSettings, parameter: Parameter) -> bool {
 }
 
 /// The limit near a known one.
-fn nearby(settings: &LoopSettings, limit: Parameter, known: f64) -> Result<Option<f64>, StabilityError> {
+fn nearby(settings: &LinearLoop, limit: Parameter, known: f64) -> Result<Option<f64>, StabilityError> {
     let tester = StabilityTester::new(settings)?;
     let mut reach = 10.0 * STEP;
     while reach < 0.3 {

@@ -1,7 +1,7 @@
 //! The share of many loops that is stable, over two parameters.
 
 use super::limit::StabilityTester;
-use super::{Axis, LoopSettings, StabilityError};
+use super::{Axis, LinearLoop, StabilityError};
 use crate::parallel::try_map;
 
 /// Standard deviations that hold 95 % of a normal distribution.
@@ -47,7 +47,7 @@ impl ShareMap {
     ///
     /// # Errors
     /// [`StabilityError`].
-    pub fn of(loops: &[LoopSettings], (x, y): (&Axis, &Axis)) -> Result<Self, StabilityError> {
+    pub fn of(loops: &[LinearLoop], (x, y): (&Axis, &Axis)) -> Result<Self, StabilityError> {
         let coarser = |axis: &Axis| Axis { count: axis.count.min(Self::MAX_COUNT), ..*axis };
         let (x, y) = (coarser(x), coarser(y));
         let verdicts = try_map(loops.len(), |index| verdicts(&loops[index], &x, &y))?;
@@ -66,7 +66,7 @@ impl ShareMap {
 }
 
 /// Whether each point of a grid is stable, row by row: a coarse grid first, then the cells that the boundary crosses.
-fn verdicts(settings: &LoopSettings, x: &Axis, y: &Axis) -> Result<Vec<bool>, StabilityError> {
+fn verdicts(settings: &LinearLoop, x: &Axis, y: &Axis) -> Result<Vec<bool>, StabilityError> {
     let tester = StabilityTester::new(settings)?;
     let mut known: Vec<Option<bool>> = vec![None; x.count * y.count];
     let mut at = |(column, row): (usize, usize)| -> Result<bool, StabilityError> {
@@ -109,7 +109,7 @@ fn verdicts(settings: &LoopSettings, x: &Axis, y: &Axis) -> Result<Vec<bool>, St
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Parameter, Spacing, map};
+    use super::super::{Parameter, Spacing, TissueRange, map};
     use super::*;
     use crate::scenario::{Scenario, Source};
 
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn a_loop_has_the_verdicts_of_its_map() {
         let late = Scenario::load(&Source::parse("passivity/late-wall"), &[]).expect("good");
-        let settings = LoopSettings::of(&late);
+        let settings = LinearLoop::of(&late, TissueRange::of_parameters(&late).expect("a spring")).expect("analysed");
         let axis = |parameter, low, high, count| Axis { parameter, low, high, count, spacing: Spacing::Logarithmic };
         let x = axis(Parameter::ForceScale, 0.1, 10.0, 29);
         let y = axis(Parameter::Stiffness, 10.0, 5000.0, 20);

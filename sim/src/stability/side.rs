@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::machines::Machines;
-use super::{LoopSettings, StabilityError};
+use super::{LinearLoop, StabilityError};
 
 /// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is the received signal, `y` the sent one, both
 /// at the tick.
@@ -71,7 +71,7 @@ fn unit(state: usize) -> DVector<f64> {
 }
 
 /// The acceleration that a side sends, as `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
-fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LoopSettings) -> DVector<f64> {
+fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LinearLoop) -> DVector<f64> {
     let bandwidth_hz = settings.link.controller.four_channel.acceleration_bandwidth_hz;
     let weight = -libm::expm1(-std::f64::consts::TAU * bandwidth_hz * settings.tick_s);
     let at = states.add(2);
@@ -82,7 +82,7 @@ fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LoopSet
 }
 
 /// The force reading, `y_k = a y_{k-1} + b_0 f_{k-1} + b_1 f_k` with a bandwidth.
-fn reading(states: &mut States, force: &DVector<f64>, settings: &LoopSettings) -> DVector<f64> {
+fn reading(states: &mut States, force: &DVector<f64>, settings: &LinearLoop) -> DVector<f64> {
     let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * settings.tick_s;
     if settings.force_bandwidth_hz <= 0.0 {
         return force.clone();
@@ -99,14 +99,14 @@ fn reading(states: &mut States, force: &DVector<f64>, settings: &LoopSettings) -
 impl Side {
     /// The master with its arm: `w` is the part of `F_ed` that comes from the slave, `y` the master's part of the
     /// slave's reference.
-    pub(super) fn master(machines: &Machines, settings: &LoopSettings) -> Result<Self, StabilityError> {
+    pub(super) fn master(machines: &Machines, settings: &LinearLoop) -> Result<Self, StabilityError> {
         Self::master_with(machines, settings, OwnPart::Closed)
     }
 
     /// As [`Side::master`], with or without its own part.
     pub(super) fn master_with(
         machines: &Machines,
-        settings: &LoopSettings,
+        settings: &LinearLoop,
         own: OwnPart,
     ) -> Result<Self, StabilityError> {
         let link = &settings.link;
@@ -176,16 +176,12 @@ impl Side {
     }
 
     /// The slave on its tissue: `w` is the received part of the reference, `y` the sent part of `F_ed`.
-    pub(super) fn slave(machines: &Machines, settings: &LoopSettings) -> Result<Self, StabilityError> {
+    pub(super) fn slave(machines: &Machines, settings: &LinearLoop) -> Result<Self, StabilityError> {
         Self::slave_with(machines, settings, OwnPart::Closed)
     }
 
     /// As [`Side::slave`], with or without its own part.
-    pub(super) fn slave_with(
-        machines: &Machines,
-        settings: &LoopSettings,
-        own: OwnPart,
-    ) -> Result<Self, StabilityError> {
+    pub(super) fn slave_with(machines: &Machines, settings: &LinearLoop, own: OwnPart) -> Result<Self, StabilityError> {
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
         let step = &machines.slave;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{ClosedLoop, LoopSettings, Parameter, StabilityError};
+use super::{ClosedLoop, LinearLoop, Parameter, StabilityError};
 use crate::lti::{Complex64, Discrete, StateSpace, StepResponse, eigenvalues, step_response_discrete};
 
 /// Maximum states of a system whose poles and zeros are computed.
@@ -163,7 +163,7 @@ impl Locus {
     ///
     /// # Errors
     /// [`StabilityError`].
-    pub fn of(settings: &LoopSettings, axis: &super::Axis) -> Result<Self, StabilityError> {
+    pub fn of(settings: &LinearLoop, axis: &super::Axis) -> Result<Self, StabilityError> {
         let at = |index: usize| -> Result<(f64, Vec<Complex64>), StabilityError> {
             let value = axis.value(index);
             let closed = ClosedLoop::new(&settings.with(axis.parameter, value))?;

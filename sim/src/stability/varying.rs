@@ -33,8 +33,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::machines::Machines;
 use super::response::Response;
+use super::response_path::Path;
 use super::side::Side;
-use super::{ClosedLoop, LoopSettings, StabilityError};
+use super::{ClosedLoop, LinearLoop, StabilityError};
 use crate::lti::Complex64;
 use crate::scenario::Scenario;
 use crate::time::nearest_ticks;
@@ -91,20 +92,21 @@ impl VaryingDelays {
     ///
     /// # Errors
     /// [`StabilityError`].
-    pub fn of(scenario: &Scenario, settings: &LoopSettings) -> Result<Option<Self>, StabilityError> {
+    pub fn of(scenario: &Scenario, settings: &LinearLoop) -> Result<Option<Self>, StabilityError> {
         let Some([forward, backward]) = ranges(scenario, settings) else { return Ok(None) };
+        let stiffest = LinearLoop { stiffness_n_per_m: settings.tissue.stiffness_n_per_m.1, ..settings.clone() };
         let outage_ticks = nearest_ticks(scenario.link.recovery.outage_s, settings.tick_s).max(1);
         Ok(Some(Self {
             forward,
             backward,
-            is_proved: Proof::new(settings)?.covers_stiffness(forward, backward)?,
+            is_proved: Proof::new(&stiffest)?.covers_stiffness(forward, backward)?,
             can_be_outage: forward.width().max(backward.width()) >= outage_ticks,
         }))
     }
 }
 
 /// The range of each way; `None` if none varies, or if one has no bound.
-fn ranges(scenario: &Scenario, settings: &LoopSettings) -> Option<[DelayRange; 2]> {
+fn ranges(scenario: &Scenario, settings: &LinearLoop) -> Option<[DelayRange; 2]> {
     let irregularity = &scenario.irregularity;
     let jitter = irregularity.jitter_ticks(settings.tick_s);
     let range = |schedule: &crate::channel::Schedule, own: u64| {
@@ -122,7 +124,7 @@ fn ranges(scenario: &Scenario, settings: &LoopSettings) -> Option<[DelayRange; 2
 ///
 /// # Errors
 /// [`StabilityError`].
-pub(super) fn jitter_margin_ticks(settings: &LoopSettings) -> Result<Option<u64>, StabilityError> {
+pub(super) fn jitter_margin_ticks(settings: &LinearLoop) -> Result<Option<u64>, StabilityError> {
     let proof = Proof::new(settings)?;
     if !proof.closed.is_stable()? {
         return Ok(None);
@@ -252,11 +254,11 @@ struct Proof {
 }
 
 impl Proof {
-    fn new(settings: &LoopSettings) -> Result<Self, StabilityError> {
+    fn new(settings: &LinearLoop) -> Result<Self, StabilityError> {
         let machines = Machines::new(settings)?;
         let at = |share: f64| {
             let stiffness_n_per_m = share * settings.stiffness_n_per_m;
-            Side::slave(&machines, &LoopSettings { stiffness_n_per_m, ..settings.clone() })
+            Side::slave(&machines, &LinearLoop { stiffness_n_per_m, ..settings.clone() })
         };
         let closed = ClosedLoop::of(&machines, settings, None)?;
         Self::of(closed, at)
@@ -396,17 +398,21 @@ impl Criterion {
     }
 }
 
+/// The phase of the delay between two points, in rad, and `ln |L|` below which it does not matter.
+const TURN_OF_POINTS: f64 = 0.5;
+const LN_NEGLIGIBLE: f64 = -1.4;
+
 /// The scaling in the middle of those with which the criterion holds at the points of a walk along the circle; `None` if there
 /// is none.
 fn scaling(criterion: &Criterion, nominal: &ClosedLoop, slave: &Response) -> Result<Option<f64>, StabilityError> {
     let [g1, g2] = criterion.gains;
     let delay = criterion.ticks[0] + criterion.ticks[1];
     let (mut low, mut high) = (0.0_f64, f64::INFINITY);
-    nominal.walk(1.0, |_, to| {
-        let z = Complex64::from_polar(1.0, to.angle_rad);
+    let mut at_angle = |angle_rad: f64| {
+        let z = Complex64::from_polar(1.0, angle_rad);
         let (of_master, of_slave) = (nominal.responses_at(z)[0], slave.at(z));
         let product = of_master * of_slave;
-        let gain = product * Complex64::from_polar(1.0, -delay * to.angle_rad);
+        let gain = product * Complex64::from_polar(1.0, -delay * angle_rad);
         let step = (Complex64::new(1.0, 0.0) - z.conj()).norm();
         let [of_both, _] = criterion.gains_of(step);
         // a δ + b / δ < room
@@ -420,6 +426,12 @@ fn scaling(criterion: &Criterion, nominal: &ClosedLoop, slave: &Response) -> Res
         } else if a * b > 0.0 || room <= 0.0 {
             high = 0.0;
         }
+    };
+    Path::new(nominal, 1.0).resolve(|from, to| {
+        let width = to.angle_rad - from.angle_rad;
+        let turned = if from.ln_gain.max(to.ln_gain) < LN_NEGLIGIBLE { 0.0 } else { delay * width };
+        let points = (turned / TURN_OF_POINTS).ceil().max(1.0) as usize;
+        (1..=points).for_each(|k| at_angle(from.angle_rad + width * k as f64 / points as f64));
     })?;
     if g1 * g2 == 0.0 {
         return Ok((high > 0.0).then_some(1.0));

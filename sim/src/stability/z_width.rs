@@ -17,7 +17,7 @@ use super::analysis::frequencies_hz;
 use super::limit::StabilityTester;
 use super::machines::Machines;
 use super::side::Side;
-use super::{Axis, Hybrid, LoopSettings, Parameter, Ports, StabilityError, is_passive_impedance};
+use super::{Axis, Hybrid, LinearLoop, Parameter, Ports, StabilityError, is_passive_impedance};
 use crate::lti::{Complex64, eigenvalues};
 use crate::parallel::try_map;
 use crate::plant::Coupling;
@@ -95,7 +95,7 @@ impl ZWidth {
     ///
     /// # Errors
     /// [`StabilityError`].
-    pub fn of(settings: &LoopSettings, axis: &Axis) -> Result<Self, StabilityError> {
+    pub fn of(settings: &LinearLoop, axis: &Axis) -> Result<Self, StabilityError> {
         let damping: Vec<f64> = (0..axis.count).map(|index| axis.value(index)).collect();
         let ports = Ports::new(settings)?;
         let hybrids: Vec<(f64, Hybrid)> = frequencies_hz(settings.tick_s)
@@ -124,7 +124,7 @@ impl ZWidth {
         })
     }
 
-    fn virtual_walls(settings: &LoopSettings, damping: &[f64]) -> Result<Option<Vec<Walls>>, StabilityError> {
+    fn virtual_walls(settings: &LinearLoop, damping: &[f64]) -> Result<Option<Vec<Walls>>, StabilityError> {
         let applies = settings.master.force_integral_gain == 0.0
             && settings.link.controller.kind == ControllerKind::PositionForce
             && settings.actuators.master_lag_s == 0.0

@@ -6,23 +6,25 @@
 //! lost.
 
 mod events;
-mod own_tissue;
 mod run;
 mod sequences;
 mod study;
+mod tissue_of_run;
+mod verdict;
 
 pub use events::worst_events;
-pub use own_tissue::TissueRange;
 pub use run::{Verdict, simulate};
 pub use sequences::{EventRecord, EventRun, Farthest, random_sequences, without_alarms};
 pub use study::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
+pub use tissue_of_run::{linear_loop, tissue_range};
+pub use verdict::LoopVerdict;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::parallel::try_map;
 use crate::run::RunError;
 use crate::scenario::Scenario;
-use crate::stability::{LoopSettings, Parameter, StabilityError, StabilityMap, is_near_boundary};
+use crate::stability::{LinearLoop, Parameter, StabilityError, StabilityMap, is_near_boundary};
 use thiserror::Error;
 
 /// Relative distance to the boundary, in either parameter, within which a verdict is not counted.
@@ -79,7 +81,7 @@ impl Check {
 /// # Errors
 /// [`CheckError`] if a point cannot be analysed or run.
 pub fn check(
-    (scenario, settings): (&Scenario, &LoopSettings),
+    (scenario, settings): (&Scenario, &LinearLoop),
     map: &StabilityMap,
     stop: &AtomicBool,
     done: impl Fn() + Sync,

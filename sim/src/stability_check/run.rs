@@ -8,7 +8,7 @@ use crate::operator::{Reflex, StiffeningSettings, StretchSettings};
 use crate::run::RunError;
 use crate::scenario::{EngineKind, OperatorSpec, Scenario, TissueSpec};
 use crate::sensor::SensorSettings;
-use crate::stability::LoopSettings;
+use crate::stability::LinearLoop;
 use crate::time::TickGrid;
 use crate::tissue::{KelvinVoigtSettings, Surface, TissueSettings};
 
@@ -77,7 +77,7 @@ impl Observer<f64> for SpeedObserver {
 ///
 /// # Errors
 /// [`RunError`] if the settings give no computable plant.
-pub fn simulate(scenario: &Scenario, settings: &LoopSettings) -> Result<Verdict, RunError> {
+pub fn simulate(scenario: &Scenario, settings: &LinearLoop) -> Result<Verdict, RunError> {
     let tick_s = settings.tick_s;
     let length_s = SHORTEST_S + PER_DELAY * (settings.forward_delay_s + settings.backward_delay_s);
     let invalid = |error| RunError::Scenario(scenario.values().out_of_range(&error));

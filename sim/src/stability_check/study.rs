@@ -2,13 +2,13 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::own_tissue::TissueRange;
+use super::tissue_of_run::linear_loop;
+use super::verdict::LoopVerdict;
 use super::{Check, CheckError, check};
 use crate::scenario::Scenario;
 use crate::stability::{
-    AbsoluteOver, Analysis, Axis, Bounded, LeftOut, LoopLimit, LoopSettings, Parameter, Population, StabilityError,
-    StabilityMap, Switching, SwitchingSettings, Terminations, TissueKind, VaryingDelays, ZWidth, left_out_with,
-    loop_limits, map, unmodelled,
+    AbsoluteOver, Analysis, Axis, Bounded, Population, StabilityMap, Switching, SwitchingSettings, Terminations,
+    TissueRange, ZWidth, map,
 };
 use crate::warning::{Code, Warning};
 
@@ -20,20 +20,9 @@ pub const MAX_STIFFNESS_N_PER_M: f64 = 1e6;
 pub struct StabilityStudy {
     /// The scenario's name.
     pub name: String,
-    /// The parts of the scenario that the analysis leaves out, besides tissue and augmentation.
-    pub left_out: Vec<LeftOut>,
-    /// The limits of motors and force sensor that the loop never reaches.
-    pub unreached: Vec<LoopLimit>,
-    /// Delays that vary from tick to tick; `None` if they are constant, or if nothing bounds them.
-    pub delays: Option<VaryingDelays>,
-    /// The kind of its tissue.
-    pub tissue_kind: TissueKind,
-    /// The stiffness of the tissue in its run.
-    pub tissue: TissueRange,
-    /// Everything that the linear loop leaves out, with tissue and augmentation.
-    pub unmodelled: Vec<String>,
-    /// The loop. Its stiffness is that of the scenario's spring and damper, the largest one of the tissue's own run for
-    /// other tissues, and `tissue.stiffness_n_per_m` for a force recorded over time.
+    /// The verdict on the loop, with what it leaves out.
+    pub verdict: LoopVerdict,
+    /// The loop, at the worst stiffness of its tissue.
     pub analysis: Analysis,
     /// The map.
     pub map: StabilityMap,
@@ -54,16 +43,13 @@ pub struct StabilityStudy {
 
 impl StabilityStudy {
     /// Analyses a scenario, its map over two axes, and its switching with any tissue stiffness (N/m) in the range
-    /// `sector`, which must satisfy [`is_tissue`]. Runs the scenario once, for the stiffness of its tissue.
+    /// `sector`, which must satisfy [`is_tissue`]; by default that of its tissue.
     ///
     /// # Errors
     /// [`CheckError`].
-    pub fn of(scenario: &Scenario, (x, y): (Axis, Axis), sector: (f64, f64)) -> Result<Self, CheckError> {
-        let mut settings = LoopSettings::of(scenario);
-        let (tissue_kind, tissue) = (TissueKind::of(scenario), TissueRange::of(scenario)?);
-        if let (TissueKind::Other, Some((_, stiffest))) = (tissue_kind, tissue.sector()) {
-            (settings.stiffness_n_per_m, settings.damping_n_s_per_m) = (stiffest.max(0.0), 0.0);
-        }
+    pub fn of(scenario: &Scenario, (x, y): (Axis, Axis), sector: Option<(f64, f64)>) -> Result<Self, CheckError> {
+        let settings = linear_loop(scenario)?;
+        let sector = sector.unwrap_or(settings.tissue.stiffness_n_per_m);
         let population = &scenario.population;
         let over_people = || Population::of(&settings, population, scenario.seed, (&x, &y));
         let terminations = Terminations {
@@ -71,29 +57,21 @@ impl StabilityStudy {
             stiffness_n_per_m: sector,
             damping_n_s_per_m: (settings.damping_n_s_per_m, settings.damping_n_s_per_m),
         };
-        let linear = || -> Result<_, StabilityError> {
+        let linear = || -> Result<_, CheckError> {
             let population = population.varies().then(over_people).transpose()?;
             let (analysis, map) = (Analysis::of(&settings)?, map(&settings, x, y)?);
-            let delays = VaryingDelays::of(scenario, &settings)?;
-            Ok((analysis, map, population, Bounded::of(&settings, &terminations)?, delays))
+            let verdict = LoopVerdict::with_loop(scenario, settings.clone())?;
+            Ok((verdict, analysis, map, population, Bounded::of(&settings, &terminations)?))
         };
-        let of_events = || match SwitchingSettings::with_loop(scenario, settings.clone(), sector) {
+        let of_events = || match SwitchingSettings::of(scenario, settings.clone(), sector) {
             Ok(settings) => Switching::of(&settings).map(Ok),
             Err(reason) => Ok(Err(reason)),
         };
         let (linear, switching) = rayon::join(linear, of_events);
-        let ((analysis, map, population, bounded, delays), switching) = (linear?, switching?);
-        let limits = loop_limits(scenario);
-        let left_out = left_out_with(scenario, delays.as_ref(), &limits);
-        let unreached = limits.into_iter().filter(LoopLimit::is_unreached).collect();
+        let ((verdict, analysis, map, population, bounded), switching) = (linear?, switching?);
         Ok(Self {
             name: scenario.name.clone(),
-            unmodelled: unmodelled(scenario, &left_out),
-            left_out,
-            unreached,
-            delays,
-            tissue_kind,
-            tissue,
+            verdict,
             analysis,
             map,
             switching,
@@ -125,21 +103,18 @@ impl StabilityStudy {
         Ok(())
     }
 
-    /// Whether the scenario's loop is stable, in contact with its tissue and out of it, for every order of delays that vary;
-    /// `None` where the analysis leaves out a part of the scenario.
+    /// The tissue that the analysis stands for.
     #[must_use]
-    pub fn is_stable(&self) -> Option<bool> {
-        let stiffness = self.analysis.limits.iter().find(|limit| limit.parameter == Parameter::Stiffness)?;
-        let k = self.analysis.settings.stiffness_n_per_m;
-        let is_stable_out_of_contact = stiffness.stable.iter().any(|&(from, to)| from <= 0.0 && k <= to);
-        self.left_out.is_empty().then(|| self.analysis.is_stable() && is_stable_out_of_contact)
+    pub fn tissue(&self) -> &TissueRange {
+        &self.analysis.settings.tissue
     }
 
-    /// Whether the certificate's range of stiffness has all that the tissue shows in the scenario's run.
+    /// True if the tissue is a spring in the certificate's range of stiffness at every tick.
     #[must_use]
     pub fn covers_tissue(&self) -> Option<bool> {
         let (low, high) = self.switching.as_ref().ok()?.settings.stiffness_n_per_m;
-        self.tissue.sector().map(|(softest, stiffest)| low <= softest && stiffest <= high)
+        let (softest, stiffest) = self.tissue().stiffness_n_per_m;
+        Some(self.tissue().is_whole_tissue() && low <= softest && stiffest <= high)
     }
 
     /// Whether the switching between the modes is certified for the scenario; `None` where it is not analysed, where the
@@ -147,13 +122,13 @@ impl StabilityStudy {
     #[must_use]
     pub fn is_certified(&self) -> Option<bool> {
         let switching = self.switching.as_ref().ok()?;
-        (self.left_out.is_empty() && self.covers_tissue() == Some(true)).then(|| switching.is_certified())
+        (self.verdict.left_out.is_empty() && self.covers_tissue() == Some(true)).then(|| switching.is_certified())
     }
 
     /// The warnings about the analysis.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
-        let left_out = self.left_out.iter().map(|part| {
+        let left_out = self.verdict.left_out.iter().map(|part| {
             let reached =
                 part.bound.map_or_else(String::new, |bound| format!(", which the loop may exceed (bound {bound:.4})"));
             let message = format!("the analysis leaves out {part}{reached}: stability is unknown");
@@ -163,16 +138,26 @@ impl StabilityStudy {
                 .remedy("`trocar run` simulates it and warns of a swing that does not decay; no warning is no proof")
         });
         let sector = self.switching.as_ref().ok().map(|switching| switching.settings.stiffness_n_per_m);
-        let uncovered = (self.covers_tissue() == Some(false)).then(|| self.tissue.sector().zip(sector)).flatten();
-        let uncovered = uncovered.map(|((softest, stiffest), (low, high))| {
-            let message = format!(
-                "the tissue of the run has {softest:.0} to {stiffest:.0} N/m, and the analysis of events covers {low} to {high} N/m"
-            );
-            let warning = Warning::new(Code::TissueNotCovered, message).of(&self.name).at("--tissue");
-            match (softest >= 0.0, stiffest <= MAX_STIFFNESS_N_PER_M) {
-                (true, true) => warning.remedy(format!("analyse --tissue {:.0}:{:.0}", softest.floor(), stiffest.ceil())),
-                _ => warning.remedy("a force that falls while the needle advances is not a spring; the run tells more"),
-            }
+        let uncovered = sector.filter(|_| self.covers_tissue() == Some(false)).map(|(low, high)| {
+            let (softest, stiffest) = self.tissue().stiffness_n_per_m;
+            let is_outside = softest < low || stiffest > high;
+            let (message, remedy) = if is_outside {
+                (
+                    format!(
+                        "the tissue has {softest:.0} to {stiffest:.0} N/m, and the analysis of events covers {low} to {high} N/m"
+                    ),
+                    "leave out --tissue: the default is the range of the scenario's tissue",
+                )
+            } else {
+                (
+                    format!(
+                        "the analysis of events covers springs of {low:.0} to {high:.0} N/m, and leaves out {}",
+                        self.tissue().left_out().unwrap_or_default()
+                    ),
+                    "`trocar run` simulates them and warns of a swing that does not decay; no warning is no proof",
+                )
+            };
+            Warning::new(Code::TissueNotCovered, message).of(&self.name).at("--tissue").remedy(remedy)
         });
         left_out.chain(uncovered).collect()
     }

@@ -145,12 +145,11 @@ impl<'a> Worker<'a> {
         let columns = &self.plan.design.columns;
         let has_loop = columns.iter().any(Column::is_of_loop);
         let has_ports = columns.iter().any(Column::is_of_ports);
-        let (mut running, mut scenarios, mut loops, mut higher) = (vec![], vec![], vec![], vec![]);
+        let (mut running, mut scenarios, mut higher) = (vec![], vec![], vec![]);
         while let Some(case) = cases.get(running.len()).copied().or_else(|| self.ahead(running.len())) {
             let scenario = self.maker.scenario(case)?;
             let cap = scenario.detector.cusum.cap;
             higher.push(self.shared.map_or_else(Vec::new, |shared| shared.higher(case, cap)));
-            loops.push(has_loop.then(|| self.maker.loop_settings(&scenario)));
             scenarios.push(scenario);
             running.push(case);
         }
@@ -165,7 +164,7 @@ impl<'a> Worker<'a> {
                     if has_ports {
                         metrics.ports = ports(&scenarios[k]).map_err(|error| self.maker.refused(case, error))?;
                     }
-                    let of_case = loops[k].as_ref().map(|settings| LoopOfCase::new(&scenarios[k], settings));
+                    let of_case = has_loop.then(|| LoopOfCase::new(&scenarios[k]));
                     let outcome = Outcome::of(metrics.outcome);
                     let values = columns.iter().map(|column| column.value(&metrics, of_case.as_ref())).collect();
                     (Row { outcome, values }, thresholds)

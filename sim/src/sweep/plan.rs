@@ -17,7 +17,6 @@ use crate::scenario::{
     CaseFactory, Kind, OperatorSpec, Place, Scenario, ScenarioError, Source, Template, TissueSpec, Value, entries,
     harmless_name, is_axis,
 };
-use crate::stability::{LoopSettings, Parameter};
 
 /// A validated sweep.
 #[derive(Debug, Clone)]
@@ -403,18 +402,6 @@ impl CaseMaker<'_> {
         self.sampler.values(case, &mut self.coordinates, &mut self.values);
         let scenario = self.factory.build(&self.values, self.design.seed(case));
         scenario.map_err(|error| self.refused(case, error.into()))
-    }
-
-    /// Returns the closed loop of the case whose scenario was built last; its tissue and delays follow from the axes.
-    #[must_use]
-    pub fn loop_settings(&self, scenario: &Scenario) -> LoopSettings {
-        let numbers = self
-            .design
-            .axes
-            .iter()
-            .zip(&self.values)
-            .filter_map(|(axis, value)| Some((Parameter::of_key(axis.key.path)?, super::number(value)?)));
-        numbers.fold(LoopSettings::of(scenario), |settings, (parameter, value)| settings.with(parameter, value))
     }
 
     /// Returns the error of a case.

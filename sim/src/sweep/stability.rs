@@ -5,18 +5,16 @@ use std::cell::OnceCell;
 use crate::metrics::catalogue::metrics;
 use crate::scenario::Scenario;
 use crate::stability::{
-    Analysis, ClosedLoop, LoopSettings, Margins, Mode, Switching, SwitchingSettings, VaryingDelays, left_out,
+    Analysis, ClosedLoop, LinearLoop, Margins, Mode, Switching, SwitchingSettings, VaryingDelays, left_out,
 };
-use crate::stability_check::{Verdict, simulate};
-
-/// The tissue stiffnesses between which events are certified, in N/m: the default of `trocar stability`.
-const TISSUE_N_PER_M: (f64, f64) = (50.0, 600.0);
+use crate::stability_check::{Verdict, linear_loop, simulate};
 
 /// The closed loop of a case; each part is computed at its first use.
 #[derive(Debug)]
 pub struct LoopOfCase<'a> {
     scenario: &'a Scenario,
-    settings: &'a LoopSettings,
+    settings: OnceCell<Option<LinearLoop>>,
+    is_stable: OnceCell<Option<bool>>,
     closed: OnceCell<Option<ClosedLoop>>,
     mode: OnceCell<Option<Mode>>,
     margins: OnceCell<Option<Margins>>,
@@ -27,14 +25,30 @@ pub struct LoopOfCase<'a> {
 impl<'a> LoopOfCase<'a> {
     /// Returns the closed loop of a case's scenario.
     #[must_use]
-    pub fn new(scenario: &'a Scenario, settings: &'a LoopSettings) -> Self {
-        let (closed, mode) = (OnceCell::new(), OnceCell::new());
-        let (margins, ports, leaves_out) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-        Self { scenario, settings, closed, mode, margins, ports, leaves_out }
+    pub fn new(scenario: &'a Scenario) -> Self {
+        Self {
+            scenario,
+            settings: OnceCell::new(),
+            is_stable: OnceCell::new(),
+            closed: OnceCell::new(),
+            mode: OnceCell::new(),
+            margins: OnceCell::new(),
+            ports: OnceCell::new(),
+            leaves_out: OnceCell::new(),
+        }
+    }
+
+    /// The loop at the worst stiffness of the case's tissue.
+    fn settings(&self) -> Option<&LinearLoop> {
+        self.settings.get_or_init(|| linear_loop(self.scenario).ok()).as_ref()
     }
 
     fn closed(&self) -> Option<&ClosedLoop> {
-        self.closed.get_or_init(|| ClosedLoop::new(self.settings).ok()).as_ref()
+        self.closed.get_or_init(|| ClosedLoop::new(self.settings()?).ok()).as_ref()
+    }
+
+    fn is_stable(&self) -> Option<bool> {
+        *self.is_stable.get_or_init(|| self.settings()?.is_stable().ok())
     }
 
     fn mode(&self) -> Option<Mode> {
@@ -46,11 +60,11 @@ impl<'a> LoopOfCase<'a> {
     }
 
     fn ports(&self) -> Option<(bool, bool)> {
-        *self.ports.get_or_init(|| Analysis::port_verdicts(self.settings).ok().flatten())
+        *self.ports.get_or_init(|| Analysis::port_verdicts(self.settings()?).ok().flatten())
     }
 
     fn simulated(&self) -> Option<f64> {
-        match simulate(self.scenario, self.settings).ok()? {
+        match simulate(self.scenario, self.settings()?).ok()? {
             Verdict::Decays => Some(1.0),
             Verdict::Grows => Some(0.0),
             Verdict::Undecided => None,
@@ -60,7 +74,7 @@ impl<'a> LoopOfCase<'a> {
     /// Whether the analysis leaves out a part of the scenario.
     fn leaves_out(&self) -> bool {
         *self.leaves_out.get_or_init(|| {
-            let delays = VaryingDelays::of(self.scenario, self.settings).ok().flatten();
+            let delays = self.settings().and_then(|settings| VaryingDelays::of(self.scenario, settings).ok().flatten());
             !left_out(self.scenario, delays.as_ref()).is_empty()
         })
     }
@@ -69,8 +83,10 @@ impl<'a> LoopOfCase<'a> {
         if self.leaves_out() {
             return None;
         }
-        let settings = SwitchingSettings::with_loop(self.scenario, self.settings.clone(), TISSUE_N_PER_M).ok()?;
-        Some(Switching::certified_dwell(&settings).ok()?? as f64 * self.settings.tick_s)
+        let settings = self.settings()?;
+        let switching =
+            SwitchingSettings::of(self.scenario, settings.clone(), settings.tissue.stiffness_n_per_m).ok()?;
+        Some(Switching::certified_dwell(&switching).ok()?? as f64 * settings.tick_s)
     }
 }
 
@@ -83,11 +99,13 @@ metrics! {
     impl Loop for LoopOfCase<'_> {
         /// Magnitude of the largest pole of the loop, per tick; motions decay if it is below 1.
         spectral_radius = "spectral radius", Number, Lower => |l| Some(l.mode()?.spectral_radius);
-        /// Whether the loop is stable in permanent contact, by its matrices: 1 or 0; none if the matrices leave out a part of the scenario.
+        /// True (1) if the loop is stable at every stiffness of its tissue and out of contact, by its matrices, otherwise 0; none if the matrices leave out a part of the scenario.
         is_stable = "is stable", Count, Higher => |l| {
-            let stable = l.closed()?.is_stable().ok()?;
+            let stable = l.is_stable()?;
             (!l.leaves_out()).then(|| as_number(stable))
         };
+        /// The worst stiffness of the tissue in N/m, to which spectral radius, mode and margins belong.
+        stiffness_n_per_m = "worst stiffness", NewtonPerMetre, Neither => |l| Some(l.settings()?.stiffness_n_per_m);
         /// Whether a small motion decays in a run of the engine: 1 or 0; none if it neither decays nor grows.
         is_stable_simulated = "is stable, simulated", Count, Higher => |l| l.simulated();
         /// Damping ratio of the dominant mode; below 0 it grows.

@@ -9,6 +9,9 @@ use crate::lane::{Lane, Mask};
 /// Depth between two entries of the tables, in m.
 const STEP_M: f64 = 1e-5;
 
+/// Distance in m over which the rise of a recorded force is measured.
+pub const RISE_M: f64 = 5e-4;
+
 /// Maximum number of entries of a table: 10 m of depth.
 const MAX_ENTRIES: usize = 1_000_000;
 
@@ -82,6 +85,16 @@ impl DepthCurves {
             *out = out.min(within);
         }
         Ok(Self { way_in, way_out })
+    }
+
+    /// The steepest rise of the force of the insertion over [`RISE_M`], in N/m: over shorter distances the noise of the
+    /// recording has slopes of its own.
+    #[must_use]
+    pub fn steepest_rise_n_per_m(&self) -> f64 {
+        let entries = (RISE_M / STEP_M).round() as usize;
+        let force_n = &self.way_in.force_n;
+        let rises = force_n.iter().zip(force_n.iter().skip(entries)).map(|(from, to)| (to - from) / RISE_M);
+        rises.fold(0.0, f64::max)
     }
 
     /// The forces of insertion and withdrawal in N, at depths 10 µm apart.

@@ -1,7 +1,7 @@
 //! The generalised Kelvin-Voigt model (eq. 3-4).
 
-use super::model::Model;
-use super::power::{PowerSettings, QuarterPower};
+use super::model::{Model, Springs};
+use super::power::{PowerSettings, QuarterPower, slopes_n_per_m};
 use super::surface::Surface;
 use super::{Reaction, Tissue};
 use crate::error::{InvalidValue, non_negative, require};
@@ -118,6 +118,25 @@ impl<L: Lane> Model for Generalised<L> {
     fn build(settings: &GeneralisedSettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
         Self::new(settings)
     }
+
+    fn surface_m(settings: &GeneralisedSettings) -> f64 {
+        settings.surface.contact_m
+    }
+
+    fn springs(settings: &GeneralisedSettings, depth_m: Option<f64>) -> Option<Springs> {
+        let GeneralisedSettings { depths_m, mus, .. } = settings;
+        let mu = |depth_m: f64| {
+            let end = depths_m.partition_point(|&given_m| given_m <= depth_m).min(depths_m.len() - 1);
+            match end.checked_sub(1) {
+                Some(begin) if depth_m < depths_m[end] => {
+                    let slope = (mus[end] - mus[begin]) / (depths_m[end] - depths_m[begin]);
+                    (mus[begin] + slope * (depth_m - depths_m[begin]), slope)
+                }
+                _ => (mus[end], 0.0),
+            }
+        };
+        Some(Springs::ToDepth(slopes_n_per_m(mu, settings.power.power, depth_m?)))
+    }
 }
 
 crate::lane::gather!(Profile { value, slopes });
@@ -157,6 +176,26 @@ mod tests {
         for k in -10..100 {
             let (x, v) = (1e-3 * f64::from(k), 0.01 * f64::from(k % 7 - 3));
             assert!((general.react(0, x, v).force_n - model.react(0, x, v).force_n).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn its_slopes_are_those_of_its_force() {
+        for (mus, power) in [(vec![100.0, 300.0, 50.0], 1.0), (vec![2000.0, 1000.0, 1000.0], 1.5), (vec![5.0; 3], 0.5)]
+        {
+            let settings = settings(&[0.0, 0.01, 0.02], &mus, &[0.0; 3], power, 5e-3);
+            let mut tissue = Generalised::<f64>::new(&settings).expect("valid");
+            let mut force_n = |depth_m: f64| tissue.react(0, 5e-3 + depth_m, 0.0).force_n;
+            let slopes = (1..=2900).map(|k| {
+                let depth_m = 1e-3 + 1e-5 * f64::from(k);
+                (force_n(depth_m) - force_n(depth_m - 1e-5)) / 1e-5
+            });
+            let (least, largest) = slopes.fold((f64::MAX, f64::MIN), |(a, b), slope| (a.min(slope), b.max(slope)));
+            let Some(Springs::ToDepth((low, high))) = <Generalised<f64> as Model>::springs(&settings, Some(0.03))
+            else {
+                panic!("no slopes");
+            };
+            assert!(low <= least + 0.5 && largest <= high + 0.5, "{low} {least} {largest} {high}");
         }
     }
 

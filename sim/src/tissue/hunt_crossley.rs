@@ -1,7 +1,7 @@
 //! The Hunt-Crossley model (eq. 2).
 
-use super::model::Model;
-use super::power::{PowerSettings, QuarterPower};
+use super::model::{Model, Springs};
+use super::power::{PowerSettings, QuarterPower, slopes_n_per_m};
 use super::surface::Surface;
 use super::{Reaction, Tissue};
 use crate::error::InvalidValue;
@@ -65,6 +65,14 @@ impl<L: Lane> Model for HuntCrossley<L> {
 
     fn build(settings: &HuntCrossleySettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
         Self::new(settings)
+    }
+
+    fn surface_m(settings: &HuntCrossleySettings) -> f64 {
+        settings.surface.contact_m
+    }
+
+    fn springs(settings: &HuntCrossleySettings, depth_m: Option<f64>) -> Option<Springs> {
+        Some(Springs::ToDepth(slopes_n_per_m(|_| (settings.mu, 0.0), settings.power.power, depth_m?)))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The Kelvin-Voigt model (eq. 1).
 
-use super::model::Model;
+use super::model::{Model, Springs};
 use super::surface::Surface;
 use super::{Reaction, Tissue};
 use crate::error::InvalidValue;
@@ -56,6 +56,14 @@ impl<L: Lane> Model for KelvinVoigt<L> {
 
     fn build(settings: &KelvinVoigtSettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
         Self::new(settings)
+    }
+
+    fn surface_m(settings: &KelvinVoigtSettings) -> f64 {
+        settings.surface.contact_m
+    }
+
+    fn springs(settings: &KelvinVoigtSettings, _depth_m: Option<f64>) -> Option<Springs> {
+        Some(Springs::SpringDamper(settings.stiffness_n_per_m, settings.damping_n_s_per_m))
     }
 }
 

@@ -71,6 +71,24 @@ macro_rules! tissues {
                 }
             }
 
+            /// The surface of the undeformed tissue in m; `None` for a recording and a unit.
+            #[must_use]
+            pub fn surface_m(&self) -> Option<f64> {
+                match self {
+                    Self::$recording(_) | Self::$unit(_) => None,
+                    $(Self::$model(settings) => Some(<$model<f64> as Model>::surface_m(settings)),)*
+                }
+            }
+
+            /// See [`Model::springs`]; also `None` for a recording and a unit.
+            #[must_use]
+            pub fn springs(&self, depth_m: Option<f64>) -> Option<Springs> {
+                match self {
+                    Self::$recording(_) | Self::$unit(_) => None,
+                    $(Self::$model(settings) => <$model<f64> as Model>::springs(settings, depth_m),)*
+                }
+            }
+
             /// Its properties outside the range of the measurements.
             #[must_use]
             pub fn outside_measured(&self) -> Vec<Outside> {

@@ -232,6 +232,12 @@ impl LayerParameters {
         if a1 + root > 0.0 { 2.0 * force_n / (a1 + root) } else { f64::INFINITY }
     }
 
+    /// The slope in N/m of the loading law where its force is `force_n`: `√(a₁² + 4 a₂ f)`.
+    #[must_use]
+    pub fn slope_n_per_m(&self, force_n: f64) -> f64 {
+        (self.stiffness_n_per_m.powi(2) + 4.0 * self.stiffening_n_per_m2 * force_n).sqrt()
+    }
+
     /// Checks the fields, on ticks of `tick_s`, with the keys of layer `index` of [`LAYER_NAMES`].
     ///
     /// # Errors
@@ -282,6 +288,8 @@ mod tests {
             for force in [5e-4, 0.3, 3.0, 19.2] {
                 let d = layer.deflection_m(force);
                 assert!((a1 * d + a2 * d * d - force).abs() < 1e-12, "{a1} {a2} {force}");
+                let slope = a1 + 2.0 * a2 * d;
+                assert!((layer.slope_n_per_m(force) - slope).abs() < 1e-9 * slope, "{a1} {a2} {force}");
             }
         }
     }

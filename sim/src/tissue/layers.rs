@@ -4,7 +4,7 @@ use trocar_core::settings::{Key, Source, count, joined};
 
 use super::layer::{LAYER_KEYS, LAYER_NAMES, LAYERS, LayerParameters};
 use super::literature::{Outside, outside};
-use super::model::Model;
+use super::model::{Model, Springs};
 use super::shaft::{Shaft, ShaftParameters};
 use super::shaft_contact::ShaftContact;
 use super::surface::Surface;
@@ -337,6 +337,25 @@ impl<L: Lane> Model for Layers<L> {
 
     fn build(settings: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::new(settings, tick_s, start_m)
+    }
+
+    fn surface_m(settings: &LayersParameters) -> f64 {
+        settings.contact_m
+    }
+
+    /// From 0, of a layer that the needle cuts, to the slope of the stiffest layer just before it ruptures or while it is cut.
+    /// The shaft adds its stiffness as soon as a layer with friction is cut: after each reversal it sticks.
+    fn springs(settings: &LayersParameters, _depth_m: Option<f64>) -> Option<Springs> {
+        let mut highest: f64 = 0.0;
+        let mut of_shaft = 0.0;
+        for layer in settings.layers.iter().filter(|layer| layer.is_present()) {
+            highest = highest.max(layer.slope_n_per_m(layer.rupture_force_n) + of_shaft);
+            if layer.friction_n_per_m > 0.0 || layer.grip_n > 0.0 {
+                of_shaft = settings.shaft.stiffness_n_per_m;
+            }
+            highest = highest.max(layer.slope_n_per_m(layer.cutting_force_n) + of_shaft);
+        }
+        Some(Springs::Layers((0.0, highest)))
     }
 
     fn rupturing_layers(settings: &LayersParameters) -> Vec<&'static str> {

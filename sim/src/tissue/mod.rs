@@ -32,7 +32,7 @@ pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtSettings};
 pub use kind::{AnyTissue, TissueSettings};
 pub use layer::{LAYER_KEYS, LAYER_NAMES, LAYERS, LayerKeys, LayerParameters};
 pub use layers::{Layers, LayersParameters};
-pub use model::Model;
+pub use model::{Model, Springs};
 pub use motion::{Moving, OrganMotion};
 pub use named_layers::{ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST, NAME_PATTERN, NAME_RULE, keys_of_layer, layer_key};
 pub use power::PowerSettings;

@@ -3,6 +3,18 @@
 use super::literature::Outside;
 use crate::error::InvalidValue;
 
+/// The springs, in a linear loop, that a tissue shows between its ruptures. Ranges are the smallest and the largest slope of the
+/// force over the position, in N/m, without damping and sliding friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Springs {
+    /// The tissue is a spring (N/m) and a damper (N·s/m).
+    SpringDamper(f64, f64),
+    /// The slopes of a tissue without layers, down to a depth.
+    ToDepth((f64, f64)),
+    /// The slopes of layers, which end where they rupture.
+    Layers((f64, f64)),
+}
+
 /// A tissue that is built from settings alone.
 pub trait Model: Sized {
     /// Its settings.
@@ -18,6 +30,12 @@ pub trait Model: Sized {
     fn rupturing_layers(_settings: &Self::Settings) -> Vec<&'static str> {
         vec![]
     }
+
+    /// The surface of the undeformed tissue, in m.
+    fn surface_m(settings: &Self::Settings) -> f64;
+
+    /// The springs that it shows down to a depth in m below the surface; `None` if they depend on an unknown depth.
+    fn springs(settings: &Self::Settings, depth_m: Option<f64>) -> Option<Springs>;
 
     /// Its properties outside the range of the measurements.
     fn outside_measured(_settings: &Self::Settings) -> Vec<Outside> {

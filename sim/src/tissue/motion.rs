@@ -84,6 +84,11 @@ impl<L: Lane> Cycle<L> {
         (L::splat(0.5) * (L::splat(1.0) - self.cos), self.sin)
     }
 
+    /// Stops the motion at its present displacement.
+    fn stop(&mut self) {
+        (self.rate, self.step_cos, self.step_sin) = (L::zero(), L::splat(1.0), L::zero());
+    }
+
     /// Advances by a tick.
     #[inline(always)]
     fn advance(&mut self) {
@@ -107,6 +112,16 @@ pub struct Moving<L: Lane> {
     tissue: AnyTissue<L>,
     breathing: Cycle<L>,
     heartbeat: Cycle<L>,
+}
+
+impl<L: Lane> AnyTissue<L> {
+    /// Stops the motion of the organs at its present displacement.
+    pub(crate) fn stop_organs(&mut self) {
+        if let Self::Moving(moving) = self {
+            moving.breathing.stop();
+            moving.heartbeat.stop();
+        }
+    }
 }
 
 impl<L: Lane> Tissue<L> for Moving<L> {

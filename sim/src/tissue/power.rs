@@ -15,6 +15,28 @@ trocar_core::settings! {
 /// Maximum number of quarters: all parts.
 const MAX_QUARTERS: f64 = 31.0;
 
+/// Depth in m above which the slope of a power is not computed: with n below 1 it has no bound at the surface.
+const MIN_DEPTH_M: f64 = 5e-4;
+
+/// Number of depths at which the slope is computed.
+const DEPTHS: u32 = 1000;
+
+/// The smallest and the largest slope in N/m of the force `μ(p) pⁿ` over the depth `p`, down to `depth_m` (m); `mu` returns μ and
+/// its derivative. The range begins with 0 where the needle leaves the surface without a step of the slope, with n above 1.
+pub(super) fn slopes_n_per_m(mu: impl Fn(f64) -> (f64, f64), power: f64, depth_m: f64) -> (f64, f64) {
+    let slope = |p: f64| {
+        let (mu, change) = mu(p);
+        change * p.powf(power) + power * mu * p.powf(power - 1.0)
+    };
+    if depth_m <= MIN_DEPTH_M {
+        return (0.0, 0.0);
+    }
+    let share = |k: u32| f64::from(k) / f64::from(DEPTHS);
+    let at = |k: u32| if k == DEPTHS { depth_m } else { MIN_DEPTH_M + (depth_m - MIN_DEPTH_M) * share(k) };
+    let first = if power > 1.0 { 0.0 } else { slope(MIN_DEPTH_M) };
+    (0..=DEPTHS).map(|k| slope(at(k))).fold((first, first), |(low, high), slope| (low.min(slope), high.max(slope)))
+}
+
 /// `pⁿ` for `n` a whole number of quarters, from 0 to 7.75: a product of `p`, its squares and its square roots, the
 /// same bits on every machine and in every lane. The price: n = 1.3 must be rounded to 1.25.
 #[derive(Debug, Clone, Copy)]

@@ -3,7 +3,7 @@
 use trocar_core::settings::{Key, Source, count, joined};
 
 use super::literature::{Outside, outside};
-use super::model::Model;
+use super::model::{Model, Springs};
 use super::named_layers::{DEFAULT_LAYER, LAYER_LIST, of_layer, own_key};
 use super::shaft::{Shaft, ShaftParameters};
 use super::shaft_contact::ShaftContact;
@@ -286,6 +286,28 @@ impl<L: Lane> Model for Tearing<L> {
 
     fn build(settings: &TearingSettings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::new(settings, tick_s, start_m)
+    }
+
+    fn surface_m(settings: &TearingSettings) -> f64 {
+        settings.surface.contact_m
+    }
+
+    /// From 0, of a layer that the needle cuts, to the slope of a fast deflection of the stiffest layer just before it
+    /// ruptures or while it is cut. The shaft adds its stiffness as soon as a layer with friction is cut.
+    fn springs(settings: &TearingSettings, _depth_m: Option<f64>) -> Option<Springs> {
+        let width_m = settings.crack.crack_width_m;
+        let mut highest: f64 = 0.0;
+        let mut of_shaft = 0.0;
+        for (_, layer) in &settings.layers {
+            if layer.ruptures(width_m) {
+                highest = highest.max(layer.fast_slope_n_per_m(layer.rupture_force_n(width_m)) + of_shaft);
+            }
+            if layer.friction_n_per_m > 0.0 || layer.grip_n > 0.0 {
+                of_shaft = settings.shaft.stiffness_n_per_m;
+            }
+            highest = highest.max(layer.fast_slope_n_per_m(layer.cutting_force_n(width_m)) + of_shaft);
+        }
+        Some(Springs::Layers((0.0, highest)))
     }
 
     fn rupturing_layers(settings: &TearingSettings) -> Vec<&'static str> {

@@ -56,6 +56,14 @@ impl TearingLayer {
         self.rupture_force_n(crack_width_m) > self.cutting_force_n(crack_width_m)
     }
 
+    /// The slope in N/m of a fast deflection around a deflection under which the relaxed force is `force_n`: `k₀ + 2 a₂ d` with
+    /// `k∞ d + a₂ d² = f`.
+    #[must_use]
+    pub fn fast_slope_n_per_m(&self, force_n: f64) -> f64 {
+        let slow = self.stiffness_n_per_m * self.relaxed_share;
+        self.stiffness_n_per_m - slow + (slow * slow + 4.0 * self.stiffening_n_per_m2 * force_n).sqrt()
+    }
+
     /// Checks the ranges of its fields, on ticks of `tick_s` (s).
     ///
     /// # Errors

@@ -108,10 +108,10 @@ const trocarMap = (() => {
 
   function describe(canvas, line) {
     const where = `${map.x.name} ${written(now.x)}, ${map.y.name} ${written(now.y)}`;
-    const radius = map.spectral_radius;
-    const word = radius !== null && radius < 1 ? "stable" : "unstable";
+    const { spectral_radius: radius, frequency_hz: frequency, damping_ratio: damping } = map.mode;
+    const margin = map.margins.gain === null ? "none" : `${trocarCharts.number(map.margins.gain)} times`;
     const unmodelled = map.unmodelled.length ? ` Not in the linear model: ${map.unmodelled.join("; ")}.` : "";
-    line.textContent = `${where}: ${word}, spectral radius ${radius === null ? "—" : radius.toFixed(6)}, dominant mode at ${trocarCharts.number(map.frequency_hz)} Hz with damping ratio ${trocarCharts.number(map.damping_ratio)}. Blue is stable.${unmodelled}`;
+    line.textContent = `${where}: ${map.verdict}. Gain margin ${margin}, spectral radius ${radius === null ? "—" : radius.toFixed(6)}, dominant mode at ${trocarCharts.number(frequency)} Hz with damping ratio ${trocarCharts.number(damping)}. Blue is stable.${unmodelled}`;
     canvas.setAttribute("aria-label", `Stability map. ${line.textContent}`);
   }
 

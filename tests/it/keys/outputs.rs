@@ -1,5 +1,6 @@
 //! What a scenario's values give: a run, a detection in the recording, a study of detectors, an analysis of stability.
 
+use crate::support;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
@@ -11,7 +12,7 @@ use trocar::population::Draw;
 use trocar::roc::{Signal, Study};
 use trocar::run::observe;
 use trocar::scenario::{DetectionSpec, Scenario, Value, Values};
-use trocar::stability::{ClosedLoop, LoopSettings};
+use trocar::stability::{ClosedLoop, LinearLoop};
 
 /// The sections of the recording.
 const RECORDING: [&str; 3] = ["recording", "recording.columns", "recording.scale"];
@@ -40,7 +41,7 @@ impl Outputs {
         let settings_differ = !are_equal(&self.scenario, &other.scenario);
         let recording = |values: &Values| RECORDING.map(|section| values.section_json(section));
         let detection_differs = settings_differ || recording(&self.values) != recording(&other.values);
-        let (one, two) = (LoopSettings::of(&self.scenario), LoopSettings::of(&other.scenario));
+        let (one, two) = (support::linear_loop(&self.scenario), support::linear_loop(&other.scenario));
         (settings_differ && self.run() != other.run())
             || (one != two && self.stability(&one) != other.stability(&two))
             || population(&self.scenario) != population(&other.scenario)
@@ -57,7 +58,7 @@ impl Outputs {
         *self.run.get_or_init(|| run(&self.scenario))
     }
 
-    fn stability(&self, settings: &LoopSettings) -> u64 {
+    fn stability(&self, settings: &LinearLoop) -> u64 {
         *self.stability.get_or_init(|| stability(settings))
     }
 
@@ -149,7 +150,7 @@ fn population(scenario: &Scenario) -> Vec<Draw> {
 }
 
 /// The gain of the linear loop at some frequencies; 0 if it cannot be analysed.
-fn stability(settings: &LoopSettings) -> u64 {
+fn stability(settings: &LinearLoop) -> u64 {
     let Ok(closed) = ClosedLoop::new(settings) else { return 0 };
     hash(|hasher| {
         for angle_rad in [0.01, 0.1, 1.0] {

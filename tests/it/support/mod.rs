@@ -18,12 +18,24 @@ use trocar::engine::{Any, Engine, Parts, Plants, ScheduledAlarms};
 use trocar::estimation::{AnyEstimator, RlsSettings};
 use trocar::operator::{HumanOperator, Motion, Ramp};
 use trocar::plant::{ControlTiming, SlaveParameters, SlaveStep};
+use trocar::scenario::Scenario;
 use trocar::sensor::{AnySensor, SensorSettings};
+use trocar::stability::{LinearLoop, SwitchingSettings};
 use trocar::teleoperation::{
     ControllerSettings, Lines, Link, LinkSettings, Machines, PAYLOAD, PassivitySettings, RecoverySettings,
 };
 use trocar::time::TickGrid;
 use trocar::tissue::{AnyTissue, KelvinVoigt, KelvinVoigtSettings};
+
+/// Returns the linear loop of a scenario.
+pub fn linear_loop(scenario: &Scenario) -> LinearLoop {
+    trocar::stability_check::linear_loop(scenario).expect("analysed")
+}
+
+/// Returns the settings of the analysis of a scenario's events.
+pub fn switching(scenario: &Scenario, tissue: (f64, f64)) -> Result<SwitchingSettings, &'static str> {
+    SwitchingSettings::of(scenario, linear_loop(scenario), tissue)
+}
 
 /// Returns the path of a file of the project.
 pub fn file(path: &str) -> PathBuf {

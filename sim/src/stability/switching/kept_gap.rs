@@ -328,6 +328,7 @@ mod tests {
     use super::super::SwitchingSettings;
     use super::*;
     use crate::scenario::{Scenario, Source};
+    use crate::stability::{LinearLoop, TissueRange};
 
     const TISSUE: (f64, f64) = (50.0, 600.0);
 
@@ -335,7 +336,8 @@ mod tests {
         let clutch = ["augmentation.reengage=clutch"];
         let settings: Vec<String> = clutch.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
         let scenario = Scenario::load(&Source::parse("builtin:paper/augmented.toml"), &settings).expect("loads");
-        let settings = SwitchingSettings::of(&scenario, TISSUE).expect("covered");
+        let of_loop = LinearLoop::of(&scenario, TissueRange::spring(200.0, 5.0)).expect("analysed");
+        let settings = SwitchingSettings::of(&scenario, of_loop, TISSUE).expect("covered");
         let modes = Modes::new(&settings).expect("built");
         let found = KeptGap::of(&modes, settings.phases(), (settings.longest_dwell_ticks(), true)).expect("computed");
         (modes, settings.phases(), found)

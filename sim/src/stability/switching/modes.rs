@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::augmentation::{AmplifySettings, DecaySettings, ForceLawSettings, Freeze, Reengage};
 use crate::stability::machines::Machines;
 use crate::stability::side::{OwnPart, Side};
-use crate::stability::{LoopSettings, StabilityError, SwitchingSettings};
+use crate::stability::{LinearLoop, StabilityError, SwitchingSettings};
 
 /// A space of states: the loop's states `x`, and those of the extra states that matter in a phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,7 +87,7 @@ impl Modes {
             vertices.push(Vertex { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0 });
         }
         let slave = |vertex: &Vertex| {
-            let settings = LoopSettings {
+            let settings = LinearLoop {
                 stiffness_n_per_m: vertex.stiffness_n_per_m,
                 damping_n_s_per_m: vertex.damping_n_s_per_m,
                 ..settings.of_loop.clone()

@@ -3,7 +3,7 @@
 use super::LONGEST_DWELL_S;
 use crate::augmentation::{AugmentationSettings, Reengage};
 use crate::scenario::Scenario;
-use crate::stability::LoopSettings;
+use crate::stability::LinearLoop;
 use crate::teleoperation::Scheme;
 use crate::time::nearest_ticks;
 
@@ -11,7 +11,7 @@ use crate::time::nearest_ticks;
 #[derive(Debug, Clone, PartialEq)]
 pub struct SwitchingSettings {
     /// The loop in teleoperation.
-    pub of_loop: LoopSettings,
+    pub of_loop: LinearLoop,
     /// The augmentation.
     pub augmentation: AugmentationSettings,
     /// Minimum and maximum `K` in N/m: the force is `K(t) p + B v` with any `K(t)` in between, which includes every
@@ -36,23 +36,11 @@ pub struct Phases {
 }
 
 impl SwitchingSettings {
-    /// The settings of a scenario.
+    /// The settings of a scenario with its loop.
     ///
     /// # Errors
     /// The reason why its switching cannot be analysed.
-    pub fn of(scenario: &Scenario, stiffness_n_per_m: (f64, f64)) -> Result<Self, &'static str> {
-        Self::with_loop(scenario, LoopSettings::of(scenario), stiffness_n_per_m)
-    }
-
-    /// The settings of a scenario with another loop.
-    ///
-    /// # Errors
-    /// As [`SwitchingSettings::of`].
-    pub fn with_loop(
-        scenario: &Scenario,
-        of_loop: LoopSettings,
-        stiffness_n_per_m: (f64, f64),
-    ) -> Result<Self, &'static str> {
+    pub fn of(scenario: &Scenario, of_loop: LinearLoop, stiffness_n_per_m: (f64, f64)) -> Result<Self, &'static str> {
         let (forward, backward) = (of_loop.forward(), of_loop.backward());
         if !scenario.augmentation.enabled {
             return Err("augmentation.enabled = false: there are no events");
@@ -67,6 +55,9 @@ impl SwitchingSettings {
         }
         if scenario.link.passivity.scheme != Scheme::None {
             return Err("the certificate does not cover passivity schemes");
+        }
+        if stiffness_n_per_m.1 == 0.0 {
+            return Err("without a stiffness no loop is closed through the tissue, which events could make grow");
         }
         Ok(Self { of_loop, augmentation: scenario.augmentation, stiffness_n_per_m, loses_contact: false })
     }

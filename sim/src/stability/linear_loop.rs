@@ -1,14 +1,15 @@
-//! The linearised loop: the parameters of a scenario on which its stability depends.
+//! The linear loop of a scenario: the parameters on which its stability depends, with a tissue.
 
-use super::Parameter;
-use crate::channel::Schedule;
+use super::{Parameter, TissueRange};
 use crate::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
-use crate::scenario::{Constant, DelayTicks, Fallback, Key, Scenario, Value, find_key, waits_for_tick};
-use crate::teleoperation::{LinkSettings, PassivitySettings};
+use crate::scenario::{DelayTicks, waits_for_tick};
+use crate::teleoperation::LinkSettings;
 
 /// A loop in permanent contact with `f_e = K x_e + B v_e`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LoopSettings {
+pub struct LinearLoop {
+    /// The tissue that it stands for.
+    pub tissue: TissueRange,
     /// Time between two ticks in s.
     pub tick_s: f64,
     /// In continuous time or on the tick.
@@ -29,51 +30,13 @@ pub struct LoopSettings {
     pub forward_delay_s: f64,
     /// Delay from slave to master, in s.
     pub backward_delay_s: f64,
-    /// `K` in N/m.
+    /// `K` in N/m: the worst stiffness in the range of the tissue.
     pub stiffness_n_per_m: f64,
     /// `B` in N·s/m.
     pub damping_n_s_per_m: f64,
 }
 
-impl LoopSettings {
-    /// The loop of a scenario. `K` and `B` are those of its `tissue.stiffness_n_per_m` and `tissue.damping_n_s_per_m`, for
-    /// every kind of tissue; where these keys do not act, their defaults, 200 N/m and 5 N·s/m. Delays from a file that
-    /// vary are the shortest of them, as jitter is on top of a delay ([`VaryingDelays`](super::VaryingDelays)).
-    #[must_use]
-    pub fn of(scenario: &Scenario) -> Self {
-        let values = scenario.values();
-        let acts = |path| find_key(path).is_some_and(|key| values.is_acting(key));
-        let number = |path| match values.get(path) {
-            Some(Value::Number(number)) => *number,
-            _ => 0.0,
-        };
-        let tissue = |path| match find_key(path) {
-            Some(Key { fallback: Fallback::Value(Constant::Number(default)), .. }) if !acts(path) => *default,
-            _ => number(path),
-        };
-        let delay_s = |schedule: &Schedule, key| {
-            schedule.ages().map_or_else(|| number(key), |(shortest, _)| scenario.grid.time_s(shortest))
-        };
-        Self {
-            tick_s: scenario.grid.tick_s(),
-            timing: scenario.timing,
-            master: scenario.master,
-            arm: scenario.arm,
-            slave: scenario.slave.clone(),
-            actuators: ActuatorLimits {
-                master_lag_s: scenario.actuators.master_lag_s,
-                slave_lag_s: scenario.actuators.slave_lag_s,
-                ..ActuatorLimits::NONE
-            },
-            link: LinkSettings { passivity: PassivitySettings::DEFAULT, ..scenario.link },
-            force_bandwidth_hz: scenario.sensor.force_bandwidth_hz,
-            forward_delay_s: delay_s(&scenario.forward_schedule, "channel.forward_delay_s"),
-            backward_delay_s: delay_s(&scenario.backward_schedule, "channel.backward_delay_s"),
-            stiffness_n_per_m: tissue("tissue.stiffness_n_per_m"),
-            damping_n_s_per_m: tissue("tissue.damping_n_s_per_m"),
-        }
-    }
-
+impl LinearLoop {
     /// The value of a parameter.
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> f64 {
@@ -81,7 +44,8 @@ impl LoopSettings {
         *copy.places(parameter)[0]
     }
 
-    /// This loop with another value of a parameter; dependent gains are updated.
+    /// This loop with another value of a parameter; dependent gains are updated. With another stiffness or damping it stands
+    /// for that spring and damper.
     #[must_use]
     pub fn with(&self, parameter: Parameter, value: f64) -> Self {
         let mut other = self.clone();
@@ -93,6 +57,9 @@ impl LoopSettings {
         machines.master_damping_n_s_per_m = other.master.damping_n_s_per_m;
         machines.proportional_gain = other.slave.proportional_gain;
         machines.velocity_gain = other.slave.velocity_gain;
+        if matches!(parameter, Parameter::Stiffness | Parameter::Damping) {
+            other.tissue = TissueRange::spring(other.stiffness_n_per_m, other.damping_n_s_per_m);
+        }
         other
     }
 
