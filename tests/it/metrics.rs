@@ -11,7 +11,7 @@ use crate::support::{file, files_with};
 
 /// Returns the sources of all packages.
 fn sources() -> String {
-    let folders = ["core/src", "sim/src", "report/src", "src", "python/src"].map(file);
+    let folders = ["crates", "src", "python/src"].map(file);
     let files = folders.iter().flat_map(|folder| files_with("rs", folder));
     files.map(|path| std::fs::read_to_string(path).expect("a source")).collect()
 }

@@ -79,7 +79,7 @@ struct Case {
 
 /// A recording of the lever rig: columns of time, slave's angle and velocity, torque, and if there is one the master's angle.
 fn recording(name: &'static str, torque: &str, contact_m: f64, events: u64) -> Case {
-    let path = here().parent().expect("in the workspace").join(name);
+    let path = here().ancestors().nth(2).expect("in the workspace").join(name);
     let text = fs::read_to_string(path).expect("a recording of the repository");
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
