@@ -100,12 +100,16 @@
 //! | 1 | `trocar-sim` | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
 //! | core | `trocar-core` | [`rig`] (one step of a real controller), [`chain`] (estimator, distance, decision), [`augmentation`], [`detection`], [`estimation`], [`settings`], [`time`], [`lane`], [`error`] |
 
+pub use trocar_base::warning;
+pub use trocar_core::{augmentation, chain, detection, error, estimation, lane, rig, settings, time};
+pub use trocar_engine::{channel, engine, metrics, operator, plant, sensor, teleoperation, tissue};
+pub use trocar_lti as lti;
+pub use trocar_recording as recording;
 pub use trocar_report as report;
-pub use trocar_sim::{augmentation, chain, detection, error, estimation, lane, rig, settings, time, warning};
-pub use trocar_sim::{
-    channel, compare, detect, engine, lti, metrics, operator, plant, population, recording, roc, run, scenario, sensor,
-    stability, stability_check, sweep, teleoperation, tissue,
-};
+pub use trocar_scenario as scenario;
+pub use trocar_scenario::population;
+pub use trocar_stability as stability;
+pub use trocar_studies::{compare, detect, roc, run, stability_check, sweep};
 
 mod cli;
 mod explore;

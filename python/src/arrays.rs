@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar_sim::large_pages::copy_of;
+use trocar_base::large_pages::copy_of;
 
 use crate::error;
 

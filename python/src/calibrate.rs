@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use trocar_report::{calibration_object, calibration_text, calibration_toml};
-use trocar_sim::detect::calibration::{self, CalibrationRequest};
-use trocar_sim::scenario::Values;
+use trocar_scenario::Values;
+use trocar_studies::detect::calibration::{self, CalibrationRequest};
 
 use crate::arrays::recording_columns;
 use crate::detect::{Refusal, Samples};

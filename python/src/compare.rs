@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trocar_base::parallel::try_map;
+use trocar_engine::metrics::Metrics;
 use trocar_report::{all_metrics_text, comparison_json, facts_text, seeds_text};
-use trocar_sim::compare::{Comparison, MAX_SEEDS, SeedStudy, paper_facts};
-use trocar_sim::metrics::Metrics;
-use trocar_sim::parallel::try_map;
-use trocar_sim::run::RunError;
+use trocar_studies::compare::{Comparison, MAX_SEEDS, SeedStudy, paper_facts};
+use trocar_studies::run::RunError;
 
 use crate::interrupt::interruptible_told;
 use crate::own::CompiledParts;
@@ -70,7 +70,7 @@ pub(crate) fn compare<'py>(
 /// Compares scenarios with the user's own parts.
 fn compare_with(
     py: Python<'_>,
-    scenarios: &[trocar_sim::scenario::Scenario],
+    scenarios: &[trocar_scenario::Scenario],
     seeds: Option<u64>,
     (parts, threads): (&Bound<'_, PyDict>, usize),
     tell: impl Fn(Python<'_>, u64) -> PyResult<()> + Sync,
@@ -87,7 +87,7 @@ fn compare_with(
             |py| tell(py, told.load(Ordering::Relaxed)),
             move |_| {
                 try_map(seeds as usize, |offset| {
-                    let of = |scenario: &trocar_sim::scenario::Scenario| {
+                    let of = |scenario: &trocar_scenario::Scenario| {
                         let seeded = scenario.with_seed(scenario.seed.wrapping_add(offset as u64));
                         let metrics = measure_compiled(&seeded, &compiled);
                         done.fetch_add(1, Ordering::Relaxed);
@@ -104,7 +104,7 @@ fn compare_with(
         return Ok((Comparison { runs, noise: vec![] }, study(measured)));
     }
     let mut done = 0;
-    let mut measure = |scenario: &trocar_sim::scenario::Scenario, offset: u64| {
+    let mut measure = |scenario: &trocar_scenario::Scenario, offset: u64| {
         let seeded = scenario.with_seed(scenario.seed.wrapping_add(offset));
         let metrics = measure_with(py, &seeded, parts)?.map_err(|error| error::run(py, &error))?;
         done += 1;

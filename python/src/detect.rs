@@ -3,11 +3,11 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trocar_core::error::InvalidValue;
+use trocar_recording::ArrayError;
 use trocar_report::{detection_object, detection_text};
-use trocar_sim::detect::{DetectionReport, detect_recording};
-use trocar_sim::error::InvalidValue;
-use trocar_sim::recording::ArrayError;
-use trocar_sim::scenario::{DetectionSpec, ScenarioError, Source, Values};
+use trocar_scenario::{DetectionSpec, ScenarioError, Source, Values};
+use trocar_studies::detect::{DetectionReport, detect_recording};
 
 use crate::arrays::{RecordingColumns, put, recording_columns};
 use crate::interrupt::interruptible;
@@ -25,11 +25,11 @@ impl Samples {
     /// Returns the specification of the detection, and its values. It reads every sample, and needs no interpreter.
     pub(crate) fn spec(self, mut values: Values) -> Result<(DetectionSpec, Values), Refusal> {
         let max_gap_s = match values.get("recording.max_gap_s") {
-            Some(trocar_sim::scenario::Value::Number(gap_s)) => Some(*gap_s),
+            Some(trocar_scenario::Value::Number(gap_s)) => Some(*gap_s),
             _ => None,
         };
         let (time_s, position_m, velocity_m_per_s, force_n) = self.0;
-        let recording = trocar_sim::recording::Recording::new(time_s, position_m, velocity_m_per_s, force_n, max_gap_s)
+        let recording = trocar_recording::Recording::new(time_s, position_m, velocity_m_per_s, force_n, max_gap_s)
             .map_err(Refusal::Samples)?;
         let spec = DetectionSpec::of(&mut values, recording).map_err(Refusal::Scenario)?;
         Ok((spec, values))

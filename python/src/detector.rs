@@ -3,11 +3,11 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar_sim::detect::{ASSUMED_STEP_M, DetectionChain, Reading, VelocitySource};
-use trocar_sim::lane::Stored as _;
-use trocar_sim::recording::Limits;
-use trocar_sim::rows::Rows;
-use trocar_sim::scenario::{DetectionSettings, Values};
+use trocar_base::rows::Rows;
+use trocar_core::lane::Stored as _;
+use trocar_recording::Limits;
+use trocar_scenario::{DetectionSettings, Values};
+use trocar_studies::detect::{ASSUMED_STEP_M, DetectionChain, Reading, VelocitySource};
 
 use crate::arrays::{put, samples};
 use crate::detect::tuning;

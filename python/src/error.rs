@@ -5,11 +5,11 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 use trocar_report::diagnostic;
-use trocar_sim::run::RunError;
-use trocar_sim::scenario::ScenarioError;
-use trocar_sim::stability::StabilityError;
-use trocar_sim::stability_check::CheckError;
-use trocar_sim::sweep::SweepError;
+use trocar_scenario::ScenarioError;
+use trocar_stability::StabilityError;
+use trocar_studies::run::RunError;
+use trocar_studies::stability_check::CheckError;
+use trocar_studies::sweep::SweepError;
 
 /// Returns a `trocar.ScenarioError`: the text with the underlined line, and its parts as attributes.
 pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {

@@ -3,13 +3,13 @@
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trocar_core::detection::DistanceKind;
+use trocar_engine::engine::TrustColumns;
 use trocar_report::figures::{
     CharacteristicView, ESTIMATION_FIGURES, EstimationView, FigureError, MapAxisView, MapView, RUN_FIGURES, RunView,
     characteristic, stability_map,
 };
-use trocar_sim::detection::DistanceKind;
-use trocar_sim::engine::TrustColumns;
-use trocar_sim::stability::Parameter;
+use trocar_stability::Parameter;
 
 use crate::scenario::Scenario;
 use crate::{convert, error};
@@ -110,7 +110,7 @@ pub(crate) fn run_figure<'py>(
 
 /// The trust in the estimates of a run, from the columns of its trace.
 pub(crate) fn trust_of_run(
-    scenario: &trocar_sim::scenario::Scenario,
+    scenario: &trocar_scenario::Scenario,
     columns: &Bound<'_, PyDict>,
 ) -> PyResult<TrustColumns> {
     let columns = Columns { columns: columns.clone() };

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use trocar_sim::interrupt;
+use trocar_base::interrupt;
 
 /// Interval of the checks for signals.
 const PERIOD: Duration = Duration::from_millis(20);

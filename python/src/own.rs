@@ -7,12 +7,12 @@ use numpy::PyReadonlyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyTuple};
-use trocar_sim::augmentation::{AugmentedTick, ForceLaw, Modes, MotionLaw};
-use trocar_sim::detection::{Decision, Detector, Evidence};
-use trocar_sim::engine::OwnParts;
-use trocar_sim::estimation::{Estimate, Estimator};
-use trocar_sim::operator::Operator;
-use trocar_sim::tissue::{Reaction, Tissue};
+use trocar_core::augmentation::{AugmentedTick, ForceLaw, Modes, MotionLaw};
+use trocar_core::detection::{Decision, Detector, Evidence};
+use trocar_core::estimation::{Estimate, Estimator};
+use trocar_engine::engine::OwnParts;
+use trocar_engine::operator::Operator;
+use trocar_engine::tissue::{Reaction, Tissue};
 
 use crate::arrays::samples;
 

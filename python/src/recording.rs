@@ -6,9 +6,9 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trocar_recording::{Columns, Limits, Quantity};
 use trocar_report::signals_object;
-use trocar_sim::recording::{Columns, Limits, Quantity};
-use trocar_sim::scenario::parse_column;
+use trocar_scenario::parse_column;
 
 use crate::arrays::{put, recording_columns};
 use crate::{convert, error};
@@ -18,7 +18,7 @@ use crate::{convert, error};
 #[derive(Clone)]
 pub(crate) struct Recording {
     name: String,
-    recording: Arc<trocar_sim::recording::Recording>,
+    recording: Arc<trocar_recording::Recording>,
 }
 
 type Arrays<'py> = (
@@ -41,8 +41,8 @@ impl Recording {
         let (time_s, position_m, velocity_m_per_s, force_n) =
             recording_columns(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?;
         let recording =
-            trocar_sim::recording::Recording::new(time_s, position_m, velocity_m_per_s, force_n, Some(f64::INFINITY));
-        let (name, recording) = trocar_sim::recording::keep(recording.map_err(error::value)?);
+            trocar_recording::Recording::new(time_s, position_m, velocity_m_per_s, force_n, Some(f64::INFINITY));
+        let (name, recording) = trocar_recording::keep(recording.map_err(error::value)?);
         Ok(Self { name, recording })
     }
 
@@ -66,15 +66,15 @@ impl Recording {
 }
 
 impl Recording {
-    pub(crate) fn of(recording: Arc<trocar_sim::recording::Recording>) -> Self {
+    pub(crate) fn of(recording: Arc<trocar_recording::Recording>) -> Self {
         Self { name: String::new(), recording }
     }
 
-    pub(crate) fn shared(&self) -> Arc<trocar_sim::recording::Recording> {
+    pub(crate) fn shared(&self) -> Arc<trocar_recording::Recording> {
         self.recording.clone()
     }
 
-    pub(crate) fn samples(&self) -> &trocar_sim::recording::Recording {
+    pub(crate) fn samples(&self) -> &trocar_recording::Recording {
         &self.recording
     }
 }
@@ -82,7 +82,7 @@ impl Recording {
 /// Lists the signals of a file, as `trocar detect --list --json`.
 #[pyfunction]
 pub(crate) fn list_signals(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
-    let signals = trocar_sim::recording::list_signals(&path, &Limits::default()).map_err(error::value)?;
+    let signals = trocar_recording::list_signals(&path, &Limits::default()).map_err(error::value)?;
     convert::python(py, &signals_object(&path.display().to_string(), &signals))
 }
 
@@ -103,7 +103,7 @@ pub(crate) fn read_recording<'py>(
         velocity: velocity.map(|velocity| column(velocity, Quantity::Velocity)).transpose()?,
         force: column(force, Quantity::Force)?,
     };
-    let recording = trocar_sim::recording::open_recording(&path, &columns, &Limits::default()).map_err(error::value)?;
+    let recording = trocar_recording::open_recording(&path, &columns, &Limits::default()).map_err(error::value)?;
     let arrays = PyDict::new(py);
     put(&arrays, "time", recording.time_s().to_vec())?;
     put(&arrays, "position", recording.position_m().to_vec())?;

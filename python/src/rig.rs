@@ -2,9 +2,9 @@
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
-use trocar_sim::lane::Stored as _;
-use trocar_sim::rig::{self, Faults, Sample, Settings};
-use trocar_sim::scenario::ScenarioError;
+use trocar_core::lane::Stored as _;
+use trocar_core::rig::{self, Faults, Sample, Settings};
+use trocar_scenario::ScenarioError;
 
 use crate::error;
 use crate::scenario::Scenario;

@@ -6,14 +6,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trocar_core::detection::{Detector, DistanceKind};
+use trocar_engine::metrics::RUPTURE_WINDOW_S;
+use trocar_recording::InVivoLikeVariant;
 use trocar_report::roc_json;
-use trocar_sim::detection::{Detector, DistanceKind};
-use trocar_sim::metrics::RUPTURE_WINDOW_S;
-use trocar_sim::recording::InVivoLikeVariant;
-use trocar_sim::roc::trials::Trial;
-use trocar_sim::roc::{OwnPoints, RocError, Signal, Study};
-use trocar_sim::run::RunError;
-use trocar_sim::scenario::{DetectionSpec, Source, Values};
+use trocar_scenario::{DetectionSpec, Source, Values};
+use trocar_studies::roc::trials::Trial;
+use trocar_studies::roc::{OwnPoints, RocError, Signal, Study};
+use trocar_studies::run::RunError;
 
 use crate::arrays::put;
 use crate::detect::Samples;
@@ -207,7 +207,7 @@ pub(crate) fn record(
         value.map_or(Ok(()), |value| within(name, value, limits))?;
     }
     let variant = InVivoLikeVariant { drop_n, fall_s, depth_m };
-    Ok(py.detach(|| trocar_sim::recording::in_vivo_like_variant_csv(seed, &variant)))
+    Ok(py.detach(|| trocar_recording::in_vivo_like_variant_csv(seed, &variant)))
 }
 
 /// Returns a made recording of a study, by its number from 1: its columns, and what it is made of.

@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trocar_engine::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS};
+use trocar_engine::metrics::Metrics;
 use trocar_report::{run_text, summary_json};
-use trocar_sim::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS};
-use trocar_sim::metrics::Metrics;
-use trocar_sim::run::{RunError, observe, observe_with};
+use trocar_studies::run::{RunError, observe, observe_with};
 
 use crate::arrays::put;
 use crate::figures::trust_of_run;
@@ -27,7 +27,7 @@ const MANY_TICKS: u64 = 200_000;
 /// A run, without its trace.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct Run {
-    run: trocar_sim::run::Run,
+    run: trocar_studies::run::Run,
 }
 
 #[pymethods]
@@ -67,7 +67,7 @@ impl Run {
 
     /// Returns the rows of the table: metric, label, unit, value in SI units.
     fn rows(&self) -> Vec<(String, String, &'static str, Option<f64>)> {
-        let rows = trocar_sim::compare::rows(&[&self.run.metrics], &[]);
+        let rows = trocar_studies::compare::rows(&[&self.run.metrics], &[]);
         rows.into_iter().map(|row| (row.metric, row.label, row.unit.si(), row.values[0])).collect()
     }
 
@@ -121,7 +121,7 @@ impl Watch {
 pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
     let scenario = &scenario.scenario;
     let (outcome, trace, watch) = py.detach(|| {
-        let mut trace = trocar_sim::run::empty_trace(scenario);
+        let mut trace = trocar_studies::run::empty_trace(scenario);
         let mut watch = Watch::default();
         let outcome = observe(scenario, &mut (trace.recorder(), &mut watch));
         (outcome, trace, watch)
@@ -130,9 +130,9 @@ pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, B
     let metrics = outcome.map_err(|error| error::run(py, &error))?;
     let scenario = scenario.clone();
     let run = if scenario.grid.ticks() < MANY_TICKS {
-        py.detach(|| trocar_sim::run::Run::concluded(scenario, metrics, trace))
+        py.detach(|| trocar_studies::run::Run::concluded(scenario, metrics, trace))
     } else {
-        interruptible(py, 1, move |_| trocar_sim::run::Run::concluded(scenario, metrics, trace))?
+        interruptible(py, 1, move |_| trocar_studies::run::Run::concluded(scenario, metrics, trace))?
     };
     hand_over(py, run.map_err(|error| error::run(py, &error))?)
 }
@@ -150,20 +150,20 @@ pub(crate) fn run_with<'py>(
 /// Runs a scenario with the user's own parts, by role, for its trace.
 pub(crate) fn traced_with(
     py: Python<'_>,
-    scenario: &trocar_sim::scenario::Scenario,
+    scenario: &trocar_scenario::Scenario,
     parts: &Bound<'_, PyDict>,
-) -> PyResult<trocar_sim::run::Run> {
+) -> PyResult<trocar_studies::run::Run> {
     let own = Own::of(parts)?;
     let roles = own.parts.roles();
-    let mut trace = trocar_sim::run::empty_trace_with(scenario, &own.parts);
+    let mut trace = trocar_studies::run::empty_trace_with(scenario, &own.parts);
     let metrics = observed(py, scenario, own, &mut trace.recorder())?.map_err(|error| error::run(py, &error))?;
-    Ok(trocar_sim::run::Run::of_own_parts(scenario.clone(), roles, metrics, trace))
+    Ok(trocar_studies::run::Run::of_own_parts(scenario.clone(), roles, metrics, trace))
 }
 
 /// Runs a scenario with the user's own parts, by role, for its metrics.
 pub(crate) fn measure_with(
     py: Python<'_>,
-    scenario: &trocar_sim::scenario::Scenario,
+    scenario: &trocar_scenario::Scenario,
     parts: &Bound<'_, PyDict>,
 ) -> PyResult<Result<Metrics, RunError>> {
     observed(py, scenario, Own::of(parts)?, &mut ())
@@ -171,7 +171,7 @@ pub(crate) fn measure_with(
 
 /// Runs a scenario with compiled parts for its metrics, on a thread of the pool.
 pub(crate) fn measure_compiled(
-    scenario: &trocar_sim::scenario::Scenario,
+    scenario: &trocar_scenario::Scenario,
     parts: &CompiledParts,
 ) -> PyResult<Result<Metrics, RunError>> {
     let Own { parts, failure, .. } = parts.own();
@@ -193,7 +193,7 @@ impl Observer<f64> for Failing<'_> {
 /// Runs a scenario with the user's own parts and one more observer.
 fn observed<O: Observer<f64> + Send>(
     py: Python<'_>,
-    scenario: &trocar_sim::scenario::Scenario,
+    scenario: &trocar_scenario::Scenario,
     Own { parts, failure, are_compiled }: Own,
     observer: &mut O,
 ) -> PyResult<Result<Metrics, RunError>> {
@@ -206,7 +206,7 @@ fn observed<O: Observer<f64> + Send>(
 }
 
 /// Returns a run and its trace as arrays, without a copy, and without the trust in the estimate.
-pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_sim::run::Run) -> PyResult<(Run, Bound<'_, PyDict>)> {
+pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_studies::run::Run) -> PyResult<(Run, Bound<'_, PyDict>)> {
     let columns = PyDict::new(py);
     let trace = &mut run.trace;
     for (name, values) in COLUMNS.into_iter().zip(trace.take_columns()) {
@@ -234,7 +234,7 @@ pub(crate) fn seconds_of_run(py: Python<'_>, scenario: &Scenario, times: usize) 
     py.detach(|| {
         let once = || {
             let begun = Instant::now();
-            let run = trocar_sim::run::run(scenario.scenario.clone());
+            let run = trocar_studies::run::run(scenario.scenario.clone());
             let seconds = begun.elapsed().as_secs_f64();
             drop(std::hint::black_box(run));
             seconds

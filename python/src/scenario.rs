@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use serde_json::Value as Json;
-use trocar_sim::scenario::{FileContents, KEYS, KeptFiles, ScenarioError, Source, shipped_questions};
+use trocar_scenario::{FileContents, KEYS, KeptFiles, ScenarioError, Source, shipped_questions};
 
 use crate::recording::Recording;
 use crate::{convert, error};
@@ -13,7 +13,7 @@ use crate::{convert, error};
 /// A scenario, with its source.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct Scenario {
-    pub(crate) scenario: trocar_sim::scenario::Scenario,
+    pub(crate) scenario: trocar_scenario::Scenario,
     /// It keeps the content of the files that were read.
     pub(crate) source: Source,
     /// The settings of each call, first those of loading it.
@@ -25,7 +25,7 @@ pub(crate) struct Scenario {
 impl Scenario {
     fn of(py: Python<'_>, source: Source, settings: Vec<Vec<String>>, recordings: Vec<Recording>) -> PyResult<Self> {
         let lists: Vec<&[String]> = settings.iter().map(Vec::as_slice).collect();
-        let load = || trocar_sim::scenario::Scenario::load_changed(&source, &lists);
+        let load = || trocar_scenario::Scenario::load_changed(&source, &lists);
         let scenario = py.detach(load).map_err(|error| error::scenario(py, &named(error, &source)))?;
         Ok(Self { scenario, source, settings, recordings })
     }
@@ -187,10 +187,8 @@ pub(crate) fn shipped() -> Vec<(String, &'static str)> {
 /// Returns every key of a scenario: path, type, default as TOML or `None`, meaning.
 #[pyfunction]
 pub(crate) fn keys() -> Vec<(&'static str, String, Option<String>, &'static str)> {
-    let default = |key: &trocar_sim::scenario::Key| match key.fallback {
-        trocar_sim::scenario::Fallback::Value(value) => {
-            Some(trocar_sim::scenario::Value::from(value).to_toml().to_string())
-        }
+    let default = |key: &trocar_scenario::Key| match key.fallback {
+        trocar_scenario::Fallback::Value(value) => Some(trocar_scenario::Value::from(value).to_toml().to_string()),
         _ => None,
     };
     KEYS.iter().map(|key| (key.path, key.kind.to_string(), default(key), key.meaning)).collect()

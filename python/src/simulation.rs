@@ -8,8 +8,8 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::PyDict;
-use trocar_sim::engine::{COLUMNS, ColumnValues};
-use trocar_sim::run::SteppedRun;
+use trocar_engine::engine::{COLUMNS, ColumnValues};
+use trocar_studies::run::SteppedRun;
 
 use crate::error;
 use crate::own::{Failure, Own};

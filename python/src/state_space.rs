@@ -2,10 +2,10 @@
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use trocar_sim::lti::{self, Complex64, Continuous, Discrete};
-use trocar_sim::plant::{ControlTiming, master_system, slave_system};
-use trocar_sim::stability::{ClosedLoop, LoopSystem, StabilityError};
-use trocar_sim::stability_check::linear_loop;
+use trocar_engine::plant::{ControlTiming, master_system, slave_system};
+use trocar_lti::{self as lti, Complex64, Continuous, Discrete};
+use trocar_stability::{ClosedLoop, LoopSystem, StabilityError};
+use trocar_studies::stability_check::linear_loop;
 
 use crate::arrays::matrix;
 use crate::error;
@@ -177,7 +177,7 @@ fn of_side(
 /// The loop from tick to tick, in one of its forms.
 fn of_loop(
     py: Python<'_>,
-    scenario: &trocar_sim::scenario::Scenario,
+    scenario: &trocar_scenario::Scenario,
     name: &'static str,
     form: impl Fn(&ClosedLoop) -> Result<LoopSystem, StabilityError>,
 ) -> PyResult<StateSpace> {

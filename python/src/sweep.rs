@@ -6,11 +6,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar_sim::metrics::{Declaration, Metrics};
-use trocar_sim::parallel::try_map;
-use trocar_sim::run::RunError;
-use trocar_sim::scenario::{ScenarioError, Source};
-use trocar_sim::sweep::{
+use trocar_base::parallel::try_map;
+use trocar_engine::metrics::{Declaration, Metrics};
+use trocar_scenario::{ScenarioError, Source};
+use trocar_studies::run::RunError;
+use trocar_studies::sweep::{
     AxisColumn, CaseMaker, Column, Design, Execution, Outcome, Part, Plan, Progress, Rows, Shard, SweepError, execute,
 };
 
@@ -115,8 +115,8 @@ impl From<SweepError> for Failed {
     }
 }
 
-impl From<trocar_sim::scenario::ScenarioError> for Failed {
-    fn from(error: trocar_sim::scenario::ScenarioError) -> Self {
+impl From<trocar_scenario::ScenarioError> for Failed {
+    fn from(error: trocar_scenario::ScenarioError) -> Self {
         Self::Sweep(error.into())
     }
 }
@@ -201,7 +201,7 @@ pub(crate) fn sweep<'py>(
         let mut columns = Columns::for_cases(&plan.design, all, memory_bytes).map_err(Failed::NoRoom)?;
         let io = |source| SweepError::Io { path: std::env::temp_dir(), source };
         let folder = tempfile::Builder::new().prefix("trocar-sweep-").tempdir().map_err(io)?;
-        let part = Part::open(&folder.path().join(trocar_sim::sweep::CASES), layout)?;
+        let part = Part::open(&folder.path().join(trocar_studies::sweep::CASES), layout)?;
         // What is open needs no name on Unix, so that even a killed process leaves nothing behind.
         #[cfg(unix)]
         folder.close().map_err(io)?;
@@ -299,7 +299,7 @@ fn of_case(
     plan: &Plan,
     maker: &mut CaseMaker<'_>,
     case: u64,
-    measure: impl FnOnce(&trocar_sim::scenario::Scenario) -> PyResult<Result<Metrics, RunError>>,
+    measure: impl FnOnce(&trocar_scenario::Scenario) -> PyResult<Result<Metrics, RunError>>,
 ) -> Result<(Outcome, Vec<f64>), Failed> {
     let scenario = maker.scenario(case)?;
     let (outcome, metrics) = match measure(&scenario).map_err(Failed::Python)? {

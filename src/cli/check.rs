@@ -9,11 +9,11 @@ use super::error::CliError;
 use super::warnings::text;
 use super::{ScenarioArgs, source_of, terminal};
 use trocar_report::{loop_verdict_json, verdict_sentence, wrapped};
-use trocar_sim::run::{force_bound_gap, outside_measured, promise_gaps};
-use trocar_sim::scenario::{Scenario, Source};
-use trocar_sim::stability::{LinearLoop, TissueRange};
-use trocar_sim::stability_check::LoopVerdict;
-use trocar_sim::sweep::{Plan, is_sweep};
+use trocar_scenario::{Scenario, Source};
+use trocar_stability::{LinearLoop, TissueRange};
+use trocar_studies::run::{force_bound_gap, outside_measured, promise_gaps};
+use trocar_studies::stability_check::LoopVerdict;
+use trocar_studies::sweep::{Plan, is_sweep};
 
 const EXAMPLES: &str = "\
 Examples:

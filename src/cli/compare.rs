@@ -12,12 +12,12 @@ use trocar_report::{
     finding_text, runs_chart, schemes_json, schemes_text, seeds_csv, seeds_text, strategies_csv, strategies_json,
     strategies_picture, strategies_text,
 };
-use trocar_sim::compare::{
+use trocar_scenario::Scenario;
+use trocar_studies::compare::{
     Comparison, FIXED_PERSONS, Fact, MAX_SEEDS, PERSONS, Person, SchemeStudy, SeedStudy, StrategyOptions,
     StrategyStudy, paper_facts,
 };
-use trocar_sim::run::seeds_without_effect;
-use trocar_sim::scenario::Scenario;
+use trocar_studies::run::seeds_without_effect;
 
 /// The default pair.
 const PAPER_PAIR: [&str; 2] = ["paper/classical", "paper/augmented"];

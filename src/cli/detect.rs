@@ -20,11 +20,11 @@ use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, report, source_of};
+use trocar_base::warning::{Code, Warning};
+use trocar_core::error::{non_negative, positive};
+use trocar_engine::metrics::RUPTURE_WINDOW_S;
 use trocar_report::html::command_line;
-use trocar_sim::error::{non_negative, positive};
-use trocar_sim::metrics::RUPTURE_WINDOW_S;
-use trocar_sim::scenario::Values;
-use trocar_sim::warning::{Code, Warning};
+use trocar_scenario::Values;
 
 /// The argument for samples from standard input.
 const STREAM: &str = "-";

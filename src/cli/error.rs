@@ -10,18 +10,18 @@ pub(super) use link::LinkError;
 use thiserror::Error;
 
 use crate::explore::ExploreError;
+use trocar_core::error::InvalidValue;
 use trocar_report::html::HtmlError;
 use trocar_report::{OutputError, PictureError, diagnostic};
-use trocar_sim::compare::PaperError;
-use trocar_sim::detect::calibration::CalibrationError;
-use trocar_sim::error::InvalidValue;
-use trocar_sim::fmu::UnitError;
-use trocar_sim::roc::RocError;
-use trocar_sim::run::RunError;
-use trocar_sim::scenario::ScenarioError;
-use trocar_sim::stability::StabilityError;
-use trocar_sim::stability_check::CheckError;
-use trocar_sim::sweep::SweepError;
+use trocar_scenario::ScenarioError;
+use trocar_stability::StabilityError;
+use trocar_studies::compare::PaperError;
+use trocar_studies::detect::calibration::CalibrationError;
+use trocar_studies::fmu::UnitError;
+use trocar_studies::roc::RocError;
+use trocar_studies::run::RunError;
+use trocar_studies::stability_check::CheckError;
+use trocar_studies::sweep::SweepError;
 
 /// The error of a command.
 #[derive(Debug, Error)]

@@ -4,10 +4,10 @@ use clap::Args;
 
 use super::error::CliError;
 use super::terminal;
+use trocar_base::warning::Code;
+use trocar_engine::metrics::Declaration;
 use trocar_report::{WIDTH, declarations, filled};
-use trocar_sim::metrics::Declaration;
-use trocar_sim::scenario::{Fallback, Key, find_key, nearest_key, nearest_of, unit_of};
-use trocar_sim::warning::Code;
+use trocar_scenario::{Fallback, Key, find_key, nearest_key, nearest_of, unit_of};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -69,7 +69,7 @@ fn number_one(word: &str) -> String {
 
 fn of_key(key: &Key) -> String {
     let default = match key.fallback {
-        Fallback::Value(value) => format!("Default: {}.", trocar_sim::scenario::Value::from(value).to_toml()),
+        Fallback::Value(value) => format!("Default: {}.", trocar_scenario::Value::from(value).to_toml()),
         Fallback::Derived(rule) => format!("Default: {rule}."),
         Fallback::Unset => "No default.".into(),
     };

@@ -7,7 +7,7 @@ use clap::Args;
 use super::error::CliError;
 use super::{ScenarioArgs, terminal};
 use crate::explore::{Catalogue, Options, serve};
-use trocar_sim::scenario::Source;
+use trocar_scenario::Source;
 
 /// The default scenario.
 const DEFAULT_SCENARIO: &str = "paper/augmented";

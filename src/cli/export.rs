@@ -10,8 +10,8 @@ use zip::write::SimpleFileOptions;
 use super::error::CliError;
 use super::{SET_ONE, source_of, terminal};
 use trocar_report::write_file;
-use trocar_sim::fmu::{Model, Unit, Version};
-use trocar_sim::scenario::Values;
+use trocar_scenario::Values;
+use trocar_studies::fmu::{Model, Unit, Version};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -7,7 +7,7 @@ use clap::Args;
 use super::error::CliError;
 use super::terminal;
 use trocar_report::write_file;
-use trocar_sim::scenario::Starter;
+use trocar_scenario::Starter;
 
 const EXAMPLES: &str = "\
 Examples:

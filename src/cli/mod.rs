@@ -34,8 +34,8 @@ use clap::{Args, Parser, Subcommand};
 
 use error::CliError;
 use trocar_report::Folder;
-use trocar_sim::scenario::{Scenario, ScenarioError, Source, json_schema};
-use trocar_sim::sweep::sweep_schema;
+use trocar_scenario::{Scenario, ScenarioError, Source, json_schema};
+use trocar_studies::sweep::sweep_schema;
 
 /// Simulates needle insertions by bilateral teleoperation, with event-based haptic augmentation.
 ///

@@ -8,7 +8,7 @@ use super::error::CliError;
 use super::figure::FigureArgs;
 use super::terminal;
 use trocar_report::{Folder, paper_figures, paper_text};
-use trocar_sim::compare::PaperStudy;
+use trocar_studies::compare::PaperStudy;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -1,7 +1,7 @@
 //! Numbers and columns on the command line, with a unit or without.
 
-use trocar_sim::recording::Column;
-use trocar_sim::scenario::{parse_column, parse_number};
+use trocar_recording::Column;
+use trocar_scenario::{parse_column, parse_number};
 
 /// Parses a number in `unit`: plain, or with a unit of its own, as in `30ms` where `unit` is `s`.
 pub(super) fn quantity(unit: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {

@@ -6,8 +6,8 @@ use clap::Args;
 
 use super::error::CliError;
 use super::terminal;
+use trocar_recording::{RUPTURES_S, in_vivo_like_csv};
 use trocar_report::write_file;
-use trocar_sim::recording::{RUPTURES_S, in_vivo_like_csv};
 
 const EXAMPLES: &str = "\
 Example:

@@ -4,9 +4,9 @@ use clap::Args;
 
 use super::quantity::column;
 use super::{ScenarioArgs, source_of};
-use trocar_sim::recording::{Column, Limits, Quantity, Roles, list_signals, signal_names};
-use trocar_sim::scenario::{ScenarioError, Source, Values, parse_column};
-use trocar_sim::warning::{Code, Warning};
+use trocar_base::warning::{Code, Warning};
+use trocar_recording::{Column, Limits, Quantity, Roles, list_signals, signal_names};
+use trocar_scenario::{ScenarioError, Source, Values, parse_column};
 
 /// The columns of a recording.
 #[derive(Debug, Args)]

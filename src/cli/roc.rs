@@ -7,11 +7,11 @@ use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded, terminal};
+use trocar_core::detection::DistanceKind;
+use trocar_recording::InVivoLikeVariant;
 use trocar_report::{roc_csv, roc_json, roc_picture, roc_text};
-use trocar_sim::detection::DistanceKind;
-use trocar_sim::recording::InVivoLikeVariant;
-use trocar_sim::roc::{Signal, Study};
-use trocar_sim::scenario::{DetectionSpec, Scenario, Source, Values};
+use trocar_scenario::{DetectionSpec, Scenario, Source, Values};
+use trocar_studies::roc::{Signal, Study};
 
 /// The default scenario, whose recording is evaluated.
 const SHIPPED: &str = "paper/classical";
@@ -198,5 +198,5 @@ fn depth(text: &str) -> Result<f64, String> {
 }
 
 fn within(text: &str) -> Result<f64, String> {
-    between(text, (0.0, trocar_sim::metrics::RUPTURE_WINDOW_S), "s")
+    between(text, (0.0, trocar_engine::metrics::RUPTURE_WINDOW_S), "s")
 }

@@ -9,7 +9,7 @@ use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, terminal};
 use trocar_report::html::run_html;
 use trocar_report::{Folder, run_object, run_pictures, run_text, runs_chart, summary_json, to_json, write_trace};
-use trocar_sim::run::{Run, run as run_scenario};
+use trocar_studies::run::{Run, run as run_scenario};
 
 const EXAMPLES: &str = "\
 Examples:

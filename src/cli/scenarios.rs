@@ -6,7 +6,7 @@ use serde_json::json;
 use super::error::CliError;
 use super::{source_of, terminal};
 use trocar_report::{WIDTH, filled};
-use trocar_sim::scenario::shipped_questions;
+use trocar_scenario::shipped_questions;
 
 const EXAMPLES: &str = "\
 Examples:

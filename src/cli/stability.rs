@@ -13,9 +13,9 @@ use trocar_report::{
     stability_pictures, stability_text, step_csv, switching_csv, switching_picture, z_width_csv, z_width_picture,
     z_width_text,
 };
-use trocar_sim::scenario::Source;
-use trocar_sim::stability::{Axis, Locus, LoopResponse, Parameter, Terminations};
-use trocar_sim::stability_check::{self, CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
+use trocar_scenario::Source;
+use trocar_stability::{Axis, Locus, LoopResponse, Parameter, Terminations};
+use trocar_studies::stability_check::{self, CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";

@@ -14,9 +14,9 @@ use super::warnings::Warnings;
 use super::{OutputArgs, interrupt, progress, report as page, source_of, terminal};
 use trocar_report::Folder;
 use trocar_report::html::command_line;
-use trocar_sim::run::seeds_without_effect;
-use trocar_sim::scenario::Scenario;
-use trocar_sim::sweep::{
+use trocar_scenario::Scenario;
+use trocar_studies::run::seeds_without_effect;
+use trocar_studies::sweep::{
     CASES, Column, Execution, LoopOfCase, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError,
     execute,
 };
@@ -99,7 +99,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     let of_sweep = args.output.folder().folder(&plan.design.name);
     let folder = if shard.is_whole() { of_sweep.clone() } else { of_sweep.folder(&shard.folder()) };
     let layout = plan.layout(shard);
-    let first = cases.min(layout.packs.start * trocar_sim::sweep::PACK_CASES);
+    let first = cases.min(layout.packs.start * trocar_studies::sweep::PACK_CASES);
     let manifest = Manifest {
         trocar_version: env!("CARGO_PKG_VERSION").to_owned(),
         sweep_sha256: plan.hash(),
@@ -156,7 +156,7 @@ fn announce(args: &SweepArgs, (columns, ends): (&[Column], &[Scenario]), cases: 
     let time_s = |scenario: &Scenario| {
         let begin = std::time::Instant::now();
         // A case that fails is reported by the sweep, with its number.
-        if let Ok(metrics) = trocar_sim::run::measure(scenario) {
+        if let Ok(metrics) = trocar_studies::run::measure(scenario) {
             let of_loop = LoopOfCase::new(scenario);
             columns.iter().filter(|column| column.is_of_loop()).for_each(|column| {
                 std::hint::black_box(column.value(&metrics, Some(&of_loop)));
@@ -216,7 +216,7 @@ fn remove_another(folder: &Folder, canonical: &str) {
 fn is_complete(folder: &Folder, canonical: &str) -> Result<bool, CliError> {
     let Ok(existing) = std::fs::read_to_string(folder.path().join(SWEEP)) else { return Ok(false) };
     if existing != canonical {
-        let difference = trocar_sim::sweep::difference(&existing, canonical);
+        let difference = trocar_studies::sweep::difference(&existing, canonical);
         return Err(SweepError::Changed { folder: folder.path().to_owned(), difference }.into());
     }
     Ok(read_manifest(folder.path()).is_some_and(|manifest| manifest.is_complete))

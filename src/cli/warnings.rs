@@ -5,8 +5,8 @@ use std::io::Write;
 
 use super::OutputArgs;
 use super::error::CliError;
+use trocar_base::warning::Warning;
 use trocar_report::{WIDTH, filled};
-use trocar_sim::warning::Warning;
 
 /// Prints the warnings of a command, and counts them.
 pub(super) struct Warnings {

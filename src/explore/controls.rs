@@ -5,8 +5,8 @@ use serde_json::{Value as Json, json};
 use super::pair::PairMaker;
 use super::protocol::ServerMessage;
 use super::state::{Catalogue, Entry, SCHEME, State, StateError};
-use trocar_sim::scenario::{KEYS, Key, Kind, unit_of};
-use trocar_sim::stability::Parameter;
+use trocar_scenario::{KEYS, Key, Kind, unit_of};
+use trocar_stability::Parameter;
 
 /// Returns the first message to a page: scenarios, keys, and the parameters of a map.
 pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> ServerMessage {

@@ -18,9 +18,9 @@ use super::protocol::ServerMessage;
 use super::push::{FRAME, Opening, Row, moved, range_m};
 use super::session::{Allowance, message, sent};
 use super::state::SCHEME;
+use trocar_engine::operator::Hand;
 use trocar_report::DrawnTissue;
-use trocar_sim::operator::Hand;
-use trocar_sim::scenario::{Scenario, Value};
+use trocar_scenario::{Scenario, Value};
 
 /// Maximum number of rows that wait for the page; the oldest are left out beyond it.
 const MAX_ROWS: usize = 4096;
@@ -224,7 +224,7 @@ async fn converse(socket: &mut WebSocket, field: &Field, leads: &mut Option<u32>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_sim::scenario::Source;
+    use trocar_scenario::Source;
 
     fn json_of(answer: Option<ServerMessage>) -> serde_json::Value {
         let Some(ServerMessage::Text(text)) = answer else { return serde_json::Value::Null };

@@ -12,11 +12,11 @@ use super::limits::MAX_POINTS;
 use super::pair::{Pair, SCHEMES};
 use super::protocol::{Show, ShownTime};
 use super::state::StateError;
+use trocar_engine::metrics::Outcome;
 use trocar_report::figures::FigureWidth;
 use trocar_report::{Animation, answer_of_schemes, live_signals, row_cells, run_png};
-use trocar_sim::compare::{NoiseCheck, rows};
-use trocar_sim::metrics::Outcome;
-use trocar_sim::run::Run;
+use trocar_studies::compare::{NoiseCheck, rows};
+use trocar_studies::run::Run;
 
 /// Displayed time before and after the first rupture, in s.
 const BEFORE_S: f64 = 0.3;

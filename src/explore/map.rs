@@ -7,8 +7,8 @@ use super::pair::PairMaker;
 use super::protocol::{MapRequest, ServerMessage};
 use super::state::StateError;
 use trocar_report::loop_verdict_json;
-use trocar_sim::stability::{Axis, Parameter, Spacing, map};
-use trocar_sim::stability_check::{CheckError, LoopVerdict};
+use trocar_stability::{Axis, Parameter, Spacing, map};
+use trocar_studies::stability_check::{CheckError, LoopVerdict};
 
 /// Ratio of the ends of an axis to a value that is not 0.
 const SPAN_RATIO: f64 = 12.0;

@@ -1,9 +1,9 @@
 //! The two runs of a page: the same scenario, classical and augmented.
 
 use super::state::{Catalogue, SCHEME, State, StateError, bounded};
-use trocar_sim::compare::{NoiseCheck, check_in_noise};
-use trocar_sim::run::{Run, RunError, run};
-use trocar_sim::scenario::{Key, Place, Scenario, Template, Value, Values, find_key};
+use trocar_scenario::{Key, Place, Scenario, Template, Value, Values, find_key};
+use trocar_studies::compare::{NoiseCheck, check_in_noise};
+use trocar_studies::run::{Run, RunError, run};
 
 /// The names of the two schemes.
 pub const SCHEMES: [&str; 2] = ["classical", "augmented"];
@@ -131,7 +131,7 @@ fn scheme(values: &[Value], enabled: bool) -> Vec<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_sim::scenario::Source;
+    use trocar_scenario::Source;
 
     #[test]
     fn a_page_gives_the_runs_of_the_command_line() {

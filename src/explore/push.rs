@@ -17,13 +17,13 @@ use super::pair::PairMaker;
 use super::protocol::ServerMessage;
 use super::state::{State, StateError, bounded};
 use super::worker::or_panicked;
+use trocar_engine::engine::{Observer, Signals};
+use trocar_engine::metrics::Outcome;
+use trocar_engine::operator::Hand;
 use trocar_report::figures::Shade;
 use trocar_report::{DrawnTissue, teleoperation_axes};
-use trocar_sim::engine::{Observer, Signals};
-use trocar_sim::metrics::Outcome;
-use trocar_sim::operator::Hand;
-use trocar_sim::run::observe;
-use trocar_sim::scenario::{OperatorSpec, Scenario};
+use trocar_scenario::{OperatorSpec, Scenario};
+use trocar_studies::run::observe;
 
 /// Interval of messages to the page.
 pub(super) const FRAME: Duration = Duration::from_micros(16_667);

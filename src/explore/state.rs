@@ -7,11 +7,9 @@ use thiserror::Error;
 
 use super::limits::{MAX_KEYS, MAX_NUMBERS, MAX_TICKS};
 use trocar_report::figures::FigureError;
-use trocar_sim::run::RunError;
-use trocar_sim::scenario::{
-    Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions,
-};
-use trocar_sim::stability_check::CheckError;
+use trocar_scenario::{Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions};
+use trocar_studies::run::RunError;
+use trocar_studies::stability_check::CheckError;
 
 /// The key that differs between the two runs of a page.
 pub(super) const SCHEME: &str = "augmentation.enabled";

@@ -19,8 +19,8 @@ use super::protocol::{Export, File, MapRequest, ServerMessage, Show};
 use super::state::{Catalogue, StateError};
 use trocar_report::figures::FigureWidth;
 use trocar_report::write_trace_csv;
-use trocar_sim::compare::NoiseCheck;
-use trocar_sim::run::run;
+use trocar_studies::compare::NoiseCheck;
+use trocar_studies::run::run;
 
 /// Maximum number of queued jobs. Additional jobs are refused.
 const MAX_JOBS: usize = 8;

@@ -1,6 +1,6 @@
 //! Figures as the user asks for them, and those of the paper.
 
-use trocar_sim::compare::{FIGURES, PaperStudy};
+use trocar_studies::compare::{FIGURES, PaperStudy};
 
 use crate::support::test_folder::TestFolder;
 

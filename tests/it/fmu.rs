@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use trocar::rig::{HapticController, Sample, Settings};
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
-use trocar_sim::fmu::{Causality, Instance, Model, Scalar, Type, Unit, Variable, Version};
+use trocar_studies::fmu::{Causality, Instance, Model, Scalar, Type, Unit, Variable, Version};
 
 use crate::support::{file, table, test_folder::TestFolder};
 

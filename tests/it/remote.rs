@@ -12,10 +12,10 @@ use crate::support::test_folder::TestFolder;
 use trocar::channel::Schedule;
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
-use trocar_report::{ColumnFormat, write_trace_columns};
-use trocar_sim::remote::{
+use trocar_link::{
     Calling, Greeted, Key, MasterEnd, PACKET_BYTES, Proxy, Role, SlaveEnd, Waiting, fingerprint, first_difference,
 };
+use trocar_report::{ColumnFormat, write_trace_columns};
 
 /// Layers, a hand that reacts, noise, and augmentation: a rupture is detected within the time.
 const BASE: &str = "name = \"x\"\nbase = \"builtin:layers/skin-augmented\"\n\

@@ -6,7 +6,7 @@ use core::mem::size_of;
 use core::slice;
 
 use trocar_core::settings::{Constant, Kind};
-use trocar_sim::scenario::{Scenario, Source, Value};
+use trocar_scenario::{Scenario, Source, Value};
 
 use crate::error_text::ErrorText;
 use crate::rig::{Rig, init};
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn every_shipped_scenario_gives_the_rig_that_rust_gives_it() {
-        for (name, _) in trocar_sim::scenario::shipped_questions() {
+        for (name, _) in trocar_scenario::shipped_questions() {
             let Ok(scenario) = Scenario::load(&Source::parse(&format!("builtin:{name}")), &[]) else {
                 panic!("{name} loads");
             };

@@ -4,7 +4,7 @@ use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use trocar_sim::fmu::{Instance, InstanceError, SavedState, Scalar};
+use trocar_studies::fmu::{Instance, InstanceError, SavedState, Scalar};
 
 /// Done.
 pub const OK: i32 = 0;

@@ -4,7 +4,7 @@
 use std::ffi::{CStr, c_char, c_void};
 use std::path::PathBuf;
 
-use trocar_sim::fmu::{SavedState, Scalar};
+use trocar_studies::fmu::{SavedState, Scalar};
 
 use crate::component::{Component, ERROR, OK, text};
 

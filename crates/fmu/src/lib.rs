@@ -1,5 +1,5 @@
 //! The library inside the units that `trocar export fmu` writes: the functions of FMI 2.0 and 3.0 for co-simulation, around
-//! [`trocar_sim::fmu::Instance`].
+//! [`trocar_studies::fmu::Instance`].
 //!
 //! Names and arguments are those of the standard (<https://fmi-standard.org>), which is their documentation. No panic leaves a
 //! function: it ends as an error of the instance.

@@ -9,8 +9,8 @@ use super::figures::{self, AbsoluteView};
 use super::number::significant;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
-use trocar_sim::scenario::unit_of;
-use trocar_sim::stability::{AbsoluteOver, AbsolutePoint, Analysis, Bounded, Terminations, arm_impedance};
+use trocar_scenario::unit_of;
+use trocar_stability::{AbsoluteOver, AbsolutePoint, Analysis, Bounded, Terminations, arm_impedance};
 
 fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|value| value.is_finite())

@@ -4,8 +4,8 @@
 use super::finding::{differ_in_augmentation, false_alarms, joined};
 use super::number::{counted, show};
 use super::tables::outcome;
-use trocar_sim::metrics::{Outcome, RUPTURE_WINDOW_S, RuptureMetrics, TRAVEL_S, Unit};
-use trocar_sim::run::Run;
+use trocar_engine::metrics::{Outcome, RUPTURE_WINDOW_S, RuptureMetrics, TRAVEL_S, Unit};
+use trocar_studies::run::Run;
 
 /// Maximum number of runs with a number each.
 const MAX_RUNS: usize = 3;
@@ -103,8 +103,8 @@ fn stability(runs: &[&Run]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_sim::run::run;
-    use trocar_sim::scenario::{Scenario, Source};
+    use trocar_scenario::{Scenario, Source};
+    use trocar_studies::run::run;
 
     fn shipped(name: &str, settings: &[&str]) -> Run {
         let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();

@@ -7,8 +7,8 @@ use serde_json::{Value as Json, json};
 use super::Table;
 use super::number::{show, significant};
 use super::wrap::wrapped;
-use trocar_sim::detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
-use trocar_sim::metrics::Unit;
+use trocar_engine::metrics::Unit;
+use trocar_studies::detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
 
 /// Returns the chosen settings as they are printed and written: computed numbers have four significant digits, which is more than a
 /// few seconds of a recording determine. A given contact position stays as it is.

@@ -3,7 +3,7 @@
 use serde_json::{Value as Json, json};
 
 use super::switching::{rows, seconds};
-use trocar_sim::stability::{Certificate, KeptGap, StateMap, StateSpace, Switching};
+use trocar_stability::{Certificate, KeptGap, StateMap, StateSpace, Switching};
 
 /// Returns `certificate.json`; `None` without a certificate.
 ///

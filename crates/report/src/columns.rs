@@ -15,7 +15,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use trocar_sim::engine::ColumnValues;
+use trocar_engine::engine::ColumnValues;
 
 /// A column: its name with its unit, and its values.
 pub(super) type Column<'a> = (&'a str, ColumnValues<&'a [f64], &'a [u8]>);

@@ -7,8 +7,8 @@ use super::finding::finding;
 use super::number::show;
 use super::tables::{outcome, shortest};
 use super::wrap::wrapped;
-use trocar_sim::compare::{Comparison, Fact, Row};
-use trocar_sim::metrics::{Outcome, Scope, Unit};
+use trocar_engine::metrics::{Outcome, Scope, Unit};
+use trocar_studies::compare::{Comparison, Fact, Row};
 
 /// Number of ruptures in the short table.
 const SHOWN_RUPTURES: usize = 2;

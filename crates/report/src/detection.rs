@@ -10,9 +10,9 @@ use super::number::{counted, plain, show, significant};
 use super::roc::of_unit;
 use super::tables::{quoted, shortest};
 use super::wrap::wrapped;
-use trocar_sim::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
-use trocar_sim::engine::{ColumnValues, TRUST_COLUMNS};
-use trocar_sim::metrics::Unit;
+use trocar_engine::engine::{ColumnValues, TRUST_COLUMNS};
+use trocar_engine::metrics::Unit;
+use trocar_studies::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
 
 /// Returns the result of a detection as text with tables.
 #[must_use]

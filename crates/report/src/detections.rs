@@ -9,8 +9,8 @@ use super::detection::{delays, events_table, phases_table, rate, window};
 use super::json::render;
 use super::number::{show, significant};
 use super::wrap::wrapped;
-use trocar_sim::detect::{DetectionReport, Phase, PhaseStatistics, Scores, Tally};
-use trocar_sim::metrics::Unit;
+use trocar_engine::metrics::Unit;
+use trocar_studies::detect::{DetectionReport, Phase, PhaseStatistics, Scores, Tally};
 
 /// One recording among many.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
-use trocar_sim::scenario::ScenarioError;
+use trocar_scenario::ScenarioError;
 
 /// Returns a scenario's error with its line underlined, styled for a terminal. Further errors of the scenario follow.
 #[must_use]
@@ -41,7 +41,7 @@ fn clamped(text: &str, span: std::ops::Range<usize>) -> std::ops::Range<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_sim::scenario::Place;
+    use trocar_scenario::Place;
 
     #[test]
     fn the_line_is_underlined_and_the_remedy_given() {

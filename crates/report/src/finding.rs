@@ -1,8 +1,8 @@
 //! What a comparison shows, in one or two sentences that are computed from its metrics.
 
 use super::number::{counted, decimals};
-use trocar_sim::metrics::{Outcome, RuptureMetrics};
-use trocar_sim::run::Run;
+use trocar_engine::metrics::{Outcome, RuptureMetrics};
+use trocar_studies::run::Run;
 
 /// Maximum advance of a held needle after a rupture, in m: the paper's slave is "frozen" (5.1), and the comparison with the paper
 /// requires the same limit.
@@ -432,8 +432,8 @@ fn three_digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_sim::run::run;
-    use trocar_sim::scenario::{Scenario, Source};
+    use trocar_scenario::{Scenario, Source};
+    use trocar_studies::run::run;
 
     fn finding(runs: &[Run]) -> String {
         super::finding(&runs.iter().collect::<Vec<_>>())

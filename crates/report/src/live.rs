@@ -2,8 +2,8 @@
 
 use super::number::{show, significant};
 use super::wrap::wrapped;
-use trocar_sim::detect::LiveSummary;
-use trocar_sim::metrics::Unit;
+use trocar_engine::metrics::Unit;
+use trocar_studies::detect::LiveSummary;
 
 /// Returns the summary of a live stream. `rows` counts the rows below the header, `malformed` those that cannot be read, and
 /// `ended` names the cause of the end.

@@ -7,8 +7,8 @@ use super::Folder;
 use super::figures;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
-use trocar_sim::lti::Complex64;
-use trocar_sim::stability::{Locus, LoopResponse};
+use trocar_lti::Complex64;
+use trocar_stability::{Locus, LoopResponse};
 
 /// The cells of a pole or zero: both parts, modulus, and as `s = ln(z) / T` frequency in Hz and damping ratio.
 fn cells(z: Complex64, tick_s: f64) -> String {

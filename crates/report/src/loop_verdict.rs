@@ -3,8 +3,8 @@
 use serde_json::{Value as Json, json};
 
 use super::number::significant;
-use trocar_sim::stability::{DelayRange, LeftOut, LinearLoop, TissueRange, TissueSource, VaryingDelays};
-use trocar_sim::stability_check::LoopVerdict;
+use trocar_stability::{DelayRange, LeftOut, LinearLoop, TissueRange, TissueSource, VaryingDelays};
+use trocar_studies::stability_check::LoopVerdict;
 
 /// Returns the verdict on the loop in a sentence, with the tissue that it stands for.
 #[must_use]

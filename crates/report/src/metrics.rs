@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use trocar_sim::compare::NoiseCheck;
-use trocar_sim::engine::{TRACE_COLUMNS, TRUST_COLUMNS};
-use trocar_sim::metrics::{Declaration, Scope};
-use trocar_sim::sweep::Column;
+use trocar_engine::engine::{TRACE_COLUMNS, TRUST_COLUMNS};
+use trocar_engine::metrics::{Declaration, Scope};
+use trocar_studies::compare::NoiseCheck;
+use trocar_studies::sweep::Column;
 
 /// Returns the declarations of all metrics: those that sweeps can keep, then those in noise.
 pub fn declarations() -> impl Iterator<Item = &'static Declaration> {

@@ -13,7 +13,7 @@ use super::html::assets::THEME_CSS;
 use super::pictures::{DrawnRun, PictureError, keep};
 use super::wrap::wrapped;
 use super::{Folder, Table};
-use trocar_sim::compare::{Fact, PAPER_VARIANCE_N2, PaperFigure, PaperStudy};
+use trocar_studies::compare::{Fact, PAPER_VARIANCE_N2, PaperFigure, PaperStudy};
 
 /// A figure on the page.
 #[derive(Serialize)]

@@ -11,9 +11,9 @@ use super::figures::{
     self, EstimationView, Figure, FigureError, FigureFormat, FigureWidth, RunView, Shade, TimelineRow,
 };
 use super::{Animation, Folder, OutputError};
-use trocar_sim::detect::{Detection, DetectionReport};
-use trocar_sim::engine::TrustColumns;
-use trocar_sim::run::Run;
+use trocar_engine::engine::TrustColumns;
+use trocar_studies::detect::{Detection, DetectionReport};
+use trocar_studies::run::Run;
 
 /// The error of drawing or writing figures.
 #[derive(Debug, Error)]

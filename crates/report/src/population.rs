@@ -9,9 +9,9 @@ use super::number::significant;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
 use super::{Folder, Table};
-use trocar_sim::population::{Arms, Delays, Draw, Tissues};
-use trocar_sim::scenario::unit_of;
-use trocar_sim::stability::{Axis, LIMITED, Parameter, Population, Spacing};
+use trocar_scenario::population::{Arms, Delays, Draw, Tissues};
+use trocar_scenario::unit_of;
+use trocar_stability::{Axis, LIMITED, Parameter, Population, Spacing};
 
 /// The columns of what is drawn.
 const DRAWN: &str =

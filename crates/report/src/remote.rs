@@ -5,8 +5,8 @@ use serde_json::{Value as Json, json};
 use super::Table;
 use super::number::{counted, show, significant};
 use super::wrap::wrapped;
-use trocar_sim::metrics::Unit;
-use trocar_sim::remote::{SideSummary, Spread};
+use trocar_engine::metrics::Unit;
+use trocar_link::{SideSummary, Spread};
 
 /// Returns the summary of a side as text.
 #[must_use]
@@ -61,7 +61,7 @@ pub fn side_text(summary: &SideSummary) -> String {
     if let Some([of_master, of_slave]) = summary.proxy_lost {
         text.push_str(&format!("proxy: dropped {of_master} messages of the master, {of_slave} of the slave\n"));
     }
-    if summary.role == trocar_sim::remote::Role::Slave {
+    if summary.role == trocar_link::Role::Slave {
         let listed = |times: &[f64]| match times {
             [] => "none".to_owned(),
             times => times.iter().map(|time_s| format!("{time_s} s")).collect::<Vec<_>>().join(", "),

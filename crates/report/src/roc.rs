@@ -11,8 +11,8 @@ use super::pictures::{PictureError, keep};
 use super::tables::{quoted, shortest};
 use super::wrap::wrapped;
 use super::{Folder, Table};
-use trocar_sim::metrics::Unit;
-use trocar_sim::roc::{Characteristics, Condition, Curve, Point};
+use trocar_engine::metrics::Unit;
+use trocar_studies::roc::{Characteristics, Condition, Curve, Point};
 
 /// Share of detected ruptures at which false-alarm rates are compared.
 const STATED_DETECTION: f64 = 0.995;

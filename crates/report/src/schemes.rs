@@ -3,8 +3,8 @@
 use super::Table;
 use super::number::show;
 use super::wrap::wrapped;
-use trocar_sim::compare::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
-use trocar_sim::metrics::Unit;
+use trocar_engine::metrics::Unit;
+use trocar_studies::compare::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 
 /// Returns a table with a line per quantity and a column per scheme, and a note on the felt impedance.
 #[must_use]

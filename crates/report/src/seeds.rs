@@ -6,8 +6,8 @@ use super::Table;
 use super::number::{readable, significant};
 use super::tables::shortest;
 use super::wrap::wrapped;
-use trocar_sim::compare::{SeedStudy, Spread};
-use trocar_sim::metrics::Unit;
+use trocar_engine::metrics::Unit;
+use trocar_studies::compare::{SeedStudy, Spread};
 
 /// The metrics in the terminal's table. The files hold all metrics.
 const SHOWN: [&str; 8] = [

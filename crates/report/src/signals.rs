@@ -5,8 +5,8 @@ use serde_json::{Value as Json, json};
 use crate::Table;
 use crate::html::command_line;
 use crate::number::{plain, significant};
-use trocar_sim::recording::{Quantity, Roles, Signal};
-use trocar_sim::scenario::parse_quantity;
+use trocar_recording::{Quantity, Roles, Signal};
+use trocar_scenario::parse_quantity;
 
 /// Returns the sampling rate of a signal in Hz: that of the first time with as many samples.
 fn rate_hz(signal: &Signal, signals: &[Signal]) -> Option<f64> {

@@ -12,9 +12,9 @@ use super::pictures::{Job, PictureError, draw};
 use super::population::population_json;
 use super::tables::shortest;
 use super::z_width::z_width_json;
-use trocar_sim::lti::Complex64;
-use trocar_sim::stability::{Analysis, Axis, Limit, PortPoint, Spacing, StabilityMap, is_passive_impedance};
-use trocar_sim::stability_check::{Check, StabilityStudy, Verdict};
+use trocar_lti::Complex64;
+use trocar_stability::{Analysis, Axis, Limit, PortPoint, Spacing, StabilityMap, is_passive_impedance};
+use trocar_studies::stability_check::{Check, StabilityStudy, Verdict};
 
 /// Returns the word for a verdict.
 pub(super) fn word(verdict: Verdict) -> &'static str {

@@ -8,9 +8,9 @@ use super::loop_verdict::verdict_sentence;
 use super::number::significant;
 use super::stability::{all, word};
 use super::wrap::wrapped;
-use trocar_sim::scenario::unit_of;
-use trocar_sim::stability::{Analysis, Limit, LoopLimit, Parameter, PortPoint, StabilityMap, is_passive_impedance};
-use trocar_sim::stability_check::{Check, StabilityStudy};
+use trocar_scenario::unit_of;
+use trocar_stability::{Analysis, Limit, LoopLimit, Parameter, PortPoint, StabilityMap, is_passive_impedance};
+use trocar_studies::stability_check::{Check, StabilityStudy};
 
 /// Frequencies (Hz) of the printed impedances.
 const SHOWN_HZ: [f64; 4] = [0.5, 1.0, 5.0, 10.0];

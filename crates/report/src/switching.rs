@@ -9,9 +9,9 @@ use super::number::significant;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
 use super::{Folder, Table};
-use trocar_sim::augmentation::Reengage;
-use trocar_sim::stability::{Certificate, EventBound, GAP_M, LONGEST_DWELL_S, Switching};
-use trocar_sim::stability_check::StabilityStudy;
+use trocar_core::augmentation::Reengage;
+use trocar_stability::{Certificate, EventBound, GAP_M, LONGEST_DWELL_S, Switching};
+use trocar_studies::stability_check::StabilityStudy;
 
 fn policy(reengage: Reengage) -> &'static str {
     match reengage {

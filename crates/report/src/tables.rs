@@ -7,10 +7,10 @@ use super::Table;
 use super::columns::{Column, ColumnFormat, csv};
 use super::number::{show, significant};
 use super::wrap::wrapped;
-use trocar_sim::compare::Row;
-use trocar_sim::engine::{COLUMNS, ColumnValues, TRUST_COLUMNS, Trace, TrustColumns};
-use trocar_sim::metrics::{Outcome, RuptureMetrics, Unit};
-use trocar_sim::run::Run;
+use trocar_engine::engine::{COLUMNS, ColumnValues, TRUST_COLUMNS, Trace, TrustColumns};
+use trocar_engine::metrics::{Outcome, RuptureMetrics, Unit};
+use trocar_studies::compare::Row;
+use trocar_studies::run::Run;
 
 /// Returns a run's outcome as text.
 pub(super) fn outcome(run: &Run) -> String {
@@ -35,7 +35,7 @@ pub fn run_text(run: &Run) -> String {
     let mut text = outcome(run);
     text.push_str("\n\n");
     let mut table = Table::new(["metric", run.scenario.name.as_str()]);
-    for Row { label, unit, values, .. } in trocar_sim::compare::rows(&[&run.metrics], &[]) {
+    for Row { label, unit, values, .. } in trocar_studies::compare::rows(&[&run.metrics], &[]) {
         if let [value] = values.as_slice() {
             table.row([label, show(*value, unit)]);
         }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use anstyle::{AnsiColor, Style};
 use textplots::{Chart, LabelBuilder, LabelFormat, Plot, Shape, TickDisplay, TickDisplayBuilder};
 
-use trocar_sim::run::Run;
+use trocar_studies::run::Run;
 
 /// Width and height in dots. A character has two by four dots.
 const DOTS: (u32, u32) = (120, 36);
@@ -67,8 +67,8 @@ fn line(run: &Run, from_s: f64, to_s: f64) -> Vec<(f32, f32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_sim::run::run;
-    use trocar_sim::scenario::{Scenario, Source};
+    use trocar_scenario::{Scenario, Source};
+    use trocar_studies::run::run;
 
     fn shipped(name: &str) -> Run {
         run(Scenario::load(&Source::parse(name), &[]).expect("good")).expect("runs")

@@ -9,7 +9,7 @@ use super::figures;
 use super::number::significant;
 use super::pictures::{PictureError, keep};
 use super::tables::shortest;
-use trocar_sim::stability::{Walls, ZWidth};
+use trocar_stability::{Walls, ZWidth};
 
 /// The kinds of walls with their limits.
 fn kinds(z_width: &ZWidth) -> Vec<(&'static str, &[Walls])> {

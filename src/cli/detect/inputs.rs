@@ -6,9 +6,9 @@ use std::path::Path;
 use super::DetectArgs;
 use crate::cli::error::{CliError, DetectError};
 use crate::cli::recorded;
-use trocar_sim::recording::Format;
-use trocar_sim::scenario::{ScenarioError, Source, Values};
-use trocar_sim::warning::Warning;
+use trocar_base::warning::Warning;
+use trocar_recording::Format;
+use trocar_scenario::{ScenarioError, Source, Values};
 
 /// Suffix of a label file in the folder of its recording.
 pub(super) const SIDECAR_END: &str = ".labels.csv";

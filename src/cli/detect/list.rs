@@ -5,7 +5,7 @@ use super::inputs::given;
 use crate::cli::error::CliError;
 use crate::cli::{recorded, terminal};
 use trocar_report::{signals_object, signals_text, to_json};
-use trocar_sim::scenario::recording_signals;
+use trocar_scenario::recording_signals;
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     let mut objects = vec![];

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde_json::json;
 
-use trocar_sim::detect::{LiveStep, LiveSummary};
+use trocar_studies::detect::{LiveStep, LiveSummary};
 
 /// The columns of a row.
 const COLUMNS: &str = "event,time_s,sample,position_m,depth_m,velocity_m_per_s,force_n,residual_n,stiffness_n_per_m,damping_n_s_per_m,decision";

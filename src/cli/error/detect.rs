@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use trocar_sim::recording::RecordingError;
+use trocar_recording::RecordingError;
 
 /// An error of a detection.
 #[derive(Debug, Error)]

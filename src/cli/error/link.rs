@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use trocar_sim::remote::{KeyError, RemoteLogError};
+use trocar_link::{KeyError, RemoteLogError};
 
 /// The error of a link.
 #[derive(Debug, Error)]

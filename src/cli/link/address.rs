@@ -4,7 +4,7 @@ use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 use std::path::Path;
 
 use crate::cli::error::LinkError;
-use trocar_sim::remote::Key;
+use trocar_link::Key;
 
 /// The socket address of a text.
 pub(super) fn resolved(text: &str) -> Result<SocketAddr, LinkError> {

@@ -3,7 +3,7 @@
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
-use trocar_sim::remote::PACKET_BYTES;
+use trocar_link::PACKET_BYTES;
 
 /// Before a tick, the last part of the waiting keeps the processor: a sleep ends too late by about half of this.
 const SPIN_NS: i64 = 120_000;

@@ -8,9 +8,9 @@ use std::time::Duration;
 use super::MasterArgs;
 use crate::cli::error::{CliError, LinkError};
 use crate::explore::{Field, serve_field};
+use trocar_link::{MasterEnd, SideSummary};
 use trocar_report::DrawnTissue;
-use trocar_sim::remote::{MasterEnd, SideSummary};
-use trocar_sim::scenario::{Scenario, TissueSpec, Value};
+use trocar_scenario::{Scenario, TissueSpec, Value};
 
 /// Time between two looks at the stop flag.
 const LOOK: Duration = Duration::from_millis(50);

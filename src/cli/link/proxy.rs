@@ -9,8 +9,8 @@ use super::address::bound;
 use super::pace::{Clock, send, take_all};
 use super::priority;
 use crate::cli::error::LinkError;
-use trocar_sim::remote::{Proxy, Role};
-use trocar_sim::scenario::Scenario;
+use trocar_link::{Proxy, Role};
+use trocar_scenario::Scenario;
 
 /// Time in ns between two looks at the sockets.
 const LOOK_NS: i64 = 50_000;

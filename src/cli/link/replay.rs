@@ -7,11 +7,11 @@ use clap::Args;
 
 use crate::cli::error::{CliError, LinkError};
 use crate::cli::{terminal, warnings};
+use trocar_engine::engine::Trace;
+use trocar_link::{Difference, Direction, Role, delays_csv, first_difference, read_direction};
 use trocar_report::{Folder, run_text};
-use trocar_sim::engine::Trace;
-use trocar_sim::remote::{Difference, Direction, Role, delays_csv, first_difference, read_direction};
-use trocar_sim::run::run as run_scenario;
-use trocar_sim::scenario::{Scenario, Source};
+use trocar_scenario::{Scenario, Source};
+use trocar_studies::run::run as run_scenario;
 
 const EXAMPLES: &str = "\
 Example:

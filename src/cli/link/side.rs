@@ -10,14 +10,14 @@ use super::proxy::Running;
 use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
 use crate::cli::error::{CliError, LinkError};
 use crate::cli::{interrupt, source_of, terminal};
-use trocar_report::{Folder, side_object, side_text, to_json, write_trace_columns};
-use trocar_sim::engine::EngineError;
-use trocar_sim::remote::{
+use trocar_engine::engine::EngineError;
+use trocar_link::{
     Calling, Direction, Greeted, Key, Lateness, MasterEnd, PACKET_BYTES, Role, SideSummary, SlaveEnd, Trips, Waiting,
     delays_csv, fingerprint,
 };
-use trocar_sim::run::RunError;
-use trocar_sim::scenario::Scenario;
+use trocar_report::{Folder, side_object, side_text, to_json, write_trace_columns};
+use trocar_scenario::Scenario;
+use trocar_studies::run::RunError;
 
 /// Time in ns between two packets of a greeting.
 const GREETING_NS: i64 = 20_000_000;

@@ -7,13 +7,13 @@ use crate::cli::OutputArgs;
 use crate::cli::error::CliError;
 use crate::cli::report as page;
 use crate::cli::warnings::Warnings;
+use trocar_base::warning::Warning;
 use trocar_report::html::{DrawnCases, SweepPage, sweep_html};
 use trocar_report::{
     Folder, OutputError, PictureError, WIDTH, filled, sweep_json, sweep_pictures, sweep_summary_csv, sweep_text,
     write_sweep_csv, write_sweep_parquet,
 };
-use trocar_sim::sweep::{Design, Rows, SweepError, findings};
-use trocar_sim::warning::Warning;
+use trocar_studies::sweep::{Design, Rows, SweepError, findings};
 
 /// A complete sweep.
 pub(super) struct Whole<'a> {

@@ -1,7 +1,7 @@
 //! The long help of `trocar sweep`.
 
 use trocar_report::Table;
-use trocar_sim::sweep::{Column, SWEEP_KEYS};
+use trocar_studies::sweep::{Column, SWEEP_KEYS};
 
 const FILE: &str = "\
 A sweep file with every combination of three axes and 20 noise seeds each:

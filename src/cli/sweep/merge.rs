@@ -10,7 +10,7 @@ use crate::cli::error::CliError;
 use crate::cli::report as page;
 use crate::cli::warnings::Warnings;
 use trocar_report::html::command_line;
-use trocar_sim::sweep::{Joined, SweepError, join};
+use trocar_studies::sweep::{Joined, SweepError, join};
 
 const EXAMPLES: &str = "\
 Example:

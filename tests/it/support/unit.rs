@@ -105,7 +105,7 @@ pub fn container(files: &[(&str, &[u8])]) -> Vec<u8> {
 
 /// The path of the library in a unit, on this machine.
 pub fn place(fmi: u8) -> String {
-    let version = if fmi == 2 { trocar_sim::fmu::Version::Two } else { trocar_sim::fmu::Version::Three };
+    let version = if fmi == 2 { trocar_studies::fmu::Version::Two } else { trocar_studies::fmu::Version::Three };
     format!("binaries/{}/tissue.{}", version.platform(), std::env::consts::DLL_EXTENSION)
 }
 

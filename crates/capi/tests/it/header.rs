@@ -6,7 +6,7 @@ use std::path::Path;
 
 use trocar_core::rig::Settings;
 use trocar_core::settings::{Constant, Fallback, Key, Kind};
-use trocar_sim::scenario::unit_of;
+use trocar_scenario::unit_of;
 
 /// Width of a line of the header.
 const WIDTH: usize = 116;

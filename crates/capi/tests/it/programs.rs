@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 use trocar_core::rig::{HapticController, Sample, Settings};
-use trocar_sim::scenario::{Scenario, Source};
+use trocar_scenario::{Scenario, Source};
 
 use crate::header::field;
 
@@ -108,7 +108,7 @@ fn augmented(folder: &TempDir) -> Case {
     fs::write(&file, AUGMENTED).expect("written");
     let scenario = Scenario::load(&Source::Disk(file.clone()), &[]).expect("loads");
     let settings = scenario.rig_settings();
-    let trace = trocar_sim::run::run(scenario).expect("runs").trace;
+    let trace = trocar_studies::run::run(scenario).expect("runs").trace;
     let sample = |k: usize| Sample {
         master_position_m: trace.master_position_m[k],
         slave_position_m: trace.slave_position_m[k],

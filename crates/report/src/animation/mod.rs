@@ -12,8 +12,8 @@ use crate::digits::{Few, Fine};
 use crate::number::show;
 use tissue::nearest;
 pub use tissue::{DrawnTissue, Layer};
-use trocar_sim::metrics::{Outcome, RUPTURE_WINDOW_S, Unit};
-use trocar_sim::run::Run;
+use trocar_engine::metrics::{Outcome, RUPTURE_WINDOW_S, Unit};
+use trocar_studies::run::Run;
 
 /// Displayed time before the rupture, in s. The time after it is that of the metric "overshoot in 0.5 s".
 const BEFORE_S: f64 = 0.1;
@@ -229,8 +229,8 @@ fn time_of_largest_force(run: &Run) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_sim::run::run;
-    use trocar_sim::scenario::{Scenario, Source};
+    use trocar_scenario::{Scenario, Source};
+    use trocar_studies::run::run;
 
     fn shipped(name: &str) -> Run {
         run(Scenario::load(&Source::Builtin(name.into()), &[]).expect("a scenario")).expect("a run")
@@ -282,7 +282,7 @@ mod tests {
         assert_eq!(animation.panels[0].layers[0].top_mm.0, 5.0, "tissue.contact_m of the scenario");
         assert!(animation.png().is_ok());
         let mut empty = run;
-        empty.trace = trocar_sim::engine::Trace::new(empty.scenario.grid);
+        empty.trace = trocar_engine::engine::Trace::new(empty.scenario.grid);
         assert_eq!(Animation::of(&[&empty]), None);
     }
 }

@@ -6,9 +6,9 @@
 use serde::Serialize;
 
 use crate::digits::{Few, Fine};
-use trocar_sim::run::Run;
-use trocar_sim::scenario::{Scenario, TissueSpec};
-use trocar_sim::tissue::{LAYER_NAMES, TissueSettings};
+use trocar_engine::tissue::{LAYER_NAMES, TissueSettings};
+use trocar_scenario::{Scenario, TissueSpec};
+use trocar_studies::run::Run;
 
 /// Time constant with which a torn interface returns to its place, in s.
 const RETURN_S: f64 = 0.02;
@@ -186,7 +186,7 @@ fn named_layers(scenario: &Scenario) -> Vec<NamedLayer> {
     match &**settings {
         TissueSettings::Layers(tissue) => {
             let layers = LAYER_NAMES.iter().zip(&tissue.layers).filter(|(_, layer)| layer.is_present());
-            let layer = |(name, layer): (&&str, &trocar_sim::tissue::LayerParameters)| NamedLayer {
+            let layer = |(name, layer): (&&str, &trocar_engine::tissue::LayerParameters)| NamedLayer {
                 name: (*name).to_owned(),
                 thickness_mm: 1e3 * layer.thickness_m,
                 ruptures: layer.rupture_force_n > layer.cutting_force_n,
@@ -196,7 +196,7 @@ fn named_layers(scenario: &Scenario) -> Vec<NamedLayer> {
         }
         TissueSettings::Tearing(tissue) => {
             let width_m = tissue.crack.crack_width_m;
-            let layer = |(name, layer): &(&'static str, trocar_sim::tissue::TearingLayer)| NamedLayer {
+            let layer = |(name, layer): &(&'static str, trocar_engine::tissue::TearingLayer)| NamedLayer {
                 name: (*name).to_owned(),
                 thickness_mm: 1e3 * layer.thickness_m,
                 ruptures: layer.ruptures(width_m),

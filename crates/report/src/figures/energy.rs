@@ -6,8 +6,8 @@ use super::figure::{Figure, Row};
 use super::legend::{Entry, Sample};
 use super::panel::{self, Panel};
 use super::style::{BLACK, COMPUTED, GREY, HAND, LIMIT, Stroke, TISSUE};
-use trocar_sim::engine::Trace;
-use trocar_sim::run::Run;
+use trocar_engine::engine::Trace;
+use trocar_studies::run::Run;
 
 /// An energy, its line, its name in the legend.
 type Line<'a> = (Vec<f64>, Stroke, &'a str);

@@ -6,8 +6,8 @@ use super::figure::{Figure, Row};
 use super::legend::Sample;
 use super::panel::Panel;
 use super::style::{BLACK, GREY, LIMIT, Stroke};
-use trocar_sim::lti::Complex64;
-use trocar_sim::stability::Locus;
+use trocar_lti::Complex64;
+use trocar_stability::Locus;
 
 /// The range that is drawn, relative to the slowest pole of any value, and its minimum in 1/s.
 const REACH: f64 = 5.0;

@@ -6,7 +6,7 @@ use super::figure::{Figure, Row};
 use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{COMPUTED, LIMIT, PURPLE, Stroke};
-use trocar_sim::stability::LoopResponse;
+use trocar_stability::LoopResponse;
 
 /// Lower limit of the magnitudes that are drawn, and the range of the Nyquist diagram.
 const MIN_MAGNITUDE: f64 = 1e-4;

@@ -6,7 +6,7 @@ use super::figure::{Figure, Row};
 use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{BLACK, COMPUTED, GREY, LIMIT, Stroke, TISSUE};
-use trocar_sim::stability::PortPoint;
+use trocar_stability::PortPoint;
 
 /// Maximum displayed value of Llewellyn's parameter. Every higher value is absolutely stable.
 const MAX_LLEWELLYN: f64 = 3.0;

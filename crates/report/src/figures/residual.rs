@@ -7,7 +7,7 @@ use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{COMPUTED, GREY, LIMIT, Stroke};
 use super::{EstimationView, FigureError};
-use trocar_sim::quantiles::robust_std;
+use trocar_base::quantiles::robust_std;
 
 /// Maximum half width of the figure in σ.
 const MAX_HALF_WIDTH: f64 = 8.0;

@@ -1,7 +1,7 @@
 //! What an interval of time is shaded for, and its colour.
 
 use super::style::{Color, GREY, ORANGE, SKY};
-use trocar_sim::detect::Phase;
+use trocar_studies::detect::Phase;
 
 /// What an interval of time is shaded for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

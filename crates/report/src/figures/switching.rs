@@ -6,7 +6,7 @@ use super::figure::{Figure, Row};
 use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{BLACK, COMPUTED, LIMIT, Stroke};
-use trocar_sim::stability::DwellPoint;
+use trocar_stability::DwellPoint;
 
 /// Lower limit of the growth axis.
 const MIN_GROWTH: f64 = 1e-4;

@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use super::page::{Item, Page};
 use super::*;
 use nalgebra::DMatrix;
-use trocar_sim::lti::{Complex64, StepResponse};
-use trocar_sim::run::run;
-use trocar_sim::scenario::{Scenario, Source};
-use trocar_sim::stability::{DwellPoint, Hybrid, Locus, LoopResponse, Margins, Parameter, PortPoint, Walls, ZWidth};
+use trocar_lti::{Complex64, StepResponse};
+use trocar_scenario::{Scenario, Source};
+use trocar_stability::{DwellPoint, Hybrid, Locus, LoopResponse, Margins, Parameter, PortPoint, Walls, ZWidth};
+use trocar_studies::run::run;
 
 /// Columns of a needle insertion with a rupture at 5.52 s.
 #[derive(Default)]

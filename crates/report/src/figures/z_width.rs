@@ -6,7 +6,7 @@ use super::figure::{Figure, Row};
 use super::legend::Sample;
 use super::panel::{Panel, Trace};
 use super::style::{GREEN, SKY, Stroke};
-use trocar_sim::stability::{Walls, ZWidth};
+use trocar_stability::{Walls, ZWidth};
 
 /// Draws the Z-width.
 ///

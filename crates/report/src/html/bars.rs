@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use crate::number::show;
-use trocar_sim::metrics::Unit;
-use trocar_sim::sweep::{Design, Findings};
+use trocar_engine::metrics::Unit;
+use trocar_studies::sweep::{Design, Findings};
 
 /// The influence of an axis on a metric. Widths are in per cent of the width of the cell.
 #[derive(Clone, Debug, Serialize)]
@@ -27,10 +27,10 @@ pub(super) struct Influence {
 /// Returns a row per metric in focus and axis, the strongest axis first.
 pub(super) fn influences(design: &Design, findings: &Findings) -> Vec<Influence> {
     let per_cent = |share: f64| format!("{:.2}", 100.0 * share.clamp(0.0, 1.0));
-    let of_metric = |influences: &trocar_sim::sweep::Influences| {
+    let of_metric = |influences: &trocar_studies::sweep::Influences| {
         let metric = design.columns[influences.column].label.clone();
         let explained = show(influences.rank_r_squared, Unit::Share);
-        let of_axis = |(index, influence): (usize, &trocar_sim::sweep::Influence)| {
+        let of_axis = |(index, influence): (usize, &trocar_studies::sweep::Influence)| {
             let slope = influence.rank_regression;
             let size = slope.map_or(0.0, |slope| 0.5 * slope.abs());
             Influence {

@@ -11,8 +11,8 @@ use crate::pictures::page_signals;
 use crate::seeds::seeds_table;
 use crate::tables::outcome;
 use crate::{Animation, Table};
-use trocar_sim::compare::{Comparison, Fact, SeedStudy};
-use trocar_sim::run::Run;
+use trocar_studies::compare::{Comparison, Fact, SeedStudy};
+use trocar_studies::run::Run;
 
 /// Displayed time before and after a rupture, in s.
 const BEFORE_S: f64 = 0.2;
@@ -32,7 +32,7 @@ const MAX_WINDOWS: usize = 6;
 /// # Errors
 /// [`HtmlError`].
 pub fn run_html(run: &Run) -> Result<String, HtmlError> {
-    let rows = trocar_sim::compare::rows(&[&run.metrics], &[]);
+    let rows = trocar_studies::compare::rows(&[&run.metrics], &[]);
     let name = run.scenario.name.as_str();
     let line = command_line(["run", &format!("{name}.toml"), "--report"]);
     let sections = vec![
@@ -113,20 +113,20 @@ fn about(run: &Run) -> String {
     format!(
         "{}; tick {}, seed {}, the supervisor {}.",
         outcome(run),
-        show(Some(scenario.grid.tick_s()), trocar_sim::metrics::Unit::Second),
+        show(Some(scenario.grid.tick_s()), trocar_engine::metrics::Unit::Second),
         scenario.seed,
         if scenario.augmentation.enabled { "freezes the slave at ruptures" } else { "does nothing" },
     )
 }
 
 /// Returns the metrics of the short table, without their meaning.
-fn main_metrics(names: &[&str], rows: &[trocar_sim::compare::Row]) -> Section {
+fn main_metrics(names: &[&str], rows: &[trocar_studies::compare::Row]) -> Section {
     let main: Vec<_> = rows.iter().filter(|row| is_main(row)).cloned().collect();
     let table = rows_table("Values of each run", names, &main, |_| "");
     Section { id: "main", title: "Main metrics", blocks: vec![table] }
 }
 
-fn metrics(names: &[&str], rows: &[trocar_sim::compare::Row]) -> Section {
+fn metrics(names: &[&str], rows: &[trocar_studies::compare::Row]) -> Section {
     let table = rows_table("Metrics and their meaning", names, rows, |row| row.declaration.meaning);
     let note = Block::text("A dash marks an undefined value, such as the detection delay of a missed rupture.");
     Section { id: "metrics", title: "All metrics", blocks: vec![table, note] }
@@ -135,8 +135,8 @@ fn metrics(names: &[&str], rows: &[trocar_sim::compare::Row]) -> Section {
 fn rows_table(
     caption: &str,
     names: &[&str],
-    rows: &[trocar_sim::compare::Row],
-    meaning: fn(&trocar_sim::compare::Row) -> &'static str,
+    rows: &[trocar_studies::compare::Row],
+    meaning: fn(&trocar_studies::compare::Row) -> &'static str,
 ) -> Block {
     let is_pair = names.len() == 2;
     let mut head = vec!["metric".to_owned()];
@@ -144,7 +144,7 @@ fn rows_table(
     if is_pair {
         head.push("change".into());
     }
-    let row = |row: &trocar_sim::compare::Row| Row { cells: row_cells(row), meaning: meaning(row) };
+    let row = |row: &trocar_studies::compare::Row| Row { cells: row_cells(row), meaning: meaning(row) };
     Block::Table { caption: caption.into(), head, rows: rows.iter().map(row).collect(), is_text: false }
 }
 
@@ -163,7 +163,7 @@ fn events_section(runs: &[&Run]) -> Section {
 fn charts_section(runs: &[&Run]) -> Section {
     let first = runs.iter().max_by_key(|run| run.metrics.ruptures.len());
     let ruptures = first.map_or(&[][..], |run| run.metrics.ruptures.as_slice());
-    let window = |(index, rupture): (usize, &trocar_sim::metrics::RuptureMetrics)| Window {
+    let window = |(index, rupture): (usize, &trocar_engine::metrics::RuptureMetrics)| Window {
         label: format!("rupture {}", index + 1),
         from: (rupture.time_s - BEFORE_S).max(0.0),
         to: rupture.time_s + AFTER_S,

@@ -9,8 +9,8 @@ use crate::detections::{pooled_phases, recordings_table, scores_table as scores_
 use crate::figures::{self, Shade};
 use crate::number::show;
 use crate::pictures::page_detection;
-use trocar_sim::detect::{Detection, DetectionReport};
-use trocar_sim::metrics::Unit;
+use trocar_engine::metrics::Unit;
+use trocar_studies::detect::{Detection, DetectionReport};
 
 /// Maximum number of alarms with a button.
 const MAX_WINDOWS: usize = 6;

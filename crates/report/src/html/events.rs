@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::Table;
 use crate::figures::{Shade, modes};
 use crate::number::{show, significant};
-use trocar_sim::metrics::{RuptureMetrics, Unit};
-use trocar_sim::run::Run;
+use trocar_engine::metrics::{RuptureMetrics, Unit};
+use trocar_studies::run::Run;
 
 /// Maximum number of marks and of shades on the timeline.
 const MAX_MARKS: usize = 200;

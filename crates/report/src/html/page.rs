@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use trocar_sim::warning::Warning;
+use trocar_base::warning::Warning;
 
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment};

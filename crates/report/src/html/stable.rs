@@ -12,8 +12,8 @@ use crate::stability::map_figure;
 use crate::stability_text::{checked, limit_table, loop_lines, port_passivity, port_table, sampled, unreached};
 use crate::switching::{event_table, switching_lines};
 use crate::z_width::z_width_text;
-use trocar_sim::stability::{Analysis, LIMITED, Parameter, StabilityMap};
-use trocar_sim::stability_check::{Check, StabilityStudy};
+use trocar_stability::{Analysis, LIMITED, Parameter, StabilityMap};
+use trocar_studies::stability_check::{Check, StabilityStudy};
 
 /// Number of intervals of a line.
 const INTERVALS: usize = 1000;

@@ -6,8 +6,8 @@ use crate::figures::{self, CasesView};
 use crate::number::readable;
 use crate::sweep::{SUMMARY_HEADING, heading, heat_figure, summary_row};
 use serde_json::Value as Json;
-use trocar_sim::scenario::Value;
-use trocar_sim::sweep::{Axis, Column, Design, Findings, Levels, Rows, SweepError};
+use trocar_scenario::Value;
+use trocar_studies::sweep::{Axis, Column, Design, Findings, Levels, Rows, SweepError};
 
 /// Maximum number of drawn cases.
 const MAX_CASES: u64 = 2_000;
@@ -88,7 +88,7 @@ pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
 }
 
 fn metrics(design: &Design, findings: &Findings) -> Section {
-    let row = |(summary, column): (&trocar_sim::sweep::Summary, &Column)| Row {
+    let row = |(summary, column): (&trocar_studies::sweep::Summary, &Column)| Row {
         cells: summary_row(summary).to_vec(),
         meaning: column.meaning,
     };
@@ -200,7 +200,7 @@ fn medians(cases: &[(f64, f64)], log: bool) -> Vec<(f64, f64)> {
     };
     for group in cases.chunk_by(is_same) {
         let mut values: Vec<f64> = group.iter().map(|(_, y)| *y).filter(|y| y.is_finite()).collect();
-        if let Some(median) = trocar_sim::quantiles::quantile_of(&mut values, 0.5) {
+        if let Some(median) = trocar_base::quantiles::quantile_of(&mut values, 0.5) {
             medians.push((group[group.len() / 2].0, median));
         }
     }

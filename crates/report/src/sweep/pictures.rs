@@ -5,8 +5,8 @@ use crate::figures::{self, AxisView, Figure, FigureError, HeatView, TornadoView}
 use crate::number::readable;
 use crate::pictures::keep;
 use crate::{Folder, PictureError};
-use trocar_sim::scenario::unit_of;
-use trocar_sim::sweep::{Design, Findings, HeatMap};
+use trocar_scenario::unit_of;
+use trocar_studies::sweep::{Design, Findings, HeatMap};
 
 /// Writes `tornado.svg`, `.png` and `.csv`, and the same three files of a heat map `heat_METRIC` for each metric in focus.
 ///

@@ -12,8 +12,8 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use crate::tables::{quoted, shortest};
-use trocar_sim::scenario::Value;
-use trocar_sim::sweep::{AxisColumn, Design, Outcome, Rows, SweepError, text};
+use trocar_scenario::Value;
+use trocar_studies::sweep::{AxisColumn, Design, Outcome, Rows, SweepError, text};
 
 /// Rows of a Parquet row group, which is held in memory.
 const GROUP_ROWS: usize = 1 << 16;

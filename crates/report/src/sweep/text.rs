@@ -8,8 +8,8 @@ use crate::number::{counted, readable, show, significant};
 use crate::tables::shortest;
 use crate::wrap::wrapped;
 use crate::{Table, json};
-use trocar_sim::metrics::Unit;
-use trocar_sim::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
+use trocar_engine::metrics::Unit;
+use trocar_studies::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
 
 /// The heading of the table of metrics.
 pub(crate) const SUMMARY_HEADING: [&str; 6] =

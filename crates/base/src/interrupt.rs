@@ -1,0 +1,92 @@
+//! Ends long work from outside, wherever it is.
+//!
+//! Long computations call [`check`] every few milliseconds. On a thread that [`watch`]es a flag, a set flag ends the work
+//! by unwinding to [`catch`]: no function between them needs a way to return early. On other threads nothing happens.
+
+use std::any::Any;
+use std::cell::RefCell;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+thread_local! {
+    static STOP: RefCell<Option<Arc<AtomicBool>>> = const { RefCell::new(None) };
+}
+
+/// The work was ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Interrupted;
+
+/// Number of steps of a fast loop between two checks.
+const STEPS: u64 = 4096;
+
+/// Makes this thread end its work once the flag is set.
+pub fn watch(stop: Arc<AtomicBool>) {
+    STOP.set(Some(stop));
+}
+
+/// [`check`] at every so many steps of a fast loop.
+#[inline(always)]
+pub fn check_at(step: u64) {
+    if step.is_multiple_of(STEPS) {
+        check();
+    }
+}
+
+/// Ends the work if the flag of this thread is set.
+#[inline(never)]
+pub fn check() {
+    if is_requested() {
+        // Without the message of a panic: it is none.
+        resume_unwind(Box::new(Interrupted));
+    }
+}
+
+/// Whether the flag of this thread is set.
+pub(crate) fn is_requested() -> bool {
+    STOP.with_borrow(|stop| stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)))
+}
+
+/// Does work that can be ended. A panic of the work goes on.
+///
+/// # Errors
+/// [`Interrupted`] if it was ended.
+pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, Interrupted> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|payload: Box<dyn Any + Send>| {
+        match payload.downcast::<Interrupted>() {
+            Ok(interrupted) => *interrupted,
+            Err(panic) => resume_unwind(panic),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_ends_where_it_is_once_its_flag_is_set() {
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = stop.clone();
+        let work = std::thread::spawn(move || {
+            watch(stop);
+            catch(|| {
+                loop {
+                    check();
+                }
+            })
+        });
+        flag.store(true, Ordering::Relaxed);
+        let ended: Result<(), Interrupted> = work.join().expect("no panic");
+        assert_eq!(ended, Err(Interrupted));
+        assert_eq!(catch(|| 3), Ok(3));
+        check();
+    }
+
+    #[test]
+    fn a_panic_is_not_an_interruption() {
+        let outcome = std::thread::spawn(|| catch(|| resume_unwind(Box::new("a fault")))).join();
+        let payload = outcome.map(|_: Result<(), _>| ()).expect_err("panics");
+        assert_eq!(payload.downcast_ref::<&str>(), Some(&"a fault"));
+    }
+}

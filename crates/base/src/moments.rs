@@ -1,0 +1,40 @@
+//! Mean and variance, updated one value at a time.
+
+/// Count, mean and sum of squared deviations (Welford, *Technometrics* 4, 1962).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Moments {
+    /// Number of values.
+    pub count: u64,
+    /// Their mean.
+    pub mean: f64,
+    /// `Σ (x - mean)²`.
+    pub squares: f64,
+}
+
+impl Moments {
+    /// Adds a value; ignores NaN.
+    pub fn add_defined(&mut self, value: f64) {
+        if !value.is_nan() {
+            self.add(value);
+        }
+    }
+
+    /// Adds a value.
+    #[inline]
+    pub fn add(&mut self, value: f64) {
+        self.count += 1;
+        let before = value - self.mean;
+        self.mean += before / self.count as f64;
+        self.squares += before * (value - self.mean);
+    }
+
+    /// The variance; 0 for fewer than two values.
+    pub fn variance(&self) -> f64 {
+        if self.count > 1 { self.squares / (self.count - 1) as f64 } else { 0.0 }
+    }
+
+    /// The standard error of the mean.
+    pub fn standard_error(&self) -> f64 {
+        if self.count > 0 { (self.variance() / self.count as f64).sqrt() } else { 0.0 }
+    }
+}

@@ -1,0 +1,342 @@
+//! Random delays and losses of samples.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::schedule::{Running, Schedule};
+use super::{Arrival, MAX_DELAY_TICKS};
+use trocar_core::error::{InvalidValue, require};
+use trocar_core::lane::Lane;
+use trocar_core::time::nearest_ticks;
+
+/// Longest jitter in ticks.
+const MAX_JITTER_TICKS: u64 = 100_000;
+
+trocar_core::settings! {
+    /// The random delays and losses of a link.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Irregularity in "channel." {
+        /// Maximum extra random delay of each sample, in both directions; a sample that arrives after a later one is
+        /// dropped.
+        ///
+        /// Uniformly distributed, in whole ticks.
+        jitter_s: f64 [NON_NEGATIVE] = 0.0,
+        /// Probability that a sample is lost, in both directions; the receiver holds the last one.
+        loss: f64 [SHARE] = 0.0,
+    }
+}
+
+impl Irregularity {
+    /// Checks the stated ranges of the fields, on ticks of `tick_s` (s).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
+        self.validate()?;
+        let held = self.jitter_s / tick_s <= MAX_JITTER_TICKS as f64;
+        require("channel.jitter_s", self.jitter_s, held, "at most 100000 ticks").map(drop)
+    }
+
+    /// Maximum extra delay in ticks of `tick_s` (s).
+    #[must_use]
+    pub fn jitter_ticks(&self, tick_s: f64) -> u64 {
+        nearest_ticks(self.jitter_s, tick_s).min(MAX_JITTER_TICKS)
+    }
+
+    /// Whether every sample arrives, with the same delay.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        self.jitter_s == 0.0 && self.loss == 0.0
+    }
+}
+
+/// A sample in transit, with the tick at which it was sent.
+#[derive(Debug, Clone, Copy)]
+struct Sent<L, const N: usize> {
+    stamp: L,
+    sample: [L; N],
+}
+
+/// One direction of an irregular link: of the samples that have arrived, the receiver holds the one sent last. A sample
+/// that arrives after a later one is dropped.
+#[derive(Debug, Clone)]
+pub(super) struct Irregular<L, const N: usize> {
+    /// The sample that arrives at each future tick; of several samples the one sent last.
+    arriving: Box<[Sent<L, N>]>,
+    held: Sent<L, N>,
+    tick: u64,
+    delay_ticks: u64,
+    schedule: Running,
+    draws: Draws,
+    streams: Box<[ChaCha8Rng]>,
+}
+
+/// What is drawn for a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Draws {
+    jitter_choices: f64,
+    loss: f64,
+}
+
+impl Draws {
+    fn new(irregularity: &Irregularity, jitter_ticks: u64) -> Self {
+        Self { jitter_choices: (jitter_ticks + 1) as f64, loss: irregularity.loss }
+    }
+
+    /// The extra delay of the next sample in ticks; `None` if it is lost.
+    #[inline(always)]
+    fn extra_ticks(&self, rng: &mut ChaCha8Rng) -> Option<u64> {
+        // Both are always drawn, so that one setting does not change the random numbers of the other.
+        let (loss_draw, jitter_draw) = (rng.random::<f64>(), rng.random::<f64>());
+        (loss_draw >= self.loss).then_some((jitter_draw * self.jitter_choices) as u64)
+    }
+}
+
+/// The delays of one direction's samples, tick by tick, without the samples: those that a [`Delay`](super::Delay) of the
+/// same settings gives its first lane.
+#[derive(Debug, Clone)]
+pub struct SampleDelays {
+    tick: u64,
+    delay_ticks: u64,
+    schedule: Running,
+    draws: Draws,
+    stream: ChaCha8Rng,
+}
+
+impl SampleDelays {
+    /// The delays around `delay_ticks` on ticks of `tick_s` (s); `random` is `(seed, stream)`.
+    #[must_use]
+    pub fn new(
+        (irregularity, schedule): (&Irregularity, &Schedule),
+        (delay_ticks, tick_s): (u64, f64),
+        (seed, stream): (u64, u64),
+    ) -> Self {
+        Self {
+            tick: 0,
+            delay_ticks: delay_ticks.min(MAX_DELAY_TICKS),
+            schedule: Running::new(schedule.clone()),
+            draws: Draws::new(irregularity, irregularity.jitter_ticks(tick_s)),
+            stream: random_stream(seed, stream),
+        }
+    }
+
+    /// The number of the next sample.
+    #[must_use]
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// The delay of the next sample in ticks; `None` if it is lost.
+    pub fn next_ticks(&mut self) -> Option<u64> {
+        let delay = self.schedule.delay(self.tick, self.delay_ticks);
+        let extra = self.draws.extra_ticks(&mut self.stream);
+        self.tick += 1;
+        Some(delay? + extra?)
+    }
+}
+
+fn random_stream(seed: u64, stream: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(stream);
+    rng
+}
+
+/// The stamp of an empty entry.
+const NEVER: f64 = -1.0;
+
+impl<L: Lane, const N: usize> Irregular<L, N> {
+    /// A link on ticks of `tick_s` (s); lane `i` uses stream `first_stream + i` of `seed`.
+    pub(super) fn new(
+        (irregularity, schedule): (&Irregularity, &Schedule),
+        (delay_ticks, tick_s): (u64, f64),
+        initial: [L; N],
+        (seed, first_stream): (u64, u64),
+    ) -> Self {
+        let jitter_ticks = irregularity.jitter_ticks(tick_s);
+        let nothing = Sent { stamp: L::splat(NEVER), sample: initial };
+        let stream = |lane: usize| random_stream(seed, first_stream + lane as u64);
+        let places = schedule.longest(delay_ticks) + jitter_ticks + 1;
+        Self {
+            arriving: vec![nothing; places as usize].into_boxed_slice(),
+            held: nothing,
+            tick: 0,
+            delay_ticks,
+            schedule: Running::new(schedule.clone()),
+            draws: Draws::new(irregularity, jitter_ticks),
+            streams: (0..L::WIDTH).map(stream).collect(),
+        }
+    }
+
+    /// Maximum delay in ticks of a sample that arrives.
+    pub(super) fn longest_ticks(&self) -> u64 {
+        self.arriving.len() as u64 - 1
+    }
+
+    /// Sends a sample and returns the one that the receiver holds.
+    pub(super) fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
+        let places = self.arriving.len() as u64;
+        let stamp = self.tick as f64;
+        let delay = self.schedule.delay(self.tick, self.delay_ticks);
+        for (lane, rng) in self.streams.iter_mut().enumerate() {
+            let extra = self.draws.extra_ticks(rng);
+            if let (Some(delay), Some(extra)) = (delay, extra) {
+                let late = delay + extra;
+                let place = &mut self.arriving[((self.tick + late) % places) as usize];
+                place.stamp = place.stamp.with_lane(lane, stamp);
+                for (waiting, sent) in place.sample.iter_mut().zip(sample) {
+                    *waiting = waiting.with_lane(lane, sent.lane(lane));
+                }
+            }
+        }
+        let place = &mut self.arriving[(self.tick % places) as usize];
+        let is_fresh = place.stamp.gt(self.held.stamp);
+        for (held, come) in self.held.sample.iter_mut().zip(place.sample) {
+            *held = L::select(is_fresh, come, *held);
+        }
+        self.held.stamp = self.held.stamp.max(place.stamp);
+        place.stamp = L::splat(NEVER);
+        self.tick += 1;
+        Arrival { sample: self.held.sample, is_fresh }
+    }
+}
+
+trocar_core::lane::gather!(Sent[N] { stamp, sample });
+
+impl<const N: usize> trocar_core::lane::Gather for Irregular<f64, N> {
+    type Of<L: Lane> = Irregular<L, N>;
+
+    fn gather<L: Lane>(all: [&Self; trocar_core::lane::LANES]) -> Option<Irregular<L, N>> {
+        use trocar_core::lane::Gather;
+        let first = all[0];
+        let equal = all.iter().all(|one| {
+            (one.tick, one.delay_ticks) == (first.tick, first.delay_ticks)
+                && one.draws == first.draws
+                && one.schedule == first.schedule
+        });
+        if !equal {
+            return None;
+        }
+        Some(Irregular {
+            arriving: Gather::gather(trocar_core::lane::of_each!(all, |one| &one.arriving))?,
+            held: Gather::gather(trocar_core::lane::of_each!(all, |one| &one.held))?,
+            tick: first.tick,
+            delay_ticks: first.delay_ticks,
+            schedule: first.schedule.clone(),
+            draws: first.draws,
+            streams: all.iter().flat_map(|one| one.streams.iter().cloned()).collect(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::Range;
+    use std::sync::Arc;
+
+    use super::*;
+
+    /// The sample that the receiver holds at each tick, where tick `k` sends `k`; -7 before the first arrival.
+    fn held(jitter_s: f64, loss: f64, delay_ticks: u64, seed: u64) -> Vec<f64> {
+        scheduled(Irregularity { jitter_s, loss }, &Schedule::default(), delay_ticks, seed)
+    }
+
+    fn scheduled(irregularity: Irregularity, schedule: &Schedule, delay_ticks: u64, seed: u64) -> Vec<f64> {
+        let mut link = Irregular::new((&irregularity, schedule), (delay_ticks, 1e-3), [-7.0], (seed, 0));
+        (0..20_000).map(|tick| link.exchange([f64::from(tick)]).sample[0]).collect()
+    }
+
+    #[test]
+    fn without_irregularity_it_is_the_delay() {
+        let held = held(0.0, 0.0, 3, 1);
+        assert_eq!(held[..5], [-7.0, -7.0, -7.0, 0.0, 1.0]);
+        assert_eq!(held[19_999], 19_996.0);
+    }
+
+    #[test]
+    fn lost_samples_are_held_over_as_often_as_they_are_lost() {
+        let held = held(0.0, 0.1, 2, 1);
+        let over = held[10..].windows(2).filter(|pair| pair[0] == pair[1]).count();
+        assert!((1850..=2150).contains(&over), "{over} of 19989 at 10 %");
+        assert!(held.windows(2).all(|pair| pair[1] >= pair[0]));
+    }
+
+    #[test]
+    fn jitter_delays_within_its_bounds_and_never_goes_back() {
+        let held = held(5e-3, 0.0, 2, 1);
+        for (tick, pair) in held.windows(2).enumerate().skip(20) {
+            assert!(pair[1] >= pair[0], "an older sample was taken at {tick}");
+            let age = tick as f64 - pair[0];
+            assert!((2.0..=7.0).contains(&age), "{age} at {tick}");
+        }
+        let ages: Vec<f64> = held.iter().zip(0..).map(|(&sent, tick)| f64::from(tick) - sent).skip(20).collect();
+        assert!(ages.contains(&2.0) && ages.iter().any(|&age| age >= 5.0));
+    }
+
+    #[test]
+    fn delays_without_samples_are_those_of_the_samples() {
+        let uneven = Irregularity { jitter_s: 5e-3, loss: 0.2 };
+        let logged = Schedule::new(Arc::from([6, 2, Schedule::LOST, 4]), std::iter::once(300..350).collect());
+        for schedule in [Schedule::default(), dead(10..15), logged] {
+            let held = scheduled(uneven, &schedule, 2, 1);
+            let mut delays = SampleDelays::new((&uneven, &schedule), (2, 1e-3), (1, 0));
+            let mut latest = vec![-7; held.len() + 2000];
+            for sent in 0..20_000 {
+                if let Some(ticks) = delays.next_ticks() {
+                    latest[sent as usize + ticks as usize] = sent;
+                }
+            }
+            let mut last = -7;
+            for (tick, held) in held.iter().enumerate() {
+                last = last.max(latest[tick]);
+                assert_eq!(f64::from(last), *held, "at {tick}");
+            }
+        }
+    }
+
+    fn dead(ticks: Range<u64>) -> Schedule {
+        Schedule::new(Arc::default(), std::iter::once(ticks).collect())
+    }
+
+    #[test]
+    fn what_is_sent_in_an_outage_never_arrives() {
+        let outage = dead(10..15);
+        let held = scheduled(Irregularity::default(), &outage, 3, 1);
+        // The sample of tick 9 is held until that of tick 15 arrives.
+        assert_eq!(held[11..19], [8.0, 9.0, 9.0, 9.0, 9.0, 9.0, 9.0, 15.0]);
+        assert_eq!(held[19_999], 19_996.0);
+    }
+
+    #[test]
+    fn an_outage_does_not_change_what_happens_to_others() {
+        let uneven = Irregularity { jitter_s: 5e-3, loss: 0.2 };
+        let (without, with) = (scheduled(uneven, &Schedule::default(), 2, 1), scheduled(uneven, &dead(500..800), 2, 1));
+        assert_eq!(without[..502], with[..502]);
+        assert_eq!(without[820..], with[820..]);
+        assert!(with[510..802].iter().all(|&sent| sent < 500.0), "sent in the outage");
+    }
+
+    #[test]
+    fn logged_delays_are_kept_and_a_sample_that_was_overtaken_is_dropped() {
+        // 0 takes 6 ticks and is overtaken by 1, which takes 2; 2 is lost; 3 and 4 arrive together.
+        let logged = Schedule::new(Arc::from([6, 2, Schedule::LOST, 4, 3, 3]), Arc::default());
+        let held = scheduled(Irregularity::default(), &logged, 0, 1);
+        assert_eq!(held[..10], [-7.0, -7.0, -7.0, 1.0, 1.0, 1.0, 1.0, 4.0, 5.0, 6.0]);
+    }
+
+    #[test]
+    fn jitter_comes_on_top_of_logged_delays() {
+        let logged = Schedule::new(Arc::from([10]), Arc::default());
+        let held = scheduled(Irregularity { jitter_s: 5e-3, loss: 0.0 }, &logged, 0, 1);
+        let ages: Vec<f64> = held.iter().zip(0..).map(|(&sent, tick)| f64::from(tick) - sent).skip(30).collect();
+        assert!(ages.iter().all(|age| (10.0..=15.0).contains(age)) && ages.contains(&10.0), "within its bounds");
+        assert!(ages.iter().any(|&age| age >= 13.0));
+    }
+
+    #[test]
+    fn a_dead_link_holds_the_start_and_seeds_differ() {
+        assert!(held(0.0, 1.0, 0, 1).iter().all(|&sample| sample == -7.0));
+        assert_eq!(held(3e-3, 0.2, 1, 1), held(3e-3, 0.2, 1, 1));
+        assert_ne!(held(3e-3, 0.2, 1, 1), held(3e-3, 0.2, 1, 2));
+    }
+}

@@ -1,0 +1,94 @@
+//! A role that is played by a built-in part or by one of the user's own.
+
+use super::{IntegrationError, MasterReading, Plants, SlaveReading};
+use crate::operator::Operator;
+use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
+use crate::tissue::{Reaction, Tissue, TissueFailure};
+use trocar_core::augmentation::{AugmentedTick, ForceLaw, Modes, MotionLaw};
+use trocar_core::detection::{Decision, Detector, Evidence};
+use trocar_core::estimation::{Estimate, Estimator};
+
+/// A built-in part, whose code is within the tick, or another one of the same trait, which is called.
+pub enum BuiltInOr<B, D: ?Sized> {
+    /// A built-in part.
+    BuiltIn(B),
+    /// One of the user's own.
+    Own(Box<D>),
+}
+
+/// Implements a trait for a built-in part or another one by the methods of the one that is there.
+macro_rules! by_the_part_that_is_there {
+    ($Trait:ident { $(fn $name:ident($($reference:tt)+) ($($argument:ident: $Type:ty),*) $(-> $Result:ty)?;)* }) => {
+        impl<B: $Trait<f64>> $Trait<f64> for BuiltInOr<B, dyn $Trait<f64> + Send> {
+            $(
+                #[inline(always)]
+                fn $name($($reference)+, $($argument: $Type),*) $(-> $Result)? {
+                    by_the_part_that_is_there!(@call $name($($reference)+) ($($argument),*))
+                }
+            )*
+        }
+    };
+    (@call $name:ident(&mut $self:ident) ($($argument:ident),*)) => {
+        match $self {
+            Self::BuiltIn(part) => part.$name($($argument),*),
+            Self::Own(part) => part.$name($($argument),*),
+        }
+    };
+    (@call $name:ident(&$self:ident) ($($argument:ident),*)) => {
+        match $self {
+            Self::BuiltIn(part) => part.$name($($argument),*),
+            Self::Own(part) => part.$name($($argument),*),
+        }
+    };
+}
+
+by_the_part_that_is_there!(Operator {
+    fn desired_position_m(&mut self)(tick: u64, felt_n: f64) -> f64;
+    fn intended_position_m(&self)(desired_m: f64) -> f64;
+    fn master(&mut self)(position_m: f64);
+    fn cue(&mut self)(is_on: bool);
+    fn notices(&self)() -> bool;
+});
+
+by_the_part_that_is_there!(Tissue {
+    fn react(&mut self)(tick: u64, position_m: f64, velocity_m_per_s: f64) -> Reaction<f64>;
+    fn shaft_force_n(&self)() -> f64;
+    fn failure(&self)() -> Option<&TissueFailure>;
+});
+
+by_the_part_that_is_there!(Estimator {
+    fn update(&mut self)(force_n: f64, depth_m: f64, velocity_m_per_s: f64) -> Estimate<f64>;
+    fn skip(&mut self)();
+});
+
+by_the_part_that_is_there!(Detector {
+    fn update(&mut self)(evidence: &Evidence<f64>) -> Decision<f64>;
+});
+
+by_the_part_that_is_there!(Connection {
+    fn position_scale(&self)() -> f64;
+    fn force_scale(&self)() -> f64;
+    fn to_slave(&mut self)(master: &AtMaster<f64>, slave: &AtSlave<f64>) -> f64;
+    fn limit_reference(&mut self)(reference_m: f64, slave: &AtSlave<f64>) -> f64;
+    fn to_master(&mut self)(mode: f64, slave: &AtSlave<f64>, master: &AtMaster<f64>) -> (f64, f64);
+    fn limit(&mut self)(force_n: f64, master: &AtMaster<f64>) -> f64;
+    fn apply_compliance(&self)(reference_m: f64, tissue_force_n: f64) -> f64;
+    fn report(&self)(index: usize) -> Option<LinkReport>;
+});
+
+by_the_part_that_is_there!(MotionLaw {
+    fn follow(&mut self)(hand_m: f64, slave_m: f64) -> f64;
+    fn update(&mut self)(modes: Modes<f64>, hand_m: f64, slave_m: f64) -> f64;
+    fn sense(&mut self)(force_n: f64);
+    fn is_blended(&self)() -> bool;
+});
+
+by_the_part_that_is_there!(ForceLaw {
+    fn augmented(&mut self)(now: &AugmentedTick<f64>) -> (f64, f64);
+});
+
+by_the_part_that_is_there!(Plants {
+    fn master(&self)() -> MasterReading<f64>;
+    fn slave(&self)() -> SlaveReading<f64>;
+    fn step(&mut self)(desired: f64, desired_next: f64, feedback: f64, reference: f64) -> Result<(), IntegrationError>;
+});

@@ -1,0 +1,118 @@
+//! One tick, N ticks, and their observers.
+//!
+//! The physics between ticks is linear and is stepped exactly; the two sides are coupled only by the sampled channel. A
+//! tick, at `k * tick_s`:
+//!
+//! 1. read both plants: `x_h, v_h, F_h`; `x_e, v_e`
+//! 2. tissue: `f_e`; sensors: the measured force `y`, position and velocity
+//! 3. estimator: `e_k`, then its parameters
+//! 4. detector: `s_k`, then `g_k` and the alarm
+//! 5. link, and supervisor on the slave's side, fed with the master's position as it arrives: mode, `x_ref`
+//! 6. link, and force law on the master's side, fed with force and mode as they arrive: `F_ed`
+//! 7. both plants to tick `k + 1`
+//!
+//! [`Parts::tick`] implements this list; [`MasterSide`] and [`SlaveSide`] do the steps of one side. The combination of parts is the engine's wiring: it is chosen once, when a
+//! scenario is built ([`Wired`]), and the tick is compiled for each wiring.
+
+mod built_in_or;
+mod column;
+#[cfg(target_arch = "x86_64")]
+mod eight;
+mod error;
+mod exact;
+mod instruction_set;
+mod integrated;
+mod limited;
+mod motor;
+mod observer;
+mod own;
+mod parts;
+mod plants;
+mod port_energies;
+mod scheduled;
+mod sides;
+mod signals;
+mod split;
+mod trace;
+mod trust;
+mod wired;
+
+pub use built_in_or::BuiltInOr;
+pub use column::{ColumnValues, TraceColumn};
+#[cfg(target_arch = "x86_64")]
+#[doc(hidden)]
+pub use eight::{Avx2, Avx512};
+pub use error::{EngineError, InvalidPart};
+pub use exact::{ExactPlants, GatheredPlants};
+pub use instruction_set::{InSet, InstructionSet, Wide};
+pub use integrated::IntegratedPlants;
+pub use limited::LimitedPlants;
+pub use observer::{Additional, EventObserver, Observer};
+pub use own::{OwnEngine, OwnParts, OwnPlants, OwnWiring};
+pub use parts::{Parts, Wiring};
+pub use plants::{IntegrationError, MasterReading, Plants, SlaveReading};
+pub use port_energies::PortEnergies;
+pub use scheduled::ScheduledAlarms;
+pub use sides::{MasterSide, SideEngine, SlaveSide};
+pub use signals::{Happening, Signals};
+pub use split::FractionalDelayPlants;
+pub use trace::{COLUMNS, TRACE_COLUMNS, Trace, TraceRecorder};
+pub use trust::{TRUST_COLUMNS, TrustColumns};
+pub use wired::{Any, AnyChain, AnyDetector, PaperChain, Wired};
+
+use std::ops::ControlFlow;
+
+use trocar_base::interrupt;
+use trocar_core::lane::{Gather, LANES, of_each};
+use trocar_core::time::TickGrid;
+
+/// An insertion, ready at tick 0: the ticks, the plants, and the parts around them.
+#[derive(Debug, Clone)]
+pub struct Engine<P, W> {
+    /// The ticks of the run.
+    pub grid: TickGrid,
+    /// The two machines.
+    pub plants: P,
+    /// All other parts.
+    pub parts: W,
+}
+
+impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
+    /// Runs every tick of the grid, or until the observer is done. Nothing is allocated during the run.
+    ///
+    /// # Errors
+    /// [`EngineError`] if the plants are integrated numerically and the integrator fails, or if the tissue fails.
+    pub fn run<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
+        self.run_ticks(observer)
+    }
+
+    /// [`Engine::run`] in the instruction set of the function that inlines it.
+    #[inline(always)]
+    fn run_ticks<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
+        let mut desired_m = self.parts.begin();
+        for tick in 0..self.grid.ticks() {
+            interrupt::check_at(tick);
+            match self.parts.tick(tick, desired_m, &mut self.plants, observer) {
+                ControlFlow::Continue(next) => desired_m = next,
+                // Without a number from the tissue, the run ends in many ways, of which it is the reason.
+                ControlFlow::Break(outcome) => return self.parts.tissue_outcome().and(outcome),
+            }
+        }
+        self.parts.tissue_outcome()
+    }
+}
+
+/// Combines eight engines into one, the first in lane 0; `None` if they differ in more than numbers. `plants` combines
+/// their machines.
+fn gather<L: trocar_core::lane::Lane, P, Q, W: Gather>(
+    all: [&Engine<P, W>; LANES],
+    plants: impl FnOnce([&P; LANES]) -> Option<Q>,
+) -> Option<Engine<Q, W::Of<L>>> {
+    let grid = all[0].grid;
+    all.iter().all(|one| one.grid == grid).then_some(())?;
+    Some(Engine {
+        grid,
+        plants: plants(of_each!(all, |one| &one.plants))?,
+        parts: W::gather(of_each!(all, |one| &one.parts))?,
+    })
+}

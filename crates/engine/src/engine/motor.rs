@@ -1,0 +1,61 @@
+//! A motor with limited range and rate and a lag, stepped from tick to tick.
+
+use crate::plant::MotorStep;
+use trocar_core::lane::{Lane, by_index};
+
+/// The motor between a wanted command and the `N` states of a machine.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Motor<L, const N: usize> {
+    range: L,
+    /// Maximum change from one tick to the next.
+    change: L,
+    /// Held over the last tick.
+    command: L,
+    /// `None` without a lag. The branch at every tick has the same result over a whole run.
+    lag: Option<Lag<L, N>>,
+}
+
+/// The part of a [`MotorStep`] for the motor's output, and that output.
+#[derive(Debug, Clone, Copy)]
+struct Lag<L, const N: usize> {
+    from_actual: [L; N],
+    kept: L,
+    gained: L,
+    actual: L,
+}
+
+impl<L: Lane, const N: usize> Motor<L, N> {
+    /// A motor settled at the command `at_rest`, with a range and a maximum change per tick (infinite without a limit),
+    /// for a machine with the first `N` states of its side.
+    pub(super) fn new<const STATES: usize>(
+        (range, change): (f64, f64),
+        step: &MotorStep<STATES>,
+        at_rest: f64,
+    ) -> Self {
+        let command = L::splat(at_rest.clamp(-range, range));
+        let lag = step.from_actual.iter().any(|&effect| effect != 0.0).then(|| Lag {
+            from_actual: std::array::from_fn(|i| L::splat(step.from_actual[i])),
+            kept: L::splat(step.kept),
+            gained: L::splat(step.gained),
+            actual: command,
+        });
+        Self { range: L::splat(range), change: L::splat(change), command, lag }
+    }
+
+    /// The limited command over the next tick for a wanted one.
+    #[inline(always)]
+    pub(super) fn command(&mut self, wanted: L) -> L {
+        let within = wanted.clamp(-self.range, self.range);
+        self.command = within.clamp(self.command - self.change, self.command + self.change);
+        self.command
+    }
+
+    /// Adds the effect of the motor's output at the start of the tick to the states at its end, and steps the output.
+    #[inline(always)]
+    pub(super) fn follow(&mut self, states: [L; N]) -> [L; N] {
+        let Some(lag) = &mut self.lag else { return states };
+        let actual = lag.actual;
+        lag.actual = lag.kept * actual + lag.gained * self.command;
+        by_index!(N, |i| states[i] + lag.from_actual[i] * actual)
+    }
+}

@@ -1,0 +1,75 @@
+//! Observers of a run.
+
+use super::{Happening, Signals};
+use trocar_core::lane::Lane;
+
+/// Receives the signals of each tick.
+pub trait Observer<L: Lane> {
+    /// Receives the signals of a tick. The ticks of a run come in order, starting at 0.
+    fn observe(&mut self, signals: &Signals<L>);
+
+    /// Whether the run may end at this tick.
+    #[inline(always)]
+    fn is_done(&self) -> bool {
+        false
+    }
+}
+
+/// Ignores all signals: the tick alone.
+impl<L: Lane> Observer<L> for () {
+    #[inline(always)]
+    fn observe(&mut self, _signals: &Signals<L>) {}
+}
+
+/// A borrowed observer.
+impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
+    #[inline(always)]
+    fn observe(&mut self, signals: &Signals<L>) {
+        (**self).observe(signals);
+    }
+
+    #[inline(always)]
+    fn is_done(&self) -> bool {
+        (**self).is_done()
+    }
+}
+
+/// Receives what happens at each tick. It is called dynamically, so that the tick is compiled once for all of them.
+pub trait EventObserver<L: Lane> {
+    /// As [`Observer::observe`].
+    fn observe(&mut self, happening: &Happening<L>);
+}
+
+/// Nothing is observed.
+impl<L: Lane> EventObserver<L> for () {
+    fn observe(&mut self, _happening: &Happening<L>) {}
+}
+
+/// An observer of what happens at each tick, or none.
+pub struct Additional<'a, L: Lane>(pub Option<&'a mut dyn EventObserver<L>>);
+
+impl<L: Lane> Observer<L> for Additional<'_, L> {
+    #[inline(always)]
+    fn observe(&mut self, signals: &Signals<L>) {
+        if let Some(observer) = &mut self.0 {
+            observer.observe(&Happening::of(signals));
+        }
+    }
+}
+
+/// Two observers. When the first is done, for example because the run has diverged, the second does not receive that
+/// tick.
+impl<L: Lane, A: Observer<L>, B: Observer<L>> Observer<L> for (A, B) {
+    #[inline(always)]
+    fn observe(&mut self, signals: &Signals<L>) {
+        self.0.observe(signals);
+        if !self.0.is_done() {
+            self.1.observe(signals);
+        }
+    }
+
+    #[inline(always)]
+    fn is_done(&self) -> bool {
+        self.0.is_done() || self.1.is_done()
+    }
+}

@@ -1,0 +1,241 @@
+//! The parts around the plants, and the tick.
+
+use std::ops::ControlFlow;
+
+use super::signals::{Desired, FedBack, Sensed};
+use super::{EngineError, MasterReading, Observer, Plants, Signals, SlaveReading};
+use crate::operator::Operator;
+use crate::sensor::{NoiseBank, Sensor};
+use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
+use crate::tissue::Tissue;
+use trocar_core::augmentation::{AnyForceLaw, ForceLaw, HeldReference, MotionLaw, Situation, SlaveCommand, Supervisor};
+use trocar_core::chain::Chain;
+use trocar_core::detection::Detector;
+use trocar_core::estimation::Estimator;
+use trocar_core::lane::{Gather, LANES, Lane, of_each};
+
+/// The interface of [`Parts`] to the engine, independent of the part types.
+pub trait Wiring {
+    /// The number type of the tick.
+    type Lane: Lane;
+
+    /// The desired position at tick 0 in m.
+    fn begin(&mut self) -> Self::Lane;
+
+    /// Runs one tick with the desired position `desired_m` (m). Returns the desired position at the next tick, or the
+    /// outcome at the end of the run.
+    fn tick<P: Plants<Self::Lane>, O: Observer<Self::Lane>>(
+        &mut self,
+        tick: u64,
+        desired_m: Self::Lane,
+        plants: &mut P,
+        observer: &mut O,
+    ) -> ControlFlow<Result<(), EngineError>, Self::Lane>;
+
+    /// Whether the tissue is able to go on. Not part of a tick: a failed tissue gives forces that are not numbers.
+    ///
+    /// # Errors
+    /// [`EngineError::Tissue`].
+    fn tissue_outcome(&self) -> Result<(), EngineError>;
+
+    /// The report of the link in lane `index`; `None` for a link that passes everything on in the same tick.
+    fn link_report(&self, index: usize) -> Option<LinkReport>;
+
+    /// Takes the noise of `ticks` ticks from a bank, if it has it or has room. The numbers are the same as without a
+    /// bank.
+    fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64);
+}
+
+/// The parts of an insertion besides the plants, one per role: operator, tissue, sensor, estimator, detector, link,
+/// motion law and force law.
+#[derive(Debug, Clone)]
+pub struct Parts<L: Lane, O, T, S, E, D, K, M = HeldReference<L>, F = AnyForceLaw<L>> {
+    /// The operator, who gives the desired position.
+    pub operator: O,
+    /// The tissue, which gives the force on the needle.
+    pub tissue: T,
+    /// The sensors of force, position and velocity.
+    pub sensor: S,
+    /// Estimator and detector.
+    pub chain: Chain<L, E, D>,
+    /// Automaton, motion law and force law.
+    pub supervisor: Supervisor<L, M, F>,
+    /// The link between the two sides.
+    pub link: K,
+}
+
+/// The master's measurements for the link.
+#[inline(always)]
+pub(super) fn of_master<L: Lane>(master: &MasterReading<L>) -> AtMaster<L> {
+    AtMaster {
+        position_m: master.position_m,
+        velocity_m_per_s: master.velocity_m_per_s,
+        hand_force_n: master.hand_force_n,
+    }
+}
+
+/// The steps of a tick that belong to one side. Neither side reads what the other's steps change, so that each can run in
+/// a process of its own ([`MasterSide`](super::MasterSide), [`SlaveSide`](super::SlaveSide)).
+impl<L, O, T, S, E, D, K, M, F> Parts<L, O, T, S, E, D, K, M, F>
+where
+    L: Lane,
+    O: Operator<L>,
+    T: Tissue<L>,
+    S: Sensor<L>,
+    E: Estimator<L>,
+    D: Detector<L>,
+    K: Connection<L>,
+    M: MotionLaw<L>,
+    F: ForceLaw<L>,
+{
+    /// Steps 2 to 4, on the slave's side: tissue and sensors, estimator, detector.
+    #[inline(always)]
+    pub(super) fn sense(&mut self, tick: u64, slave: &SlaveReading<L>) -> Sensed<L> {
+        let reaction = self.tissue.react(tick, slave.position_m, slave.velocity_m_per_s);
+        let sensed_n = if self.sensor.excludes_shaft() {
+            reaction.force_n - self.tissue.shaft_force_n()
+        } else {
+            reaction.force_n
+        };
+        let reading = self.sensor.read(sensed_n, slave.position_m, slave.velocity_m_per_s);
+        let insight = self.chain.step(&reading);
+        let at_slave = AtSlave {
+            position_m: reading.position_m,
+            velocity_m_per_s: reading.velocity_m_per_s,
+            force_n: reading.force_n,
+        };
+        Sensed { reaction, insight, at_slave }
+    }
+
+    /// Step 5, after the hand's position has arrived: the mode and the reference.
+    #[inline(always)]
+    pub(super) fn command_slave(&mut self, tick: u64, hand_m: L, sensed: &Sensed<L>) -> SlaveCommand<L> {
+        let Sensed { insight, at_slave, .. } = sensed;
+        let command = self.supervisor.decide(&Situation {
+            tick,
+            alarm: insight.decision.alarm,
+            decision: insight.decision.decision,
+            hand_m,
+            slave_m: at_slave.position_m,
+            force_n: at_slave.force_n,
+        });
+        SlaveCommand { slave_reference_m: self.link.limit_reference(command.slave_reference_m, at_slave), ..command }
+    }
+
+    /// Step 6, after mode and force (N) have arrived: the feedback force.
+    #[inline(always)]
+    pub(super) fn feed_back(&mut self, mode: L, force_n: L, at_master: &AtMaster<L>) -> FedBack<L> {
+        let (commanded_n, allowed_step_n) = self.supervisor.feedback_force(mode, force_n, at_master.velocity_m_per_s);
+        FedBack { commanded_n, allowed_step_n, force_n: self.link.limit(commanded_n, at_master) }
+    }
+
+    /// What the operator does at the tick of the desired position `desired_m` (m).
+    #[inline(always)]
+    pub(super) fn desired(&self, desired_m: L) -> Desired<L> {
+        Desired {
+            position_m: desired_m,
+            intended_m: self.operator.intended_position_m(desired_m),
+            is_noticed: self.operator.notices(),
+        }
+    }
+
+    /// The desired position at the next tick, in m.
+    #[inline(always)]
+    pub(super) fn next_desired_m(&mut self, tick: u64, arrived_mode: L, master: &MasterReading<L>) -> L {
+        self.operator.cue(self.supervisor.cue(arrived_mode));
+        self.operator.master(master.position_m);
+        self.operator.desired_position_m(tick + 1, master.hand_force_n)
+    }
+}
+
+impl<L, O, T, S, E, D, K, M, F> Wiring for Parts<L, O, T, S, E, D, K, M, F>
+where
+    L: Lane,
+    O: Operator<L>,
+    T: Tissue<L>,
+    S: Sensor<L>,
+    E: Estimator<L>,
+    D: Detector<L>,
+    K: Connection<L>,
+    M: MotionLaw<L>,
+    F: ForceLaw<L>,
+{
+    type Lane = L;
+
+    #[inline(always)]
+    fn begin(&mut self) -> L {
+        self.operator.desired_position_m(0, L::zero())
+    }
+
+    #[inline(always)]
+    fn tick<P: Plants<L>, Ob: Observer<L>>(
+        &mut self,
+        tick: u64,
+        desired_m: L,
+        plants: &mut P,
+        observer: &mut Ob,
+    ) -> ControlFlow<Result<(), EngineError>, L> {
+        // 1. read both plants
+        let (master, slave) = (plants.master(), plants.slave());
+        let at_master = of_master(&master);
+        // 2. to 4. tissue and sensors, estimator and detector
+        let sensed = self.sense(tick, &slave);
+        // 5. link and supervisor on the slave's side
+        let hand_m = self.link.to_slave(&at_master, &sensed.at_slave);
+        let command = self.command_slave(tick, hand_m, &sensed);
+        // 6. link and force law on the master's side
+        let (arrived_mode, arrived_force_n) = self.link.to_master(command.mode, &sensed.at_slave, &at_master);
+        let fed_back = self.feed_back(arrived_mode, arrived_force_n, &at_master);
+
+        let desired = self.desired(desired_m);
+        observer.observe(&Signals::of_both(tick, &(desired, master, fed_back), &(slave, sensed, command)));
+        if observer.is_done() {
+            return ControlFlow::Break(Ok(()));
+        }
+
+        // 7. both plants to the next tick
+        let desired_next_m = self.next_desired_m(tick, arrived_mode, &master);
+        let reference_m = self.link.apply_compliance(command.slave_reference_m, sensed.reaction.force_n);
+        match plants.step(desired_m, desired_next_m, fed_back.force_n, reference_m) {
+            Ok(()) => ControlFlow::Continue(desired_next_m),
+            Err(error) => ControlFlow::Break(Err(error.into())),
+        }
+    }
+
+    fn tissue_outcome(&self) -> Result<(), EngineError> {
+        self.tissue.failure().map_or(Ok(()), |failure| Err(failure.clone().into()))
+    }
+
+    fn link_report(&self, index: usize) -> Option<LinkReport> {
+        self.link.report(index)
+    }
+
+    fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64) {
+        self.sensor.share_noise(bank, ticks);
+    }
+}
+
+impl<O, T, S, E, D, K, M, F> Gather for Parts<f64, O, T, S, E, D, K, M, F>
+where
+    O: Gather,
+    T: Gather,
+    S: Gather,
+    E: Gather,
+    D: Gather,
+    K: Gather,
+    M: Gather,
+    F: Gather,
+{
+    type Of<L: Lane> = Parts<L, O::Of<L>, T::Of<L>, S::Of<L>, E::Of<L>, D::Of<L>, K::Of<L>, M::Of<L>, F::Of<L>>;
+
+    fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
+        Some(Parts {
+            operator: O::gather(of_each!(all, |one| &one.operator))?,
+            tissue: T::gather(of_each!(all, |one| &one.tissue))?,
+            sensor: S::gather(of_each!(all, |one| &one.sensor))?,
+            chain: Gather::gather(of_each!(all, |one| &one.chain))?,
+            supervisor: Gather::gather(of_each!(all, |one| &one.supervisor))?,
+            link: K::gather(of_each!(all, |one| &one.link))?,
+        })
+    }
+}

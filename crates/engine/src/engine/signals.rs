@@ -1,0 +1,218 @@
+//! The signals of a tick, for its observers.
+
+use super::{MasterReading, SlaveReading};
+use crate::teleoperation::AtSlave;
+use crate::tissue::Reaction;
+use trocar_core::augmentation::SlaveCommand;
+use trocar_core::chain::Insight;
+use trocar_core::detection::Decision;
+use trocar_core::estimation::Estimate;
+use trocar_core::lane::{Lane, Mask};
+
+/// Every signal of one tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Signals<L: Lane> {
+    /// The tick's number; its time is `k * tick_s`.
+    pub tick: u64,
+    /// `x_d` in m.
+    pub desired_position_m: L,
+    /// `x_v` in m: the position of the master that the operator means to reach.
+    pub intended_position_m: L,
+    /// `x_h` in m.
+    pub master_position_m: L,
+    /// `v_h` in m/s.
+    pub master_velocity_m_per_s: L,
+    /// `F_h` in N.
+    pub operator_force_n: L,
+    /// `x_ref` in m.
+    pub slave_reference_m: L,
+    /// `x_e` in m.
+    pub slave_position_m: L,
+    /// `v_e` in m/s.
+    pub slave_velocity_m_per_s: L,
+    /// `f_e` in N.
+    pub tissue_force_n: L,
+    /// `y` in N.
+    pub measured_force_n: L,
+    /// `F_ed` as it arrives at the master, in N.
+    pub feedback_force_n: L,
+    /// `K` in N/m.
+    pub stiffness_n_per_m: L,
+    /// `B` in N·s/m.
+    pub damping_n_s_per_m: L,
+    /// The estimator's extra parameter, in the unit of its column; 0 without one.
+    pub extra_parameter: L,
+    /// `e` in N.
+    pub residual_n: L,
+    /// `s`, in the unit of the distance.
+    pub distance: L,
+    /// `g`, in the unit of the distance.
+    pub decision: L,
+    /// 0 teleoperation, 1 augmented, 2 re-engaging.
+    pub mode: L,
+    /// Whether a layer ruptures at this tick: ground truth.
+    pub ruptured: L::Mask,
+    /// Whether the operator notices a change of the felt force at this tick.
+    pub noticed: L::Mask,
+    /// Whether the detector raises an alarm at this tick.
+    pub alarm: L::Mask,
+    /// Whether the supervisor acts on the alarm (with augmentation disabled: whether there is one).
+    pub alarm_taken: L::Mask,
+    /// `F_ed` as the supervisor commands it, before the channel, in N.
+    pub commanded_force_n: L,
+    /// Largest change of the commanded force from the last tick that the active law allows, in N.
+    pub allowed_force_step_n: L,
+}
+
+/// What happens at a tick, of its [`Signals`]: few, as every signal that an observer may receive stays live in every tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Happening<L: Lane> {
+    pub tick: u64,
+    pub intended_position_m: L,
+    pub slave_position_m: L,
+    pub residual_n: L,
+    pub decision: L,
+    pub mode: L,
+    pub ruptured: L::Mask,
+    pub alarm: L::Mask,
+}
+
+impl<L: Lane> Happening<L> {
+    #[inline(always)]
+    pub(crate) fn of(s: &Signals<L>) -> Self {
+        Self {
+            tick: s.tick,
+            intended_position_m: s.intended_position_m,
+            slave_position_m: s.slave_position_m,
+            residual_n: s.residual_n,
+            decision: s.decision,
+            mode: s.mode,
+            ruptured: s.ruptured,
+            alarm: s.alarm,
+        }
+    }
+}
+
+/// What the operator does at a tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Desired<L: Lane> {
+    pub(super) position_m: L,
+    pub(super) intended_m: L,
+    pub(super) is_noticed: L::Mask,
+}
+
+/// The feedback force at a tick: as the force law commands it, its allowed change, and as the link limits it, in N.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FedBack<L> {
+    pub(super) commanded_n: L,
+    pub(super) allowed_step_n: L,
+    pub(super) force_n: L,
+}
+
+/// What the slave's side senses at a tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sensed<L: Lane> {
+    pub(super) reaction: Reaction<L>,
+    pub(super) insight: Insight<L>,
+    pub(super) at_slave: AtSlave<L>,
+}
+
+/// The steps of a tick at the master.
+pub(super) type AtMasterSide<L> = (Desired<L>, MasterReading<L>, FedBack<L>);
+/// The steps of a tick at the slave.
+pub(super) type AtSlaveSide<L> = (SlaveReading<L>, Sensed<L>, SlaveCommand<L>);
+
+/// Both sides with zeros everywhere: a side of which nothing is known.
+pub(super) fn at_rest() -> (AtMasterSide<f64>, AtSlaveSide<f64>) {
+    let desired = Desired { position_m: 0.0, intended_m: 0.0, is_noticed: false };
+    let master = MasterReading { position_m: 0.0, velocity_m_per_s: 0.0, hand_force_n: 0.0 };
+    let fed_back = FedBack { commanded_n: 0.0, allowed_step_n: 0.0, force_n: 0.0 };
+    let estimate = Estimate {
+        predicted_force_n: 0.0,
+        residual_n: 0.0,
+        correction: [0.0; 2],
+        stiffness_n_per_m: 0.0,
+        damping_n_s_per_m: 0.0,
+        extra_parameter: 0.0,
+    };
+    let sensed = Sensed {
+        reaction: Reaction { force_n: 0.0, ruptured: false },
+        insight: Insight { depth_m: 0.0, estimate, decision: Decision { distance: 0.0, decision: 0.0, alarm: false } },
+        at_slave: AtSlave { position_m: 0.0, velocity_m_per_s: 0.0, force_n: 0.0 },
+    };
+    let command = SlaveCommand { mode: 0.0, slave_reference_m: 0.0, alarm_taken: false };
+    let slave = SlaveReading { position_m: 0.0, velocity_m_per_s: 0.0 };
+    ((desired, master, fed_back), (slave, sensed, command))
+}
+
+impl<L: Lane> Signals<L> {
+    /// The signals of a tick from what both sides have computed.
+    #[inline(always)]
+    pub(super) fn of_both(
+        tick: u64,
+        (desired, master, fed_back): &AtMasterSide<L>,
+        (slave, sensed, command): &AtSlaveSide<L>,
+    ) -> Self {
+        let Sensed { reaction, insight, at_slave } = sensed;
+        Self {
+            tick,
+            desired_position_m: desired.position_m,
+            intended_position_m: desired.intended_m,
+            master_position_m: master.position_m,
+            master_velocity_m_per_s: master.velocity_m_per_s,
+            operator_force_n: master.hand_force_n,
+            slave_reference_m: command.slave_reference_m,
+            slave_position_m: slave.position_m,
+            slave_velocity_m_per_s: slave.velocity_m_per_s,
+            tissue_force_n: reaction.force_n,
+            measured_force_n: at_slave.force_n,
+            feedback_force_n: fed_back.force_n,
+            stiffness_n_per_m: insight.estimate.stiffness_n_per_m,
+            damping_n_s_per_m: insight.estimate.damping_n_s_per_m,
+            extra_parameter: insight.estimate.extra_parameter,
+            residual_n: insight.estimate.residual_n,
+            distance: insight.decision.distance,
+            decision: insight.decision.decision,
+            mode: command.mode,
+            ruptured: reaction.ruptured,
+            noticed: desired.is_noticed,
+            alarm: insight.decision.alarm,
+            alarm_taken: command.alarm_taken,
+            commanded_force_n: fed_back.commanded_n,
+            allowed_force_step_n: fed_back.allowed_step_n,
+        }
+    }
+
+    /// The signals of lane `index` alone.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(&self, index: usize) -> Signals<f64> {
+        Signals {
+            tick: self.tick,
+            desired_position_m: self.desired_position_m.lane(index),
+            intended_position_m: self.intended_position_m.lane(index),
+            master_position_m: self.master_position_m.lane(index),
+            master_velocity_m_per_s: self.master_velocity_m_per_s.lane(index),
+            operator_force_n: self.operator_force_n.lane(index),
+            slave_reference_m: self.slave_reference_m.lane(index),
+            slave_position_m: self.slave_position_m.lane(index),
+            slave_velocity_m_per_s: self.slave_velocity_m_per_s.lane(index),
+            tissue_force_n: self.tissue_force_n.lane(index),
+            measured_force_n: self.measured_force_n.lane(index),
+            feedback_force_n: self.feedback_force_n.lane(index),
+            stiffness_n_per_m: self.stiffness_n_per_m.lane(index),
+            damping_n_s_per_m: self.damping_n_s_per_m.lane(index),
+            extra_parameter: self.extra_parameter.lane(index),
+            residual_n: self.residual_n.lane(index),
+            distance: self.distance.lane(index),
+            decision: self.decision.lane(index),
+            mode: self.mode.lane(index),
+            ruptured: self.ruptured.lane(index),
+            noticed: self.noticed.lane(index),
+            alarm: self.alarm.lane(index),
+            alarm_taken: self.alarm_taken.lane(index),
+            commanded_force_n: self.commanded_force_n.lane(index),
+            allowed_force_step_n: self.allowed_force_step_n.lane(index),
+        }
+    }
+}

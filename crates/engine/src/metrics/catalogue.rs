@@ -1,0 +1,262 @@
+//! The declaration of metrics.
+//!
+//! A metric is declared once, in a `metrics!` table: its key, label, unit, sentence, better direction, visibility in
+//! tables and reader. Each scope has its table beside its numbers: a run's in `summary.rs`, a rupture's in
+//! `rupture.rs`. Structs, JSON, comparison tables, sweep columns and documentation are generated from the declarations.
+
+use serde::Serialize;
+
+use super::Unit;
+
+/// Which values of a metric are better, other things being equal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Better {
+    /// Smaller ones.
+    Lower,
+    /// Larger ones.
+    Higher,
+    /// It is descriptive only.
+    Neither,
+}
+
+impl Better {
+    /// Its name in files.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Lower => "lower",
+            Self::Higher => "higher",
+            Self::Neither => "neither",
+        }
+    }
+}
+
+/// Where the tables of runs and of comparisons show a metric. A sweep stores every metric that its file lists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shown {
+    /// In every table, including the short table of a comparison.
+    Main,
+    /// As `Main`, if a run defines it.
+    MainWhereDefined,
+    /// In every table except the short one.
+    Always,
+    /// As `Always`, if a run defines it.
+    WhereDefined,
+    /// Above all others, if a run defines it.
+    First,
+    /// If it is not 0 in one of the runs.
+    WhereNonZero,
+    /// In no table.
+    Never,
+}
+
+/// What a metric describes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scope {
+    /// The run.
+    Run,
+    /// One rupture of the run.
+    Rupture,
+    /// One augmented event of the run.
+    Event,
+    /// The link between master and slave.
+    Link,
+    /// The ports between hand, link and needle.
+    Port,
+    /// The control loop of a case of a sweep.
+    Loop,
+    /// The run's detection with noise added.
+    Noise,
+}
+
+impl Scope {
+    /// Its name in files.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Run => "run",
+            Self::Rupture => "rupture",
+            Self::Event => "event",
+            Self::Link => "link",
+            Self::Port => "port",
+            Self::Loop => "loop",
+            Self::Noise => "noise",
+        }
+    }
+
+    /// The prefix of keys; `number`, from 1, counts ruptures and events.
+    pub(crate) fn key_prefix(self, number: usize) -> String {
+        match self {
+            Self::Run => String::new(),
+            Self::Rupture | Self::Event => format!("{}_{number}_", self.word()),
+            Self::Link => "link_".into(),
+            Self::Port => "port_".into(),
+            Self::Loop => "stability_".into(),
+            Self::Noise => "in_noise_".into(),
+        }
+    }
+
+    /// The prefix of labels.
+    pub(crate) fn label_prefix(self, number: usize) -> String {
+        match self {
+            Self::Run => String::new(),
+            Self::Rupture | Self::Event => format!("{} {number}: ", self.word()),
+            Self::Link => "link: ".into(),
+            Self::Port => "port: ".into(),
+            Self::Loop => "stability: ".into(),
+            Self::Noise => "in noise: ".into(),
+        }
+    }
+}
+
+/// The declaration of a metric.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Declaration {
+    /// Its scope.
+    pub scope: Scope,
+    /// Its key without the prefix of its scope, with the unit at the end: `detection_delay_s`.
+    pub name: &'static str,
+    /// An earlier name, which sweep files may still use.
+    pub former_name: Option<&'static str>,
+    /// Its label in tables, without the prefix of its scope.
+    pub label: &'static str,
+    /// Its unit.
+    pub unit: Unit,
+    /// Whether its sign varies, so that a relative change of it has no meaning.
+    pub is_signed: bool,
+    /// Which values are better.
+    pub better: Better,
+    /// Where tables show it.
+    pub shown: Shown,
+    /// Its meaning, in a sentence.
+    pub meaning: &'static str,
+}
+
+impl Shown {
+    /// Whether the short table of a comparison has it.
+    #[must_use]
+    pub fn is_main(self) -> bool {
+        matches!(self, Self::Main | Self::MainWhereDefined)
+    }
+}
+
+impl Declaration {
+    /// Its name in files; `number`, from 1, counts ruptures and events.
+    #[must_use]
+    pub fn key(&self, number: usize) -> String {
+        self.scope.key_prefix(number) + self.name
+    }
+
+    /// Its label in tables.
+    #[must_use]
+    pub fn full_label(&self, number: usize) -> String {
+        self.scope.label_prefix(number) + self.label
+    }
+
+    /// Whether a name without prefix is its current or former name.
+    pub(crate) fn is_called(&self, name: &str) -> bool {
+        self.name == name || self.former_name == Some(name)
+    }
+}
+
+/// A metric and its reader.
+#[derive(Debug, Clone, Copy)]
+pub struct Metric<Read> {
+    /// Its declaration.
+    pub declaration: Declaration,
+    /// Its value in SI units; `None` if undefined.
+    pub read: Read,
+}
+
+/// A field that is itself a metric.
+pub trait Value {
+    fn value(&self) -> Option<f64>;
+}
+
+impl Value for f64 {
+    fn value(&self) -> Option<f64> {
+        Some(*self)
+    }
+}
+
+impl Value for u64 {
+    fn value(&self) -> Option<f64> {
+        Some(*self as f64)
+    }
+}
+
+impl<T: Value> Value for Option<T> {
+    fn value(&self) -> Option<f64> {
+        self.as_ref().and_then(Value::value)
+    }
+}
+
+/// Declares the metrics of a scope, and with `pub struct` the fields that they are read from.
+///
+/// An entry is a doc comment of one line, which is the metric's sentence, and
+/// `name: Type = "label", Unit signed, Better [Shown] was "former_name" => |of| read;`. Without `: Type` it is not a field
+/// and needs `=> read`; without `= "label"` it is a field and not a metric; `signed`, `[Shown]`, `was` and `=> read` may be
+/// left out.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! metrics {
+    (
+        $(#[$attribute:meta])*
+        pub struct $owner:ident in $scope:ident {
+            $(
+                #[doc = $meaning:literal]
+                $name:ident $(: $type:ty)? $(= $label:literal, $unit:ident $($signed:ident)?, $better:ident $([$shown:ident])?
+                $(was $former:literal)? $(=> $read:expr)?)? ;
+            )*
+        }
+    ) => {
+        $(#[$attribute])*
+        pub struct $owner {
+            $($(#[doc = $meaning] pub $name: $type,)?)*
+        }
+
+        $crate::metrics! {
+            impl $scope for $owner {
+                $($(#[doc = $meaning] $name = $label, $unit $($signed)?, $better $([$shown])? $(was $former)? $(=> $read)?;)?)*
+            }
+        }
+    };
+    (
+        impl $scope:ident for $owner:ty {
+            $(
+                #[doc = $meaning:literal]
+                $name:ident = $label:literal, $unit:ident $($signed:ident)?, $better:ident $([$shown:ident])? $(was $former:literal)? $(=> $read:expr)?;
+            )*
+        }
+    ) => {
+        impl $owner {
+            /// The metrics of this scope, in the order of tables.
+            pub const METRICS: &'static [$crate::metrics::Metric<fn(&$owner) -> Option<f64>>] = &[$(
+                $crate::metrics::Metric {
+                    declaration: $crate::metrics::Declaration {
+                        scope: $crate::metrics::Scope::$scope,
+                        name: stringify!($name),
+                        former_name: $crate::metrics!(@former $($former)?),
+                        label: $label,
+                        unit: $crate::metrics::Unit::$unit,
+                        is_signed: $crate::metrics!(@signed $($signed)?),
+                        better: $crate::metrics::Better::$better,
+                        shown: $crate::metrics!(@shown $($shown)?),
+                        meaning: $meaning.trim_ascii(),
+                    },
+                    read: $crate::metrics!(@read $name $($read)?),
+                },
+            )*];
+        }
+    };
+    (@former) => { None };
+    (@former $former:literal) => { Some($former) };
+    (@signed) => { false };
+    (@signed signed) => { true };
+    (@shown) => { $crate::metrics::Shown::Always };
+    (@shown $shown:ident) => { $crate::metrics::Shown::$shown };
+    (@read $name:ident) => { |of| $crate::metrics::catalogue::Value::value(&of.$name) };
+    (@read $name:ident $read:expr) => { $read };
+}

@@ -1,0 +1,433 @@
+//! Why a rupture has no alarm.
+
+use std::borrow::Cow;
+use std::fmt::{self, Display, Formatter};
+use std::ops::RangeInclusive;
+
+use serde::Serialize;
+
+use trocar_base::warning::{Code, Warning};
+use trocar_core::augmentation::{AugmentationSettings, Mode};
+use trocar_core::detection::{
+    AlarmConditions, CusumDetector, Decision, Detector as _, DetectorSettings, Evidence, Motion,
+};
+use trocar_core::time::nearest_ticks;
+
+/// A contact position in m above which no needle is.
+const FAR_M: f64 = 1e3;
+
+/// What kept the detector from an alarm, or the supervisor from an event.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "reason", rename_all = "kebab-case")]
+pub enum MissReason {
+    /// The estimator's contact position is deeper than the needle.
+    NotInContact {
+        /// Depth of the needle below the contact in m, at most 0.
+        depth_m: f64,
+    },
+    /// The detector was not armed when g exceeded the threshold.
+    NotArmed {
+        /// For how long the contact had been quiet, in s.
+        quiet_s: f64,
+        /// For how long it must be quiet, in s.
+        settle_s: f64,
+    },
+    /// A detector that arms itself did not judge yet.
+    NotReady {
+        /// What it waited for.
+        waits_for: &'static str,
+    },
+    /// A detector that arms itself saw no fall that counts.
+    NoFall,
+    /// The force did not fall below a predicted resisting force.
+    NoDrop,
+    /// The needle did not move as the detector requires.
+    WrongMotion {
+        /// Its velocity in m/s.
+        velocity_m_per_s: f64,
+    },
+    /// The needle was not deep enough.
+    TooShallow {
+        /// Its depth below the contact in m.
+        depth_m: f64,
+    },
+    /// g did not exceed the threshold.
+    BelowThreshold {
+        /// The largest g of the window, relative to the threshold.
+        reached: f64,
+    },
+    /// No distance exceeded the drift, so that g stayed at 0.
+    BelowDrift {
+        /// The largest distance of the window, in its unit.
+        largest: f64,
+    },
+    /// An event was under way.
+    EventUnderWay {
+        /// Its begin in s.
+        begin_s: f64,
+    },
+    /// An event had just ended.
+    Refractory {
+        /// Its end in s.
+        end_s: f64,
+    },
+    /// Without the other reasons an earlier alarm opens an event, which hides it.
+    EarlierEvent,
+    /// Its alarm is counted for another rupture.
+    AlarmOfAnother {
+        /// The time of the alarm in s.
+        alarm_s: f64,
+    },
+}
+
+impl MissReason {
+    /// Its word, as in JSON.
+    #[must_use]
+    pub fn word(&self) -> String {
+        // The tag of a flat enum is always there.
+        let tag = |value: serde_json::Value| Some(value.get("reason")?.as_str()?.to_owned());
+        serde_json::to_value(self).ok().and_then(tag).unwrap_or_default()
+    }
+
+    /// The key that decides on it.
+    #[must_use]
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::NotInContact { .. } => "estimator.contact_m",
+            Self::NotArmed { .. } => "detector.settle_s",
+            Self::NotReady { .. } | Self::NoFall => "detector.distance",
+            Self::NoDrop => "detector.drop_only",
+            Self::WrongMotion { .. } => "detector.motion",
+            Self::TooShallow { .. } => "detector.minimum_depth_m",
+            Self::BelowThreshold { .. } => "detector.threshold",
+            Self::BelowDrift { .. } => "detector.drift",
+            Self::EventUnderWay { .. } => "augmentation.max_hold_s",
+            Self::EarlierEvent => "augmentation.enabled",
+            Self::Refractory { .. } => "augmentation.refractory_s",
+            Self::AlarmOfAnother { .. } => "detector.settle_s",
+        }
+    }
+
+    /// What can be done about it.
+    #[must_use]
+    pub fn remedy(&self) -> Cow<'static, str> {
+        Cow::Borrowed(match self {
+            Self::BelowThreshold { reached } => {
+                let share = percent(*reached, f64::floor);
+                return Cow::Owned(format!(
+                    "set detector.threshold below {share} % of its value, and count the false alarms with `trocar roc`"
+                ));
+            }
+            Self::NotInContact { .. } => "set estimator.contact_m to the position of the surface",
+            Self::NotArmed { .. } => {
+                "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or estimator.dead_zone_n"
+            }
+            Self::NotReady { .. } => "begin the recording earlier, and check that the force is renewed at every sample",
+            Self::NoFall => "look at the force there; other kinds of detector.distance do not judge by the fall alone",
+            Self::NoDrop => "set detector.drop_only = false",
+            Self::WrongMotion { .. } => "choose another detector.motion, or change its speed",
+            Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
+            Self::BelowDrift { .. } => "reduce detector.drift (`trocar calibrate` computes one from the noise)",
+            Self::EventUnderWay { .. } => {
+                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop at it (operator.reflex)"
+            }
+            Self::EarlierEvent => "keep g quiet before the rupture, so that no earlier alarm opens an event",
+            Self::Refractory { .. } => {
+                "reduce augmentation.refractory_s, or let the hand stop at the event (operator.reflex)"
+            }
+            Self::AlarmOfAnother { .. } => "reduce detector.settle_s, or move more slowly",
+        })
+    }
+
+    /// Changes a scenario's settings so that the reason is gone: estimator's contact (m), detector, augmentation.
+    pub fn remove(
+        &self,
+        contact_m: &mut f64,
+        detector: &mut DetectorSettings,
+        augmentation: &mut AugmentationSettings,
+    ) {
+        let (cusum, arming) = (&mut detector.cusum, &mut detector.arming);
+        match self {
+            Self::NotInContact { .. } => *contact_m = -FAR_M,
+            Self::NotArmed { .. } => arming.settle_s = 0.0,
+            Self::NoDrop => arming.drop_only = false,
+            Self::WrongMotion { .. } => arming.motion = Motion::Any,
+            Self::TooShallow { .. } => arming.minimum_depth_m = 0.0,
+            Self::BelowThreshold { reached } => cusum.threshold *= NEAR_MAX * reached,
+            Self::BelowDrift { largest } => cusum.drift = 0.5 * largest,
+            Self::EventUnderWay { .. } | Self::Refractory { .. } | Self::EarlierEvent => augmentation.enabled = false,
+            Self::NotReady { .. } | Self::NoFall | Self::AlarmOfAnother { .. } => {}
+        }
+    }
+}
+
+/// A share in percent: one decimal, or one digit of a share below that.
+fn percent(share: f64, rounded: fn(f64) -> f64) -> String {
+    let percent = 100.0 * share;
+    if percent >= 0.1 || percent <= 0.0 {
+        return (rounded(10.0 * percent) / 10.0).to_string();
+    }
+    let digit = 10.0_f64.powf(percent.log10().floor());
+    format!("{:.0e}", rounded(percent / digit) * digit)
+}
+
+impl Display for MissReason {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let ms = |s: f64| (1e4 * s).round() / 10.0;
+        let mm = |m: f64| (1e5 * m).round() / 100.0;
+        match self {
+            Self::NotInContact { depth_m } => {
+                write!(f, "not in contact: the needle was {} mm above estimator.contact_m", mm(-depth_m))
+            }
+            Self::NotArmed { quiet_s, settle_s } => write!(
+                f,
+                "not armed: g had been below the threshold in contact for {} ms, detector.settle_s is {} ms",
+                ms(*quiet_s),
+                ms(*settle_s)
+            ),
+            Self::NotReady { waits_for } => write!(f, "not armed: the detector waits for {waits_for}"),
+            Self::NoFall => f.write_str(
+                "no fall: the force did not fall beyond what the detector takes for motion and relaxation, or a fall was under way",
+            ),
+            Self::NoDrop => f.write_str("detector.drop_only: the force did not fall below a predicted resisting force"),
+            Self::WrongMotion { velocity_m_per_s } => {
+                write!(f, "detector.motion: the needle moved at {} mm/s", mm(*velocity_m_per_s))
+            }
+            Self::TooShallow { depth_m } => {
+                write!(f, "detector.minimum_depth_m: the needle was at {} mm", mm(*depth_m))
+            }
+            Self::BelowThreshold { reached } => {
+                write!(f, "below the threshold: g reached {} % of it", percent(*reached, f64::round))
+            }
+            Self::BelowDrift { largest } => {
+                write!(f, "below the drift: no distance exceeded {largest:.3e}, and g stayed at 0")
+            }
+            Self::EventUnderWay { begin_s } => write!(f, "the event of {begin_s:.3} s was under way"),
+            Self::EarlierEvent => f.write_str("an earlier alarm would then open an event that hides it"),
+            Self::Refractory { end_s } => {
+                write!(f, "in the refractory period of the event that ended at {end_s:.3} s")
+            }
+            Self::AlarmOfAnother { alarm_s } => {
+                write!(f, "the only alarm, at {alarm_s:.3} s, counts for another rupture")
+            }
+        }
+    }
+}
+
+/// Why a rupture has no alarm within its window.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Miss {
+    /// The reason.
+    #[serde(flatten)]
+    pub reason: MissReason,
+    /// Further reasons, each of which alone would have prevented the alarm.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub also: Vec<MissReason>,
+}
+
+impl Miss {
+    /// All reasons, the main one first.
+    pub fn reasons(&self) -> impl Iterator<Item = &MissReason> {
+        std::iter::once(&self.reason).chain(&self.also)
+    }
+
+    /// The warning about rupture `number`, from 1, at a time in s.
+    pub fn warning(&self, number: usize, time_s: f64) -> Warning {
+        let message = format!("rupture {number} at {time_s:.3} s missed: {self}");
+        Warning::new(Code::MissedRupture, message).at(self.reason.key()).remedy(self.reason.remedy())
+    }
+}
+
+impl Display for Miss {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.reason)?;
+        self.also.iter().try_for_each(|other| write!(f, "; also {other}"))
+    }
+}
+
+/// The detector at one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct DetectorSample {
+    /// `s`, in its unit.
+    pub distance: f64,
+    /// `g`, in the unit of the distance.
+    pub decision: f64,
+    pub conditions: AlarmConditions<f64>,
+    pub depth_m: f64,
+    pub velocity_m_per_s: f64,
+}
+
+impl DetectorSample {
+    /// Updates a detector, and returns its decision and its state at the sample.
+    pub fn update(detector: &mut CusumDetector<f64>, evidence: &Evidence<f64>) -> (Decision<f64>, Self) {
+        let conditions = detector.conditions(evidence);
+        let decision = detector.update(evidence);
+        let sample = Self {
+            distance: decision.distance,
+            decision: decision.decision,
+            conditions,
+            depth_m: evidence.depth_m,
+            velocity_m_per_s: evidence.velocity_m_per_s,
+        };
+        (decision, sample)
+    }
+}
+
+/// The supervisor over a run: its events, and the alarms.
+#[derive(Debug, Clone, Default)]
+pub struct SupervisorHistory {
+    /// First tick of each event, and first tick after it.
+    events: Vec<(u64, u64)>,
+    ignored_alarms: Vec<u64>,
+    alarms: Vec<u64>,
+}
+
+impl SupervisorHistory {
+    /// A supervisor that ignores no alarm and opens no event. The alarms are by their ticks.
+    pub fn of_alarms(alarms: &[usize]) -> Self {
+        Self { alarms: alarms.iter().map(|alarm| *alarm as u64).collect(), ..Self::default() }
+    }
+
+    /// Adds a tick; the ticks are in order.
+    pub fn push(&mut self, tick: u64, mode: f64, alarm: bool, is_taken: bool) {
+        if mode != Mode::Teleoperation.code() {
+            match self.events.last_mut() {
+                Some((_, end)) if *end == tick => *end = tick + 1,
+                _ => self.events.push((tick, tick + 1)),
+            }
+        }
+        if alarm && is_taken {
+            self.alarms.push(tick);
+        } else if alarm {
+            self.ignored_alarms.push(tick);
+        }
+    }
+
+    /// Whether there is an alarm at one of some ticks, accepted or not.
+    pub fn has_alarm(&self, ticks: RangeInclusive<u64>) -> bool {
+        self.alarms.iter().chain(&self.ignored_alarms).any(|alarm| ticks.contains(alarm))
+    }
+
+    /// Why the supervisor would not act on an alarm at a tick.
+    fn refusal(&self, tick: u64, rule: &MissRule) -> Option<MissReason> {
+        let &(begin, end) = self.events.iter().rev().find(|(begin, _)| *begin < tick)?;
+        if tick < end {
+            return Some(MissReason::EventUnderWay { begin_s: rule.time_s(begin) });
+        }
+        let refractory = nearest_ticks(rule.refractory_s, rule.tick_s);
+        (tick < end + refractory).then(|| MissReason::Refractory { end_s: rule.time_s(end) })
+    }
+}
+
+/// Share of the largest g of a window from which a sample counts as near it.
+const NEAR_MAX: f64 = 0.9;
+
+/// The settings that decide whether a rupture has an alarm.
+pub struct MissRule<'a> {
+    /// Time between two samples, in s.
+    pub tick_s: f64,
+    /// Time of the first one, in s.
+    pub start_s: f64,
+    /// How long after a rupture its alarm may come, in s.
+    pub window_s: f64,
+    pub detector: &'a DetectorSettings,
+    /// Time in s after an event in which the supervisor ignores alarms.
+    pub refractory_s: f64,
+}
+
+impl MissRule<'_> {
+    fn time_s(&self, tick: u64) -> f64 {
+        self.start_s + tick as f64 * self.tick_s
+    }
+
+    /// Ticks of the window of a rupture.
+    pub fn window_ticks(&self) -> u64 {
+        nearest_ticks(self.window_s, self.tick_s)
+    }
+
+    /// Why a rupture at `tick` has no alarm. `samples` are those of its window, from the rupture on, with their ticks.
+    ///
+    /// Of the samples with g above the threshold, the first that fails the fewest conditions decides: it is the one
+    /// that the smallest change turns into an alarm.
+    pub fn explain(
+        &self,
+        tick: u64,
+        samples: &[(u64, DetectorSample)],
+        supervisor: &SupervisorHistory,
+    ) -> Option<Miss> {
+        let window = tick..=tick + self.window_ticks();
+        if let Some(&alarm) = supervisor.ignored_alarms.iter().find(|alarm| window.contains(alarm)) {
+            let reason = supervisor.refusal(alarm, self)?;
+            return Some(Miss { reason, also: vec![] });
+        }
+        // An alarm in the window counts for a later rupture; what comes from it on says nothing about this one.
+        let of_another = supervisor.alarms.iter().copied().find(|alarm| window.contains(alarm));
+        let end = of_another.map_or(samples.len(), |alarm| samples.partition_point(|(tick, _)| *tick < alarm));
+        if let (0, Some(alarm)) = (end, of_another) {
+            return Some(Miss { reason: MissReason::AlarmOfAnother { alarm_s: self.time_s(alarm) }, also: vec![] });
+        }
+        let samples = &samples[..end];
+        let (_, first) = samples.first()?;
+        if !first.conditions.in_contact {
+            return Some(Miss { reason: MissReason::NotInContact { depth_m: first.depth_m }, also: vec![] });
+        }
+        let threshold = self.detector.cusum.threshold;
+        let max = samples.iter().map(|(_, sample)| sample.decision).fold(0.0, f64::max);
+        // Without a sample above the threshold, those near the largest g tell what else would have failed.
+        let level = threshold.min(NEAR_MAX * max);
+        let mut fewest: Option<Vec<MissReason>> = None;
+        for (tick, sample) in samples.iter().filter(|(_, sample)| sample.decision > level) {
+            let mut failed = self.failed(sample);
+            failed.extend(supervisor.refusal(*tick, self));
+            if fewest.as_ref().is_none_or(|fewest| failed.len() < fewest.len()) {
+                fewest = Some(failed);
+            }
+        }
+        let failed = fewest.unwrap_or_default();
+        let reasons = match of_another {
+            _ if max > threshold && !failed.is_empty() => failed,
+            Some(alarm) => vec![MissReason::AlarmOfAnother { alarm_s: self.time_s(alarm) }],
+            None if max > 0.0 => {
+                let reached = MissReason::BelowThreshold { reached: (max / threshold).min(1.0) };
+                std::iter::once(reached).chain(failed).collect()
+            }
+            None if self.waits_for().is_some() => vec![MissReason::NoFall],
+            None => {
+                let largest = samples.iter().map(|(_, sample)| sample.distance).fold(0.0, f64::max);
+                let drift = MissReason::BelowDrift { largest };
+                // With half of the largest distance as drift, g would reach the other half.
+                let reached = 0.5 * largest / threshold;
+                let and_threshold = (reached < 1.0).then_some(MissReason::BelowThreshold { reached });
+                std::iter::once(drift).chain(and_threshold).collect()
+            }
+        };
+        let (reason, also) = reasons.split_first()?;
+        Some(Miss { reason: *reason, also: also.to_vec() })
+    }
+
+    /// See [`DistanceKind::waits_for`](trocar_core::detection::DistanceKind::waits_for).
+    fn waits_for(&self) -> Option<&'static str> {
+        self.detector.distance.kind.waits_for()
+    }
+
+    /// The conditions that a sample above the threshold fails.
+    fn failed(&self, sample: &DetectorSample) -> Vec<MissReason> {
+        let DetectorSample { conditions, depth_m, velocity_m_per_s, .. } = *sample;
+        if !conditions.in_contact {
+            return vec![MissReason::NotInContact { depth_m }];
+        }
+        let quiet_s = conditions.quiet_samples * self.tick_s;
+        let settle_s = self.detector.arming.settle_s;
+        let not_armed = match self.waits_for() {
+            Some(waits_for) => MissReason::NotReady { waits_for },
+            None => MissReason::NotArmed { quiet_s, settle_s },
+        };
+        let all = [
+            (conditions.armed, not_armed),
+            (conditions.is_drop, MissReason::NoDrop),
+            (conditions.moves_as_required, MissReason::WrongMotion { velocity_m_per_s }),
+            (conditions.is_deep, MissReason::TooShallow { depth_m }),
+        ];
+        all.into_iter().filter(|(holds, _)| !holds).map(|(_, reason)| reason).collect()
+    }
+}

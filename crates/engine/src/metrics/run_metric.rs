@@ -1,0 +1,163 @@
+//! The metrics of a run, each with its number and its reader.
+
+use super::{Declaration, EventMetrics, LinkMetrics, Metrics, PortMetrics, RuptureMetrics};
+
+/// The highest number of a rupture or event in a key.
+const MAX_NUMBERED: usize = 64;
+
+#[derive(Debug, Clone, Copy)]
+enum Reader {
+    Run(fn(&Metrics) -> Option<f64>),
+    Rupture(fn(&RuptureMetrics) -> Option<f64>),
+    Event(fn(&EventMetrics) -> Option<f64>),
+    Link(fn(&LinkMetrics) -> Option<f64>),
+    Port(fn(&PortMetrics) -> Option<f64>),
+}
+
+/// A metric of a run, with the number of its rupture or event.
+#[derive(Debug, Clone, Copy)]
+pub struct RunMetric {
+    declaration: &'static Declaration,
+    /// From 1, of ruptures and events.
+    number: usize,
+    reader: Reader,
+}
+
+impl RunMetric {
+    fn of_run() -> impl Iterator<Item = Self> {
+        Metrics::METRICS.iter().map(|m| Self { declaration: &m.declaration, number: 1, reader: Reader::Run(m.read) })
+    }
+
+    fn of_link() -> impl Iterator<Item = Self> {
+        LinkMetrics::METRICS.iter().map(|m| Self {
+            declaration: &m.declaration,
+            number: 1,
+            reader: Reader::Link(m.read),
+        })
+    }
+
+    fn of_ports() -> impl Iterator<Item = Self> {
+        PortMetrics::METRICS.iter().map(|m| Self {
+            declaration: &m.declaration,
+            number: 1,
+            reader: Reader::Port(m.read),
+        })
+    }
+
+    /// The metrics of rupture `number`, from 1.
+    pub fn of_rupture(number: usize) -> impl Iterator<Item = Self> {
+        RuptureMetrics::METRICS.iter().map(move |m| Self {
+            declaration: &m.declaration,
+            number,
+            reader: Reader::Rupture(m.read),
+        })
+    }
+
+    fn of_event(number: usize) -> impl Iterator<Item = Self> {
+        EventMetrics::METRICS.iter().map(move |m| Self {
+            declaration: &m.declaration,
+            number,
+            reader: Reader::Event(m.read),
+        })
+    }
+
+    /// The metrics of the run as a whole, then those of its link and of its ports.
+    pub fn of_whole_run() -> impl Iterator<Item = Self> {
+        Self::of_run().chain(Self::of_link()).chain(Self::of_ports())
+    }
+
+    /// Every metric, those of ruptures and events with the number 1.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Self::of_whole_run().chain(Self::of_rupture(1)).chain(Self::of_event(1))
+    }
+
+    /// The metric of a key or of an earlier name of it, such as `rupture_2_detection_delay_s`.
+    #[must_use]
+    pub fn named(key: &str) -> Option<Self> {
+        if let Some((number, name)) = numbered(key, "rupture_") {
+            return Self::of_rupture(number).find(|metric| metric.declaration.is_called(name));
+        }
+        if let Some((number, name)) = numbered(key, "event_") {
+            return Self::of_event(number).find(|metric| metric.declaration.is_called(name));
+        }
+        let of_link = |name| Self::of_link().find(|metric| metric.declaration.is_called(name));
+        let of_port = |name| Self::of_ports().find(|metric| metric.declaration.is_called(name));
+        Self::of_run()
+            .find(|metric| metric.declaration.is_called(key))
+            .or_else(|| key.strip_prefix("link_").and_then(of_link))
+            .or_else(|| key.strip_prefix("port_").and_then(of_port))
+    }
+
+    /// Its declaration.
+    #[must_use]
+    pub fn declaration(&self) -> &'static Declaration {
+        self.declaration
+    }
+
+    /// The number of its rupture or event, from 1; 1 for other metrics.
+    #[must_use]
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
+    /// Its name in files.
+    #[must_use]
+    pub fn key(&self) -> String {
+        self.declaration.key(self.number)
+    }
+
+    /// Its label in tables.
+    #[must_use]
+    pub fn label(&self) -> String {
+        self.declaration.full_label(self.number)
+    }
+
+    /// Its value in SI units; `None` if undefined.
+    #[must_use]
+    pub fn read(&self, metrics: &Metrics) -> Option<f64> {
+        match self.reader {
+            Reader::Run(read) => read(metrics),
+            Reader::Rupture(read) => metrics.ruptures.get(self.number - 1).and_then(read),
+            Reader::Event(read) => metrics.events.get(self.number - 1).and_then(read),
+            Reader::Link(read) => metrics.link.as_ref().and_then(read),
+            Reader::Port(read) => metrics.ports.as_ref().and_then(read),
+        }
+    }
+}
+
+/// The number, from 1, and the rest of a key such as `rupture_2_time_s`.
+fn numbered<'a>(key: &'a str, prefix: &str) -> Option<(usize, &'a str)> {
+    let (number, name) = key.strip_prefix(prefix)?.split_once('_')?;
+    let is_plain = number.bytes().all(|digit| digit.is_ascii_digit()) && !number.starts_with('0');
+    let number = number.parse().ok().filter(|number| is_plain && (1..=MAX_NUMBERED).contains(number))?;
+    Some((number, name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_metric_has_a_key_a_label_and_a_sentence_of_its_own() {
+        let all: Vec<RunMetric> = RunMetric::all().collect();
+        let keys: BTreeSet<String> = all.iter().map(RunMetric::key).collect();
+        let labels: BTreeSet<String> = all.iter().map(RunMetric::label).collect();
+        assert_eq!((keys.len(), labels.len()), (all.len(), all.len()));
+        for metric in all {
+            let Declaration { meaning, former_name, .. } = metric.declaration();
+            assert!(meaning.ends_with('.') && meaning.len() > 20, "{}: {meaning:?}", metric.key());
+            let found = RunMetric::named(&metric.key()).map(|found| found.key());
+            assert_eq!(found, Some(metric.key()));
+            if let Some(former) = former_name {
+                let found = RunMetric::named(&format!("{}{former}", metric.declaration.scope.key_prefix(1)));
+                assert_eq!(found.map(|found| found.key()), Some(metric.key()));
+            }
+        }
+        for wrong in ["rupture_0_time_s", "rupture_01_time_s", "rupture_+1_time_s", "rupture_99_time_s", "rupture_1_x"]
+        {
+            assert!(RunMetric::named(wrong).is_none(), "{wrong}");
+        }
+        assert!(RunMetric::named("rupture_12_felt_fall_s").is_some());
+    }
+}

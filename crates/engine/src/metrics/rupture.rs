@@ -1,0 +1,250 @@
+//! The metrics of one rupture.
+
+use serde::Serialize;
+
+use super::intent::Aftermath;
+use super::miss::Miss;
+use super::{FALLEN_SHARE, RUPTURE_WINDOW_S, TRAVEL_S};
+use crate::engine::Signals;
+use crate::metrics;
+use trocar_core::lane::Lane;
+use trocar_core::time::{TickGrid, nearest_ticks};
+
+metrics! {
+    /// The metrics of one rupture. "At the rupture" is the tick of the rupture itself, the last one under load. A
+    /// metric over a window is undefined if the run ended before the window.
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    pub struct RuptureMetrics in Rupture {
+        /// Time at which the layer ruptured.
+        time_s: f64 = "time", Second, Neither [Never];
+        /// The name of the layer; `None` for a tissue without layers, or if the run is not recorded tick by tick.
+        layer: Option<&'static str>;
+        /// Time from the rupture to its alarm; undefined if it was missed.
+        detection_delay_s: Option<f64> = "detection delay", Second, Lower [Main];
+        /// Largest advance of the needle beyond the intended motion, up to the next rupture or for 2 s; undefined without known intention.
+        excess_advance_m: Option<f64> = "excess advance", Metre, Lower [MainWhereDefined];
+        /// Advance of the needle at the next rupture, or after 2 s.
+        horizon_advance_m: Option<f64> = "advance in 2 s", Metre signed, Neither [Main];
+        /// Advance of the needle from the rupture to the return to teleoperation; undefined without an event.
+        depth_at_return_m: Option<f64> = "depth at return", Metre signed, Lower [MainWhereDefined];
+        /// Largest depth of the needle beyond the largest intended depth, up to the next rupture or for 2 s.
+        unintended_cut_m: Option<f64> = "unintended cut", Metre, Lower [WhereDefined];
+        /// 1 if the operator noticed the rupture, up to the next one or within 2 s, else 0; undefined if the operator notices nothing.
+        noticed: Option<u64> = "noticed", Count, Higher [MainWhereDefined];
+        /// Time from the rupture until the operator noticed it.
+        noticed_after_s: Option<f64> = "noticed after", Second, Lower [WhereDefined];
+        /// Why it was missed; `None` if it was not, or if the run is not recorded tick by tick.
+        miss: Option<Miss>;
+        /// Maximum advance of the needle in the 0.5 s after the rupture.
+        slave_overshoot_m: Option<f64> = "overshoot in 0.5 s", Metre, Lower;
+        /// Advance of the needle 0.3 s after the rupture; negative if it moved back.
+        slave_travel_m: Option<f64> = "slave travel at 0.3 s", Metre signed, Lower;
+        /// Velocity of the master at the rupture.
+        master_velocity_m_per_s: f64 = "master velocity", MetrePerSecond signed, Neither [Never];
+        /// Position of the master at the rupture.
+        master_position_m: f64 = "master position", Metre signed, Neither [Never];
+        /// Maximum advance of the master in the 0.5 s after the rupture.
+        master_travel_m: Option<f64> = "master travel in 0.5 s", Metre, Neither;
+        /// Time until the feedback force is down to 5 % of its value at the rupture; undefined if not within 0.5 s.
+        feedback_fall_s: Option<f64> = "feedback force down to 5 %", Second, Lower;
+        /// Time until the force on the hand is down to 5 % of its value at the rupture; undefined if not within 0.5 s.
+        felt_fall_s: Option<f64> = "felt force down to 5 %", Second, Lower;
+        /// Maximum rate of change of the force on the hand in the 0.5 s after the rupture.
+        peak_force_rate_n_per_s: Option<f64> = "peak rate of the felt force", NewtonPerSecond, Higher;
+        /// Largest drop of the force on the hand within 0.3 s, relative to its value at the rupture; above 100 % the hand is pulled.
+        felt_contrast: Option<f64> = "felt contrast in 0.3 s", Share, Higher;
+    }
+}
+
+/// The extremes after a rupture, of one run or over lanes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extremes<L> {
+    /// Positions at the rupture.
+    pub(super) slave_m: L,
+    pub(super) master_m: L,
+    last_felt_n: L,
+    overshoot_m: L,
+    master_travel_m: L,
+    /// Maximum change of the force on the hand in a tick, in N.
+    peak_change_n: L,
+    min_felt_n: L,
+}
+
+impl<L: Lane> Extremes<L> {
+    /// At the tick of the rupture.
+    pub(super) fn at(s: &Signals<L>) -> Self {
+        Self { slave_m: s.slave_position_m, master_m: s.master_position_m, ..Self::from_force(s.operator_force_n) }
+    }
+
+    /// The initial extremes for a force on the hand, at position 0.
+    pub(super) fn from_force(felt_n: L) -> Self {
+        let zero = L::zero();
+        Self {
+            slave_m: zero,
+            master_m: zero,
+            last_felt_n: felt_n,
+            overshoot_m: zero,
+            master_travel_m: zero,
+            peak_change_n: zero,
+            min_felt_n: felt_n,
+        }
+    }
+
+    /// Updates with a tick after the rupture; `is_early`: the minimum of the felt force is still updated.
+    #[inline(always)]
+    pub(super) fn observe(&mut self, s: &Signals<L>, is_early: L::Mask) {
+        let felt_n = s.operator_force_n;
+        self.overshoot_m = (s.slave_position_m - self.slave_m).max(self.overshoot_m);
+        self.master_travel_m = (s.master_position_m - self.master_m).max(self.master_travel_m);
+        self.peak_change_n = (felt_n - self.last_felt_n).abs().max(self.peak_change_n);
+        self.last_felt_n = felt_n;
+        self.min_felt_n = L::select(is_early, felt_n.min(self.min_felt_n), self.min_felt_n);
+    }
+
+    /// The extremes of lane `index`.
+    pub(super) fn lane(&self, index: usize) -> Extremes<f64> {
+        Extremes {
+            slave_m: self.slave_m.lane(index),
+            master_m: self.master_m.lane(index),
+            last_felt_n: self.last_felt_n.lane(index),
+            overshoot_m: self.overshoot_m.lane(index),
+            master_travel_m: self.master_travel_m.lane(index),
+            peak_change_n: self.peak_change_n.lane(index),
+            min_felt_n: self.min_felt_n.lane(index),
+        }
+    }
+
+    /// These extremes with lane `index` replaced.
+    pub(super) fn with_lane(self, index: usize, one: &Extremes<f64>) -> Self {
+        Self {
+            slave_m: self.slave_m.with_lane(index, one.slave_m),
+            master_m: self.master_m.with_lane(index, one.master_m),
+            last_felt_n: self.last_felt_n.with_lane(index, one.last_felt_n),
+            overshoot_m: self.overshoot_m.with_lane(index, one.overshoot_m),
+            master_travel_m: self.master_travel_m.with_lane(index, one.master_travel_m),
+            peak_change_n: self.peak_change_n.with_lane(index, one.peak_change_n),
+            min_felt_n: self.min_felt_n.with_lane(index, one.min_felt_n),
+        }
+    }
+}
+
+/// A rupture's window.
+#[derive(Debug, Clone)]
+pub(super) struct RuptureWindow {
+    pub(super) tick: u64,
+    grid: TickGrid,
+    pub(super) window_ticks: u64,
+    pub(super) travel_ticks: u64,
+    pub(super) feedback_n: f64,
+    pub(super) felt_n: f64,
+    pub(super) extremes: Extremes<f64>,
+    detected_at: Option<u64>,
+    travel_m: Option<f64>,
+    pub(super) feedback_fallen_at: Option<u64>,
+    pub(super) felt_fallen_at: Option<u64>,
+    pub(super) observed_ticks: u64,
+    master_velocity_m_per_s: f64,
+    pub(super) aftermath: Option<Aftermath>,
+    pub(super) depth_at_return_m: Option<f64>,
+    pub(super) noticed_at: Option<u64>,
+}
+
+impl RuptureWindow {
+    pub(super) fn open(s: &Signals<f64>, grid: TickGrid) -> Self {
+        Self {
+            tick: s.tick,
+            grid,
+            window_ticks: nearest_ticks(RUPTURE_WINDOW_S, grid.tick_s()),
+            travel_ticks: nearest_ticks(TRAVEL_S, grid.tick_s()),
+            feedback_n: s.feedback_force_n,
+            felt_n: s.operator_force_n,
+            extremes: Extremes::at(s),
+            detected_at: None,
+            travel_m: None,
+            feedback_fallen_at: None,
+            felt_fallen_at: None,
+            observed_ticks: 0,
+            master_velocity_m_per_s: s.master_velocity_m_per_s,
+            aftermath: None,
+            depth_at_return_m: None,
+            noticed_at: None,
+        }
+    }
+
+    /// Whether a tick belongs to the window.
+    pub(super) fn contains(&self, tick: u64) -> bool {
+        tick - self.tick <= self.window_ticks
+    }
+
+    /// Takes an alarm as this rupture's detection; returns false if it already has one.
+    pub(super) fn claim(&mut self, tick: u64) -> bool {
+        let free = self.detected_at.is_none();
+        if free {
+            self.detected_at = Some(tick);
+        }
+        free
+    }
+
+    /// Updates with a tick after the rupture.
+    #[inline(always)]
+    pub(super) fn observe(&mut self, s: &Signals<f64>) {
+        let since = s.tick - self.tick;
+        self.observed_ticks = since;
+        self.extremes.observe(s, since <= self.travel_ticks);
+        if since == self.travel_ticks {
+            self.travel_m = Some(s.slave_position_m - self.extremes.slave_m);
+        }
+        let fallen = |force: f64, before: f64| before > 0.0 && force <= FALLEN_SHARE * before;
+        if self.feedback_fallen_at.is_none() && fallen(s.feedback_force_n, self.feedback_n) {
+            self.feedback_fallen_at = Some(s.tick);
+        }
+        if self.felt_fallen_at.is_none() && fallen(s.operator_force_n, self.felt_n) {
+            self.felt_fallen_at = Some(s.tick);
+        }
+    }
+
+    /// Whether the run covered the whole window.
+    fn is_complete(&self) -> bool {
+        self.observed_ticks >= self.window_ticks
+    }
+
+    /// Whether its whole window passed without an alarm.
+    pub(super) fn is_missed(&self) -> bool {
+        self.detected_at.is_none() && self.is_complete()
+    }
+
+    /// Whether the run ended within its window without an alarm.
+    pub(super) fn is_undecided(&self) -> bool {
+        self.detected_at.is_none() && !self.is_complete()
+    }
+
+    /// The metrics, of an operator who `notices` changes of the felt force.
+    pub(super) fn close(&self, notices: bool) -> RuptureMetrics {
+        let (whole, extremes) = (self.is_complete(), &self.extremes);
+        let felt = self.observed_ticks >= self.travel_ticks && self.felt_n > 0.0;
+        let since = |tick: u64| self.grid.time_s(tick - self.tick);
+        let beyond_intent_m = self.aftermath.and_then(|aftermath| aftermath.beyond_intent_m);
+        RuptureMetrics {
+            time_s: self.grid.time_s(self.tick),
+            detection_delay_s: self.detected_at.map(since),
+            layer: None,
+            miss: None,
+            excess_advance_m: beyond_intent_m.map(|(excess_m, _)| excess_m),
+            horizon_advance_m: self.aftermath.map(|aftermath| aftermath.advance_m),
+            depth_at_return_m: self.depth_at_return_m,
+            unintended_cut_m: beyond_intent_m.map(|(_, cut_m)| cut_m),
+            noticed: (notices && (self.noticed_at.is_some() || self.aftermath.is_some()))
+                .then_some(u64::from(self.noticed_at.is_some())),
+            noticed_after_s: self.noticed_at.map(since),
+            slave_overshoot_m: whole.then_some(extremes.overshoot_m),
+            slave_travel_m: self.travel_m,
+            master_velocity_m_per_s: self.master_velocity_m_per_s,
+            master_position_m: extremes.master_m,
+            master_travel_m: whole.then_some(extremes.master_travel_m),
+            feedback_fall_s: self.feedback_fallen_at.map(since),
+            felt_fall_s: self.felt_fallen_at.map(since),
+            peak_force_rate_n_per_s: whole.then(|| extremes.peak_change_n / self.grid.tick_s()),
+            felt_contrast: felt.then(|| 1.0 - extremes.min_felt_n / self.felt_n),
+        }
+    }
+}

@@ -1,0 +1,310 @@
+//! Noticing a drop of the felt force as a psychometric decision.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use trocar_core::lane::{Lane, Mask};
+use trocar_core::time::nearest_ticks;
+
+/// Number of criteria drawn; then they repeat.
+const DRAWN: usize = 64;
+
+/// Separates these random numbers from others with the same seed.
+const DOMAIN: u64 = 0x7065_7263_6569;
+
+/// Evidence in units of the internal noise above which a change is in progress, so that the criterion is kept.
+const IN_PROGRESS: f64 = 0.5;
+
+/// Share of a lasting cue that the integration must have taken up for the cue to be noticed.
+const CUE_TAKEN_UP: f64 = 0.5;
+
+trocar_core::choice! {
+    /// How the operator notices a drop of the felt force: by the fixed threshold of the reaction, or by a psychometric
+    /// decision.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub enum Perception at "perception.kind" = None {
+        /// By the fixed threshold of the reaction; without a reaction nothing is noticed.
+        "none" => None,
+        /// By a decision in internal noise.
+        "psychometric" => Psychometric(PerceptionSettings),
+    }
+}
+
+trocar_core::settings! {
+    /// A decision in internal noise.
+    ///
+    /// The noise is that of the just noticeable difference, at which d' is 1: about 7 % of the force, for 2.5 to 10 N in
+    /// tasks with one interval (Pang, Tan and Durlach 1991), and 7 % for the elbow (Jones 1989). Lapses are usually below
+    /// 6 % (Wichmann and Hill 2001). Reaction times to vibration on the hand are of the order of 0.2 s and differ by 20 to
+    /// 300 ms between conditions (Bao et al. 2019). The other defaults are chosen here.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct PerceptionSettings in "perception." {
+        /// Standard deviation of the internal noise, as a fraction of the felt force.
+        ///
+        /// Weber fraction at d' = 1.
+        weber_fraction: f64 [POSITIVE_SHARE] = 0.07,
+        /// Force that is added to the felt force in Weber's law, so that small forces have an absolute threshold.
+        absolute_force_n: f64 [NON_NEGATIVE] = 0.3,
+        /// Criterion of the decision, in standard deviations of the internal noise.
+        ///
+        /// A sudden drop by `criterion · weber_fraction` of the force is noticed in half of the trials, and per interval without a
+        /// drop a share of Φ(-criterion) is noticed falsely.
+        criterion: f64 [NON_NEGATIVE] = 2.5,
+        /// Share of the changes that go unnoticed, whatever their size.
+        lapse_rate: f64 [SHARE] = 0.02,
+        /// Time constant over which the felt force is integrated.
+        integration_s: f64 [POSITIVE] = 0.05,
+        /// Time constant of the memory of the felt force, with which it is compared.
+        memory_s: f64 [POSITIVE] = 0.5,
+        /// Time after which the internal noise is drawn anew.
+        interval_s: f64 [POSITIVE] = 0.5,
+        /// Mean of the time from noticing to the reaction.
+        reaction_mean_s: f64 [NON_NEGATIVE] = 0.2,
+        /// Standard deviation of the time to the reaction.
+        reaction_std_s: f64 [NON_NEGATIVE] = 0.04,
+        /// Minimum time to the reaction.
+        reaction_min_s: f64 [NON_NEGATIVE] = 0.1,
+    }
+    where memory_s: |s| s.memory_s > s.integration_s, "above perception.integration_s";
+}
+
+impl Perception {
+    /// The settings of a psychometric decision.
+    #[must_use]
+    pub fn settings(&self) -> Option<&PerceptionSettings> {
+        match self {
+            Self::None => None,
+            Self::Psychometric(settings) => Some(settings),
+        }
+    }
+}
+
+impl PerceptionSettings {
+    /// Reaction times in ticks of `tick_s` (s): normal, not below the minimum.
+    pub(super) fn reaction_ticks<const N: usize>(&self, seed: u64, stream: u64, tick_s: f64) -> [f64; N] {
+        let mut rng = rng(seed ^ 1, stream);
+        std::array::from_fn(|_| {
+            let normal: f64 = StandardNormal.sample(&mut rng);
+            let reaction_s = (self.reaction_mean_s + self.reaction_std_s * normal).max(self.reaction_min_s);
+            nearest_ticks(reaction_s, tick_s) as f64
+        })
+    }
+
+    /// The largest share of a sudden lasting drop by which the integrated force falls below its memory.
+    fn step_share(&self) -> f64 {
+        let (fast, slow) = (self.integration_s, self.memory_s);
+        let peak_s = fast * slow / (slow - fast) * libm::log(slow / fast);
+        libm::exp(-peak_s / slow) - libm::exp(-peak_s / fast)
+    }
+}
+
+fn rng(seed: u64, stream: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ DOMAIN);
+    rng.set_stream(stream);
+    rng
+}
+
+/// The state of the decision.
+///
+/// ```text
+/// S = F_h + exp(-T/τ_i) (S - F_h)        integrated force
+/// L = F_h + exp(-T/τ_m) (L - F_h)        memory
+/// x = (L - S) / (h w (L₀ + F_a))         evidence in units of the noise
+/// noticed:  x >= c + z,  z normal with mean 0 and standard deviation 1
+/// ```
+/// `h` is the largest share of a sudden drop that `L - S` reaches, so that a sudden drop by `ΔF` gives a largest `x` of
+/// `ΔF / w (F + F_a)` and is noticed with the probability `(1 - λ) Φ(x - c)`. `L₀` is the memory when the change began. `z`
+/// is drawn once per interval, and kept while a change is in progress; with the probability `λ` it is infinite: a lapse.
+#[derive(Debug, Clone)]
+pub(super) struct Noticing<L: Lane> {
+    keep_integrated: L,
+    keep_memory: L,
+    /// `1 / (h w)`.
+    gain: L,
+    absolute: L,
+    interval_ticks: L,
+    criteria: [L; DRAWN],
+    drawn: L,
+    criterion: L,
+    next_draw: L,
+    integrated: L,
+    memory: L,
+    reference: L,
+    evidence: L,
+    cue: L,
+    cue_is_used: L::Mask,
+    is_first: L::Mask,
+}
+
+impl<L: Lane> Noticing<L> {
+    /// Before the first tick; lane `i` uses stream `first_stream + i` of the seed.
+    pub(super) fn new(settings: &PerceptionSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
+        let mut criteria = [L::zero(); DRAWN];
+        for lane in 0..L::WIDTH {
+            let mut rng = rng(seed, first_stream + lane as u64);
+            for drawn in &mut criteria {
+                let lapses = rng.random::<f64>() < settings.lapse_rate;
+                let normal: f64 = StandardNormal.sample(&mut rng);
+                let criterion = if lapses { f64::INFINITY } else { settings.criterion + normal };
+                *drawn = drawn.with_lane(lane, criterion);
+            }
+        }
+        let keep = |time_constant_s: f64| L::splat(libm::exp(-tick_s / time_constant_s));
+        Self {
+            keep_integrated: keep(settings.integration_s),
+            keep_memory: keep(settings.memory_s),
+            gain: L::splat(1.0 / (settings.step_share() * settings.weber_fraction)),
+            absolute: L::splat(settings.absolute_force_n),
+            interval_ticks: L::splat(nearest_ticks(settings.interval_s, tick_s).max(1) as f64),
+            criteria,
+            drawn: L::zero(),
+            criterion: L::splat(f64::INFINITY),
+            next_draw: L::zero(),
+            integrated: L::zero(),
+            memory: L::zero(),
+            reference: L::zero(),
+            evidence: L::zero(),
+            cue: L::zero(),
+            cue_is_used: L::Mask::splat(false),
+            is_first: L::Mask::splat(true),
+        }
+    }
+
+    /// Processes the felt force (N) and the cue at a tick. Returns the lanes whose evidence reaches the criterion. In lanes whose
+    /// operator withdraws, a falling force is expected and no evidence.
+    #[inline(always)]
+    pub(super) fn step(&mut self, now: L, felt: L, cue: L::Mask, withdraws: L::Mask) -> L::Mask {
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        let in_progress = self.evidence.gt(L::splat(IN_PROGRESS));
+        let draws = now.ge(self.next_draw) & !in_progress;
+        if draws.any() {
+            self.draw(draws, now);
+        }
+        self.integrated = L::select(self.is_first, felt, felt + self.keep_integrated * (self.integrated - felt));
+        self.memory = L::select(self.is_first, felt, felt + self.keep_memory * (self.memory - felt));
+        self.is_first = L::Mask::splat(false);
+        self.reference = L::select(in_progress, self.reference, self.memory);
+        // Without an absolute threshold, nothing is felt at no force.
+        let scale = (self.reference.abs() + self.absolute).max(L::splat(f64::MIN_POSITIVE));
+        self.evidence = L::select(withdraws, zero, self.gain * (self.memory - self.integrated) / scale);
+        let aim = L::select(cue, one, zero);
+        self.cue = aim + self.keep_integrated * (self.cue - aim);
+        self.cue_is_used = self.cue_is_used & cue;
+        let attends = self.criterion.lt(L::splat(f64::INFINITY));
+        let feels_cue = cue & self.cue.ge(L::splat(CUE_TAKEN_UP)) & !self.cue_is_used;
+        (self.evidence.ge(self.criterion) & !withdraws) | (feels_cue & attends)
+    }
+
+    /// Uses the cue up where it is noticed.
+    #[inline(always)]
+    pub(super) fn use_cue(&mut self, noticed: L::Mask) {
+        self.cue_is_used = self.cue_is_used | noticed;
+    }
+
+    /// Compares with the present force from now on, in the lanes that have reacted.
+    #[inline(always)]
+    pub(super) fn restart(&mut self, lanes: L::Mask, now: L, felt: L) {
+        self.integrated = L::select(lanes, felt, self.integrated);
+        self.memory = L::select(lanes, felt, self.memory);
+        self.evidence = L::select(lanes, L::zero(), self.evidence);
+        self.next_draw = L::select(lanes, now, self.next_draw);
+    }
+
+    /// Draws the criterion of the next interval.
+    #[cold]
+    #[inline(never)]
+    fn draw(&mut self, draws: L::Mask, now: L) {
+        for lane in (0..L::WIDTH).filter(|&lane| draws.lane(lane)) {
+            let count = self.drawn.lane(lane);
+            self.criterion = self.criterion.with_lane(lane, self.criteria[count as usize % DRAWN].lane(lane));
+            self.drawn = self.drawn.with_lane(lane, count + 1.0);
+        }
+        self.next_draw = L::select(draws, now + self.interval_ticks, self.next_draw);
+    }
+}
+
+trocar_core::lane::gather!(Noticing {
+    keep_integrated, keep_memory, gain, absolute, interval_ticks, criteria, drawn, criterion, next_draw, integrated, memory,
+    reference, evidence, cue,
+} masks { cue_is_used, is_first });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether each of `trials` sudden drops by a share of the force is noticed, within one interval.
+    fn noticed(settings: &PerceptionSettings, drop: f64, trials: u64) -> f64 {
+        let is_noticed = |seed: &u64| {
+            let mut person = Noticing::<f64>::new(settings, *seed, 0, 1e-3);
+            (0..900)
+                .any(|tick| person.step(tick as f64, if tick < 50 { 4.0 } else { 4.0 * (1.0 - drop) }, false, false))
+        };
+        (0..trials).filter(is_noticed).count() as f64 / trials as f64
+    }
+
+    fn settings() -> PerceptionSettings {
+        PerceptionSettings { interval_s: 1.0, absolute_force_n: 0.0, ..PerceptionSettings::DEFAULT }
+    }
+
+    #[test]
+    fn ten_thousand_trials_have_the_threshold_and_the_slope_put_in() {
+        use trocar_base::quantiles::normal_quantile;
+        for (weber_fraction, criterion, lapse_rate) in [(0.07, 2.5, 0.02), (0.1, 2.0, 0.0)] {
+            let settings = PerceptionSettings { weber_fraction, criterion, lapse_rate, ..settings() };
+            // The probits of five drops, weighted by their precision, lie on a line with slope 1 / w through the threshold.
+            let (mut sums, each) = ([0.0; 5], 2000);
+            for step in -2..=2 {
+                let drop = weber_fraction * (criterion + 0.6 * f64::from(step));
+                let share = noticed(&settings, drop, each) / (1.0 - lapse_rate);
+                let probit = normal_quantile(share);
+                let weight = (-probit * probit).exp() / (share * (1.0 - share));
+                for (sum, term) in sums.iter_mut().zip([1.0, drop, probit, drop * drop, drop * probit]) {
+                    *sum += weight * term;
+                }
+            }
+            let [n, x, y, xx, xy] = sums;
+            let slope = (n * xy - x * y) / (n * xx - x * x);
+            let threshold = (x - y / slope) / n;
+            assert!((slope * weber_fraction - 1.0).abs() < 0.03, "slope {slope}, {}", 1.0 / weber_fraction);
+            assert!((threshold / (criterion * weber_fraction) - 1.0).abs() < 0.03, "threshold {threshold}");
+        }
+    }
+
+    #[test]
+    fn lapses_bound_what_is_noticed_and_the_criterion_what_is_noticed_falsely() {
+        let lapsing = PerceptionSettings { lapse_rate: 0.2, ..settings() };
+        assert!((noticed(&lapsing, 0.9, 4000) - 0.8).abs() < 0.02);
+        // Φ(-1) = 0.159 in an interval without a drop.
+        let lax = PerceptionSettings { criterion: 1.0, lapse_rate: 0.0, ..settings() };
+        assert!((noticed(&lax, 0.0, 4000) - 0.1587).abs() < 0.02, "{}", noticed(&lax, 0.0, 4000));
+    }
+
+    #[test]
+    fn a_cue_is_noticed_once_unless_the_person_lapses() {
+        let settings = PerceptionSettings { lapse_rate: 0.1, criterion: 6.0, ..settings() };
+        let count = |seed: u64| {
+            let mut person = Noticing::<f64>::new(&settings, seed, 0, 1e-3);
+            let times = (0..900).filter(|&tick| {
+                let noticed = person.step(f64::from(tick), 4.0, (200..700).contains(&tick), false);
+                person.use_cue(noticed);
+                noticed
+            });
+            times.collect::<Vec<_>>()
+        };
+        let all: Vec<_> = (0..2000).map(count).collect();
+        assert!(all.iter().all(|times| times.len() <= 1 && times.iter().all(|time| (230..240).contains(time))));
+        let share = all.iter().filter(|times| !times.is_empty()).count() as f64 / 2000.0;
+        assert!((share - 0.9).abs() < 0.02, "{share}");
+    }
+
+    #[test]
+    fn reaction_times_have_their_mean_and_spread_and_minimum() {
+        let times = settings().reaction_ticks::<4000>(1, 0, 1e-3);
+        let mean = times.iter().sum::<f64>() / 4000.0;
+        let std = (times.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / 4000.0).sqrt();
+        assert!((mean - 200.0).abs() < 2.0 && (std - 40.0).abs() < 1.5, "{mean} {std}");
+        assert!(times.iter().all(|&time| time >= 100.0));
+    }
+}

@@ -1,0 +1,355 @@
+//! The master, its force controller and the operator's arm (eq. 28, 29, 32-35).
+
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+
+use super::{ControlTiming, MASTER_STATES, MotorStep, PlantError, on};
+use trocar_lti::{
+    Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, append, exact_step, realise,
+    realise_with_derivative,
+};
+
+trocar_core::choice! {
+    /// Whether the hand acts on the master; as printed it does not, and the loop is unstable.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Coupling at "master.coupling" = Physical {
+        /// The hand pushes the master and the motor resists: `m x_h'' + b x_h' = F_h - U_m`.
+        "physical" => Physical,
+        /// Eq. 28 to the letter, `X_h = G_m U_m`: the hand does not act on the master. Unstable, a pole at +41.961.
+        "as-printed" => AsPrinted,
+    }
+}
+
+trocar_core::settings! {
+    /// The master (eq. 28) and its controller (eq. 29).
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct MasterParameters in "master." given (is_fed_positions: bool = false) {
+        /// Mass.
+        mass_kg: f64 [MASS] = 0.245,
+        /// Damping.
+        damping_n_s_per_m: f64 [NON_NEGATIVE] = 4.1,
+        /// Integral gain K_i of the force controller, in 1/s.
+        ///
+        /// A spring to the slave's position is not a force to be tracked: the integral of the difference would not
+        /// converge.
+        force_integral_gain: f64 [NON_NEGATIVE]
+            => "12, as in the paper; 0 if positions are fed back to the master"
+            if is_fed_positions { 0.0 } else { 12.0 },
+        /// Whether the hand acts on the master.
+        coupling: Coupling,
+    }
+}
+
+trocar_core::settings! {
+    /// The arm (eq. 32-35) as a mass `m_h` tied to the desired position by (`k_h`, `b_h`) and to the master by
+    /// (`k_a`, `b_a`):
+    ///
+    /// ```text
+    /// m_h x_a'' = k_h (x_d - x_a) + b_h (x_d' - x_a') - F_h
+    /// F_h       = k_a (x_a - x_h) + b_a (x_a' - x_h')
+    /// ```
+    /// Eliminating `x_a` gives eq. 32. At rest its stiffness is `k_a k_h / (k_a + k_h)` = 698.845 N/m.
+    ///
+    /// Stiffness and damping of a hand rise with the force of its grip (Hasser and Cutkosky 2002). The factors are
+    /// chosen here: both stiffnesses change by a factor of 2 and both dampings by its square root, so that the damping
+    /// ratios and the mass are unchanged.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct ArmParameters in "arm." given (grip: Grip = Grip::Paper, roles: ArmRoles = ArmRoles::AsPrinted) {
+        /// Stiffness between arm and master.
+        k_a_n_per_m: f64 [NON_NEGATIVE] => "from grip and roles; 733 as printed"
+            grip.stiffness_factor() * roles.at_master(733.0, 14998.0),
+        /// Damping between arm and master.
+        b_a_n_s_per_m: f64 [NON_NEGATIVE] => "from grip and roles; 37.3 as printed"
+            grip.damping_factor() * roles.at_master(37.3, 178.0),
+        /// Stiffness between desired position and arm.
+        k_h_n_per_m: f64 [NON_NEGATIVE] => "from grip and roles; 14998 as printed"
+            grip.stiffness_factor() * roles.at_master(14998.0, 733.0),
+        /// Damping between desired position and arm.
+        b_h_n_s_per_m: f64 [NON_NEGATIVE] => "from grip and roles; 178 as printed"
+            grip.damping_factor() * roles.at_master(178.0, 37.3),
+        /// Mass of the arm.
+        m_h_kg: f64 [MASS] => "from the grip; 1.88 for the paper's" 1.88,
+    }
+}
+
+trocar_core::choice! {
+    /// Grip of the hand: as identified in the paper, half as stiff, or twice as stiff.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Grip at "arm.grip" = Paper {
+        /// As the paper identified it (eq. 32-35).
+        "paper" => Paper,
+        /// Half as stiff.
+        "relaxed" => Relaxed,
+        /// Twice as stiff.
+        "firm" => Firm,
+    }
+}
+
+trocar_core::choice! {
+    /// Which of the arm's two springs is at the master.
+    ///
+    /// In de Vlugt et al. the stiff pair is the grip between hand and handle, and the soft pair the arm behind the hand.
+    /// Eq. 32 with the printed values has them the other way round.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum ArmRoles at "arm.roles" = AsPrinted {
+        /// The soft pair at the master, as in eq. 32 with the printed values.
+        "as-printed" => AsPrinted,
+        /// The stiff pair at the master, as in de Vlugt et al.: a higher stability limit without delay, a lower one with delay.
+        "de-vlugt" => DeVlugt,
+    }
+}
+
+impl ArmRoles {
+    const fn at_master(self, printed: f64, of_de_vlugt: f64) -> f64 {
+        match self {
+            Self::AsPrinted => printed,
+            Self::DeVlugt => of_de_vlugt,
+        }
+    }
+}
+
+impl Grip {
+    const fn stiffness_factor(self) -> f64 {
+        match self {
+            Self::Paper => 1.0,
+            Self::Relaxed => 0.5,
+            Self::Firm => 2.0,
+        }
+    }
+
+    /// The square root of the stiffness factor.
+    const fn damping_factor(self) -> f64 {
+        match self {
+            Self::Paper => 1.0,
+            Self::Relaxed => FRAC_1_SQRT_2,
+            Self::Firm => SQRT_2,
+        }
+    }
+}
+
+impl ArmParameters {
+    /// The static force in N per m between the master and the desired position: `k_a k_h / (k_a + k_h)`.
+    #[must_use]
+    pub fn static_stiffness_n_per_m(&self) -> f64 {
+        self.k_a_n_per_m * self.k_h_n_per_m / (self.k_a_n_per_m + self.k_h_n_per_m)
+    }
+}
+
+/// The master side in continuous time.
+///
+/// Inputs: `x_d` (m), its derivative (m/s), and `F_ed` (N); outputs: `F_h` (N) and `F_ed - F_h` (N). States:
+/// `x_h, v_h, x_a, v_a` and, with continuous control, `∫(F_ed - F_h)`. With sampled control the third input is `U_m`
+/// itself, and the second output `U_m - F_h`.
+///
+/// # Errors
+/// [`PlantError`] for a parameter out of range or a computation that fails.
+pub fn master_system(
+    master: &MasterParameters,
+    arm: &ArmParameters,
+    timing: ControlTiming,
+) -> Result<StateSpace<Continuous>, PlantError> {
+    master.validate()?;
+    arm.validate()?;
+    build(master, arm, timing).map_err(on("master"))
+}
+
+fn build(
+    master: &MasterParameters,
+    arm: &ArmParameters,
+    timing: ControlTiming,
+) -> Result<StateSpace<Continuous>, trocar_lti::Error> {
+    use Signal::{External, Output};
+    let (x_h, v_h, x_a, v_a, integral) = (Output(0), Output(1), Output(2), Output(3), Output(4));
+    let (x_d, v_d, force) = (External(0), External(1), External(2));
+    let ArmParameters { k_a_n_per_m: k_a, b_a_n_s_per_m: b_a, k_h_n_per_m: k_h, b_h_n_s_per_m: b_h, m_h_kg } = *arm;
+    let hand_force = |sign: f64| [(sign * k_a, x_a), (-sign * k_a, x_h), (sign * b_a, v_a), (-sign * b_a, v_h)];
+
+    let g_m =
+        realise_with_derivative(&TransferFunction::new(&[1.0], &[master.mass_kg, master.damping_n_s_per_m, 0.0])?)?;
+    let hand_mass = realise_with_derivative(&TransferFunction::new(&[1.0], &[m_h_kg, 0.0, 0.0])?)?;
+    let integrator = realise(&TransferFunction::new(&[1.0], &[1.0, 0.0])?)?;
+    let blocks = match timing {
+        ControlTiming::Continuous => append(&[&g_m, &hand_mass, &integrator])?,
+        ControlTiming::Sampled => append(&[&g_m, &hand_mass])?,
+    };
+
+    let mut wiring = Wiring::new(&blocks, 3);
+    let motor = match master.coupling {
+        Coupling::Physical => {
+            wiring = wiring.feed(0, &hand_force(1.0))?;
+            -1.0
+        }
+        Coupling::AsPrinted => 1.0,
+    };
+    wiring = wiring.feed(0, &[(motor, force)])?;
+    wiring = wiring.feed(1, &[(k_h, x_d), (-k_h, x_a), (b_h, v_d), (-b_h, v_a)])?.feed(1, &hand_force(-1.0))?;
+    if timing == ControlTiming::Continuous {
+        wiring = wiring.feed(0, &[(motor * master.force_integral_gain, integral)])?;
+        wiring = wiring.feed(2, &[(1.0, force)])?.feed(2, &hand_force(-1.0))?;
+    }
+    let error: Vec<_> = hand_force(-1.0).into_iter().chain([(1.0, force)]).collect();
+    wiring.read(&hand_force(1.0))?.read(&error)?.close(&blocks)
+}
+
+/// The master side's exact step over a tick.
+///
+/// `x_{k+1} = transition · x_k + desired_now · x_d(k) + desired_next · x_d(k+1) + feedback · F_ed(k)` with `x_d` linear
+/// over the tick and `F_ed` held; states `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MasterStep {
+    /// Transition matrix, row by row.
+    pub transition: [[f64; MASTER_STATES]; MASTER_STATES],
+    /// Effect of the desired position at the start of the tick.
+    pub desired_now: [f64; MASTER_STATES],
+    /// Effect of the desired position at the end of the tick.
+    pub desired_next: [f64; MASTER_STATES],
+    /// Effect of the feedback force.
+    pub feedback: [f64; MASTER_STATES],
+    /// `F_h` from the states.
+    pub hand_force: [f64; MASTER_STATES],
+}
+
+impl MasterStep {
+    /// The step over `tick_s` (s).
+    ///
+    /// # Errors
+    /// As [`master_system`], and where the step's matrices overflow.
+    pub fn new(
+        master: &MasterParameters,
+        arm: &ArmParameters,
+        timing: ControlTiming,
+        tick_s: f64,
+    ) -> Result<Self, PlantError> {
+        let mut step = Self::open(master, arm, timing, tick_s)?;
+        if timing == ControlTiming::Sampled {
+            step.close_sampled_loop(master.force_integral_gain, tick_s);
+        }
+        Ok(step)
+    }
+
+    /// The step of the machine alone, without its controller: `feedback` is then the effect of a held `U_m`, and the
+    /// force integral does not change.
+    ///
+    /// # Errors
+    /// As [`MasterStep::new`].
+    pub fn of_machine(master: &MasterParameters, arm: &ArmParameters, tick_s: f64) -> Result<Self, PlantError> {
+        Self::open(master, arm, ControlTiming::Sampled, tick_s)
+    }
+
+    /// The step of the machine's motor over a tick, following its command with a lag of `lag_s` (s, at least 0);
+    /// without a lag, the `feedback` of [`MasterStep::of_machine`].
+    ///
+    /// # Errors
+    /// As [`MasterStep::new`].
+    pub fn of_motor(
+        master: &MasterParameters,
+        arm: &ArmParameters,
+        tick_s: f64,
+        lag_s: f64,
+    ) -> Result<MotorStep<MASTER_STATES>, PlantError> {
+        const MOTOR_FORCE: usize = 2;
+        let system = master_system(master, arm, ControlTiming::Sampled)?;
+        MotorStep::new(("master", &system), MOTOR_FORCE, tick_s, lag_s)
+    }
+
+    /// The step before a sampled controller closes the loop.
+    fn open(
+        master: &MasterParameters,
+        arm: &ArmParameters,
+        timing: ControlTiming,
+        tick_s: f64,
+    ) -> Result<Self, PlantError> {
+        let system = master_system(master, arm, timing)?;
+        let step = exact_step(&system, tick_s, &[Hold::Linear, Hold::Held, Hold::Held]).map_err(on("master"))?;
+        let states = system.states();
+        let column = |matrix: &nalgebra::DMatrix<f64>, j: usize| {
+            std::array::from_fn(|i| if i < states { matrix[(i, j)] } else { 0.0 })
+        };
+        // The desired velocity over a tick is the difference of the desired positions.
+        let slope: [f64; MASTER_STATES] = column(&step.gamma_now, 1);
+        let now: [f64; MASTER_STATES] = column(&step.gamma_now, 0);
+        let next: [f64; MASTER_STATES] = column(&step.gamma_next, 0);
+        Ok(Self {
+            transition: std::array::from_fn(|i| {
+                std::array::from_fn(|j| if i < states && j < states { step.phi[(i, j)] } else { 0.0 })
+            }),
+            desired_now: std::array::from_fn(|i| now[i] - slope[i] / tick_s),
+            desired_next: std::array::from_fn(|i| next[i] + slope[i] / tick_s),
+            feedback: column(&step.gamma_now, 2),
+            hand_force: std::array::from_fn(|j| if j < states { system.c()[(0, j)] } else { 0.0 }),
+        })
+    }
+
+    /// Adds the held `U_m = F_ed + K_i I` and the sum `I += T (F_ed - F_h)` to the step of the machine alone.
+    fn close_sampled_loop(&mut self, integral_gain: f64, tick_s: f64) {
+        const INTEGRAL: usize = MASTER_STATES - 1;
+        for i in 0..INTEGRAL {
+            self.transition[i][INTEGRAL] = self.feedback[i] * integral_gain;
+        }
+        for j in 0..INTEGRAL {
+            self.transition[INTEGRAL][j] = -tick_s * self.hand_force[j];
+        }
+        self.transition[INTEGRAL][INTEGRAL] = 1.0;
+        self.feedback[INTEGRAL] = tick_s;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_still_master_feels_the_static_stiffness() {
+        assert!((ArmParameters::default().static_stiffness_n_per_m() - 698.845).abs() < 5e-4);
+    }
+
+    /// The side's poles, the least negative first.
+    fn poles(coupling: Coupling) -> Vec<(f64, f64)> {
+        let master = MasterParameters { coupling, ..MasterParameters::default() };
+        let system = master_system(&master, &ArmParameters::default(), ControlTiming::Continuous).expect("valid");
+        let mut poles: Vec<(f64, f64)> = system.poles().expect("found").iter().map(|p| (p.re, p.im)).collect();
+        poles.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
+        poles
+    }
+
+    #[test]
+    fn the_physical_side_has_the_five_poles_of_the_independent_computation() {
+        let expected = [
+            (-12.62462369, 0.0),
+            (-21.02629518, 0.0),
+            (-43.71857234, -68.79047016),
+            (-43.71857234, 68.79047016),
+            (-162.41280488, 0.0),
+        ];
+        for ((re, im), (expected_re, expected_im)) in poles(Coupling::Physical).into_iter().zip(expected) {
+            assert!((re - expected_re).abs() < 1e-6 && (im - expected_im).abs() < 1e-6, "{re} {im}");
+        }
+    }
+
+    #[test]
+    fn the_side_as_printed_is_unstable() {
+        let poles = poles(Coupling::AsPrinted);
+        assert!((poles[0].0 - 41.961).abs() < 5e-4, "{poles:?}");
+        assert!(poles[1].0 < 0.0, "{poles:?}");
+    }
+
+    #[test]
+    fn the_sampled_step_tends_to_the_continuous_one() {
+        let (master, arm) = (MasterParameters::default(), ArmParameters::default());
+        let step = |timing, tick| MasterStep::new(&master, &arm, timing, tick).expect("valid");
+        let difference = |tick| {
+            let (a, b) = (step(ControlTiming::Sampled, tick), step(ControlTiming::Continuous, tick));
+            (0..4)
+                .flat_map(|i| (0..5).map(move |j| (i, j)))
+                .map(|(i, j)| (a.transition[i][j] - b.transition[i][j]).abs())
+                .fold(0.0, f64::max)
+        };
+        assert!(difference(1e-4) < 0.02 * difference(1e-3), "second order in the tick");
+    }
+
+    #[test]
+    fn a_negative_mass_is_named() {
+        let master = MasterParameters { mass_kg: -1.0, ..MasterParameters::default() };
+        let error = master_system(&master, &ArmParameters::default(), ControlTiming::Continuous).expect_err("negative");
+        assert_eq!(error.to_string(), "master.mass_kg is -1, must be a positive, finite number");
+    }
+}

@@ -1,0 +1,221 @@
+//! The slave and its position controller (eq. 30, 31).
+
+use super::{ControlTiming, MotorStep, PlantError, SLAVE_STATES, on};
+use trocar_core::error::{finite, require};
+use trocar_lti::{Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, exact_step, realise_with_derivative};
+
+trocar_core::choice! {
+    /// The signal that K_v acts on: the velocity, or as printed the position.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Damping at "slave.damping" = Velocity {
+        /// On the velocity: `U_s = K_p (x_ref - x_e) - K_v x_e'`.
+        "velocity" => Velocity,
+        /// On the position, as eq. 31 is printed: barely damped, static gain 1300/1315.
+        "as-printed" => AsPrinted,
+    }
+}
+
+trocar_core::settings! {
+    /// The slave (eq. 30) and its controller (eq. 31).
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct SlaveParameters in "slave." no const {
+        /// Numerator of X_e / U_s, highest power first.
+        numerator: Vec<f64> = [7.778, 656.0],
+        /// Denominator of X_e / U_s, highest power first; degree 2 or 3.
+        denominator: Vec<f64> = [1.0, 104.1, 1.131e-4, 0.0],
+        /// Proportional gain K_p.
+        proportional_gain: f64 [NON_NEGATIVE] = 1300.0,
+        /// Velocity gain K_v.
+        velocity_gain: f64 [NON_NEGATIVE] = 15.0,
+        /// The signal that `K_v` acts on.
+        damping: Damping,
+    }
+}
+
+impl SlaveParameters {
+    /// The slave without its controller: input `U_s`, outputs and first states `x_e` (m) and `v_e` (m/s).
+    fn machine(&self) -> Result<StateSpace<Continuous>, PlantError> {
+        self.validate()?;
+        let function = TransferFunction::new(&self.numerator, &self.denominator).map_err(on("slave"))?;
+        let numerator = function.numerator().degree().unwrap_or(0);
+        let denominator = function.denominator().degree().unwrap_or(0);
+        if !(2..=SLAVE_STATES).contains(&denominator) || numerator + 2 > denominator {
+            return Err(PlantError::SlaveDegree { numerator, denominator });
+        }
+        realise_with_derivative(&function).map_err(on("slave"))
+    }
+
+    /// The command `U_s` of a slow motion per m/s and per m/s²: the first terms of `U_s / X_e` in powers of `s`.
+    ///
+    /// # Errors
+    /// [`PlantError`] as [`slave_system`], and for a numerator whose last coefficient is 0, which allows no slow
+    /// motion.
+    pub fn slow_motion(&self) -> Result<(f64, f64), PlantError> {
+        self.machine()?;
+        let low = |coefficients: &[f64], power: usize| coefficients.iter().rev().nth(power).copied().unwrap_or(0.0);
+        let n = |power| low(&self.numerator, power);
+        let d = |power| low(&self.denominator, power);
+        require("slave.numerator", n(0), n(0) != 0.0, "a list whose last number is not 0")?;
+        let stiffness = d(0) / n(0);
+        let drag = (d(1) - stiffness * n(1)) / n(0);
+        let inertia = (d(2) - drag * n(1) - stiffness * n(2)) / n(0);
+        finite("slave.numerator", drag)?;
+        finite("slave.numerator", inertia)?;
+        Ok((drag, inertia))
+    }
+
+    /// `U_s` as gains on `(x_ref, x_e, v_e)`.
+    #[must_use]
+    pub fn control(&self) -> [f64; 3] {
+        let (k_p, k_v) = (self.proportional_gain, self.velocity_gain);
+        match self.damping {
+            Damping::Velocity => [k_p, -k_p, -k_v],
+            Damping::AsPrinted => [k_p, -k_p - k_v, 0.0],
+        }
+    }
+}
+
+/// The slave side in continuous time: input `x_ref` (m) (with sampled control: `U_s`), outputs and first states `x_e`
+/// (m) and `v_e` (m/s).
+///
+/// # Errors
+/// [`PlantError`] for a parameter out of range, a transfer function without position and velocity, or a computation
+/// that fails.
+pub fn slave_system(slave: &SlaveParameters, timing: ControlTiming) -> Result<StateSpace<Continuous>, PlantError> {
+    let machine = slave.machine()?;
+    if timing == ControlTiming::Sampled {
+        return Ok(machine);
+    }
+    let [reference, position, velocity] = slave.control();
+    let close = || {
+        Wiring::new(&machine, 1)
+            .feed(0, &[(reference, Signal::External(0)), (position, Signal::Output(0)), (velocity, Signal::Output(1))])?
+            .read(&[(1.0, Signal::Output(0))])?
+            .read(&[(1.0, Signal::Output(1))])?
+            .close(&machine)
+    };
+    close().map_err(on("slave"))
+}
+
+/// The slave side's exact step over a tick: `x_{k+1} = transition · x_k + reference · x_ref(k)`, `x_ref` held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlaveStep {
+    /// Transition matrix, row by row; a slave with two states has a third that is always 0.
+    pub transition: [[f64; SLAVE_STATES]; SLAVE_STATES],
+    /// Effect of the reference.
+    pub reference: [f64; SLAVE_STATES],
+    /// The states at rest per metre of constant reference.
+    pub rest: [f64; SLAVE_STATES],
+}
+
+impl SlaveStep {
+    /// The step over `tick_s` (s).
+    ///
+    /// # Errors
+    /// As [`slave_system`], and where the step's matrices overflow.
+    pub fn new(slave: &SlaveParameters, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
+        let mut step = Self::open(slave, timing, tick_s)?;
+        if timing == ControlTiming::Sampled {
+            let [to_reference, to_position, to_velocity] = slave.control();
+            let control = [to_position, to_velocity, 0.0];
+            for (row, input) in step.transition.iter_mut().zip(&mut step.reference) {
+                for (entry, gain) in row.iter_mut().zip(control) {
+                    *entry += *input * gain;
+                }
+                *input *= to_reference;
+            }
+        }
+        Ok(step)
+    }
+
+    /// The step of the machine alone, without its controller: `reference` is then the effect of a held `U_s`; `rest` is
+    /// that with the controller.
+    ///
+    /// # Errors
+    /// As [`SlaveStep::new`].
+    pub fn of_machine(slave: &SlaveParameters, tick_s: f64) -> Result<Self, PlantError> {
+        Self::open(slave, ControlTiming::Sampled, tick_s)
+    }
+
+    /// The step of the machine's motor over a tick, following its command with a lag of `lag_s` (s, at least 0);
+    /// without a lag, the `reference` of [`SlaveStep::of_machine`].
+    ///
+    /// # Errors
+    /// As [`SlaveStep::new`].
+    pub fn of_motor(slave: &SlaveParameters, tick_s: f64, lag_s: f64) -> Result<MotorStep<SLAVE_STATES>, PlantError> {
+        let system = slave_system(slave, ControlTiming::Sampled)?;
+        MotorStep::new(("slave", &system), 0, tick_s, lag_s)
+    }
+
+    /// The step before a sampled controller closes the loop.
+    fn open(slave: &SlaveParameters, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
+        let system = slave_system(slave, timing)?;
+        let step = exact_step(&system, tick_s, &[Hold::Held]).map_err(on("slave"))?;
+        let states = system.states();
+        let entry = |i, j| if i < states && j < states { step.phi[(i, j)] } else { 0.0 };
+        let continuous = slave_system(slave, ControlTiming::Continuous)?;
+        Ok(Self {
+            transition: std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j))),
+            reference: std::array::from_fn(|i| if i < states { step.gamma_now[(i, 0)] } else { 0.0 }),
+            rest: rest(&continuous),
+        })
+    }
+}
+
+/// The steady states under a unit reference; position 1 alone if there is no steady state.
+fn rest(system: &StateSpace<Continuous>) -> [f64; SLAVE_STATES] {
+    let settled = system.a().clone().lu().solve(&(-system.b()));
+    let settled = settled.filter(|state| state.iter().all(|value| value.is_finite()));
+    std::array::from_fn(|i| match &settled {
+        Some(state) => state.get(i).copied().unwrap_or(0.0),
+        None => f64::from(u8::from(i == 0)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_rest_nothing_moves() {
+        for damping in [Damping::Velocity, Damping::AsPrinted] {
+            for timing in [ControlTiming::Continuous, ControlTiming::Sampled] {
+                let slave = SlaveParameters { damping, ..SlaveParameters::default() };
+                let step = SlaveStep::new(&slave, timing, 1e-3).expect("valid");
+                for i in 0..3 {
+                    let next: f64 =
+                        (0..3).map(|j| step.transition[i][j] * step.rest[j]).sum::<f64>() + step.reference[i];
+                    assert!(
+                        (next - step.rest[i]).abs() < 1e-9 * (1.0 + step.rest[i].abs()),
+                        "{damping:?} {timing:?} {i}"
+                    );
+                }
+                let gain = if damping == Damping::Velocity { 1.0 } else { 1300.0 / 1315.0 };
+                assert!((step.rest[0] - gain).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn both_readings_have_the_poles_of_the_independent_computation() {
+        for (damping, real, pair) in [
+            (Damping::Velocity, -109.79934886, (-55.48532557, 68.47096846)),
+            (Damping::AsPrinted, -93.44011474, (-5.32994263, 95.93539974)),
+        ] {
+            let slave = SlaveParameters { damping, ..SlaveParameters::default() };
+            let poles = slave_system(&slave, ControlTiming::Continuous).expect("valid").poles().expect("found");
+            assert_eq!(poles.len(), 3);
+            for pole in poles {
+                let (re, im) = if pole.im.abs() < 1e-9 { (real, 0.0) } else { (pair.0, pair.1 * pole.im.signum()) };
+                assert!((pole.re - re).abs() < 1e-6 && (pole.im - im).abs() < 1e-6, "{damping:?} {pole}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_slave_without_velocity_is_refused() {
+        let slave = SlaveParameters { denominator: vec![1.0, 2.0], ..SlaveParameters::default() };
+        let message = slave_system(&slave, ControlTiming::Continuous).expect_err("first order").to_string();
+        assert!(message.contains("degree 1"), "{message}");
+    }
+}

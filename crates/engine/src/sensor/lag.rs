@@ -1,0 +1,101 @@
+//! The bandwidth of a transducer: a first-order lag with an exact step.
+
+use trocar_core::lane::Lane;
+
+/// `τ y' = u - y`, `τ = 1 / (2π f)`, for an input that is linear between ticks:
+///
+/// ```text
+/// y_k = a y_{k-1} + b_0 u_{k-1} + b_1 u_k
+/// a = exp(-T/τ),  q = (1 - a) τ/T,  b_0 = q - a,  b_1 = 1 - q
+/// ```
+/// A force that changes between ticks is closer to a line than to a step. For a large bandwidth the linear input also
+/// tends to a sensor without lag, whereas a held input would leave a delay of one tick. Initially settled.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lag<L> {
+    keep: L,
+    before: L,
+    now: L,
+    output: L,
+    input: L,
+}
+
+impl<L: Lane> Lag<L> {
+    /// The lag of `bandwidth_hz` (Hz, above 0) on ticks `tick_s` (s) apart, settled at `input`.
+    pub(super) fn new(bandwidth_hz: f64, tick_s: f64, input: f64) -> Self {
+        let ticks = std::f64::consts::TAU * bandwidth_hz * tick_s;
+        let keep = libm::exp(-ticks);
+        // Below the smallest normal number the output is constant, and the mean of the exponential over the tick is 1.
+        let mean = if ticks > f64::MIN_POSITIVE { -libm::expm1(-ticks) / ticks } else { 1.0 };
+        Self {
+            keep: L::splat(keep),
+            before: L::splat(mean - keep),
+            now: L::splat(1.0 - mean),
+            output: L::splat(input),
+            input: L::splat(input),
+        }
+    }
+
+    /// The output at the tick of `input`.
+    #[inline(always)]
+    pub(super) fn update(&mut self, input: L) -> L {
+        self.output = self.keep * self.output + self.before * self.input + self.now * input;
+        self.input = input;
+        self.output
+    }
+}
+
+trocar_core::lane::gather!(Lag { keep, before, now, output, input });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TICK_S: f64 = 1e-3;
+
+    fn time_constant_s(bandwidth_hz: f64) -> f64 {
+        1.0 / (std::f64::consts::TAU * bandwidth_hz)
+    }
+
+    #[test]
+    fn a_ramp_is_followed_as_the_closed_form_says() {
+        let tau = time_constant_s(40.0);
+        let mut lag = Lag::<f64>::new(40.0, TICK_S, 0.0);
+        for k in 0..100 {
+            let t = f64::from(k) * TICK_S;
+            let expected = t - tau * (1.0 - (-t / tau).exp());
+            assert!((lag.update(t) - expected).abs() < 1e-15, "{k}");
+        }
+    }
+
+    #[test]
+    fn after_a_step_the_rest_decays_with_the_time_constant() {
+        let tau = time_constant_s(25.0);
+        let mut lag = Lag::<f64>::new(25.0, TICK_S, 0.0);
+        // The input rises over the tick before the first one; after it the exact response is exponential.
+        let first = lag.update(1.0);
+        assert!((first - (1.0 - tau / TICK_S * (1.0 - (-TICK_S / tau).exp()))).abs() < 1e-15);
+        for k in 1..200 {
+            let expected = 1.0 - (1.0 - first) * (-f64::from(k) * TICK_S / tau).exp();
+            assert!((lag.update(1.0) - expected).abs() < 1e-14, "{k}");
+        }
+    }
+
+    #[test]
+    fn a_wide_band_reads_as_it_is_and_a_narrow_one_not_at_all() {
+        let (mut wide, mut narrow) = (Lag::<f64>::new(1e12, TICK_S, 0.0), Lag::<f64>::new(1e-300, TICK_S, 2.0));
+        for k in 0..50 {
+            let input = (f64::from(k) * 0.7).sin();
+            assert!((wide.update(input) - input).abs() < 1e-8);
+            assert_eq!(narrow.update(input), 2.0);
+        }
+    }
+
+    #[test]
+    fn a_swing_at_the_bandwidth_comes_through_at_half_its_power() {
+        // At 1/1000 of the tick rate the line between samples equals the sine to 2e-6.
+        let mut lag = Lag::<f64>::new(1.0, TICK_S, 0.0);
+        let outputs = (0..8000).map(|k| lag.update((std::f64::consts::TAU * f64::from(k) * TICK_S).sin()));
+        let peak = outputs.skip(6000).fold(0.0, f64::max);
+        assert!((peak - 0.5_f64.sqrt()).abs() < 1e-5, "{peak}");
+    }
+}

@@ -1,0 +1,31 @@
+//! Acceleration estimates from velocities.
+
+use trocar_core::lane::Lane;
+
+/// First-order low pass of the velocity's differences: `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
+#[derive(Debug, Clone)]
+pub(super) struct Accelerometer<L> {
+    weight: L,
+    inverse_tick: L,
+    velocity: L,
+    acceleration: L,
+}
+
+impl<L: Lane> Accelerometer<L> {
+    pub(super) fn new(bandwidth_hz: f64, tick_s: f64) -> Self {
+        let weight = 1.0 - libm::exp(-std::f64::consts::TAU * bandwidth_hz * tick_s);
+        let (weight, inverse_tick) = (L::splat(weight), L::splat(1.0 / tick_s));
+        Self { weight, inverse_tick, velocity: L::zero(), acceleration: L::zero() }
+    }
+
+    /// The acceleration in m/s² after a velocity in m/s.
+    #[inline(always)]
+    pub(super) fn update(&mut self, velocity: L) -> L {
+        let raw = (velocity - self.velocity) * self.inverse_tick;
+        self.velocity = velocity;
+        self.acceleration = self.acceleration + self.weight * (raw - self.acceleration);
+        self.acceleration
+    }
+}
+
+trocar_core::lane::gather!(Accelerometer { weight, inverse_tick, velocity, acceleration });

@@ -1,0 +1,90 @@
+//! The paper's architecture with local force feedback on both sides.
+
+use super::frozen::FrozenForce;
+use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, MasterSample, SlaveGains};
+use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
+use trocar_core::error::{InvalidValue, require};
+use trocar_core::lane::Lane;
+use trocar_core::settings::Key;
+
+trocar_core::settings! {
+    /// The gains of the local force feedback.
+    ///
+    /// With the default gains (6 at the master, 0 at the slave), the four-channel architecture transmits the stiffness
+    /// of a 50 N/m tissue within 5 % at 5 Hz.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct LocalForceSettings in "controller." {
+        /// C_6, local force feedback at the master (local-force, four-channel): divides its apparent mass by 1 + C_6.
+        ///
+        /// Lawrence's `C_6`; it divides the apparent damping by the same factor.
+        master_force_gain: f64 [NON_NEGATIVE] = 6.0,
+        /// C_5, local force feedback at the slave (local-force, four-channel), in command U_s per N: makes it compliant.
+        slave_force_gain: f64 [NON_NEGATIVE] = 0.0,
+    }
+}
+
+/// Local force feedback reduces the apparent mass and damping of the master, and makes the slave compliant:
+/// `x_ref = P x_h - g_e f_e`, `F_ed = k_f F_e - k_h F_h`.
+#[derive(Debug, Clone)]
+pub struct LocalForce<L> {
+    position_scale: L,
+    own_force: L,
+    load: HandLoad<L>,
+    frozen: FrozenForce<L>,
+}
+
+impl<L: Lane> Architecture<L> for LocalForce<L> {
+    #[inline(always)]
+    fn slave_target(&mut self, arrived: &MasterSample<L>, slave: &AtSlave<L>) -> L {
+        self.position_scale * arrived.position_m - self.own_force * slave.force_n
+    }
+
+    #[inline(always)]
+    fn master_force(&mut self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L {
+        let force_n = self.load.force_n(arrived, master);
+        self.frozen.update(force_n, arrived)
+    }
+}
+
+impl<L: Lane> BuiltInArchitecture<L> for LocalForce<L> {
+    const KEYS: &'static [&'static [Key]] = &[LocalForceSettings::KEYS];
+
+    fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
+        let (k_p, settings) = (machines.proportional_gain, &settings.local_force);
+        require("slave.proportional_gain", k_p, k_p > 0.0, "above 0 for this controller.kind")?;
+        let (force, hand) = (1.0 + settings.master_force_gain, settings.master_force_gain);
+        let own_force = settings.slave_force_gain / k_p;
+        Ok((MasterGains { force, hand, ..MasterGains::default() }, SlaveGains { own_force, ..SlaveGains::default() }))
+    }
+
+    fn build(settings: &ControllerSettings, machines: &Machines, _tick_s: f64) -> Result<Self, InvalidValue> {
+        let (at_master, at_slave) = Self::gains(settings, machines)?;
+        Ok(Self {
+            position_scale: L::splat(machines.position_scale),
+            own_force: L::splat(at_slave.own_force),
+            load: HandLoad::new(&at_master),
+            frozen: FrozenForce::default(),
+        })
+    }
+}
+
+/// The force terms of the master's law: `k_f F_e - k_h F_h`.
+#[derive(Debug, Clone)]
+pub(super) struct HandLoad<L> {
+    force: L,
+    hand: L,
+}
+
+impl<L: Lane> HandLoad<L> {
+    pub(super) fn new(gains: &MasterGains) -> Self {
+        Self { force: L::splat(gains.force), hand: L::splat(gains.hand) }
+    }
+
+    #[inline(always)]
+    pub(super) fn force_n(&self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L {
+        self.force * arrived.force_n - self.hand * master.hand_force_n
+    }
+}
+
+trocar_core::lane::gather!(LocalForce { position_scale, own_force, load, frozen });
+trocar_core::lane::gather!(HandLoad { force, hand });

@@ -1,0 +1,115 @@
+//! The interface between the two sides at a tick.
+
+use trocar_core::lane::Lane;
+
+/// The master's measurements at a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct AtMaster<L> {
+    /// `x_h` in m.
+    pub position_m: L,
+    /// `v_h` in m/s.
+    pub velocity_m_per_s: L,
+    /// `F_h` in N.
+    pub hand_force_n: L,
+}
+
+/// The slave's measurements at a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct AtSlave<L> {
+    /// `x_e` in m.
+    pub position_m: L,
+    /// `v_e` in m/s.
+    pub velocity_m_per_s: L,
+    /// The measured force in N.
+    pub force_n: L,
+}
+
+/// The link's totals at the end of a run, in one lane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkReport {
+    /// Number of outages, both directions together.
+    pub outages: u64,
+    /// Length of the longest outage in ticks.
+    pub longest_outage_ticks: f64,
+    /// The tick at which the slave stopped following the link (`channel.recovery = "give-up"`).
+    pub given_up_tick: Option<f64>,
+    /// `∫ F_ed dx_h` in J: energy from the master into the link.
+    pub master_port_j: f64,
+    /// `∫ f_e dx_e` in J: energy from the needle into the tissue, by the measured force.
+    pub slave_port_j: f64,
+    /// The largest energy in J that both ports together have delivered beyond what they have received, at any tick: the
+    /// maximum of `E_s - E_m`, with the slave's energy scaled to the master.
+    pub generated_j: f64,
+    /// The energy in J that the passivity scheme promises not to exceed; `None` without a promise.
+    pub promised_j: Option<f64>,
+    /// Distance in m by which the slave is deeper than the master, on the slave's scale; 0 if it is not.
+    pub left_behind_m: f64,
+    /// Energy that the passivity scheme dissipated at the master, in J.
+    pub master_dissipated_j: f64,
+    /// Work that the passivity scheme withheld from the slave, in J.
+    pub slave_refused_j: f64,
+}
+
+/// The connection of master and slave. A tick calls [`to_slave`](Connection::to_slave),
+/// [`limit_reference`](Connection::limit_reference), [`to_master`](Connection::to_master) and [`limit`](Connection::limit)
+/// once each, in this order.
+pub trait Connection<L: Lane> {
+    /// Slave motion per master motion.
+    fn position_scale(&self) -> L;
+
+    /// Feedback force per measured force.
+    fn force_scale(&self) -> L;
+
+    /// From the master to the slave: the target of the slave's reference, in m.
+    fn to_slave(&mut self, master: &AtMaster<L>, slave: &AtSlave<L>) -> L;
+
+    /// The slave's reference (m), given the supervisor's `reference_m`.
+    fn limit_reference(&mut self, reference_m: L, slave: &AtSlave<L>) -> L;
+
+    /// From the slave, in `mode`, to the master: the received mode, and the feedback force (N) before the force law.
+    fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L);
+
+    /// The feedback force (N), given the force law's `force_n`.
+    fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L;
+
+    /// The slave's reference (m), shifted by the slave's compliance under the tissue force (N).
+    fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L;
+
+    /// The totals so far in lane `index`; `None` for a direct link (no delay, no architecture or scheme that changes
+    /// the signals).
+    fn report(&self, index: usize) -> Option<LinkReport>;
+}
+
+impl<L: Lane, K: Connection<L> + ?Sized> Connection<L> for Box<K> {
+    fn position_scale(&self) -> L {
+        (**self).position_scale()
+    }
+
+    fn force_scale(&self) -> L {
+        (**self).force_scale()
+    }
+
+    fn to_slave(&mut self, master: &AtMaster<L>, slave: &AtSlave<L>) -> L {
+        (**self).to_slave(master, slave)
+    }
+
+    fn limit_reference(&mut self, reference_m: L, slave: &AtSlave<L>) -> L {
+        (**self).limit_reference(reference_m, slave)
+    }
+
+    fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L) {
+        (**self).to_master(mode, slave, master)
+    }
+
+    fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L {
+        (**self).limit(force_n, master)
+    }
+
+    fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L {
+        (**self).apply_compliance(reference_m, tissue_force_n)
+    }
+
+    fn report(&self, index: usize) -> Option<LinkReport> {
+        (**self).report(index)
+    }
+}

@@ -1,0 +1,368 @@
+//! The full link: one tick, from the master to the slave and back.
+
+use super::architecture::{Architecture, ArrivedAtMaster, MasterSample, SlaveSample};
+use super::connection::{AtMaster, AtSlave, Connection, LinkReport};
+use super::direct::DirectLink;
+use super::passivity::{Arrived, PAYLOAD, PassivityScheme, Payload, Port, SchemeContext, SlaveMotion, SlavePort};
+use super::recovery::{Receiver, RecoverySettings};
+use super::{AnyArchitecture, AnyScheme, ControllerKind, LinkSettings};
+use crate::channel::{Arrival, Delay};
+use crate::plant::SlaveStep;
+use trocar_core::error::InvalidValue;
+use trocar_core::lane::Lane;
+
+/// What the master sends: its position, velocity, acceleration and hand force.
+pub type FromMaster<L> = Delay<L, 4>;
+/// What the slave sends: the force scaled to the master, its position, velocity and acceleration, and the mode.
+pub type FromSlave<L> = Delay<L, 5>;
+/// What a passivity scheme adds to the samples of a direction.
+pub type PayloadLine<L> = Delay<L, PAYLOAD>;
+
+/// The lines of both directions. A payload arrives with its sample, so both lines of a direction have the same delays and
+/// losses; a link without a scheme leaves those of the payloads alone.
+#[derive(Debug, Clone)]
+pub struct Lines<L: Lane> {
+    /// From the master to the slave.
+    pub forward: FromMaster<L>,
+    /// From the slave to the master.
+    pub backward: FromSlave<L>,
+    /// The scheme's payloads from the master.
+    pub forward_payload: PayloadLine<L>,
+    /// The scheme's payloads from the slave.
+    pub backward_payload: PayloadLine<L>,
+}
+
+/// What an end sends at a tick: a sample, and what the passivity scheme adds to it.
+#[derive(Debug, Clone, Copy)]
+pub struct Message<L, const N: usize> {
+    /// The sample.
+    pub sample: [L; N],
+    /// The scheme's payload; zeros without a scheme.
+    pub payload: Payload<L>,
+}
+
+/// What the master sends: its position (m), velocity (m/s), acceleration (m/s²) and hand force (N).
+pub type ToSlave<L> = Message<L, 4>;
+/// What the slave sends: the force scaled to the master (N), its position (m), velocity (m/s) and acceleration (m/s²), and
+/// the mode.
+pub type ToMaster<L> = Message<L, 5>;
+
+/// What an end has at a tick: the last message that has arrived.
+#[derive(Debug, Clone, Copy)]
+pub struct Received<L: Lane, const N: usize> {
+    /// Its sample.
+    pub sample: [L; N],
+    /// Its payload.
+    pub payload: Payload<L>,
+    /// Whether it has arrived at this tick.
+    pub is_fresh: L::Mask,
+}
+
+impl<L: Lane, const N: usize> Received<L, N> {
+    #[inline(always)]
+    fn of(arrival: &Arrival<L, N>, payload: Payload<L>) -> Self {
+        Self { sample: arrival.sample, payload, is_fresh: arrival.is_fresh }
+    }
+
+    #[inline(always)]
+    fn payload(&self) -> Arrived<L> {
+        Arrived { payload: self.payload, is_fresh: self.is_fresh }
+    }
+}
+
+/// Both directions of the link, the architecture, the passivity scheme and a receiver on each side. The type parameters
+/// default to the built-in parts.
+#[derive(Debug, Clone)]
+pub struct Link<L: Lane, A = AnyArchitecture<L>, P = AnyScheme<L>> {
+    lines: Lines<L>,
+    architecture: A,
+    scheme: P,
+    /// Whether position and force are transmitted unchanged, as in the paper.
+    is_plain: bool,
+    scales: DirectLink<L>,
+    energy_scale: L,
+    compliance: L,
+    positions: Receiver<L>,
+    forces: Receiver<L>,
+    master_port: Port<L>,
+    slave_port: Port<L>,
+    /// The largest excess of what the ports have delivered over what they have received, in J.
+    generated_j: L,
+}
+
+impl<L: Lane> Link<L> {
+    /// A link at rest, the master at `start_m` (m), for a slave with this step over a tick of `tick_s` (s).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn new(
+        settings: &LinkSettings,
+        lines: Lines<L>,
+        slave: &SlaveStep,
+        tick_s: f64,
+        start_m: f64,
+    ) -> Result<Self, InvalidValue> {
+        let LinkSettings { controller, machines, recovery, passivity } = settings;
+        controller.validate()?;
+        recovery.validate()?;
+        passivity.validate()?;
+        let architecture = AnyArchitecture::new(controller, machines, tick_s)?;
+        let reference_m = L::splat(machines.position_scale * start_m);
+        let is_immediate = lines.forward.is_immediate() && lines.backward.is_immediate();
+        let energy_scale = L::splat(machines.energy_scale());
+        let context = SchemeContext {
+            tick_s,
+            start_m: L::splat(start_m),
+            reference_m,
+            is_immediate,
+            position_scale: machines.position_scale,
+            energy_scale,
+            master_mass_kg: machines.master_mass_kg,
+            motion: SlaveMotion::new(slave, tick_s),
+        };
+        let scheme = AnyScheme::new(passivity, &context);
+        let receiver = |settings: &RecoverySettings, speed, start| Receiver::new(settings, speed, tick_s, start);
+        Ok(Self {
+            is_plain: controller.kind == ControllerKind::PositionForce
+                && matches!(scheme, AnyScheme::None(_))
+                && machines.compliance_m_per_n == 0.0,
+            positions: receiver(recovery, recovery.speed_m_per_s, reference_m)
+                .expecting_within(lines.forward.longest_ticks())
+                .keeping_pace(!matches!(scheme, AnyScheme::None(_))),
+            architecture,
+            scheme,
+            scales: DirectLink::new(machines.position_scale, machines.force_scale),
+            energy_scale,
+            compliance: L::splat(machines.compliance_m_per_n),
+            forces: receiver(&recovery.of_forces(), recovery.force_rate_n_per_s, L::zero())
+                .expecting_within(lines.backward.longest_ticks()),
+            master_port: Port::at(L::splat(start_m)),
+            slave_port: Port::at(reference_m),
+            generated_j: L::zero(),
+            lines,
+        })
+    }
+}
+
+impl<L: Lane, A, P> Link<L, A, P> {
+    /// This link, at rest, with another architecture.
+    #[must_use]
+    pub fn with_architecture<B: Architecture<L>>(self, architecture: B) -> Link<L, B, P> {
+        self.with(|_, scheme| (architecture, scheme))
+    }
+
+    /// This link, at rest, with another passivity scheme.
+    #[must_use]
+    pub fn with_scheme<Q: PassivityScheme<L>>(self, scheme: Q) -> Link<L, A, Q> {
+        self.with(|architecture, _| (architecture, scheme))
+    }
+
+    fn with<B, Q>(self, exchange: impl FnOnce(A, P) -> (B, Q)) -> Link<L, B, Q> {
+        let Self { lines, scales, energy_scale, compliance, .. } = self;
+        let Self { positions, forces, master_port, slave_port, generated_j, .. } = self;
+        let (architecture, scheme) = exchange(self.architecture, self.scheme);
+        Link {
+            lines,
+            architecture,
+            scheme,
+            is_plain: false,
+            scales,
+            energy_scale,
+            compliance,
+            positions,
+            forces,
+            master_port,
+            slave_port,
+            generated_j,
+        }
+    }
+
+    /// Whether positions and forces arrive without delay and unchanged.
+    #[must_use]
+    pub fn is_direct(&self) -> bool {
+        self.is_plain && self.lines.forward.is_immediate() && self.lines.backward.is_immediate()
+    }
+
+    /// The equivalent stateless link, if it [is direct](Link::is_direct).
+    #[must_use]
+    pub fn as_direct(&self) -> Option<DirectLink<L>> {
+        self.is_direct().then_some(self.scales)
+    }
+}
+
+impl<L: Lane, A, P> Link<L, A, P> {
+    /// The slave's port, without the work since the last tick.
+    #[inline(always)]
+    fn port_of(&self, slave: &AtSlave<L>) -> SlavePort<L> {
+        SlavePort {
+            force_n: self.scales.force_scale * slave.force_n,
+            cost_j_per_m: self.energy_scale * slave.force_n,
+            work_j: L::zero(),
+            position_m: slave.position_m,
+            velocity_m_per_s: slave.velocity_m_per_s,
+        }
+    }
+}
+
+/// What each end does at a tick. An end reads and changes only its own state, so that both may run in processes of their
+/// own, each with a link of which it uses its end; [`Connection`] does both, with the lines between them.
+impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
+    /// At the master: what it sends.
+    #[inline(always)]
+    pub fn master_sends(&mut self, master: &AtMaster<L>) -> ToSlave<L> {
+        let payload = self.scheme.master_sends(self.master_port.moved(master.position_m));
+        let MasterSample { position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n } =
+            self.architecture.master_sends(master);
+        Message { sample: [position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n], payload }
+    }
+
+    /// At the slave: the target of its reference (m), from what has arrived.
+    #[inline(always)]
+    pub fn slave_receives(&mut self, received: &Received<L, 4>, slave: &AtSlave<L>) -> L {
+        let [position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n] = received.sample;
+        let work_j = self.energy_scale * self.slave_port.pushed(slave.position_m, slave.force_n);
+        let position_m = if self.scheme.sends_payload() {
+            let port = SlavePort { work_j, ..self.port_of(slave) };
+            self.scheme.receive_position(position_m, &received.payload(), &port)
+        } else {
+            position_m
+        };
+        let arrived = MasterSample { position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n };
+        let target_m = self.architecture.slave_target(&arrived, slave);
+        self.positions.update(target_m, received.is_fresh, None)
+    }
+
+    /// At the slave, after its reference: what it sends in `mode`.
+    #[inline(always)]
+    pub fn slave_sends(&mut self, mode: L, slave: &AtSlave<L>) -> ToMaster<L> {
+        let payload = self.scheme.slave_sends();
+        let SlaveSample { force_n, position_m, velocity_m_per_s, acceleration_m_per_s2 } =
+            self.architecture.slave_sends(slave, self.scales.force_scale * slave.force_n);
+        Message { sample: [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode], payload }
+    }
+
+    /// At the master: the received mode and the feedback force (N) before the force law, from what has arrived.
+    #[inline(always)]
+    pub fn master_receives(&mut self, received: &Received<L, 5>, master: &AtMaster<L>) -> (L, L) {
+        let [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode] = received.sample;
+        let received_n = if self.scheme.sends_payload() {
+            self.scheme.receive_force(force_n, &received.payload(), master.velocity_m_per_s)
+        } else {
+            force_n
+        };
+        let arrived = ArrivedAtMaster {
+            sample: SlaveSample { force_n, position_m, velocity_m_per_s, acceleration_m_per_s2 },
+            force_n: received_n,
+            mode,
+        };
+        let force_n = self.architecture.master_force(&arrived, master);
+        (mode, self.forces.update(force_n, received.is_fresh, Some(L::zero())))
+    }
+
+    /// The energy of the master's port so far, in J: `Σ F_ed Δx_h`.
+    #[must_use]
+    pub fn master_energy_j(&self) -> L {
+        self.master_port.energy_j
+    }
+
+    /// The energy of the slave's port so far by the measured force, scaled to the master, in J: `∫ f_e dx_e`.
+    #[must_use]
+    pub fn slave_energy_j(&self) -> L {
+        self.energy_scale * self.slave_port.energy_j
+    }
+
+    /// The energy in J that the scheme promises not to exceed; `None` without a promise.
+    #[must_use]
+    pub fn promised_j(&self) -> Option<L> {
+        self.scheme.energies().promised_j
+    }
+}
+
+impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<L, A, P> {
+    #[inline(always)]
+    fn position_scale(&self) -> L {
+        self.scales.position_scale
+    }
+
+    #[inline(always)]
+    fn force_scale(&self) -> L {
+        self.scales.force_scale
+    }
+
+    #[inline(always)]
+    fn to_slave(&mut self, master: &AtMaster<L>, slave: &AtSlave<L>) -> L {
+        let sent = self.master_sends(master);
+        let arrival = self.lines.forward.exchange(sent.sample);
+        let payload = if self.scheme.sends_payload() {
+            self.lines.forward_payload.exchange(sent.payload).sample
+        } else {
+            sent.payload
+        };
+        let hand_m = self.slave_receives(&Received::of(&arrival, payload), slave);
+        let generated_j = self.energy_scale * self.slave_port.energy_j - self.master_port.energy_j;
+        self.generated_j = self.generated_j.max(generated_j);
+        hand_m
+    }
+
+    #[inline(always)]
+    fn limit_reference(&mut self, reference_m: L, slave: &AtSlave<L>) -> L {
+        let port = self.port_of(slave);
+        let limited_m = self.scheme.limit_reference(reference_m, &port);
+        if self.scheme.sends_payload() {
+            self.positions.withhold(reference_m - limited_m);
+        }
+        limited_m
+    }
+
+    #[inline(always)]
+    fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L) {
+        let sent = self.slave_sends(mode, slave);
+        let arrival = self.lines.backward.exchange(sent.sample);
+        let payload = if self.scheme.sends_payload() {
+            self.lines.backward_payload.exchange(sent.payload).sample
+        } else {
+            sent.payload
+        };
+        self.master_receives(&Received::of(&arrival, payload), master)
+    }
+
+    #[inline(always)]
+    fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L {
+        let fed_back_n = self.scheme.limit_force(force_n, master.velocity_m_per_s);
+        self.master_port.hold(fed_back_n);
+        fed_back_n
+    }
+
+    #[inline(always)]
+    fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L {
+        reference_m - self.compliance * tissue_force_n
+    }
+
+    fn report(&self, index: usize) -> Option<LinkReport> {
+        if self.is_direct() {
+            return None;
+        }
+        let (forward, backward) = (self.positions.outages(index), self.forces.outages(index));
+        let energies = self.scheme.energies();
+        Some(LinkReport {
+            outages: (forward.0 + backward.0) as u64,
+            longest_outage_ticks: forward.1.max(backward.1),
+            given_up_tick: forward.2,
+            master_port_j: self.master_port.energy_j.lane(index),
+            slave_port_j: self.slave_port.energy_j.lane(index),
+            generated_j: self.generated_j.lane(index),
+            promised_j: energies.promised_j.map(|promised_j| promised_j.lane(index)),
+            left_behind_m: (self.slave_port.position - self.scales.position_scale * self.master_port.position)
+                .max(L::zero())
+                .lane(index),
+            master_dissipated_j: energies.dissipated_j.lane(index),
+            slave_refused_j: energies.refused_j.lane(index),
+        })
+    }
+}
+
+trocar_core::lane::gather!(Lines { forward, backward, forward_payload, backward_payload });
+trocar_core::lane::gather!(Link {
+    lines, architecture, scheme, scales, energy_scale, compliance, positions, forces, master_port, slave_port,
+    generated_j,
+} same { is_plain });

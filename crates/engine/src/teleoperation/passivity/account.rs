@@ -1,0 +1,95 @@
+//! The energy that a side may spend at its physical port.
+
+use trocar_core::lane::Lane;
+
+/// The energy account of one side.
+///
+/// ```text
+/// A += work of the port + received - sent,   A(0) = the side's share of E_0
+/// ```
+/// A side never spends more than its account holds, and energy under way is never negative. So with `A_m` at the master
+/// and `A_s` at the slave, at every tick
+///
+/// ```text
+/// E_m - E_s = A_m + A_s + under way - E_0 >= -E_0
+/// ```
+/// Energies are sent as running totals: a late or lost sample loses no energy.
+#[derive(Debug, Clone)]
+pub(super) struct Account<L> {
+    /// In J.
+    pub(super) energy_j: L,
+    sent: L,
+    received: L,
+}
+
+impl<L: Lane> Account<L> {
+    pub(super) fn new(energy_j: L) -> Self {
+        Self { energy_j, sent: L::zero(), received: L::zero() }
+    }
+
+    /// Adds the work that has entered at the port since the last tick.
+    #[inline(always)]
+    pub(super) fn add(&mut self, work_j: L) {
+        self.energy_j = self.energy_j + work_j;
+    }
+
+    /// Adds what the other side has sent; `total_j` is its running total.
+    #[inline(always)]
+    pub(super) fn receive(&mut self, total_j: L) {
+        self.energy_j = self.energy_j + (total_j - self.received);
+        self.received = total_j;
+    }
+
+    /// Sends an amount (J) to the other side; returns the running total.
+    #[inline(always)]
+    pub(super) fn send(&mut self, energy_j: L) -> L {
+        self.energy_j = self.energy_j - energy_j;
+        self.sent = self.sent + energy_j;
+        self.sent
+    }
+
+    /// What this side asks for, to hold `wanted_j` (J): a running total if energy under way counts.
+    #[inline(always)]
+    pub(super) fn demand(&self, wanted_j: L, counts_under_way: bool) -> L {
+        let short = wanted_j - self.energy_j;
+        if counts_under_way { self.received + short } else { short }
+    }
+
+    /// What the other side asks for beyond what is under way (J), by the demand that has arrived.
+    #[inline(always)]
+    pub(super) fn open(&self, demand_j: L, counts_under_way: bool) -> L {
+        let open = if counts_under_way { demand_j - self.sent } else { demand_j };
+        open.max(L::zero())
+    }
+}
+
+trocar_core::lane::gather!(Account { energy_j, sent, received });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lost_total_loses_no_energy() {
+        let (mut from, mut to) = (Account::<f64>::new(1.0), Account::<f64>::new(0.0));
+        let _lost = from.send(0.25);
+        let total = from.send(0.5);
+        to.receive(total);
+        to.receive(total);
+        assert_eq!((from.energy_j, to.energy_j), (0.25, 0.75));
+        to.add(-0.5);
+        assert_eq!(to.energy_j, 0.25);
+    }
+
+    #[test]
+    fn energy_under_way_is_not_asked_for_again() {
+        let (mut from, mut to) = (Account::<f64>::new(1.0), Account::<f64>::new(0.25));
+        let demand = to.demand(1.0, true);
+        assert_eq!(from.open(demand, true), 0.75);
+        let total = from.send(0.5);
+        // The demand is as old as before, the energy has not arrived.
+        assert_eq!((from.open(demand, true), from.open(demand, false)), (0.25, 0.75));
+        to.receive(total);
+        assert_eq!(from.open(to.demand(1.0, true), true), 0.25);
+    }
+}

@@ -1,0 +1,121 @@
+//! The energy budget of the schemes that pass on what they receive.
+
+use super::sides::Sides;
+use super::{Payload, SchemeContext, SlavePort};
+use crate::teleoperation::PassivitySettings;
+use trocar_core::lane::Lane;
+
+/// Where a payload holds the running total of the energy sent.
+pub(super) const ENERGY: usize = 0;
+/// Where a payload of the budget holds the running total of the energy that a side asks for.
+pub(super) const DEMAND: usize = 3;
+/// Where the master's payload holds the feedback force over the last tick.
+pub(super) const FELT: usize = 1;
+
+/// The share of what a side can spare that it sends each tick where energy under way does not count: within 0.2 s at a tick of
+/// 1 ms.
+const SHARE: f64 = 0.005;
+
+/// An account on each side, both with the level `budget_j` at the start, and the limits that keep them above 0:
+///
+/// ```text
+/// short   = level - A                    what a side lacks; the slave also lacks the energy for its way to the hand
+/// open    = max(short of the other - under way to it, 0)
+/// sent   += max(A - level, 0)            what exceeds the level goes to the other side at once,
+///         + max(open - short, 0) / 2     and the rest so that both lack the same
+/// d       = limit · max(short of the master, open) / level    damping of the hand, at most the limit
+/// ```
+/// A side sends its shortage as a running total of what it asks for: what it has received and its shortage. So energy under way
+/// is known to the sender, and is not sent twice: while the hand pays for what the needle spends, it is not damped,
+/// however long the energy takes to arrive. It is damped for what nobody has paid, so that the operator pays for a motion that
+/// costs energy, such as a withdrawal against friction. A shortage only sets damping and sharing: a wrong one cannot break the
+/// promise.
+///
+/// Without a delay each side sends all that it has at each tick, so that the two accounts are one. The hand is damped only over
+/// the fifth of `E_0` above what is kept back.
+#[derive(Debug, Clone)]
+pub(super) struct Budget<L> {
+    pub(super) sides: Sides<L>,
+    /// What a side keeps when it sends what exceeds it.
+    kept: L,
+    share: L,
+    counts_under_way: bool,
+    /// What the slave asks of the master and the master of the slave, beyond what is under way, in J.
+    open_at_master: L,
+    open_at_slave: L,
+}
+
+impl<L: Lane> Budget<L> {
+    /// A budget whose reference catches up with its target at a speed (m/s).
+    pub(super) fn new(settings: &PassivitySettings, context: &SchemeContext<L>, speed_m_per_s: f64) -> Self {
+        let level_j = settings.budget.budget_j;
+        Self {
+            sides: Sides::new(settings, context, level_j, speed_m_per_s),
+            kept: L::splat(if context.is_immediate { 0.0 } else { level_j }),
+            share: L::splat(SHARE),
+            counts_under_way: true,
+            open_at_master: L::zero(),
+            open_at_slave: L::zero(),
+        }
+    }
+
+    /// This budget, with a hand that is damped as if no energy were under way, and accounts that are evened out slowly.
+    pub(super) fn without_energy_under_way(self) -> Self {
+        Self { counts_under_way: false, ..self }
+    }
+
+    /// What a side sends of an account, of which it needs `needed_j`, to a side that asks for `open_j` (J).
+    #[inline(always)]
+    fn sent_j(&self, account_j: L, needed_j: L, open_j: L) -> L {
+        let zero = L::zero();
+        let over = (account_j - self.kept.max(needed_j)).max(zero);
+        let spare = (account_j - over - needed_j).max(zero);
+        let even = L::splat(0.5) * (open_j - (self.sides.wanted - account_j)).max(zero);
+        let max = if self.counts_under_way { (spare - self.sides.reserve).max(zero) } else { self.share * spare };
+        over + even.min(max)
+    }
+
+    /// What the master sends, after a displacement (m): the running totals of its energy and of what it asks for.
+    #[inline(always)]
+    pub(super) fn master_sends(&mut self, displacement_m: L) -> (L, L) {
+        self.sides.master_moves(displacement_m);
+        let demand = self.sides.master.demand(self.sides.wanted, self.counts_under_way);
+        // A force that resists the hand needs nothing: the reserve is for one that drives it.
+        let needed = self.sides.reserve.min(self.kept);
+        let sent = self.sent_j(self.sides.master.energy_j, needed, self.open_at_master);
+        (self.sides.master.send(sent), demand)
+    }
+
+    /// What the slave receives, and the work of its port.
+    #[inline(always)]
+    pub(super) fn slave_receives(&mut self, payload: &Payload<L>, port: &SlavePort<L>) {
+        self.sides.slave_receives(payload[ENERGY], port);
+        self.open_at_slave = self.sides.slave.open(payload[DEMAND], self.counts_under_way);
+    }
+
+    /// What the slave sends: the running totals of its energy and of what it asks for.
+    #[inline(always)]
+    pub(super) fn slave_sends(&mut self) -> (L, L) {
+        let Sides { wanted, reserve, reference, slave, .. } = &self.sides;
+        let demand = slave.demand(*wanted + reference.missing_j, self.counts_under_way);
+        // What the last command may still take stays here.
+        let needed = reference.committed_j + *reserve;
+        let sent = self.sent_j(slave.energy_j, needed, self.open_at_slave);
+        (self.sides.slave.send(sent), demand)
+    }
+
+    /// What the master receives besides the tissue force (N).
+    #[inline(always)]
+    pub(super) fn master_receives(&mut self, force_n: L, payload: &Payload<L>) {
+        self.sides.master_receives(force_n, payload[ENERGY]);
+        self.open_at_master = self.sides.master.open(payload[DEMAND], self.counts_under_way);
+    }
+
+    /// The feedback force for a command (N).
+    #[inline(always)]
+    pub(super) fn limit_force(&mut self, command_n: L, velocity_m_per_s: L) -> L {
+        self.sides.limit_force(command_n, velocity_m_per_s, self.open_at_master)
+    }
+}
+
+trocar_core::lane::gather!(Budget { sides, kept, share, open_at_master, open_at_slave } same { counts_under_way });

@@ -1,0 +1,123 @@
+//! The feedback force, limited to what the energy account pays for.
+
+use super::SchemeContext;
+use trocar_core::lane::Lane;
+
+/// Limits the force on the hand to `|F| <= A / d`, where `d` is the largest displacement over the next tick in the
+/// direction in which the force drives the hand:
+///
+/// ```text
+/// d = max(0, -sign(F) v T + T² (|a| + |F - F_last| / m) / 2)
+/// ```
+/// with the acceleration `a` of the last tick and the master's mass `m`. A force that resists the motion is not limited.
+#[derive(Debug, Clone)]
+pub(super) struct ForceLimit<L> {
+    tick: L,
+    inverse_tick: L,
+    half_square_tick: L,
+    inverse_mass: L,
+    velocity: L,
+    /// The force (N) of the present tick.
+    pub(super) force_n: L,
+    /// The force (N) without the limit and without a scheme's damping.
+    command_n: L,
+    /// Largest tissue force (N) that has arrived so far.
+    shown_n: L,
+    /// Energy in J taken from the hand by added damping, or withheld from it.
+    pub(super) dissipated_j: L,
+}
+
+impl<L: Lane> ForceLimit<L> {
+    pub(super) fn new(context: &SchemeContext<L>) -> Self {
+        let zero = L::zero();
+        Self {
+            tick: L::splat(context.tick_s),
+            inverse_tick: L::splat(1.0 / context.tick_s),
+            half_square_tick: L::splat(0.5 * context.tick_s * context.tick_s),
+            inverse_mass: L::splat(1.0 / context.master_mass_kg),
+            velocity: zero,
+            force_n: zero,
+            command_n: zero,
+            shown_n: zero,
+            dissipated_j: zero,
+        }
+    }
+
+    /// The work since the last tick, after a displacement (m).
+    #[inline(always)]
+    pub(super) fn work_j(&mut self, displacement_m: L) -> L {
+        self.dissipated_j = self.dissipated_j + (self.force_n - self.command_n) * displacement_m;
+        self.force_n * displacement_m
+    }
+
+    /// Notes a tissue force (N) that has arrived.
+    #[inline(always)]
+    pub(super) fn show(&mut self, force_n: L) {
+        self.shown_n = self.shown_n.max(force_n.abs());
+    }
+
+    /// The force for a command (N) with added damping (N·s/m), at a velocity (m/s), with an energy (J) available.
+    ///
+    /// The damping never raises the force above the command or above the largest tissue force so far: the operator pays
+    /// for the motion of the slave with a force of the tissue's size.
+    #[inline(always)]
+    pub(super) fn limit(&mut self, command_n: L, damping: L, velocity: L, energy_j: L) -> L {
+        let zero = L::zero();
+        let shown = self.shown_n.max(command_n.abs());
+        let damped = (command_n + damping * velocity).clamp(-shown, shown);
+        let wanted = L::select(damping.gt(zero), damped, command_n);
+
+        let acceleration = ((velocity - self.velocity) * self.inverse_tick).abs();
+        let change = (wanted - self.force_n).abs() * self.inverse_mass;
+        let along = L::select(wanted.lt(zero), velocity, -velocity) * self.tick;
+        let travel = along + self.half_square_tick * (acceleration + change);
+        let drives_hand = travel.gt(zero);
+        let max_n = energy_j.max(zero) / L::select(drives_hand, travel, L::splat(1.0));
+        let is_cut = drives_hand & wanted.abs().gt(max_n);
+        self.velocity = velocity;
+        self.command_n = command_n;
+        self.force_n = L::select(is_cut, wanted.clamp(-max_n, max_n), wanted);
+        self.force_n
+    }
+}
+
+trocar_core::lane::gather!(ForceLimit {
+    tick,
+    inverse_tick,
+    half_square_tick,
+    inverse_mass,
+    velocity,
+    force_n,
+    command_n,
+    shown_n,
+    dissipated_j,
+});
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_force_that_resists_is_free_and_one_that_drives_the_hand_is_paid_for() {
+        let context = SchemeContext::<f64>::for_tests();
+        let mut limit = ForceLimit::new(&context);
+        limit.velocity = 0.1;
+        // The hand moves in against the force: no energy is needed.
+        assert_eq!(limit.limit(2.0, 0.0, 0.1, 0.0), 2.0);
+        let mut limit = ForceLimit::new(&context);
+        (limit.velocity, limit.force_n) = (-0.1, 2.0);
+        // It moves out by 0.1 mm a tick: 2 N take 0.2 mJ.
+        assert!((limit.limit(2.0, 0.0, -0.1, 1e-4) - 1.0).abs() < 1e-12);
+        assert_eq!(limit.limit(2.0, 0.0, -0.1, 0.0), 0.0);
+    }
+
+    #[test]
+    fn damping_stays_below_the_force_of_the_tissue() {
+        let mut limit = ForceLimit::new(&SchemeContext::<f64>::for_tests());
+        limit.velocity = 0.1;
+        assert_eq!(limit.limit(0.0, 50.0, 0.1, 1.0), 0.0);
+        limit.show(-1.5);
+        assert_eq!(limit.limit(0.0, 50.0, 0.1, 1.0), 1.5);
+        assert_eq!(limit.limit(0.0, 10.0, 0.1, 1.0), 1.0);
+    }
+}

@@ -1,0 +1,208 @@
+//! Schemes that keep the teleoperator from generating energy under any delay.
+//!
+//! The two ports are the physical ones, the hand's and the tissue's contact with the teleoperator: `(F_ed, x_h)` on the
+//! master's side, `(f_e, x_e)` on the slave's, with energy positive into the master's port and out of the slave's.
+//! Displacements are used, not velocities, so that a force held over a tick gives the integral of force times velocity
+//! exactly. The slave's energies are scaled to the master's by force scale over position scale.
+//!
+//! A scheme promises `E_m - E_s >= -E_0` at every tick. It keeps an energy account on each side ([`account`]); the slave's
+//! pays for the motion of the needle, the master's for the force on the hand.
+
+mod account;
+mod budget;
+mod force_limit;
+mod hand_yield;
+mod limits;
+pub(super) mod no_scheme;
+mod port;
+mod reference_limit;
+mod sides;
+mod slave_motion;
+pub(super) mod tank;
+pub(super) mod time_domain;
+pub(super) mod waves;
+
+pub use limits::{BudgetSettings, CatchUpSettings, DampingSettings};
+pub(super) use port::Port;
+pub use port::SlavePort;
+pub(super) use slave_motion::SlaveMotion;
+
+use trocar_core::settings::Key;
+
+use super::PassivitySettings;
+use trocar_core::lane::Lane;
+
+/// The share of an account that pays for what its limits cannot foresee: the hand's force and the tissue's may change within
+/// the motion to which a command commits a machine.
+///
+/// A friction of 2 N that reverses within 0.5 mm takes 1 mJ, a fifth of the default budget.
+const RESERVE: f64 = 0.2;
+
+/// Length of a [`Payload`].
+pub const PAYLOAD: usize = 4;
+
+/// What a scheme adds to each sample of a direction.
+pub type Payload<L> = [L; PAYLOAD];
+
+/// What a scheme receives at a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Arrived<L: Lane> {
+    /// The payload of the last sample that has arrived.
+    pub payload: Payload<L>,
+    /// Whether it has arrived at this tick.
+    pub is_fresh: L::Mask,
+}
+
+/// Energies of a scheme in J.
+#[derive(Debug, Clone, Copy)]
+pub struct SchemeEnergies<L> {
+    /// `E_0`: the scheme promises `E_m - E_s >= -E_0` at every tick. `None` without a promise.
+    pub promised_j: Option<L>,
+    /// Energy dissipated at the master so far.
+    pub dissipated_j: L,
+    /// Work withheld from the slave so far.
+    pub refused_j: L,
+}
+
+/// What a scheme adds to each side's samples, and how it changes received samples.
+///
+/// At each tick the methods are called once, in this order. Send energies as running totals, which survive late and lost
+/// samples. The default methods pass everything through.
+pub trait PassivityScheme<L: Lane> {
+    /// Whether it sends payloads and uses what it receives. Without this, nothing is received and the link is faster.
+    #[inline(always)]
+    fn sends_payload(&self) -> bool {
+        true
+    }
+
+    /// The master's payload, after a displacement of `displacement_m` (m) since the last tick.
+    #[inline(always)]
+    fn master_sends(&mut self, _displacement_m: L) -> Payload<L> {
+        [L::zero(); PAYLOAD]
+    }
+
+    /// The master's position for the slave, on the master's scale; `position_m` and the payload are received.
+    #[inline(always)]
+    fn receive_position(&mut self, position_m: L, _arrived: &Arrived<L>, _port: &SlavePort<L>) -> L {
+        position_m
+    }
+
+    /// The slave's reference in m, given that of the supervisor: `reference_m` is frozen or re-engages in an event.
+    #[inline(always)]
+    fn limit_reference(&mut self, reference_m: L, _port: &SlavePort<L>) -> L {
+        reference_m
+    }
+
+    /// The slave's payload.
+    #[inline(always)]
+    fn slave_sends(&mut self) -> Payload<L> {
+        [L::zero(); PAYLOAD]
+    }
+
+    /// The tissue force for the master in N; `force_n` and the payload are received, the velocity is the master's (m/s).
+    #[inline(always)]
+    fn receive_force(&mut self, force_n: L, _arrived: &Arrived<L>, _velocity_m_per_s: L) -> L {
+        force_n
+    }
+
+    /// The feedback force in N, given the force law's `force_n`; the velocity is the master's (m/s).
+    #[inline(always)]
+    fn limit_force(&mut self, force_n: L, _velocity_m_per_s: L) -> L {
+        force_n
+    }
+
+    /// What it promises, and what it has taken out so far.
+    fn energies(&self) -> SchemeEnergies<L> {
+        SchemeEnergies { promised_j: None, dissipated_j: L::zero(), refused_j: L::zero() }
+    }
+}
+
+impl<L: Lane, T: PassivityScheme<L> + ?Sized> PassivityScheme<L> for Box<T> {
+    fn sends_payload(&self) -> bool {
+        (**self).sends_payload()
+    }
+
+    fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
+        (**self).master_sends(displacement_m)
+    }
+
+    fn receive_position(&mut self, position_m: L, arrived: &Arrived<L>, port: &SlavePort<L>) -> L {
+        (**self).receive_position(position_m, arrived, port)
+    }
+
+    fn limit_reference(&mut self, reference_m: L, port: &SlavePort<L>) -> L {
+        (**self).limit_reference(reference_m, port)
+    }
+
+    fn slave_sends(&mut self) -> Payload<L> {
+        (**self).slave_sends()
+    }
+
+    fn receive_force(&mut self, force_n: L, arrived: &Arrived<L>, velocity_m_per_s: L) -> L {
+        (**self).receive_force(force_n, arrived, velocity_m_per_s)
+    }
+
+    fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
+        (**self).limit_force(force_n, velocity_m_per_s)
+    }
+
+    fn energies(&self) -> SchemeEnergies<L> {
+        (**self).energies()
+    }
+}
+
+/// What a built-in scheme is built for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SchemeContext<L> {
+    /// Time between two ticks in s.
+    pub(super) tick_s: f64,
+    /// Initial position of the master in m.
+    pub(super) start_m: L,
+    /// Initial reference of the slave in m.
+    pub(super) reference_m: L,
+    /// Whether samples arrive at the tick that sends them, in both directions.
+    pub(super) is_immediate: bool,
+    /// Slave motion per master motion.
+    pub(super) position_scale: f64,
+    /// Energy at the master per energy at the slave.
+    pub(super) energy_scale: L,
+    /// Mass of the master in kg.
+    pub(super) master_mass_kg: f64,
+    /// The motion of the slave.
+    pub(super) motion: SlaveMotion,
+}
+
+#[cfg(test)]
+impl SchemeContext<f64> {
+    /// The paper's machines on a tick of 1 ms.
+    fn for_tests() -> Self {
+        use crate::plant::{ControlTiming, MasterParameters, SlaveParameters, SlaveStep};
+        let step = SlaveStep::new(&SlaveParameters::default(), ControlTiming::Continuous, 1e-3).expect("valid");
+        Self {
+            tick_s: 1e-3,
+            start_m: 0.0,
+            reference_m: 0.0,
+            is_immediate: false,
+            position_scale: 1.0,
+            energy_scale: 1.0,
+            master_mass_kg: MasterParameters::DEFAULT.mass_kg,
+            motion: SlaveMotion::new(&step, 1e-3),
+        }
+    }
+}
+
+/// What the registry needs of a scheme besides the trait.
+pub(super) trait BuiltInScheme<L: Lane>: PassivityScheme<L> + Sized {
+    /// Whether the slave's position reaches the master besides the payload.
+    const CARRIES_POSITIONS: bool = true;
+    /// The groups of keys that it reads.
+    const KEYS: &'static [&'static [Key]];
+
+    /// The keys and values of the dampings (N·s/m) that it holds over a tick at the master.
+    fn held_dampings(_settings: &PassivitySettings) -> [Option<(&'static str, f64)>; 2] {
+        [None, None]
+    }
+
+    /// The scheme at rest.
+    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self;
+}

@@ -1,0 +1,59 @@
+//! A port with its energy balance.
+
+use trocar_core::lane::Lane;
+
+/// Force, position and transferred energy of a port.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::teleoperation) struct Port<L> {
+    force: L,
+    pub(in crate::teleoperation) position: L,
+    /// Energy transferred so far, in J.
+    pub(in crate::teleoperation) energy_j: L,
+}
+
+impl<L: Lane> Port<L> {
+    pub(in crate::teleoperation) fn at(position: L) -> Self {
+        Self { force: L::zero(), position, energy_j: L::zero() }
+    }
+
+    /// Adds the work of the force held since the last tick; returns the displacement.
+    #[inline(always)]
+    pub(in crate::teleoperation) fn moved(&mut self, position: L) -> L {
+        let displacement = position - self.position;
+        self.position = position;
+        self.energy_j = self.energy_j + self.force * displacement;
+        displacement
+    }
+
+    /// The force held until the next call.
+    #[inline(always)]
+    pub(in crate::teleoperation) fn hold(&mut self, force: L) {
+        self.force = force;
+    }
+
+    /// The work since the last tick of a force that is linear in position between ticks.
+    #[inline(always)]
+    pub(in crate::teleoperation) fn pushed(&mut self, position: L, force: L) -> L {
+        let work = L::splat(0.5) * (force + self.force) * (position - self.position);
+        (self.position, self.force) = (position, force);
+        self.energy_j = self.energy_j + work;
+        work
+    }
+}
+
+/// The slave's port at a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct SlavePort<L> {
+    /// Measured force scaled to the master, in N.
+    pub force_n: L,
+    /// Cost of moving the slave against the measured force, scaled to the master, in J/m.
+    pub cost_j_per_m: L,
+    /// Work since the last tick, scaled to the master, in J; 0 where a reference is limited.
+    pub work_j: L,
+    /// Position in m.
+    pub position_m: L,
+    /// Velocity in m/s.
+    pub velocity_m_per_s: L,
+}
+
+trocar_core::lane::gather!(Port { force, position, energy_j });

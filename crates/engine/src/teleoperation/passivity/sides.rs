@@ -1,0 +1,109 @@
+//! The energy account of each side, and the limits that keep it above 0.
+
+use super::account::Account;
+use super::force_limit::ForceLimit;
+use super::reference_limit::ReferenceLimit;
+use super::{RESERVE, SchemeContext, SchemeEnergies, SlavePort};
+use crate::teleoperation::PassivitySettings;
+use trocar_core::lane::Lane;
+
+/// What the schemes with an account on each side have in common.
+///
+/// ```text
+/// d = limit · max(short / wanted)    damping of the hand while an account is short of what it wants, at most the limit
+/// ```
+#[derive(Debug, Clone)]
+pub(super) struct Sides<L> {
+    promised: L,
+    /// What an account wants: with less it is short. Without a delay that is the fifth of `E_0` above what is kept back.
+    pub(super) wanted: L,
+    inverse_wanted: L,
+    /// What is kept back of each account, in J.
+    pub(super) reserve: L,
+    max_damping: L,
+    pub(super) master: Account<L>,
+    pub(super) slave: Account<L>,
+    pub(super) force: ForceLimit<L>,
+    pub(super) reference: ReferenceLimit<L>,
+}
+
+impl<L: Lane> Sides<L> {
+    /// Accounts with `level_j` (J) at the start, and a reference that catches up with its target at a speed (m/s).
+    pub(super) fn new(
+        settings: &PassivitySettings,
+        context: &SchemeContext<L>,
+        level_j: f64,
+        speed_m_per_s: f64,
+    ) -> Self {
+        let reserve_j = RESERVE * level_j;
+        let wanted_j = if context.is_immediate { 2.0 * reserve_j } else { level_j };
+        let account = Account::new(L::splat(level_j));
+        Self {
+            promised: L::splat(2.0 * level_j),
+            wanted: L::splat(wanted_j),
+            inverse_wanted: L::splat(1.0 / wanted_j),
+            reserve: L::splat(reserve_j),
+            max_damping: L::splat(settings.damping.damping_limit_n_s_per_m),
+            master: account.clone(),
+            slave: account,
+            force: ForceLimit::new(context),
+            reference: ReferenceLimit::new(context, settings.catch_up.max_stiffness_n_per_m, speed_m_per_s),
+        }
+    }
+
+    /// The energies of a scheme with these accounts.
+    pub(super) fn energies(&self) -> SchemeEnergies<L> {
+        SchemeEnergies {
+            promised_j: Some(self.promised),
+            dissipated_j: self.force.dissipated_j,
+            refused_j: self.reference.refused_j,
+        }
+    }
+
+    /// The master's account after a displacement (m).
+    #[inline(always)]
+    pub(super) fn master_moves(&mut self, displacement_m: L) {
+        self.master.add(self.force.work_j(displacement_m));
+    }
+
+    /// The slave's account after the work of its port, with the running total (J) that has arrived.
+    #[inline(always)]
+    pub(super) fn slave_receives(&mut self, total_j: L, port: &SlavePort<L>) {
+        self.slave.receive(total_j);
+        self.slave.add(-port.work_j);
+    }
+
+    /// What arrives at the master: the tissue force (N) and the running total of the energy (J).
+    #[inline(always)]
+    pub(super) fn master_receives(&mut self, force_n: L, total_j: L) {
+        self.force.show(force_n);
+        self.master.receive(total_j);
+    }
+
+    /// The slave's reference for a target, for a hand at `hand_m` on the slave's scale (m).
+    #[inline(always)]
+    pub(super) fn limit_reference(&mut self, target_m: L, hand_m: L, port: &SlavePort<L>) -> L {
+        self.reference.follow(target_m, hand_m, port, self.slave.energy_j - self.reserve)
+    }
+
+    /// The feedback force for a command (N), with what the slave lacks and nobody has paid (J).
+    #[inline(always)]
+    pub(super) fn limit_force(&mut self, command_n: L, velocity_m_per_s: L, unpaid_j: L) -> L {
+        let (zero, one) = (L::zero(), L::splat(1.0));
+        let own = one - self.master.energy_j * self.inverse_wanted;
+        let damping = self.max_damping * own.max(unpaid_j * self.inverse_wanted).clamp(zero, one);
+        self.force.limit(command_n, damping, velocity_m_per_s, self.master.energy_j - self.reserve)
+    }
+}
+
+trocar_core::lane::gather!(Sides {
+    promised,
+    wanted,
+    inverse_wanted,
+    reserve,
+    max_damping,
+    master,
+    slave,
+    force,
+    reference
+});

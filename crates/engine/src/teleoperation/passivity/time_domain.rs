@@ -1,0 +1,92 @@
+//! Passivity observer and controller in the time domain, at both ports.
+
+use super::budget::{Budget, DEMAND, ENERGY, FELT};
+use super::hand_yield::HandYield;
+use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SchemeEnergies, SlavePort};
+use crate::teleoperation::{BudgetSettings, CatchUpSettings, DampingSettings, PassivitySettings};
+use trocar_core::lane::Lane;
+use trocar_core::settings::Key;
+
+/// After Hannaford and Ryu (2002, *Time-domain passivity control of haptic interfaces*), with an observer and a
+/// controller at each side of a delayed link (Ryu, Artigas and Preusche 2010, *A passive bilateral control scheme for a
+/// teleoperator with time-varying communication delay*).
+///
+/// The promise, with `E_m = Σ F_ed Δx_h`, `E_s = ∫ f_e dx_e` scaled to the master and any passive or active tissue up to
+/// `max_stiffness_n_per_m`:
+///
+/// ```text
+/// E_m - E_s >= -2 budget_j    at every tick
+/// ```
+/// The ports are the physical ones: the slave's account pays for the motion of the needle, its lag included, and not for
+/// that of the reference. Two additions keep the needle from being left behind (position drift: Chawda, Van Quang,
+/// O'Malley and Ryu 2014, *Compensating position drift in time domain passivity approach based teleoperation*; Coelho,
+/// Singh, Muskardin, Balachandran and Kondak 2018, *Smoother position-drift compensation for time domain passivity approach
+/// based teleoperation*): a slave that was held back catches up while its account allows it, and a hand that moves while
+/// the slave is short of energy is damped, which pays for it.
+///
+/// The slave gives way to the tissue as the hand will once it feels the force ([`HandYield`]).
+#[derive(Debug, Clone)]
+pub struct TimeDomain<L> {
+    budget: Budget<L>,
+    hand: HandYield<L>,
+}
+
+impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
+    #[inline(always)]
+    fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
+        let mut payload = [L::zero(); PAYLOAD];
+        (payload[ENERGY], payload[DEMAND]) = self.budget.master_sends(displacement_m);
+        payload[FELT] = self.budget.sides.force.force_n;
+        payload
+    }
+
+    #[inline(always)]
+    fn receive_position(&mut self, position_m: L, arrived: &Arrived<L>, port: &SlavePort<L>) -> L {
+        self.budget.slave_receives(&arrived.payload, port);
+        position_m - self.hand.update(port.force_n, arrived.payload[FELT])
+    }
+
+    #[inline(always)]
+    fn limit_reference(&mut self, target_m: L, port: &SlavePort<L>) -> L {
+        self.budget.sides.limit_reference(target_m, target_m, port)
+    }
+
+    #[inline(always)]
+    fn slave_sends(&mut self) -> Payload<L> {
+        let mut payload = [L::zero(); PAYLOAD];
+        (payload[ENERGY], payload[DEMAND]) = self.budget.slave_sends();
+        payload
+    }
+
+    #[inline(always)]
+    fn receive_force(&mut self, force_n: L, arrived: &Arrived<L>, _velocity_m_per_s: L) -> L {
+        self.budget.master_receives(force_n, &arrived.payload);
+        force_n
+    }
+
+    #[inline(always)]
+    fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
+        self.budget.limit_force(force_n, velocity_m_per_s)
+    }
+
+    fn energies(&self) -> SchemeEnergies<L> {
+        self.budget.sides.energies()
+    }
+}
+
+impl<L: Lane> BuiltInScheme<L> for TimeDomain<L> {
+    const KEYS: &'static [&'static [Key]] = &[BudgetSettings::KEYS, DampingSettings::KEYS, CatchUpSettings::KEYS];
+
+    fn held_dampings(settings: &PassivitySettings) -> [Option<(&'static str, f64)>; 2] {
+        [Some(settings.damping.with_key()), None]
+    }
+
+    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self {
+        Self {
+            budget: Budget::new(settings, context, settings.catch_up.catch_up_speed_m_per_s),
+            hand: HandYield::new(context),
+        }
+    }
+}
+
+trocar_core::lane::gather!(TimeDomain { budget, hand });

@@ -1,0 +1,296 @@
+//! Wave variables.
+
+use super::budget::{Budget, DEMAND, ENERGY};
+use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SchemeEnergies, SlavePort};
+use crate::teleoperation::{BudgetSettings, CatchUpSettings, DampingSettings, PassivitySettings};
+use trocar_core::lane::Lane;
+use trocar_core::settings::Key;
+
+trocar_core::settings! {
+    /// Settings of the wave variables.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct WavesSettings in "passivity." {
+        /// Wave impedance b (wave-variables); below 2 m / T with the master's mass m and the tick T.
+        ///
+        /// While the needle pushes, the link gives way like a spring of about `b / T`, with the delay `T`. The default is stiffer
+        /// than the arm for delays up to 0.1 s.
+        wave_impedance_n_s_per_m: f64 [POSITIVE] = 90.0,
+        /// Time constant with which the slave returns to the hand's position (wave-variables).
+        drift_time_s: f64 [POSITIVE] = 0.2,
+    }
+}
+
+/// Time constant in s of the filter on the wave that returns to the master.
+///
+/// A wave that the master reflects arrives again after the two delays with the opposite sign; without a delay it would
+/// alternate from tick to tick. A low-pass filter of a wave is passive (Niemeyer and Slotine 2004, *Telemanipulation with
+/// time delays*). This one acts above 30 Hz, beyond the bandwidth of hand and slave.
+const FILTER_S: f64 = 5e-3;
+
+/// Largest force as a multiple of the tissue's: as much as the hand pays for the motion of the slave.
+const FORCE_MARGIN: f64 = 1.2;
+
+/// Time constant in s with which the force's limit decays, once the tissue's force is gone. A hand in free motion soon feels
+/// nothing.
+const RELEASE_S: f64 = 0.15;
+
+/// Where a payload holds the wave over the last tick.
+const WAVE: usize = 1;
+/// Where a payload holds the running energy of the wave.
+const WAVE_ENERGY: usize = 2;
+
+/// After Niemeyer and Slotine (1991, *Stable adaptive teleoperation*): the link carries the waves `u = (b v + F) /
+/// √(2b)` forward and `v = (b v - F) / √(2b)` back in place of velocity and force. A delay cannot amplify them.
+///
+/// ```text
+/// master  F_ed = b Δx_h / T - √(2b) v_arrived / T   u = (b Δx_h + F_ed T) / √(2b)
+/// slave   Δx_ref = √(2/b) u_arrived - f_e T / b     v = (b Δx_ref - f_e T) / √(2b)
+/// ```
+/// The promise is that of the time-domain scheme, at the physical ports:
+///
+/// ```text
+/// E_m - E_s >= -2 budget_j    at every tick
+/// ```
+/// The waves are passive at `(f_e, x_ref)`, and the needle follows the reference with a lag. An energy budget on both
+/// sides ([`Budget`]) accounts for this lag, for augmentation, and for links with jitter and loss. There the last sample
+/// is held while what was received less what was spent, plus the budget, pays for it (Hirche and Buss 2004, *Packet loss
+/// effects in passive telepresence systems*; 2012, *Human-oriented control for haptic teleoperation*). The position is sent
+/// besides the waves. A slave that is ahead of the hand, or behind it without a force, returns to it slowly, which compensates
+/// for drift (Chawda and O'Malley 2015,
+/// *Position synchronization in bilateral teleoperation under time-varying communication delays*).
+///
+/// The force exceeds the tissue force that has arrived, or a recent one that decays, by at most a fifth: without this limit a
+/// hand in free motion would drag `b v`, and waves that return from a free needle would swing it beyond its way. While the needle
+/// pushes, it advances no deeper than the hand has come.
+/// Without delay positions and forces are sent, under the same budget.
+#[derive(Debug, Clone)]
+pub struct Waves<L> {
+    budget: Budget<L>,
+    is_immediate: bool,
+    impedance: L,
+    tick: L,
+    inverse_tick: L,
+    position_scale: L,
+    inverse_scale: L,
+    /// `√(2b)`, `1 / √(2b)`, `√(2/b)` and `1 / b`.
+    gain_out: L,
+    inverse_gain_out: L,
+    gain_in: L,
+    inverse_impedance: L,
+    drift_share: L,
+    max_drift: L,
+    forward: SupervisedWave<L>,
+    back: SupervisedWave<L>,
+    forward_energy: L,
+    back_wave: L,
+    back_energy: L,
+    /// The last displacement of the master in m.
+    moved: L,
+    filter_share: L,
+    /// The returned wave, filtered.
+    returned: L,
+    /// A recent tissue force (N), the share of it that a tick keeps, and the largest force as a multiple of it.
+    recent_n: L,
+    kept_share: L,
+    force_margin: L,
+    /// The slave's reference without the supervisor's changes, on the master's scale, in m: at the last tick, and as the
+    /// waves command it now.
+    reference: L,
+    target: L,
+    force_n: L,
+    /// The hand's position as it has arrived, on the slave's scale, in m.
+    hand: L,
+}
+
+/// A wave that is held between samples as far as its energy allows.
+#[derive(Debug, Clone)]
+struct SupervisedWave<L> {
+    half_inverse_tick: L,
+    budget: L,
+    held: L,
+    spent: L,
+}
+
+impl<L: Lane> SupervisedWave<L> {
+    /// The wave over this tick.
+    #[inline(always)]
+    fn receive(&mut self, arrived: &Arrived<L>) -> L {
+        let zero = L::zero();
+        self.held = L::select(arrived.is_fresh, arrived.payload[WAVE], self.held);
+        let cost = self.held * self.held * self.half_inverse_tick;
+        let left = (arrived.payload[WAVE_ENERGY] + self.budget - self.spent).max(zero);
+        let is_short = cost.gt(left);
+        let share = (left / L::select(is_short, cost, L::splat(1.0))).sqrt();
+        let wave = L::select(is_short, self.held * share, self.held);
+        self.spent = self.spent + wave * wave * self.half_inverse_tick;
+        wave
+    }
+}
+
+impl<L: Lane> PassivityScheme<L> for Waves<L> {
+    #[inline(always)]
+    fn master_sends(&mut self, displacement_m: L) -> Payload<L> {
+        let mut payload = [L::zero(); PAYLOAD];
+        self.moved = displacement_m;
+        let wave =
+            (self.impedance * displacement_m + self.budget.sides.force.force_n * self.tick) * self.inverse_gain_out;
+        self.forward_energy = self.forward_energy + wave * wave * self.forward.half_inverse_tick;
+        (payload[ENERGY], payload[DEMAND]) = self.budget.master_sends(displacement_m);
+        (payload[WAVE], payload[WAVE_ENERGY]) = (wave, self.forward_energy);
+        payload
+    }
+
+    #[inline(always)]
+    fn receive_position(&mut self, position_m: L, arrived: &Arrived<L>, port: &SlavePort<L>) -> L {
+        self.budget.slave_receives(&arrived.payload, port);
+        self.hand = position_m * self.position_scale;
+        self.target = position_m;
+        if self.is_immediate {
+            return position_m;
+        }
+        let wave = self.forward.receive(arrived);
+        let drift = ((position_m - self.reference) * self.drift_share).clamp(-self.max_drift, self.max_drift);
+        // A slave behind the hand that pushes is the stretch of the link, and no drift.
+        let is_stretch = drift.gt(L::zero()) & port.force_n.gt(L::zero());
+        let drift = L::select(is_stretch, L::zero(), drift);
+        self.force_n = port.force_n;
+        let pushed = self.inverse_impedance * port.force_n * self.tick;
+        let free = self.reference + (self.gain_in * wave - pushed) + drift;
+        // A force that the hand still feels and the slave no longer has would drive the slave beyond the hand.
+        let (deepest, shallowest) = (position_m.max(self.reference), position_m.min(self.reference));
+        let zero = L::zero();
+        let not_deeper = L::select(port.force_n.gt(zero), free.min(deepest), free);
+        self.target = L::select(port.force_n.lt(zero), free.max(shallowest), not_deeper);
+        self.target
+    }
+
+    #[inline(always)]
+    fn limit_reference(&mut self, commanded_m: L, port: &SlavePort<L>) -> L {
+        // Without the hand's way in an event, for which the operator does not pay in advance.
+        let hand_m = commanded_m + (self.hand - self.target * self.position_scale);
+        let reference_m = self.budget.sides.limit_reference(commanded_m, hand_m, port);
+        // What the budget withholds is withheld from the waves; what the supervisor changes is not, so that the freeze is
+        // felt by the force law and not as a wall.
+        let reference = self.target - (commanded_m - reference_m) * self.inverse_scale;
+        let moved = self.impedance * (reference - self.reference);
+        self.back_wave = (moved - self.force_n * self.tick) * self.inverse_gain_out;
+        self.back_energy = self.back_energy + self.back_wave * self.back_wave * self.back.half_inverse_tick;
+        self.reference = reference;
+        reference_m
+    }
+
+    #[inline(always)]
+    fn slave_sends(&mut self) -> Payload<L> {
+        let mut payload = [L::zero(); PAYLOAD];
+        (payload[ENERGY], payload[DEMAND]) = self.budget.slave_sends();
+        (payload[WAVE], payload[WAVE_ENERGY]) = (self.back_wave, self.back_energy);
+        payload
+    }
+
+    #[inline(always)]
+    fn receive_force(&mut self, force_n: L, arrived: &Arrived<L>, _velocity_m_per_s: L) -> L {
+        self.budget.master_receives(force_n, &arrived.payload);
+        if self.is_immediate {
+            return force_n;
+        }
+        self.returned = self.returned + self.filter_share * (self.back.receive(arrived) - self.returned);
+        self.recent_n = force_n.abs().max(self.kept_share * self.recent_n);
+        let force_n = (self.impedance * self.moved - self.gain_out * self.returned) * self.inverse_tick;
+        let max_n = self.force_margin * self.recent_n;
+        force_n.clamp(-max_n, max_n)
+    }
+
+    #[inline(always)]
+    fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
+        self.budget.limit_force(force_n, velocity_m_per_s)
+    }
+
+    fn energies(&self) -> SchemeEnergies<L> {
+        self.budget.sides.energies()
+    }
+}
+
+impl<L: Lane> BuiltInScheme<L> for Waves<L> {
+    const CARRIES_POSITIONS: bool = false;
+    const KEYS: &'static [&'static [Key]] =
+        &[BudgetSettings::KEYS, WavesSettings::KEYS, DampingSettings::KEYS, CatchUpSettings::KEYS];
+
+    fn held_dampings(settings: &PassivitySettings) -> [Option<(&'static str, f64)>; 2] {
+        let impedance = ("passivity.wave_impedance_n_s_per_m", settings.waves.wave_impedance_n_s_per_m);
+        [Some(impedance), Some(settings.damping.with_key())]
+    }
+
+    fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self {
+        let (b, tick_s, zero) = (settings.waves.wave_impedance_n_s_per_m, context.tick_s, L::zero());
+        let catch_up = settings.catch_up.catch_up_speed_m_per_s;
+        let wave = SupervisedWave {
+            half_inverse_tick: L::splat(0.5 / tick_s),
+            budget: L::splat(settings.budget.budget_j),
+            held: zero,
+            spent: zero,
+        };
+        // The drift's speed has a limit of its own: a wave is as fast as the hand.
+        let speed = if context.is_immediate { catch_up } else { f64::INFINITY };
+        Self {
+            budget: Budget::new(settings, context, speed).without_energy_under_way(),
+            is_immediate: context.is_immediate,
+            impedance: L::splat(b),
+            tick: L::splat(tick_s),
+            inverse_tick: L::splat(1.0 / tick_s),
+            position_scale: L::splat(context.position_scale),
+            inverse_scale: L::splat(1.0 / context.position_scale),
+            gain_out: L::splat((2.0 * b).sqrt()),
+            inverse_gain_out: L::splat(1.0 / (2.0 * b).sqrt()),
+            gain_in: L::splat((2.0 / b).sqrt()),
+            inverse_impedance: L::splat(1.0 / b),
+            drift_share: L::splat((tick_s / settings.waves.drift_time_s).min(1.0)),
+            max_drift: L::splat(catch_up * tick_s),
+            forward: wave.clone(),
+            back: wave,
+            forward_energy: zero,
+            back_wave: zero,
+            back_energy: zero,
+            moved: zero,
+            filter_share: L::splat(tick_s / (tick_s + FILTER_S)),
+            returned: zero,
+            recent_n: zero,
+            kept_share: L::splat(1.0 - tick_s / (tick_s + RELEASE_S)),
+            force_margin: L::splat(FORCE_MARGIN),
+            reference: context.start_m,
+            target: context.start_m,
+            force_n: zero,
+            hand: context.reference_m,
+        }
+    }
+}
+
+trocar_core::lane::gather!(SupervisedWave { half_inverse_tick, budget, held, spent });
+trocar_core::lane::gather!(Waves {
+    budget,
+    impedance,
+    tick,
+    inverse_tick,
+    position_scale,
+    inverse_scale,
+    gain_out,
+    inverse_gain_out,
+    gain_in,
+    inverse_impedance,
+    drift_share,
+    max_drift,
+    forward,
+    back,
+    forward_energy,
+    back_wave,
+    back_energy,
+    moved,
+    filter_share,
+    returned,
+    recent_n,
+    kept_share,
+    force_margin,
+    reference,
+    target,
+    force_n,
+    hand,
+} same { is_immediate });

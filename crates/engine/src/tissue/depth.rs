@@ -1,0 +1,238 @@
+//! A recorded force replayed by depth, so that the force on a frozen needle is constant.
+
+use std::sync::Arc;
+
+use super::{Reaction, Tissue};
+use trocar_core::error::{InvalidValue, positive};
+use trocar_core::lane::{Lane, Mask};
+
+/// Depth between two entries of the tables, in m.
+const STEP_M: f64 = 1e-5;
+
+/// Distance in m over which the rise of a recorded force is measured.
+pub const RISE_M: f64 = 5e-4;
+
+/// Maximum number of entries of a table: 10 m of depth.
+const MAX_ENTRIES: usize = 1_000_000;
+
+/// Force over depth on a regular grid, linear between entries; outside the grid the nearest entry applies.
+#[derive(Debug, Clone, PartialEq)]
+struct Curve {
+    from_m: f64,
+    force_n: Vec<f64>,
+}
+
+impl Curve {
+    /// The force when each depth is first reached. Depths that are never reached have the force of the nearest reached
+    /// depth.
+    fn of_first_passages(samples: impl Iterator<Item = (f64, f64)>, from_m: f64, entries: usize) -> Self {
+        let mut force_n: Vec<f64> = Vec::with_capacity(entries);
+        let mut last: Option<(f64, f64)> = None;
+        for (position, force) in samples {
+            let (deepest, last_force) = *last.get_or_insert((position, force));
+            while force_n.len() < entries {
+                let depth = from_m + force_n.len() as f64 * STEP_M;
+                if depth > position {
+                    break;
+                }
+                let share = if position > deepest { ((depth - deepest) / (position - deepest)).max(0.0) } else { 0.0 };
+                force_n.push(last_force + share * (force - last_force));
+            }
+            if position >= deepest {
+                last = Some((position, force));
+            }
+        }
+        force_n.resize(entries, last.map_or(0.0, |(_, force)| force));
+        Self { from_m, force_n }
+    }
+
+    fn at(&self, depth_m: f64) -> f64 {
+        let last = self.force_n.len() - 1;
+        let place = ((depth_m - self.from_m) / STEP_M).max(0.0).min(last as f64);
+        let index = (place as usize).min(last.saturating_sub(1));
+        let (here, next) = (self.force_n[index], self.force_n[(index + 1).min(last)]);
+        here + (place - index as f64) * (next - here)
+    }
+
+    fn look_up<L: Lane>(&self, depth_m: L) -> L {
+        L::from_lanes(|lane| self.at(depth_m.lane(lane)))
+    }
+}
+
+/// The recorded force at each depth, during insertion and withdrawal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DepthCurves {
+    way_in: Curve,
+    way_out: Curve,
+}
+
+impl DepthCurves {
+    /// The curves of samples of position (m) and force (N) in time order. `out` is limited to `in`.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for a recording that spans more than 10 m.
+    pub fn new(position_m: &[f64], force_n: &[f64]) -> Result<Self, InvalidValue> {
+        let min_m = position_m.iter().copied().fold(f64::INFINITY, f64::min);
+        let max_m = position_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let span = max_m - min_m;
+        let allowed = span.is_finite() && span / STEP_M < MAX_ENTRIES as f64;
+        trocar_core::error::require("tissue.index", span, allowed, "by time for a recording of more than 10 m")?;
+        let entries = (span / STEP_M) as usize + 2;
+        let samples = || position_m.iter().copied().zip(force_n.iter().copied());
+        let way_in = Curve::of_first_passages(samples(), min_m, entries);
+        let mut way_out = Curve::of_first_passages(samples().rev(), min_m, entries);
+        for (out, &within) in way_out.force_n.iter_mut().zip(&way_in.force_n) {
+            *out = out.min(within);
+        }
+        Ok(Self { way_in, way_out })
+    }
+
+    /// The steepest rise of the force of the insertion over [`RISE_M`], in N/m: over shorter distances the noise of the
+    /// recording has slopes of its own.
+    #[must_use]
+    pub fn steepest_rise_n_per_m(&self) -> f64 {
+        let entries = (RISE_M / STEP_M).round() as usize;
+        let force_n = &self.way_in.force_n;
+        let rises = force_n.iter().zip(force_n.iter().skip(entries)).map(|(from, to)| (to - from) / RISE_M);
+        rises.fold(0.0, f64::max)
+    }
+
+    /// The forces of insertion and withdrawal in N, at depths 10 µm apart.
+    #[must_use]
+    pub fn tables_n(&self) -> [&[f64]; 2] {
+        [&self.way_in.force_n, &self.way_out.force_n]
+    }
+}
+
+/// A recording as a tissue: the recorded force at each depth, during insertion and withdrawal.
+///
+/// At a new maximum depth, the force is that of the insertion. During a retreat it changes, over `presliding_m` of
+/// travel, to that of the withdrawal, and back along the same path until the needle reaches a new maximum depth:
+///
+/// ```text
+/// f = out(x) + s (min(in(x), in(D)) - out(x)),  s = max(1 - (D - x) / presliding, 0),  D the largest x so far
+/// ```
+/// `out` never exceeds `in`. So a retreat never returns more energy than the insertion took, and the tissue dissipates
+/// energy over any closed motion. Beyond the recorded depth the last force applies. The force does not depend on time:
+/// the relaxation around a needle at rest is not reproduced.
+#[derive(Debug, Clone)]
+pub struct DepthReplay<L> {
+    curves: Arc<DepthCurves>,
+    rupture_depths_m: Arc<[f64]>,
+    inverse_presliding: L,
+    deepest_m: L,
+}
+
+impl<L: Lane> DepthReplay<L> {
+    /// A tissue from a recording's curves, with layers that rupture at given depths (m), and the travel over which the
+    /// force changes to that of the withdrawal (m, above 0). The needle starts at `start_m`.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for a presliding out of range.
+    pub fn new(
+        curves: Arc<DepthCurves>,
+        rupture_depths_m: Arc<[f64]>,
+        presliding_m: f64,
+        start_m: f64,
+    ) -> Result<Self, InvalidValue> {
+        positive("tissue.presliding_m", presliding_m)?;
+        let inverse_presliding = L::splat(1.0 / presliding_m);
+        Ok(Self { curves, rupture_depths_m, inverse_presliding, deepest_m: L::splat(start_m) })
+    }
+}
+
+impl<L: Lane> Tissue<L> for DepthReplay<L> {
+    #[inline(always)]
+    fn react(&mut self, _tick: u64, position_m: L, _velocity_m_per_s: L) -> Reaction<L> {
+        let one = L::splat(1.0);
+        let before = self.deepest_m;
+        self.deepest_m = position_m.max(before);
+        let retreat = self.deepest_m - position_m;
+        let share_in = (one - retreat * self.inverse_presliding).max(L::zero());
+        let loaded = self.curves.way_in.look_up(position_m).min(self.curves.way_in.look_up(self.deepest_m));
+        let unloaded = self.curves.way_out.look_up(position_m);
+        let force_n = unloaded + share_in * (loaded - unloaded).max(L::zero());
+        let mut ruptured = L::Mask::splat(false);
+        for &depth in self.rupture_depths_m.iter() {
+            ruptured = ruptured | (before.lt(L::splat(depth)) & self.deepest_m.ge(L::splat(depth)));
+        }
+        Reaction { force_n, ruptured }
+    }
+}
+
+impl trocar_core::lane::Gather for DepthReplay<f64> {
+    type Of<L: Lane> = DepthReplay<L>;
+
+    fn gather<L: Lane>(all: [&Self; trocar_core::lane::LANES]) -> Option<DepthReplay<L>> {
+        use trocar_core::lane::{Gather, same_list};
+        let equal = same_list(trocar_core::lane::of_each!(all, |one| &one.rupture_depths_m))
+            && all.iter().all(|one| Arc::ptr_eq(&one.curves, &all[0].curves) || one.curves == all[0].curves);
+        if !equal {
+            return None;
+        }
+        Some(DepthReplay {
+            curves: all[0].curves.clone(),
+            rupture_depths_m: all[0].rupture_depths_m.clone(),
+            inverse_presliding: Gather::gather(trocar_core::lane::of_each!(all, |one| &one.inverse_presliding))?,
+            deepest_m: Gather::gather(trocar_core::lane::of_each!(all, |one| &one.deepest_m))?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An insertion to 10 mm with 100 N/m and a rupture at 6 mm, and a withdrawal with a pull of 0.2 N.
+    fn recording() -> (Vec<f64>, Vec<f64>) {
+        let way_in = (0..=100).map(|k| 1e-4 * f64::from(k));
+        let way_out = (0..100).rev().map(|k| 1e-4 * f64::from(k));
+        let load = |p: f64| if p <= 6e-3 { 100.0 * p } else { 100.0 * (p - 6e-3) };
+        let force = way_in.clone().map(load).chain(way_out.clone().map(|_| -0.2)).collect();
+        (way_in.chain(way_out).collect(), force)
+    }
+
+    fn tissue() -> DepthReplay<f64> {
+        let (position, force) = recording();
+        let curves = DepthCurves::new(&position, &force).expect("valid");
+        DepthReplay::new(Arc::new(curves), Arc::from([6e-3]), 1e-3, 0.0).expect("valid")
+    }
+
+    #[test]
+    fn the_way_in_is_that_of_the_recording_and_a_frozen_needle_feels_a_held_force() {
+        let mut tissue = tissue();
+        for k in 0..59 {
+            let depth = 1e-4 * f64::from(k);
+            let reaction = tissue.react(0, depth, 0.0);
+            assert!((reaction.force_n - 100.0 * depth).abs() < 1e-9 && !reaction.ruptured, "{depth}");
+        }
+        let held = tissue.react(0, 5.9e-3, 0.0).force_n;
+        assert!((0..1000).all(|_| tissue.react(0, 5.9e-3, 0.0).force_n == held));
+    }
+
+    #[test]
+    fn a_layer_ruptures_once_at_its_depth() {
+        let mut tissue = tissue();
+        let depths = (0..80).chain((0..80).rev()).chain(0..100).map(|k| 1e-4 * f64::from(k));
+        let ruptures: Vec<f64> = depths.filter(|&depth| tissue.react(0, depth, 0.0).ruptured).collect();
+        assert_eq!(ruptures.len(), 1);
+        assert!((ruptures[0] - 6e-3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_retreat_goes_over_to_the_way_out_and_back() {
+        let mut tissue = tissue();
+        let deep = tissue.react(0, 5e-3, 0.0).force_n;
+        let half = tissue.react(0, 4.5e-3, 0.0).force_n;
+        assert!((deep - 0.5).abs() < 1e-9 && (half - (-0.2 + 0.5 * 0.65)).abs() < 1e-9, "{deep} {half}");
+        assert!((tissue.react(0, 3e-3, 0.0).force_n + 0.2).abs() < 1e-9);
+        assert_eq!(tissue.react(0, 4.5e-3, 0.0).force_n, half);
+        assert!((tissue.react(0, 5.5e-3, 0.0).force_n - 0.55).abs() < 1e-9);
+    }
+
+    #[test]
+    fn beyond_the_recording_its_last_force_holds() {
+        assert!((tissue().react(0, 0.5, 0.0).force_n - 0.4).abs() < 1e-9);
+        assert!((tissue().react(0, -0.5, 0.0).force_n + 0.2).abs() < 1e-9, "a retreat from the start is a way out");
+    }
+}

@@ -1,0 +1,343 @@
+//! A tissue in a functional mock-up unit (FMI 2.0 or 3.0, co-simulation), made by others.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use trocar_fmu_import::{Causality, Fmu as Unit, FmuError, Instance, Variable};
+
+use super::{Reaction, Tissue, TissueFailure};
+use trocar_core::lane::{Gather, LANES, Lane};
+use trocar_core::time::whole_ticks;
+
+trocar_core::settings! {
+    /// Settings of a tissue in a functional mock-up unit.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct FmuSettings in "tissue.fmu." no const {
+        /// Functional mock-up unit of the tissue: FMI 2.0 or 3.0, co-simulation. A run executes its code: run trusted units only.
+        file: Option<String> [FILE],
+        /// Communication step, a whole number of ticks. The force is held between the steps.
+        step_s: Option<f64> [POSITIVE] => "simulation.tick_s",
+        /// Name of the input for the needle's position, in m, growing into the tissue.
+        position: String = "needle.position_m",
+        /// Name of the input for the needle's velocity, in m/s; without it needle.velocity_m_per_s, where the unit has that input.
+        velocity: Option<String>,
+        /// Name of the output with the force on the needle, in N, positive when it resists insertion.
+        force: String = "reaction.force_n",
+        /// Name of the output that turns true, or from 0 to another number, where a layer ruptures; without it reaction.ruptured, where
+        /// the unit has that output, or no rupture is known.
+        ruptured: Option<String>,
+        /// Values of the unit's parameters, as in "stiffness = 300; damping = 4", in the unit's own units; true is 1.
+        parameters: Option<String>,
+    }
+}
+
+/// The names in units that trocar exports, for keys without a value, and of an output without a key: the part of the force that acts on
+/// the shaft.
+const VELOCITY: &str = "needle.velocity_m_per_s";
+const SHAFT_FORCE: &str = "reaction.shaft_force_n";
+const RUPTURED: &str = "reaction.ruptured";
+
+/// SI units by their exponents of kg, m, s, A, K, mol, cd and rad.
+const METRE: (&str, [i32; 8]) = ("m", [0, 1, 0, 0, 0, 0, 0, 0]);
+const METRE_PER_SECOND: (&str, [i32; 8]) = ("m/s", [0, 1, -1, 0, 0, 0, 0, 0]);
+const NEWTON: (&str, [i32; 8]) = ("N", [1, 1, -2, 0, 0, 0, 0, 0]);
+
+/// A setting that does not fit its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnfitUnit {
+    /// The key of the setting.
+    pub key: &'static str,
+    /// What is wrong.
+    pub problem: UnitProblem,
+}
+
+/// What is wrong with a setting of a unit.
+#[derive(Debug, Clone, PartialEq)]
+pub enum UnitProblem {
+    /// With the unit itself, or one of its variables.
+    Unit(FmuError),
+    /// With the setting, as a sentence that follows the key.
+    Setting(String),
+}
+
+/// A tissue in a unit: the unpacked unit with what is set and read.
+#[derive(Debug, Clone)]
+pub struct UnitTissue {
+    unit: Arc<Unit>,
+    tick_s: f64,
+    step_s: f64,
+    step_ticks: u64,
+    /// The inputs: the position, and the velocity if it has one.
+    inputs: Vec<u32>,
+    /// The outputs: the force, and that on the shaft if it has one.
+    outputs: Vec<u32>,
+    ruptured: Option<Variable>,
+    parameters: Vec<(Variable, f64)>,
+}
+
+impl UnitTissue {
+    /// The tissue of a unit's file on ticks of `tick_s` (s). Nothing of the unit is executed.
+    ///
+    /// # Errors
+    /// [`UnfitUnit`] for a file that is no unit, a variable that it does not have, or a step that is not possible.
+    pub fn open(path: &Path, settings: &FmuSettings, tick_s: f64) -> Result<Self, UnfitUnit> {
+        const KEYS: [&str; 7] = {
+            let mut paths = [""; 7];
+            let mut index = 0;
+            while index < paths.len() {
+                paths[index] = FmuSettings::KEYS[index].path;
+                index += 1;
+            }
+            paths
+        };
+        let [file, step, position, velocity, force, ruptured, parameters] = KEYS;
+        let of_unit = |key| move |error| UnfitUnit { key, problem: UnitProblem::Unit(error) };
+        let unit = Unit::open_shared(path).map_err(of_unit(file))?;
+        let step_s = settings.step_s.unwrap_or(tick_s);
+        let step_ticks = whole_ticks(step_s, tick_s).filter(|ticks| *ticks > 0).ok_or_else(|| {
+            let problem = format!("is {step_s:?}, must be a whole number of ticks of {tick_s:?} s");
+            UnfitUnit { key: step, problem: UnitProblem::Setting(problem) }
+        })?;
+        let description = unit.description();
+        if let Some(internal_s) = description.internal_step_s
+            && !is_multiple(step_s, internal_s)
+        {
+            return Err(of_unit(step)(FmuError::Step { step_s, internal_s }));
+        }
+        let number = |key, name: &str, role, quantity| description.number(name, role, quantity).map_err(of_unit(key));
+        let has = |name: &&str| description.variables.iter().any(|variable| variable.name == **name);
+        let given_or = |given: &Option<String>, own: &'static str| match given {
+            Some(name) => Some(name.clone()),
+            None => Some(own).filter(has).map(str::to_owned),
+        };
+        let mut inputs = vec![number(position, &settings.position, Causality::Input, METRE)?];
+        if let Some(name) = given_or(&settings.velocity, VELOCITY) {
+            inputs.push(number(velocity, &name, Causality::Input, METRE_PER_SECOND)?);
+        }
+        let mut outputs = vec![number(force, &settings.force, Causality::Output, NEWTON)?];
+        if has(&SHAFT_FORCE) {
+            outputs.push(number(file, SHAFT_FORCE, Causality::Output, NEWTON)?);
+        }
+        let ruptured = given_or(&settings.ruptured, RUPTURED)
+            .map(|name| readable(&unit, &name).map_err(of_unit(ruptured)))
+            .transpose()?;
+        let given = settings.parameters.as_deref().unwrap_or_default();
+        let parameters = given
+            .split(';')
+            .filter(|item| !item.trim().is_empty())
+            .map(|item| parameter(&unit, item).map_err(|problem| UnfitUnit { key: parameters, problem }))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { unit, tick_s, step_s, step_ticks, inputs, outputs, ruptured, parameters })
+    }
+
+    /// The key of the unit's file.
+    #[must_use]
+    pub fn file_key() -> &'static str {
+        FmuSettings::KEYS[0].path
+    }
+
+    /// The key of the communication step.
+    #[must_use]
+    pub fn step_key() -> &'static str {
+        FmuSettings::KEYS[1].path
+    }
+
+    /// Loads the unit's library, which executes code of it.
+    ///
+    /// # Errors
+    /// [`FmuError::Library`].
+    pub fn load(&self) -> Result<(), FmuError> {
+        self.unit.load()
+    }
+
+    /// The unit's file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.unit.path()
+    }
+
+    /// The SHA-256 of the unit's file.
+    #[must_use]
+    pub fn sha256(&self) -> [u8; 32] {
+        self.unit.sha256()
+    }
+
+    fn failure(&self, time_s: f64, what: &str) -> TissueFailure {
+        TissueFailure::new(format!("{}: at {time_s} s, {what}", self.unit.path().display()))
+    }
+}
+
+/// The same unit with the same settings.
+impl PartialEq for UnitTissue {
+    fn eq(&self, other: &Self) -> bool {
+        self.sha256() == other.sha256()
+            && (self.tick_s, self.step_s) == (other.tick_s, other.step_s)
+            && (&self.inputs, &self.outputs, &self.ruptured) == (&other.inputs, &other.outputs, &other.ruptured)
+            && self.parameters == other.parameters
+    }
+}
+
+/// Whether a step is a whole number of other steps.
+fn is_multiple(step_s: f64, of_s: f64) -> bool {
+    let count = step_s / of_s;
+    count > 0.5 && (count - count.round()).abs() <= 1e-6 * count
+}
+
+/// An output of any type that can be read.
+fn readable(unit: &Unit, name: &str) -> Result<Variable, FmuError> {
+    let variable = unit.description().variable(name, Causality::Output)?;
+    let refuse = |problem: &str| Err(FmuError::Variable { name: name.into(), problem: problem.into() });
+    match (variable.causality, variable.kind) {
+        (Causality::Output, Some(_)) => Ok(variable.clone()),
+        (Causality::Output, None) => refuse("is not a truth value or a single number"),
+        _ => refuse("is not an output"),
+    }
+}
+
+/// A parameter and its value, as written.
+fn parameter(unit: &Unit, written: &str) -> Result<(Variable, f64), UnitProblem> {
+    let wrong = || UnitProblem::Setting(format!("has {:?}, must be name = number; name = number", written.trim()));
+    let (name, value) = written.rsplit_once('=').ok_or_else(wrong)?;
+    let (name, value) = (name.trim(), value.trim().parse::<f64>().map_err(|_| wrong())?);
+    let variable = unit.description().variable(name, Causality::Parameter).map_err(UnitProblem::Unit)?;
+    let refuse = |problem: String| Err(UnitProblem::Unit(FmuError::Variable { name: name.into(), problem }));
+    match variable.kind {
+        _ if !variable.is_settable => refuse("cannot be set".into()),
+        Some(kind) if kind.takes(value) => Ok((variable.clone(), value)),
+        Some(kind) => refuse(format!("has the type {kind:?}, and cannot be {value}")),
+        None => refuse("is not a single number or truth value".into()),
+    }
+}
+
+/// A running tissue in a unit, an instance for each lane.
+///
+/// At every tick that begins a step, the inputs are the needle's position and velocity at that tick; the unit steps from there, and
+/// its outputs after the step act from this tick on, until the next step. So there is no tick of delay: where a unit integrates, the
+/// force is that of the end of the step under held inputs.
+#[derive(Debug)]
+pub struct Fmu<L: Lane> {
+    tissue: Arc<UnitTissue>,
+    instances: Vec<RunningUnit>,
+    force_n: L,
+    shaft_n: L,
+    failure: Option<TissueFailure>,
+}
+
+#[derive(Debug)]
+struct RunningUnit {
+    instance: Instance,
+    was_ruptured: bool,
+}
+
+/// What a step of an instance gives.
+struct Step {
+    force_n: f64,
+    shaft_n: f64,
+    ruptures: bool,
+}
+
+impl<L: Lane> Fmu<L> {
+    /// The tissue of a unit before its first tick, at which it is instantiated.
+    #[must_use]
+    pub fn new(tissue: Arc<UnitTissue>) -> Self {
+        Self { tissue, instances: vec![], force_n: L::zero(), shaft_n: L::zero(), failure: None }
+    }
+
+    /// Instantiates and steps the unit of a lane.
+    fn step(&mut self, lane: usize, tick: u64, inputs: [f64; 2]) -> Result<Step, TissueFailure> {
+        let tissue = &*self.tissue;
+        let time_s = tick as f64 * tissue.tick_s;
+        let failed = |error: FmuError| tissue.failure(time_s, &format!("the unit {}", sentence(&error)));
+        let inputs = &inputs[..tissue.inputs.len()];
+        if self.instances.len() == lane {
+            let mut instance = Instance::new(&tissue.unit, &tissue.parameters).map_err(failed)?;
+            instance.set_numbers(&tissue.inputs, inputs).map_err(failed)?;
+            instance.start().map_err(failed)?;
+            self.instances.push(RunningUnit { instance, was_ruptured: false });
+        }
+        let RunningUnit { instance, was_ruptured } = &mut self.instances[lane];
+        instance.set_numbers(&tissue.inputs, inputs).map_err(failed)?;
+        instance.step(time_s, tissue.step_s).map_err(failed)?;
+        let mut outputs = [0.0; 2];
+        instance.get_numbers(&tissue.outputs, &mut outputs[..tissue.outputs.len()]).map_err(failed)?;
+        let is_ruptured = match &tissue.ruptured {
+            Some(variable) => instance.is_set(variable).map_err(failed)?,
+            None => false,
+        };
+        let ruptures = is_ruptured && !*was_ruptured;
+        *was_ruptured = is_ruptured;
+        let [force_n, shaft_n] = outputs;
+        if !(force_n.is_finite() && shaft_n.is_finite()) {
+            let given = if force_n.is_finite() { shaft_n } else { force_n };
+            return Err(tissue.failure(time_s, &format!("the unit gives a force of {given} N")));
+        }
+        Ok(Step { force_n, shaft_n, ruptures })
+    }
+}
+
+/// What failed, after "the unit".
+fn sentence(error: &FmuError) -> String {
+    match error {
+        FmuError::Call { .. } | FmuError::Variable { .. } => format!("stopped: {error}"),
+        other => other.to_string(),
+    }
+}
+
+impl<L: Lane> Tissue<L> for Fmu<L> {
+    fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
+        let mut ruptured = L::zero();
+        if tick.is_multiple_of(self.tissue.step_ticks) && self.failure.is_none() {
+            for lane in 0..L::WIDTH {
+                let inputs = [position_m.lane(lane), velocity_m_per_s.lane(lane)];
+                // A run that has diverged is an outcome of its own, and not one of the unit.
+                let step = if inputs.iter().all(|input| input.is_finite()) {
+                    self.step(lane, tick, inputs)
+                } else {
+                    Ok(Step { force_n: f64::NAN, shaft_n: 0.0, ruptures: false })
+                };
+                match step {
+                    Ok(Step { force_n, shaft_n, ruptures }) => {
+                        self.force_n.set_lane(lane, force_n);
+                        self.shaft_n.set_lane(lane, shaft_n);
+                        ruptured.set_lane(lane, f64::from(u8::from(ruptures)));
+                    }
+                    Err(failure) => {
+                        self.force_n = L::splat(f64::NAN);
+                        self.failure = Some(failure);
+                        break;
+                    }
+                }
+            }
+        }
+        Reaction { force_n: self.force_n, ruptured: ruptured.gt(L::splat(0.5)) }
+    }
+
+    fn shaft_force_n(&self) -> L {
+        self.shaft_n
+    }
+
+    fn failure(&self) -> Option<&TissueFailure> {
+        self.failure.as_ref()
+    }
+}
+
+/// A copy that has not run. The state of a running unit is not copied: such a copy fails.
+impl<L: Lane> Clone for Fmu<L> {
+    fn clone(&self) -> Self {
+        let mut copy = Self::new(Arc::clone(&self.tissue));
+        if !self.instances.is_empty() {
+            copy.failure = Some(self.tissue.failure(0.0, "the unit runs, and its state cannot be copied"));
+            copy.force_n = L::splat(f64::NAN);
+        }
+        copy
+    }
+}
+
+/// Units run one by one.
+impl Gather for Fmu<f64> {
+    type Of<L: Lane> = Fmu<L>;
+
+    fn gather<L: Lane>(_all: [&Self; LANES]) -> Option<Fmu<L>> {
+        None
+    }
+}

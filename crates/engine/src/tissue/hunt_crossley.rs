@@ -1,0 +1,108 @@
+//! The Hunt-Crossley model (eq. 2).
+
+use super::model::{Model, Springs};
+use super::power::{PowerSettings, QuarterPower, slopes_n_per_m};
+use super::surface::Surface;
+use super::{Reaction, Tissue};
+use trocar_core::error::InvalidValue;
+use trocar_core::lane::{Lane, Mask};
+
+trocar_core::settings! {
+    /// Settings of a spring and a damper that stiffen with depth.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct HuntCrossleySettings in "tissue." {
+        /// Its surface.
+        surface: Surface,
+        /// μ of hunt-crossley, in N/m^n.
+        mu: f64 [NON_NEGATIVE] = 2000.0,
+        /// λ of hunt-crossley, in N·s/m^(n+1).
+        lambda: f64 [NON_NEGATIVE] = 200.0,
+        /// Its power.
+        power: PowerSettings,
+    }
+}
+
+/// `f = μ pⁿ + λ pⁿ v` for `p > 0`, 0 otherwise, with `p = x_e - contact` (eq. 2, in this crate's sign).
+///
+/// The power is a multiple of 0.25 from 0 to 7.75, so that the tick needs no transcendental function.
+#[derive(Debug, Clone, Copy)]
+pub struct HuntCrossley<L: Lane> {
+    stiffness: L,
+    damping: L,
+    contact: L,
+    power: QuarterPower<L>,
+}
+
+impl<L: Lane> HuntCrossley<L> {
+    /// The tissue of the settings.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn new(settings: &HuntCrossleySettings) -> Result<Self, InvalidValue> {
+        settings.validate()?;
+        Ok(Self {
+            stiffness: L::splat(settings.mu),
+            damping: L::splat(settings.lambda),
+            contact: L::splat(settings.surface.contact_m),
+            power: QuarterPower::new(&settings.power)?,
+        })
+    }
+}
+
+impl<L: Lane> Tissue<L> for HuntCrossley<L> {
+    #[inline(always)]
+    fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
+        let depth = (position - self.contact).max(L::zero());
+        let power = self.power.of(depth);
+        let force = self.stiffness * power + self.damping * power * velocity;
+        let contact = depth.gt(L::zero());
+        Reaction { force_n: L::select(contact, force, L::zero()), ruptured: L::Mask::splat(false) }
+    }
+}
+
+impl<L: Lane> Model for HuntCrossley<L> {
+    type Settings = HuntCrossleySettings;
+
+    fn build(settings: &HuntCrossleySettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
+        Self::new(settings)
+    }
+
+    fn surface_m(settings: &HuntCrossleySettings) -> f64 {
+        settings.surface.contact_m
+    }
+
+    fn springs(settings: &HuntCrossleySettings, depth_m: Option<f64>) -> Option<Springs> {
+        Some(Springs::ToDepth(slopes_n_per_m(|_| (settings.mu, 0.0), settings.power.power, depth_m?)))
+    }
+}
+
+trocar_core::lane::gather!(HuntCrossley { stiffness, damping, contact, power });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tissue(mu: f64, lambda: f64, power: f64, contact_m: f64) -> Result<HuntCrossley<f64>, InvalidValue> {
+        let (surface, power) = (Surface { contact_m }, PowerSettings { power });
+        HuntCrossley::new(&HuntCrossleySettings { surface, mu, lambda, power })
+    }
+
+    #[test]
+    fn it_is_eq_2_for_every_power_it_takes() {
+        for quarters in 0..=31 {
+            let power = 0.25 * f64::from(quarters);
+            let mut tissue = tissue(300.0, 20.0, power, 1e-3).expect("valid");
+            for depth in [1e-6, 0.004, 0.05, 1.5] {
+                let exact = 300.0 * f64::powf(depth, power) + 20.0 * f64::powf(depth, power) * 0.03;
+                let force = tissue.react(0, 1e-3 + depth, 0.03).force_n;
+                assert!((force - exact).abs() < 1e-9 * exact, "{power} at {depth}: {force} {exact}");
+            }
+            assert_eq!(tissue.react(0, 0.0, 1.0).force_n, 0.0);
+        }
+    }
+
+    #[test]
+    fn a_power_between_quarters_is_refused() {
+        assert_eq!(tissue(1.0, 1.0, 1.3, 0.0).expect_err("no").name, "tissue.power");
+    }
+}

@@ -1,0 +1,90 @@
+//! The Kelvin-Voigt model (eq. 1).
+
+use super::model::{Model, Springs};
+use super::surface::Surface;
+use super::{Reaction, Tissue};
+use trocar_core::error::InvalidValue;
+use trocar_core::lane::{Lane, Mask};
+
+trocar_core::settings! {
+    /// Settings of a spring and a damper in parallel.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct KelvinVoigtSettings in "tissue." {
+        /// Stiffness K of kelvin-voigt.
+        stiffness_n_per_m: f64 [NON_NEGATIVE] = 200.0,
+        /// Damping B of kelvin-voigt.
+        damping_n_s_per_m: f64 [NON_NEGATIVE] = 5.0,
+        /// Its surface.
+        surface: Surface,
+    }
+}
+
+/// `f = K p + B v` for `p > 0`, 0 otherwise, with `p = x_e - contact` (eq. 1, in this crate's sign).
+#[derive(Debug, Clone, Copy)]
+pub struct KelvinVoigt<L> {
+    stiffness: L,
+    damping: L,
+    contact: L,
+}
+
+impl<L: Lane> KelvinVoigt<L> {
+    /// The tissue of the settings.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn new(settings: &KelvinVoigtSettings) -> Result<Self, InvalidValue> {
+        settings.validate()?;
+        Ok(Self {
+            stiffness: L::splat(settings.stiffness_n_per_m),
+            damping: L::splat(settings.damping_n_s_per_m),
+            contact: L::splat(settings.surface.contact_m),
+        })
+    }
+}
+
+impl<L: Lane> Tissue<L> for KelvinVoigt<L> {
+    #[inline(always)]
+    fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
+        let depth = position - self.contact;
+        let force = self.stiffness * depth + self.damping * velocity;
+        Reaction { force_n: L::select(depth.gt(L::zero()), force, L::zero()), ruptured: L::Mask::splat(false) }
+    }
+}
+
+impl<L: Lane> Model for KelvinVoigt<L> {
+    type Settings = KelvinVoigtSettings;
+
+    fn build(settings: &KelvinVoigtSettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
+        Self::new(settings)
+    }
+
+    fn surface_m(settings: &KelvinVoigtSettings) -> f64 {
+        settings.surface.contact_m
+    }
+
+    fn springs(settings: &KelvinVoigtSettings, _depth_m: Option<f64>) -> Option<Springs> {
+        Some(Springs::SpringDamper(settings.stiffness_n_per_m, settings.damping_n_s_per_m))
+    }
+}
+
+trocar_core::lane::gather!(KelvinVoigt { stiffness, damping, contact });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_reacts_only_in_contact() {
+        let mut tissue = KelvinVoigt::<f64>::new(&KelvinVoigtSettings {
+            stiffness_n_per_m: 200.0,
+            damping_n_s_per_m: 5.0,
+            surface: Surface { contact_m: 0.01 },
+        })
+        .expect("valid");
+        assert_eq!(tissue.react(0, 0.01, 1.0).force_n, 0.0);
+        assert!((tissue.react(0, 0.03, -0.1).force_n - 3.5).abs() < 1e-12);
+        assert!(
+            KelvinVoigt::<f64>::new(&KelvinVoigtSettings { stiffness_n_per_m: -1.0, ..Default::default() }).is_err()
+        );
+    }
+}

@@ -1,0 +1,382 @@
+//! Layers that bulge, give way, are cut through, and exert friction on the shaft.
+
+use trocar_core::settings::{Key, Source, count, joined};
+
+use super::layer::{LAYER_KEYS, LAYER_NAMES, LAYERS, LayerParameters};
+use super::literature::{Outside, outside};
+use super::model::{Model, Springs};
+use super::shaft::{Shaft, ShaftParameters};
+use super::shaft_contact::ShaftContact;
+use super::surface::Surface;
+use super::{Reaction, Tissue};
+use trocar_core::error::{InvalidValue, require};
+use trocar_core::lane::{Lane, Mask};
+
+/// Start of a layer that the needle has not reached, in m: deeper than any run.
+const FAR_M: f64 = 1e9;
+
+/// Additional decrease of a yield deflection per tick, in m. It is negligible, but makes the exponential relaxation
+/// end, without ever smaller (subnormal, slow) numbers.
+const MIN_FALL_M: f64 = 1e-15;
+
+/// The parameters of a layered tissue.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayersParameters {
+    /// The surface of the undeformed tissue, in m.
+    pub contact_m: f64,
+    /// The layers from the surface down.
+    pub layers: [LayerParameters; LAYERS],
+    /// The shaft's friction.
+    pub shaft: ShaftParameters,
+}
+
+impl LayersParameters {
+    /// Its keys, except those of the layers, which have separate sections.
+    pub const KEYS: &'static [Key] = &joined::<{ count(Self::GROUPS) }>(Self::GROUPS);
+
+    const GROUPS: &'static [&'static [Key]] = &[Surface::KEYS, ShaftParameters::KEYS];
+
+    /// Reads the parameters.
+    ///
+    /// # Errors
+    /// Errors of the source.
+    pub fn read<S: Source>(source: &mut S) -> Result<Self, S::Error> {
+        let mut layers = LayerParameters::DEFAULTS;
+        for (layer, keys) in layers.iter_mut().zip(&LAYER_KEYS) {
+            *layer = LayerParameters::read(source, keys)?;
+        }
+        let contact_m = Surface::read(source)?.contact_m;
+        Ok(Self { contact_m, layers, shaft: ShaftParameters::read(source)? })
+    }
+
+    /// Checks the surface and the shaft, which are independent of the tick.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first key out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        Surface { contact_m: self.contact_m }.validate()?;
+        self.shaft.validate()
+    }
+
+    /// Checks every layer and the shaft, on ticks of `tick_s`.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first key out of range.
+    pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
+        Surface { contact_m: self.contact_m }.validate()?;
+        for (index, layer) in self.layers.iter().enumerate() {
+            layer.validate(index, tick_s)?;
+        }
+        let any_present = self.layers.iter().any(LayerParameters::is_present);
+        require(
+            "tissue.organ.thickness_m",
+            self.layers[LAYERS - 1].thickness_m,
+            any_present,
+            "above 0, as no layer is present",
+        )?;
+        self.shaft.validate()
+    }
+}
+
+impl Default for LayersParameters {
+    fn default() -> Self {
+        let contact_m = Surface::DEFAULT.contact_m;
+        Self { contact_m, layers: LayerParameters::DEFAULTS, shaft: ShaftParameters::DEFAULT }
+    }
+}
+
+/// A needle in layers of tissue: the three phases of the paper's figure 1.
+///
+/// Each layer is a spring that yields. `front` is the depth to which the needle tip has cut, in the layer's undeformed
+/// length, and `y` the deflection at which the spring yields:
+///
+/// ```text
+/// y     = target + (y - target) exp(-T/τ)
+/// d     = clamp(x - front, 0, y)
+/// f     = (a₁ d + a₂ d²) max(1 + c v, 0)
+/// front = max(front, x - y)
+/// ```
+/// The target is `d_r`, where the spring reaches the rupture force, while the layer is intact; then `d_c`, where it
+/// reaches the cutting force; and 0 once the front has reached the layer's bottom. So the force on a needle at rest
+/// relaxes and is then constant; a retreat unloads the spring, which never pulls. A cut remains. Fronts and relaxation
+/// only reduce the deflection of springs, so every layer dissipates energy.
+///
+/// A layer begins to bulge at the needle's position when the layer above is cut through: until then the two move
+/// together, and only the upper one acts on the tip. The forces add up: of the layer above, relaxing, of the layer
+/// being cut, and the friction of all layers around the shaft (see [`ShaftParameters`]). The kinetic bound of the
+/// friction is the sum of each layer's grip and of its friction times the length in it. That length is measured from
+/// the dragged surface, displaced by `F/σ` inward or, during withdrawal, outward: the tissue then pulls, and the needle
+/// leaves it outside of the first contact.
+///
+/// The model is a map of position and velocity, exact for any tick. A relaxation faster than a tick cannot be
+/// represented and is rejected. For a stable loop the largest slope, `a₁ + 2 a₂ d_r + σ`, must be below the largest
+/// stiffness at which the teleoperation is stable (2.5 kN/m with the paper's controllers at 1 kHz).
+#[derive(Debug, Clone)]
+pub struct Layers<L: Lane> {
+    layers: [Layer<L>; LAYERS],
+    /// Layers before this one are cut through and relaxed, in every lane.
+    first: usize,
+    /// Layers from this one on have not been reached, in any lane.
+    begun: usize,
+    /// Layers from this one on are absent.
+    count: usize,
+    /// Start of the last layer reached, and the friction of the layers above it once the tip is beyond.
+    last_start: L,
+    above: ShaftContact<L>,
+    shaft: Shaft<L>,
+    /// The friction on the shaft after the last tick.
+    held: ShaftContact<L>,
+    friction: L,
+}
+
+/// A layer and its state.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Layer<L: Lane> {
+    front: L,
+    yields_at: L,
+    target: L,
+    decay: L,
+    stiffness: L,
+    stiffening: L,
+    damping: L,
+    /// Front at which the layer gives way or is cut through; infinite after that.
+    next_event: L,
+    start: L,
+    bottom: L,
+    friction: L,
+    grip: L,
+    thickness: L,
+    cut_deflection: L,
+    /// Whether giving way is a rupture: the rupture force is above the cutting force.
+    ruptures: L::Mask,
+}
+
+impl<L: Lane> Layer<L> {
+    fn new(parameters: &LayerParameters, tick_s: f64) -> Self {
+        let intact = L::splat(parameters.deflection_m(parameters.rupture_force_n));
+        let decay = match parameters.relaxation_s {
+            0.0 => 0.0,
+            relaxation_s => libm::exp(-tick_s / relaxation_s),
+        };
+        Self {
+            front: L::splat(FAR_M),
+            yields_at: intact,
+            target: intact,
+            decay: L::splat(decay),
+            stiffness: L::splat(parameters.stiffness_n_per_m),
+            stiffening: L::splat(parameters.stiffening_n_per_m2),
+            damping: L::splat(parameters.damping_s_per_m),
+            next_event: L::splat(f64::INFINITY),
+            start: L::splat(FAR_M),
+            bottom: L::splat(FAR_M),
+            friction: L::splat(parameters.friction_n_per_m),
+            grip: L::splat(parameters.grip_n),
+            thickness: L::splat(parameters.thickness_m),
+            cut_deflection: L::splat(parameters.deflection_m(parameters.cutting_force_n)),
+            ruptures: L::Mask::splat(parameters.rupture_force_n > parameters.cutting_force_n),
+        }
+    }
+
+    /// Starts the layer at `start` where the mask holds.
+    #[inline(always)]
+    fn begin(&mut self, mask: L::Mask, start: L) {
+        self.front = L::select(mask, start, self.front);
+        self.start = L::select(mask, start, self.start);
+        self.bottom = L::select(mask, start + self.thickness, self.bottom);
+        self.next_event = L::select(mask, start, self.next_event);
+    }
+
+    /// Relaxes the layer, cuts where it yields, and returns the force on the tip in N.
+    #[inline(always)]
+    fn force_on_tip_n(&mut self, position: L, velocity: L) -> L {
+        let relaxed = self.target + (self.yields_at - self.target) * self.decay;
+        self.yields_at = (relaxed - L::splat(MIN_FALL_M)).max(self.target);
+        let d = (position - self.front).clamp(L::zero(), self.yields_at);
+        let viscous = (L::splat(1.0) + self.damping * velocity).max(L::zero());
+        self.front = self.front.max(position - self.yields_at);
+        (d * viscous) * (self.stiffness + self.stiffening * d)
+    }
+
+    /// Adds the friction of the layer on a shaft with its tip at `tip_m` to that of the layers above.
+    #[inline(always)]
+    fn add_friction(&self, above: ShaftContact<L>, tip_m: L) -> ShaftContact<L> {
+        let length_m = (tip_m - self.start).clamp(L::zero(), self.front.min(self.bottom) - self.start);
+        above.and(self.friction, self.grip, length_m)
+    }
+
+    /// Handles the events of the layer at this tick: from intact to cut, from cut to cut through. Returns the lanes in
+    /// which it ruptured and those in which it is cut through.
+    #[inline(always)]
+    fn handle_events(&mut self) -> (L::Mask, L::Mask) {
+        let gives_way = self.front.gt(self.next_event) & self.next_event.lt(self.bottom);
+        self.target = L::select(gives_way, self.cut_deflection, self.target);
+        self.next_event = L::select(gives_way, self.bottom, self.next_event);
+        // With a fast needle the layer gives way and is cut through in one tick.
+        let is_through = self.front.gt(self.next_event);
+        self.target = L::select(is_through, L::zero(), self.target);
+        self.next_event = L::select(is_through, L::splat(f64::INFINITY), self.next_event);
+        (gives_way & self.ruptures, is_through)
+    }
+}
+
+/// The friction of layers, from the surface down, on a shaft with its tip at `tip_m`.
+#[inline(always)]
+fn friction_of<L: Lane>(layers: &[Layer<L>], tip_m: L) -> ShaftContact<L> {
+    let mut held = ShaftContact::none();
+    for layer in layers {
+        held = layer.add_friction(held, tip_m);
+    }
+    held
+}
+
+impl<L: Lane> Layers<L> {
+    /// An undeformed tissue on ticks of `tick_s`, with the needle at `start_m` (m).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] as [`LayersParameters::validate`], or for a needle that starts inside.
+    pub fn new(parameters: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
+        parameters.validate_on_ticks(tick_s)?;
+        let outside = start_m <= parameters.contact_m;
+        require(
+            "tissue.contact_m",
+            parameters.contact_m,
+            outside,
+            "at least the needle's start, which is outside the tissue",
+        )?;
+        let present: Vec<LayerParameters> = parameters.layers.into_iter().filter(LayerParameters::is_present).collect();
+        let layer = |i: usize| Layer::new(present.get(i).unwrap_or(&LayerParameters::ABSENT), tick_s);
+        let mut layers: [Layer<L>; LAYERS] = std::array::from_fn(layer);
+        layers[0].begin(L::Mask::splat(true), L::splat(parameters.contact_m));
+        Ok(Self {
+            layers,
+            first: 0,
+            begun: 1,
+            count: present.len(),
+            shaft: Shaft::new(&parameters.shaft, start_m),
+            last_start: L::splat(parameters.contact_m),
+            above: ShaftContact::none(),
+            held: ShaftContact::none(),
+            friction: L::zero(),
+        })
+    }
+
+    /// Updates the friction on the shaft for the next tick. The two ticks' computations do not wait for each other.
+    #[inline(always)]
+    fn update_shaft_contact(&mut self, position: L) {
+        let tip = position - self.shaft.drag_m();
+        // A layer starts where the one above is cut through, so a tip in the last one has passed all others.
+        self.held = if tip.ge(self.last_start).all() {
+            self.layers[self.begun - 1].add_friction(self.above, tip)
+        } else {
+            friction_of(&self.layers[..self.begun], tip)
+        };
+    }
+
+    /// Handles the events of all layers at this tick. Returns the lanes in which one ruptured.
+    #[cold]
+    #[inline]
+    fn handle_events(&mut self, position: L) -> L::Mask {
+        self.handle_events_inline(position)
+    }
+
+    #[inline(always)]
+    fn handle_events_inline(&mut self, position: L) -> L::Mask {
+        let mut ruptured = L::Mask::splat(false);
+        for i in self.first..self.begun {
+            let (here, is_through) = self.layers[i].handle_events();
+            ruptured = ruptured | here;
+            if i + 1 < self.count && is_through.any() {
+                self.layers[i + 1].begin(is_through, position);
+                self.begun = self.begun.max(i + 2);
+            }
+        }
+        let above = self.begun - 1;
+        self.last_start = self.layers[above].start;
+        self.above = friction_of(&self.layers[..above], L::splat(FAR_M));
+        // A yield deflection of 0 means that the layer is cut through and relaxed: it exerts no force.
+        while self.first < self.begun && self.layers[self.first].yields_at.le(L::zero()).all() {
+            self.first += 1;
+        }
+        ruptured
+    }
+}
+
+impl<L: Lane> Tissue<L> for Layers<L> {
+    #[inline(always)]
+    fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
+        // Few layers act on the tip at a time, and they rarely change.
+        let mut force_n = self.shaft.friction_n(position, velocity, self.held.kinetic_n, self.held.length_m);
+        self.friction = force_n;
+        let mut is_event = L::Mask::splat(false);
+        for layer in &mut self.layers[self.first..self.begun] {
+            force_n = force_n + layer.force_on_tip_n(position, velocity);
+            is_event = is_event | layer.front.gt(layer.next_event);
+        }
+        let is_settled = match self.layers.get(self.first) {
+            Some(layer) => layer.yields_at.le(L::zero()).all(),
+            None => false,
+        };
+        let ruptured = match is_event.any() || is_settled {
+            false => L::Mask::splat(false),
+            true if L::WIDTH > 1 => self.handle_events_inline(position),
+            true => self.handle_events(position),
+        };
+        self.update_shaft_contact(position);
+        Reaction { force_n, ruptured }
+    }
+
+    #[inline(always)]
+    fn shaft_force_n(&self) -> L {
+        self.friction
+    }
+}
+
+impl<L: Lane> Model for Layers<L> {
+    type Settings = LayersParameters;
+
+    fn build(settings: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
+        Self::new(settings, tick_s, start_m)
+    }
+
+    fn surface_m(settings: &LayersParameters) -> f64 {
+        settings.contact_m
+    }
+
+    /// From 0, of a layer that the needle cuts, to the slope of the stiffest layer just before it ruptures or while it is cut.
+    /// The shaft adds its stiffness as soon as a layer with friction is cut: after each reversal it sticks.
+    fn springs(settings: &LayersParameters, _depth_m: Option<f64>) -> Option<Springs> {
+        let mut highest: f64 = 0.0;
+        let mut of_shaft = 0.0;
+        for layer in settings.layers.iter().filter(|layer| layer.is_present()) {
+            highest = highest.max(layer.slope_n_per_m(layer.rupture_force_n) + of_shaft);
+            if layer.friction_n_per_m > 0.0 || layer.grip_n > 0.0 {
+                of_shaft = settings.shaft.stiffness_n_per_m;
+            }
+            highest = highest.max(layer.slope_n_per_m(layer.cutting_force_n) + of_shaft);
+        }
+        Some(Springs::Layers((0.0, highest)))
+    }
+
+    fn rupturing_layers(settings: &LayersParameters) -> Vec<&'static str> {
+        let ruptures = |layer: &LayerParameters| layer.is_present() && layer.rupture_force_n > layer.cutting_force_n;
+        LAYER_NAMES
+            .into_iter()
+            .zip(&settings.layers)
+            .filter(|(_, layer)| ruptures(layer))
+            .map(|(name, _)| name)
+            .collect()
+    }
+
+    fn outside_measured(settings: &LayersParameters) -> Vec<Outside> {
+        let present = settings.layers.iter().enumerate().filter(|(_, layer)| layer.is_present());
+        let of_layers = present.flat_map(|(index, layer)| layer.measured(index));
+        outside(of_layers.chain(settings.shaft.measured()))
+    }
+}
+
+trocar_core::lane::gather!(Layer {
+    front, yields_at, target, decay, stiffness, stiffening, damping, next_event, start, bottom, friction, grip, thickness,
+    cut_deflection,
+} masks { ruptures });
+trocar_core::lane::gather!(Layers { layers, last_start, above, shaft, held, friction } same { first, begun, count });

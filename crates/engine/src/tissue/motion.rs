@@ -1,0 +1,189 @@
+//! Breathing and heartbeat: the motion of the tissue's surface.
+
+use core::f64::consts::TAU;
+
+use trocar_core::settings::ActsFor;
+
+use super::{AnyTissue, Reaction, Tissue, TissueFailure, TissueSettings};
+use trocar_core::error::InvalidValue;
+use trocar_core::lane::Lane;
+
+/// The tissues that move: all but a recording, whose force has its motion in it.
+const MOVES: ActsFor = match TissueSettings::WORDS {
+    [_recording, models @ ..] => ActsFor::new(TissueSettings::KEY.path, models),
+    [] => ActsFor::new(TissueSettings::KEY.path, &[]),
+};
+
+trocar_core::settings! {
+    /// The motion of the tissue with breathing and heartbeat.
+    ///
+    /// The periods are chosen here: 15 breaths and 70 beats a minute.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct OrganMotion in "tissue." {
+        /// Distance by which breathing moves the tissue away from the needle and back; 0: it does not.
+        breathing_amplitude_m: f64 [NON_NEGATIVE] for (MOVES) = 0.0,
+        /// Period of breathing.
+        breathing_period_s: f64 [POSITIVE] for (MOVES) = 4.0,
+        /// Distance by which the heartbeat moves the tissue away from the needle and back; 0: it does not.
+        heartbeat_amplitude_m: f64 [NON_NEGATIVE] for (MOVES) = 0.0,
+        /// Period of the heartbeat.
+        heartbeat_period_s: f64 [POSITIVE] for (MOVES) = 0.857,
+    }
+}
+
+impl OrganMotion {
+    /// Whether the tissue moves.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.breathing_amplitude_m > 0.0 || self.heartbeat_amplitude_m > 0.0
+    }
+
+    /// A tissue that moves, on ticks of `tick_s` (s); a tissue at rest is unchanged.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn applied_to<L: Lane>(&self, tissue: AnyTissue<L>, tick_s: f64) -> Result<AnyTissue<L>, InvalidValue> {
+        self.validate()?;
+        if !self.moves() {
+            return Ok(tissue);
+        }
+        let breathing = Cycle::new(self.breathing_amplitude_m, self.breathing_period_s, tick_s);
+        let heartbeat = Cycle::new(self.heartbeat_amplitude_m, self.heartbeat_period_s, tick_s);
+        Ok(AnyTissue::Moving(Box::new(Moving { tissue, breathing, heartbeat })))
+    }
+}
+
+/// One periodic motion: its phase φ advances by a rotation, without transcendental functions in a tick.
+#[derive(Debug, Clone, Copy)]
+struct Cycle<L> {
+    amplitude: L,
+    /// Amplitude times angular frequency.
+    rate: L,
+    step_cos: L,
+    step_sin: L,
+    cos: L,
+    sin: L,
+}
+
+impl<L: Lane> Cycle<L> {
+    fn new(amplitude_m: f64, period_s: f64, tick_s: f64) -> Self {
+        let step = TAU * tick_s / period_s;
+        Self {
+            amplitude: L::splat(amplitude_m),
+            rate: L::splat(amplitude_m * TAU / period_s),
+            step_cos: L::splat(libm::cos(step)),
+            step_sin: L::splat(libm::sin(step)),
+            cos: L::splat(1.0),
+            sin: L::zero(),
+        }
+    }
+
+    /// `(1 - cos φ)/2`, from 0 to 1, and `sin φ`.
+    #[inline(always)]
+    fn share_and_sine(&self) -> (L, L) {
+        (L::splat(0.5) * (L::splat(1.0) - self.cos), self.sin)
+    }
+
+    /// Stops the motion at its present displacement.
+    fn stop(&mut self) {
+        (self.rate, self.step_cos, self.step_sin) = (L::zero(), L::splat(1.0), L::zero());
+    }
+
+    /// Advances by a tick.
+    #[inline(always)]
+    fn advance(&mut self) {
+        (self.cos, self.sin) =
+            (self.cos * self.step_cos - self.sin * self.step_sin, self.sin * self.step_cos + self.cos * self.step_sin);
+    }
+}
+
+/// A tissue that moves with breathing and heartbeat. With the phases `φ` and `ψ` from 0 at the start, its displacement
+/// away from the needle is
+///
+/// ```text
+/// s = A_b ((1 - cos φ)/2)² + A_h (1 - cos ψ)/2
+/// ```
+/// Breathing follows Lujan et al. (*A method for incorporating organ motion due to breathing into 3D dose calculations*,
+/// Med. Phys. 26, 1999), whose `cos⁴` rests at the end of exhalation, where the run begins. That the heartbeat is a
+/// sine, and that both act along the needle, is chosen here. The tissue's own forces follow from the needle's position
+/// and velocity relative to it. A moving tissue gives energy to the needle, as a patient does.
+#[derive(Debug, Clone)]
+pub struct Moving<L: Lane> {
+    tissue: AnyTissue<L>,
+    breathing: Cycle<L>,
+    heartbeat: Cycle<L>,
+}
+
+impl<L: Lane> AnyTissue<L> {
+    /// Stops the motion of the organs at its present displacement.
+    pub fn stop_organs(&mut self) {
+        if let Self::Moving(moving) = self {
+            moving.breathing.stop();
+            moving.heartbeat.stop();
+        }
+    }
+}
+
+impl<L: Lane> Tissue<L> for Moving<L> {
+    #[inline(never)]
+    fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
+        let ((breath, breath_sine), (beat, beat_sine)) =
+            (self.breathing.share_and_sine(), self.heartbeat.share_and_sine());
+        let displacement_m = self.breathing.amplitude * breath * breath + self.heartbeat.amplitude * beat;
+        let half = L::splat(0.5);
+        let speed_m_per_s = self.breathing.rate * breath * breath_sine + self.heartbeat.rate * half * beat_sine;
+        self.breathing.advance();
+        self.heartbeat.advance();
+        self.tissue.react(tick, position_m - displacement_m, velocity_m_per_s - speed_m_per_s)
+    }
+
+    #[inline(always)]
+    fn shaft_force_n(&self) -> L {
+        self.tissue.shaft_force_n()
+    }
+
+    fn failure(&self) -> Option<&TissueFailure> {
+        self.tissue.failure()
+    }
+}
+
+trocar_core::lane::gather!(Cycle { amplitude, rate, step_cos, step_sin, cos, sin });
+trocar_core::lane::gather!(Moving { tissue, breathing, heartbeat });
+
+#[cfg(test)]
+mod tests {
+    use super::super::{KelvinVoigt, KelvinVoigtSettings};
+    use super::*;
+
+    #[test]
+    fn a_needle_at_rest_in_a_moving_spring_gets_the_motion_as_force() {
+        let settings = KelvinVoigtSettings { stiffness_n_per_m: 1000.0, damping_n_s_per_m: 1.0, ..Default::default() };
+        let spring = AnyTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&settings).expect("valid"));
+        let motion = OrganMotion {
+            breathing_amplitude_m: 4e-3,
+            breathing_period_s: 3.0,
+            heartbeat_amplitude_m: 3e-4,
+            heartbeat_period_s: 0.8,
+        };
+        let tick_s = 1e-3;
+        let mut tissue = motion.applied_to(spring, tick_s).expect("valid");
+        for tick in 0..60_000_u64 {
+            let time_s = tick_s * tick as f64;
+            let phases = [TAU * time_s / 3.0, TAU * time_s / 0.8];
+            let breath = (phases[0] / 2.0).sin().powi(4);
+            let displacement = 4e-3 * breath + 3e-4 * (phases[1] / 2.0).sin().powi(2);
+            let of_breathing = 4e-3 * TAU / 3.0 * 2.0 * (phases[0] / 2.0).sin().powi(3) * (phases[0] / 2.0).cos();
+            let speed = of_breathing + 3e-4 * TAU / 0.8 * 0.5 * phases[1].sin();
+            let force = tissue.react(tick, 0.01, 0.0).force_n;
+            let expected = 1000.0 * (0.01 - displacement) - speed;
+            assert!((force - expected).abs() < 1e-9, "{tick}: {force} instead of {expected}");
+        }
+    }
+
+    #[test]
+    fn without_amplitudes_the_tissue_is_itself() {
+        let spring = AnyTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
+        let tissue = OrganMotion::DEFAULT.applied_to(spring, 1e-3).expect("valid");
+        assert!(matches!(tissue, AnyTissue::KelvinVoigt(_)));
+    }
+}

@@ -1,0 +1,82 @@
+//! Powers of a depth without transcendental functions.
+
+use trocar_core::error::{InvalidValue, require};
+use trocar_core::lane::{Lane, Mask};
+
+trocar_core::settings! {
+    /// The power of a depth.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct PowerSettings in "tissue." {
+        /// n of hunt-crossley and generalised, a multiple of 0.25 up to 7.75.
+        power: f64 [NON_NEGATIVE] = 1.5,
+    }
+}
+
+/// Maximum number of quarters: all parts.
+const MAX_QUARTERS: f64 = 31.0;
+
+/// Depth in m above which the slope of a power is not computed: with n below 1 it has no bound at the surface.
+const MIN_DEPTH_M: f64 = 5e-4;
+
+/// Number of depths at which the slope is computed.
+const DEPTHS: u32 = 1000;
+
+/// The smallest and the largest slope in N/m of the force `μ(p) pⁿ` over the depth `p`, down to `depth_m` (m); `mu` returns μ and
+/// its derivative. The range begins with 0 where the needle leaves the surface without a step of the slope, with n above 1.
+pub(super) fn slopes_n_per_m(mu: impl Fn(f64) -> (f64, f64), power: f64, depth_m: f64) -> (f64, f64) {
+    let slope = |p: f64| {
+        let (mu, change) = mu(p);
+        change * p.powf(power) + power * mu * p.powf(power - 1.0)
+    };
+    if depth_m <= MIN_DEPTH_M {
+        return (0.0, 0.0);
+    }
+    let share = |k: u32| f64::from(k) / f64::from(DEPTHS);
+    let at = |k: u32| if k == DEPTHS { depth_m } else { MIN_DEPTH_M + (depth_m - MIN_DEPTH_M) * share(k) };
+    let first = if power > 1.0 { 0.0 } else { slope(MIN_DEPTH_M) };
+    (0..=DEPTHS).map(|k| slope(at(k))).fold((first, first), |(low, high), slope| (low.min(slope), high.max(slope)))
+}
+
+/// `pⁿ` for `n` a whole number of quarters, from 0 to 7.75: a product of `p`, its squares and its square roots, the
+/// same bits on every machine and in every lane. The price: n = 1.3 must be rounded to 1.25.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct QuarterPower<L: Lane> {
+    /// Whether 1/4, 1/2, 1, 2 and 4 are part of the power.
+    parts: [L::Mask; 5],
+}
+
+impl<L: Lane> QuarterPower<L> {
+    /// The power of the settings.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] unless it is a multiple of 0.25 from 0 to 7.75.
+    pub(super) fn new(settings: &PowerSettings) -> Result<Self, InvalidValue> {
+        let power = settings.power;
+        let quarters = 4.0 * power;
+        let allowed = quarters.fract() == 0.0 && (0.0..=MAX_QUARTERS).contains(&quarters);
+        require("tissue.power", power, allowed, "a multiple of 0.25 from 0 to 7.75")?;
+        let bits = quarters as u32;
+        Ok(Self { parts: std::array::from_fn(|bit| L::Mask::splat(bits >> bit & 1 == 1)) })
+    }
+
+    /// `depthⁿ` of a depth of at least 0.
+    #[inline(always)]
+    pub(super) fn of(&self, depth: L) -> L {
+        let half = depth.sqrt();
+        let square = depth * depth;
+        let mut power = L::splat(1.0);
+        for (mask, part) in self.parts.into_iter().zip([half.sqrt(), half, depth, square, square * square]) {
+            power = power * L::select(mask, part, L::splat(1.0));
+        }
+        power
+    }
+}
+
+impl trocar_core::lane::Gather for QuarterPower<f64> {
+    type Of<L: Lane> = QuarterPower<L>;
+
+    fn gather<L: Lane>(all: [&Self; trocar_core::lane::LANES]) -> Option<QuarterPower<L>> {
+        let part = |bit: usize| trocar_core::lane::gather_mask::<L>(all.map(|one| one.parts[bit]));
+        Some(QuarterPower { parts: std::array::from_fn(part) })
+    }
+}

@@ -1,0 +1,26 @@
+//! The friction that layers exert on the shaft in them.
+
+use trocar_core::lane::Lane;
+
+/// The friction on the shaft: its kinetic bound in N, and the shaft's length in the tissue in m.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ShaftContact<L> {
+    pub(super) kinetic_n: L,
+    pub(super) length_m: L,
+}
+
+impl<L: Lane> ShaftContact<L> {
+    /// No layer.
+    pub(super) fn none() -> Self {
+        Self { kinetic_n: L::zero(), length_m: L::zero() }
+    }
+
+    /// Adds the friction of one layer: its friction per length in N/m, its grip in N, and the length in it in m.
+    #[inline(always)]
+    pub(super) fn and(self, friction_n_per_m: L, grip_n: L, length_m: L) -> Self {
+        let grip = L::select(length_m.gt(L::zero()), grip_n, L::zero());
+        Self { kinetic_n: self.kinetic_n + (friction_n_per_m * length_m + grip), length_m: self.length_m + length_m }
+    }
+}
+
+trocar_core::lane::gather!(ShaftContact { kinetic_n, length_m });

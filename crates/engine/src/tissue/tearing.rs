@@ -1,0 +1,330 @@
+//! Layers that relax, creep and tear: rupture by energy release against toughness.
+
+use trocar_core::settings::{Key, Source, count, joined};
+
+use super::literature::{Outside, outside};
+use super::model::{Model, Springs};
+use super::named_layers::{DEFAULT_LAYER, LAYER_LIST, of_layer, own_key};
+use super::shaft::{Shaft, ShaftParameters};
+use super::shaft_contact::ShaftContact;
+use super::surface::Surface;
+use super::tearing_layer::TearingLayer;
+use super::viscoelastic::Viscoelastic;
+use super::{Reaction, Tissue};
+use trocar_core::error::{InvalidValue, require};
+use trocar_core::lane::{Lane, Mask};
+
+/// Start of a layer that the needle has not reached, in m: deeper than any run.
+const FAR_M: f64 = 1e9;
+
+trocar_core::settings! {
+    /// The crack that the needle makes in layers that tear.
+    ///
+    /// Both defaults are chosen here: the diameter of a common needle, and a speed at which a rupture takes some 30 ms,
+    /// as in the paper's recordings.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Crack in "tissue." {
+        /// w: width of the crack that the needle cuts in layers that tear.
+        crack_width_m: f64 [POSITIVE] = 1e-3,
+        /// Maximum speed of the tip of this crack.
+        crack_speed_m_per_s: f64 [POSITIVE] = 0.3,
+    }
+}
+
+/// The parameters of layers that tear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TearingSettings {
+    /// The surface of the undeformed tissue.
+    pub surface: Surface,
+    /// The crack.
+    pub crack: Crack,
+    /// The shaft's friction.
+    pub shaft: ShaftParameters,
+    /// The layers by name, from the surface down.
+    pub layers: Vec<(&'static str, TearingLayer)>,
+}
+
+impl TearingSettings {
+    /// Its keys, except those of the layers.
+    pub const KEYS: &'static [Key] = &joined::<{ count(Self::GROUPS) }>(Self::GROUPS);
+
+    const GROUPS: &'static [&'static [Key]] = &[Surface::KEYS, Crack::KEYS, ShaftParameters::KEYS];
+
+    /// Reads the parameters.
+    ///
+    /// # Errors
+    /// Errors of the source.
+    pub fn read<S: Source>(source: &mut S) -> Result<Self, S::Error> {
+        let (surface, crack, shaft) = (Surface::read(source)?, Crack::read(source)?, ShaftParameters::read(source)?);
+        let mut layers = vec![];
+        source.visit_items(LAYER_LIST, |name, item| {
+            layers.push((name, TearingLayer::read(item)?));
+            Ok(())
+        })?;
+        Ok(Self { surface, crack, shaft, layers })
+    }
+
+    /// Checks everything that is independent of the tick.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first key out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        self.surface.validate()?;
+        self.crack.validate()?;
+        self.shaft.validate()?;
+        self.layers.iter().try_for_each(|(name, layer)| layer.validate().map_err(|error| of_layer(name, error)))
+    }
+}
+
+impl Default for TearingSettings {
+    fn default() -> Self {
+        let (surface, crack, shaft) = (Surface::DEFAULT, Crack::DEFAULT, ShaftParameters::DEFAULT);
+        Self { surface, crack, shaft, layers: vec![(DEFAULT_LAYER, TearingLayer::DEFAULT)] }
+    }
+}
+
+/// A needle in layers that relax, creep and tear.
+///
+/// Each layer is a viscoelastic solid (see `viscoelastic.rs`). `front` is the depth to which its crack reaches, in the
+/// layer's undeformed length, and `d = x - front` the deflection under a needle at `x` that touches. An intact layer has
+/// its front at its surface. The energy release rate of a crack of area `A`, which is faster than any relaxation, is
+/// that of the unrelaxed compliance `C = 1/k₀`; it is `ℓ w` of crack that doubles it. The unrelaxed force `f_1`, that of
+/// the Maxwell branch, acts closer to the tip of the crack than the relaxed one:
+///
+/// ```text
+/// J = f (f + χ f_1)/2 · dC/dA,   dC/dA = 1/(k₀ w ℓ)
+/// ```
+/// The layer ruptures where `J` reaches the toughness `R`. For a slow insertion this is at `f² = 2 k₀ w ℓ R`. From then
+/// on the crack advances, at most at the crack speed, while the force is above `R w`, the force of steady cutting:
+///
+/// ```text
+/// front ← max(front, min(x - d_c, front + c_r T)),   d_c the deflection of the force R w; of 0 once at the bottom
+/// ```
+/// The tissue never pulls: where the needle retreats faster than the layer recovers, it leaves the layer, whose free
+/// surface recovers alone. A crack does not heal. Fronts, dampers and the shaft only dissipate energy.
+///
+/// As in [`Layers`](super::Layers), a layer begins at the needle's position when the layer above is cut through, and the
+/// forces add up: of the layer above, the layer being cut, and the friction on the shaft.
+///
+/// The model follows Mahvash and Dupont (*Mechanics of dynamic needle insertion into a biological material*, IEEE TBME
+/// 57(4), 2010): a rupture is a sudden extension of a crack at which the release rate of strain energy exceeds the
+/// toughness, after a viscoelastic deflection. They find that a faster insertion lowers the rupture force if it raises
+/// the release rate, and that deflection and work at the rupture fall to a minimum. The cutting force `R w` is that of
+/// Azar and Hayward (ISBMS 2008). The form of `J` with `χ` is chosen here.
+#[derive(Debug, Clone)]
+pub struct Tearing<L: Lane> {
+    layers: Box<[Layer<L>]>,
+    /// Layers before this one are cut through and exert no force on the tip, in every lane.
+    first: usize,
+    /// Layers from this one on have not been reached, in any lane.
+    begun: usize,
+    /// Maximum advance of a crack per tick, in m.
+    reach_m: L,
+    shaft: Shaft<L>,
+    /// The friction on the shaft after the last tick.
+    held: ShaftContact<L>,
+    /// That friction at the last tick, in N.
+    friction_n: L,
+}
+
+/// A layer and its state.
+#[derive(Debug, Clone, Copy)]
+struct Layer<L: Lane> {
+    solid: Viscoelastic<L>,
+    front: L,
+    start: L,
+    bottom: L,
+    thickness: L,
+    /// Force at which the crack advances: that of cutting, and 0 once the layer is cut through.
+    cutting_n: L,
+    /// `2 k₀ w ℓ R`.
+    rupture_n2: L,
+    concentration: L,
+    friction: L,
+    grip: L,
+    ruptures: L::Mask,
+    /// Whether the needle has reached the layer.
+    is_begun: L::Mask,
+    /// Whether its crack may advance.
+    is_open: L::Mask,
+    is_through: L::Mask,
+    /// Whether it is cut through and unloaded, and exerts no force any more.
+    is_done: L::Mask,
+}
+
+impl<L: Lane> Layer<L> {
+    fn new(parameters: &TearingLayer, crack_width_m: f64, tick_s: f64) -> Self {
+        let TearingLayer { stiffness_n_per_m, stiffening_n_per_m2, relaxed_share, relaxation_time_s, .. } = *parameters;
+        let rupture_n = parameters.rupture_force_n(crack_width_m);
+        let no = L::Mask::splat(false);
+        Self {
+            solid: Viscoelastic::new(stiffness_n_per_m, stiffening_n_per_m2, relaxed_share, relaxation_time_s, tick_s),
+            front: L::splat(FAR_M),
+            start: L::splat(FAR_M),
+            bottom: L::splat(FAR_M),
+            thickness: L::splat(parameters.thickness_m),
+            cutting_n: L::splat(parameters.cutting_force_n(crack_width_m)),
+            rupture_n2: L::splat(rupture_n * rupture_n),
+            concentration: L::splat(parameters.concentration),
+            friction: L::splat(parameters.friction_n_per_m),
+            grip: L::splat(parameters.grip_n),
+            ruptures: L::Mask::splat(parameters.ruptures(crack_width_m)),
+            is_begun: no,
+            is_open: no,
+            is_through: no,
+            is_done: no,
+        }
+    }
+
+    /// Starts the layer at `start` where the mask holds.
+    #[inline(always)]
+    fn begin(&mut self, mask: L::Mask, start: L) {
+        self.front = L::select(mask, start, self.front);
+        self.start = L::select(mask, start, self.start);
+        self.bottom = L::select(mask, start + self.thickness, self.bottom);
+        self.is_begun = self.is_begun | mask;
+        self.is_open = self.is_open | (mask & !self.ruptures);
+    }
+
+    /// Advances the crack and deflects the layer. Returns the force on the tip in N, the lanes in which the layer
+    /// ruptures, and those in which it is cut through at this tick.
+    #[inline(always)]
+    fn react(&mut self, position: L, reach_m: L) -> (L, L::Mask, L::Mask) {
+        let zero = L::zero();
+        let end = self.solid.tick_end();
+        let free = self.solid.deflection_at(end, zero);
+        let advanced = (position - self.solid.deflection_at(end, self.cutting_n)).min(self.front + reach_m);
+        self.front = L::select(self.is_open, advanced.max(self.front), self.front);
+        let pressed = position - self.front;
+        let touches = pressed.gt(free) & self.is_begun & !self.is_done;
+        let (force, branch) = self.solid.deflect(end, pressed.max(free));
+        let force_n = L::select(touches, force.max(zero), zero);
+        let released_n2 = force_n * (force_n + self.concentration * branch.max(zero));
+        let gives_way = touches & !self.is_open & released_n2.ge(self.rupture_n2);
+        self.is_open = self.is_open | gives_way;
+        let is_through = self.is_begun & !self.is_through & self.front.ge(self.bottom);
+        self.is_through = self.is_through | is_through;
+        self.cutting_n = L::select(is_through, zero, self.cutting_n);
+        self.is_done = self.is_done | (self.is_through & force_n.le(zero));
+        (force_n, gives_way, is_through)
+    }
+
+    /// Adds the friction of the layer on a shaft with its tip at `tip_m` to that of the layers above.
+    #[inline(always)]
+    fn add_friction(&self, above: ShaftContact<L>, tip_m: L) -> ShaftContact<L> {
+        let length_m = (tip_m - self.start).clamp(L::zero(), self.front.min(self.bottom) - self.start);
+        above.and(self.friction, self.grip, length_m)
+    }
+}
+
+impl<L: Lane> Tearing<L> {
+    /// An undeformed tissue on ticks of `tick_s`, with the needle at `start_m` (m).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] as [`TearingSettings::validate`], or for no layer, or a needle that starts inside.
+    pub fn new(settings: &TearingSettings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
+        settings.validate()?;
+        for (name, layer) in &settings.layers {
+            layer.validate_on_ticks(tick_s).map_err(|error| of_layer(name, error))?;
+        }
+        let count = settings.layers.len();
+        require(LAYER_LIST, count as f64, count > 0, "a list of at least one layer")?;
+        let contact_m = settings.surface.contact_m;
+        let outside = start_m <= contact_m;
+        require("tissue.contact_m", contact_m, outside, "at least the needle's start, which is outside the tissue")?;
+        let width_m = settings.crack.crack_width_m;
+        let layer = |(_, layer): &(&str, TearingLayer)| Layer::new(layer, width_m, tick_s);
+        let mut layers: Box<[Layer<L>]> = settings.layers.iter().map(layer).collect();
+        layers[0].begin(L::Mask::splat(true), L::splat(contact_m));
+        Ok(Self {
+            layers,
+            first: 0,
+            begun: 1,
+            reach_m: L::splat(settings.crack.crack_speed_m_per_s * tick_s),
+            shaft: Shaft::new(&settings.shaft, start_m),
+            held: ShaftContact::none(),
+            friction_n: L::zero(),
+        })
+    }
+}
+
+impl<L: Lane> Tissue<L> for Tearing<L> {
+    #[inline(always)]
+    fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
+        self.friction_n = self.shaft.friction_n(position, velocity, self.held.kinetic_n, self.held.length_m);
+        let mut force_n = self.friction_n;
+        let mut ruptured = L::Mask::splat(false);
+        let (first, begun) = (self.first, self.begun);
+        for index in first..begun {
+            let (on_tip_n, gives_way, is_through) = self.layers[index].react(position, self.reach_m);
+            force_n = force_n + on_tip_n;
+            ruptured = ruptured | gives_way;
+            if is_through.any() && index + 1 < self.layers.len() {
+                self.layers[index + 1].begin(is_through, position);
+                self.begun = self.begun.max(index + 2);
+            }
+        }
+        while self.first < self.begun && self.layers[self.first].is_done.all() {
+            self.first += 1;
+        }
+        let tip_m = position - self.shaft.drag_m();
+        self.held = ShaftContact::none();
+        for layer in &self.layers[..self.begun] {
+            self.held = layer.add_friction(self.held, tip_m);
+        }
+        Reaction { force_n, ruptured }
+    }
+
+    #[inline(always)]
+    fn shaft_force_n(&self) -> L {
+        self.friction_n
+    }
+}
+
+impl<L: Lane> Model for Tearing<L> {
+    type Settings = TearingSettings;
+
+    fn build(settings: &TearingSettings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
+        Self::new(settings, tick_s, start_m)
+    }
+
+    fn surface_m(settings: &TearingSettings) -> f64 {
+        settings.surface.contact_m
+    }
+
+    /// From 0, of a layer that the needle cuts, to the slope of a fast deflection of the stiffest layer just before it
+    /// ruptures or while it is cut. The shaft adds its stiffness as soon as a layer with friction is cut.
+    fn springs(settings: &TearingSettings, _depth_m: Option<f64>) -> Option<Springs> {
+        let width_m = settings.crack.crack_width_m;
+        let mut highest: f64 = 0.0;
+        let mut of_shaft = 0.0;
+        for (_, layer) in &settings.layers {
+            if layer.ruptures(width_m) {
+                highest = highest.max(layer.fast_slope_n_per_m(layer.rupture_force_n(width_m)) + of_shaft);
+            }
+            if layer.friction_n_per_m > 0.0 || layer.grip_n > 0.0 {
+                of_shaft = settings.shaft.stiffness_n_per_m;
+            }
+            highest = highest.max(layer.fast_slope_n_per_m(layer.cutting_force_n(width_m)) + of_shaft);
+        }
+        Some(Springs::Layers((0.0, highest)))
+    }
+
+    fn rupturing_layers(settings: &TearingSettings) -> Vec<&'static str> {
+        let width_m = settings.crack.crack_width_m;
+        settings.layers.iter().filter(|(_, layer)| layer.ruptures(width_m)).map(|(name, _)| *name).collect()
+    }
+
+    fn outside_measured(settings: &TearingSettings) -> Vec<Outside> {
+        let of_layers = settings
+            .layers
+            .iter()
+            .flat_map(|(name, layer)| layer.measured().map(|(key, value, bounds)| (own_key(name, key), value, bounds)));
+        outside(of_layers.chain(settings.shaft.measured()))
+    }
+}
+
+trocar_core::lane::gather!(Layer {
+    solid, front, start, bottom, thickness, cutting_n, rupture_n2, concentration, friction, grip,
+} masks { ruptures, is_begun, is_open, is_through, is_done });
+trocar_core::lane::gather!(Tearing { layers, reach_m, shaft, held, friction_n } same { first, begun });

@@ -1,0 +1,142 @@
+//! What has arrived of the other side, tick by tick.
+
+use trocar_engine::channel::Schedule;
+use trocar_engine::teleoperation::{Message, PAYLOAD, Received};
+
+/// The most messages of ticks to come that are kept.
+const MAX_EARLY: usize = 256;
+
+/// The messages of one direction, as the simulated channel treats them: of those that have arrived, the one sent last is
+/// held, and one that arrives after a later one is dropped. A message of a tick that this side has not reached waits for it.
+///
+/// The delay of each is kept: the number of ticks from the tick that sent it to the tick that could first use it.
+#[derive(Debug, Clone)]
+pub struct Arrivals<const N: usize> {
+    held: Message<f64, N>,
+    held_tick: Option<u64>,
+    /// The latest message since the last tick.
+    latest: Option<(u64, Message<f64, N>)>,
+    /// Messages of ticks to come.
+    early: Vec<(u64, Message<f64, N>)>,
+    /// The next tick of this side.
+    next: u64,
+    delays: Box<[u32]>,
+}
+
+/// What became of a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fate {
+    /// It is used at the next tick, or at its own if that is later.
+    Taken,
+    /// It came after a later one.
+    Overtaken,
+    /// There was one of this tick before.
+    Repeated,
+    /// Its tick is beyond the run, or too far ahead.
+    OutOfRange,
+}
+
+impl<const N: usize> Arrivals<N> {
+    /// Nothing has arrived of `ticks` ticks; until then the receiver has the `initial` sample.
+    #[must_use]
+    pub fn new(ticks: u64, initial: [f64; N]) -> Self {
+        Self {
+            held: Message { sample: initial, payload: [0.0; PAYLOAD] },
+            held_tick: None,
+            latest: None,
+            early: Vec::with_capacity(MAX_EARLY),
+            next: 0,
+            delays: vec![Schedule::LOST; ticks as usize].into_boxed_slice(),
+        }
+    }
+
+    /// Takes the message that was sent at a tick.
+    pub(super) fn take(&mut self, sent: u64, message: Message<f64, N>) -> Fate {
+        let Some(delay) = usize::try_from(sent).ok().and_then(|sent| self.delays.get_mut(sent)) else {
+            return Fate::OutOfRange;
+        };
+        if *delay != Schedule::LOST || self.early.iter().any(|(early, _)| *early == sent) {
+            return Fate::Repeated;
+        }
+        if sent > self.next {
+            if self.early.len() == MAX_EARLY {
+                return Fate::OutOfRange;
+            }
+            self.early.push((sent, message));
+            return Fate::Taken;
+        }
+        *delay = u32::try_from(self.next - sent).unwrap_or(Schedule::LOST - 1);
+        let last = self.latest.as_ref().map(|(latest, _)| *latest).max(self.held_tick);
+        if last.is_some_and(|last| last > sent) {
+            return Fate::Overtaken;
+        }
+        self.latest = Some((sent, message));
+        Fate::Taken
+    }
+
+    /// What this side has at its next tick. Messages taken from then on are for the tick after.
+    pub fn at_next_tick(&mut self) -> Received<f64, N> {
+        if let Some(place) = self.early.iter().position(|(sent, _)| *sent == self.next) {
+            let (sent, message) = self.early.swap_remove(place);
+            self.take(sent, message);
+        }
+        self.next += 1;
+        let fresh = self.latest.take();
+        let is_fresh = fresh.is_some();
+        if let Some((sent, message)) = fresh {
+            (self.held, self.held_tick) = (message, Some(sent));
+        }
+        Received { sample: self.held.sample, payload: self.held.payload, is_fresh }
+    }
+
+    /// The delay in ticks of the message of each tick of the run, or [`Schedule::LOST`].
+    #[must_use]
+    pub fn delays(&self) -> &[u32] {
+        &self.delays
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(value: f64) -> Message<f64, 1> {
+        Message { sample: [value], payload: [value; PAYLOAD] }
+    }
+
+    #[test]
+    fn the_latest_is_held_and_an_overtaken_one_is_dropped() {
+        let mut arrivals = Arrivals::new(10, [-7.0]);
+        let mut held = vec![];
+        // What arrives before each tick, by the tick that sent it.
+        for sent in [vec![], vec![1], vec![0], vec![], vec![2, 4, 3], vec![5], vec![9]] {
+            for sent in sent {
+                arrivals.take(sent, message(sent as f64));
+            }
+            let received = arrivals.at_next_tick();
+            held.push((received.sample[0], received.is_fresh));
+        }
+        let expected = [(-7.0, false), (1.0, true), (1.0, false), (1.0, false), (4.0, true), (5.0, true), (5.0, false)];
+        assert_eq!(held, expected);
+        assert!(!arrivals.at_next_tick().is_fresh);
+        assert!(!arrivals.at_next_tick().is_fresh);
+        let at_nine = arrivals.at_next_tick();
+        assert_eq!((at_nine.sample, at_nine.payload, at_nine.is_fresh), ([9.0], [9.0; PAYLOAD], true));
+        let lost = Schedule::LOST;
+        assert_eq!(arrivals.delays(), [2, 0, 2, 1, 0, 0, lost, lost, lost, 0]);
+    }
+
+    #[test]
+    fn a_message_has_an_effect_once_and_within_the_run_only() {
+        let mut arrivals = Arrivals::new(1000, [0.0]);
+        assert_eq!(arrivals.take(0, message(1.0)), Fate::Taken);
+        assert_eq!(arrivals.take(0, message(2.0)), Fate::Repeated);
+        assert_eq!(arrivals.take(5, message(5.0)), Fate::Taken);
+        assert_eq!(arrivals.take(5, message(6.0)), Fate::Repeated);
+        assert_eq!(arrivals.take(1000, message(6.0)), Fate::OutOfRange);
+        assert_eq!(arrivals.take(u64::MAX, message(6.0)), Fate::OutOfRange);
+        let taken = (6..1000).filter(|tick| arrivals.take(*tick, message(0.0)) == Fate::Taken).count();
+        assert_eq!(taken, MAX_EARLY - 1);
+        assert_eq!(arrivals.at_next_tick().sample, [1.0]);
+    }
+}

@@ -1,0 +1,242 @@
+//! Both ends of a link: a side of the insertion with its connection.
+
+use super::counters::Counters;
+use super::endpoint::{Endpoint, Trip};
+use super::packet::{PACKET_BYTES, Role};
+use super::seal::Session;
+use trocar_engine::engine::{EngineError, MasterSide, Observer, Signals, SlaveSide, Trace};
+use trocar_scenario::{Scenario, ScenarioError, empty_trace};
+
+/// The energies of both ports while the link runs, by what has arrived of the other side's.
+///
+/// A scheme promises this for the energies that arrive with its payloads, too: what is under way is never negative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Meter {
+    /// The largest `E_s - E_m` so far in J: what the ports have delivered beyond what they have received.
+    pub generated_j: f64,
+    /// What the passivity scheme promises not to exceed in J; `None` without a promise.
+    pub promised_j: Option<f64>,
+}
+
+impl Meter {
+    fn add(&mut self, slave_j: f64, master_j: f64) {
+        self.generated_j = self.generated_j.max(slave_j - master_j);
+    }
+}
+
+/// The master's end: the operator, the master, and the connection to the slave.
+#[derive(Debug)]
+pub struct MasterEnd {
+    side: MasterSide,
+    endpoint: Endpoint<5>,
+    trace: Trace,
+    meter: Meter,
+    received: [f64; 5],
+}
+
+impl MasterEnd {
+    /// The columns of a trace that are this side's own.
+    pub const COLUMNS: &'static [&'static str] = &[
+        "time_s",
+        "desired_position_m",
+        "master_position_m",
+        "master_velocity_m_per_s",
+        "operator_force_n",
+        "feedback_force_n",
+        "hand_energy_j",
+        "master_energy_j",
+    ];
+
+    /// The end of a scenario at tick 0, in a session.
+    ///
+    /// # Errors
+    /// [`ScenarioError`], as [`Scenario::master_side`].
+    pub fn new(scenario: &Scenario, session: Session) -> Result<Self, ScenarioError> {
+        let side = scenario.master_side()?;
+        let endpoint = Endpoint::new(Role::Master, session, scenario.grid.ticks(), side.initial());
+        let meter = Meter { generated_j: 0.0, promised_j: side.promised_j() };
+        let received = side.initial();
+        Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, received })
+    }
+
+    /// The first half of a tick: the packet for the slave, at a time (ns since tick 0).
+    pub fn send(&mut self, now_ns: i64) -> [u8; PACKET_BYTES] {
+        let message = self.side.send();
+        self.endpoint.seal((self.side.tick(), now_ns), &message, self.side.energy_j())
+    }
+
+    /// The second half of a tick, with what has been taken.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    pub fn step(&mut self) -> Result<(), EngineError> {
+        self.meter.add(self.endpoint.other_energy_j(), self.side.energy_j());
+        let received = self.endpoint.at_next_tick();
+        self.received = received.sample;
+        self.side.step(&received, &mut self.trace)
+    }
+
+    /// The sample of the slave that the last tick had: force scaled to the master (N), position (m), velocity (m/s),
+    /// acceleration (m/s²), mode.
+    #[must_use]
+    pub fn received(&self) -> [f64; 5] {
+        self.received
+    }
+
+    /// Whether all ticks are done.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.side.has_ended()
+    }
+}
+
+/// The slave's end: the slave, the tissue, the detector, and the connection to the master.
+#[derive(Debug)]
+pub struct SlaveEnd {
+    side: SlaveSide,
+    endpoint: Endpoint<4>,
+    trace: Trace,
+    meter: Meter,
+    events: Events,
+}
+
+/// The ticks of ruptures and of alarms.
+#[derive(Debug, Default)]
+struct Events {
+    ruptures: Vec<u64>,
+    alarms: Vec<u64>,
+}
+
+impl Observer<f64> for Events {
+    fn observe(&mut self, signals: &Signals<f64>) {
+        if signals.ruptured {
+            self.ruptures.push(signals.tick);
+        }
+        if signals.alarm_taken {
+            self.alarms.push(signals.tick);
+        }
+    }
+}
+
+impl SlaveEnd {
+    /// The columns of a trace that are this side's own.
+    pub const COLUMNS: &'static [&'static str] = &[
+        "time_s",
+        "slave_reference_m",
+        "slave_position_m",
+        "slave_velocity_m_per_s",
+        "tissue_force_n",
+        "measured_force_n",
+        "stiffness_n_per_m",
+        "damping_n_s_per_m",
+        "residual_n",
+        "distance",
+        "decision",
+        "mode",
+        "reference_energy_j",
+        "needle_energy_j",
+    ];
+
+    /// The end of a scenario at tick 0, in a session.
+    ///
+    /// # Errors
+    /// [`ScenarioError`], as [`Scenario::slave_side`].
+    pub fn new(scenario: &Scenario, session: Session) -> Result<Self, ScenarioError> {
+        let side = scenario.slave_side()?;
+        let endpoint = Endpoint::new(Role::Slave, session, scenario.grid.ticks(), side.initial());
+        let meter = Meter { generated_j: 0.0, promised_j: side.promised_j() };
+        Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, events: Events::default() })
+    }
+
+    /// A tick, with what has been taken, at a time (ns since tick 0). Returns the packet for the master.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    pub fn step(&mut self, now_ns: i64) -> Result<[u8; PACKET_BYTES], EngineError> {
+        let tick = self.side.tick();
+        let received = self.endpoint.at_next_tick();
+        let message = self.side.step(&received, &mut (&mut self.trace, &mut self.events))?;
+        self.meter.add(self.side.energy_j(), self.endpoint.other_energy_j());
+        Ok(self.endpoint.seal((tick, now_ns), &message, self.side.energy_j()))
+    }
+
+    /// Whether all ticks are done.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.side.has_ended()
+    }
+
+    /// The ticks at which a layer ruptured.
+    #[must_use]
+    pub fn ruptures(&self) -> &[u64] {
+        &self.events.ruptures
+    }
+
+    /// The ticks of alarms on which the supervisor acted.
+    #[must_use]
+    pub fn alarms(&self) -> &[u64] {
+        &self.events.alarms
+    }
+}
+
+/// What both ends have.
+macro_rules! both {
+    ($($End:ident)*) => {$(
+        impl $End {
+            /// Takes a packet that has come at a time (ns since tick 0). Returns its times if it was a new message of the
+            /// other side; any other packet changes a counter only.
+            pub fn take(&mut self, bytes: &[u8], now_ns: i64) -> Option<Trip> {
+                self.endpoint.take(bytes, now_ns);
+                self.endpoint.last_trip()
+            }
+
+            /// The number of the next tick.
+            #[must_use]
+            pub fn tick(&self) -> u64 {
+                self.side.tick()
+            }
+
+            /// The numbers of packets so far.
+            #[must_use]
+            pub fn counters(&self) -> Counters {
+                self.endpoint.counters()
+            }
+
+            /// The delay in ticks of the message of each tick of the other side, or
+            /// [`Schedule::LOST`](trocar_engine::channel::Schedule::LOST).
+            #[must_use]
+            pub fn delays(&self) -> &[u32] {
+                self.endpoint.delays()
+            }
+
+            /// The signals so far; those of the other side are 0.
+            #[must_use]
+            pub fn trace(&self) -> &Trace {
+                &self.trace
+            }
+
+            /// The energies so far.
+            #[must_use]
+            pub fn meter(&self) -> Meter {
+                self.meter
+            }
+        }
+    )*};
+}
+
+both! { MasterEnd SlaveEnd }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use trocar_engine::engine::COLUMNS;
+
+    #[test]
+    fn every_column_belongs_to_a_side() {
+        let of_both: BTreeSet<_> = MasterEnd::COLUMNS.iter().chain(SlaveEnd::COLUMNS).copied().collect();
+        assert_eq!(of_both, COLUMNS.into_iter().collect());
+        assert_eq!(MasterEnd::COLUMNS.len() + SlaveEnd::COLUMNS.len(), COLUMNS.len() + 1, "only the time is of both");
+    }
+}

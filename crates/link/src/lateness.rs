@@ -1,0 +1,66 @@
+//! How late the ticks were.
+
+use trocar_base::quantiles::quantile_of;
+
+/// The lateness of each tick: from the time at which it was due to the time at which it began.
+#[derive(Debug, Clone)]
+pub struct Lateness {
+    late_s: Vec<f64>,
+}
+
+/// Quantiles of the lateness in s; `None` without ticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LatenessSummary {
+    /// Median.
+    pub median_s: Option<f64>,
+    /// 99 %.
+    pub p99_s: Option<f64>,
+    /// 99.9 %.
+    pub p999_s: Option<f64>,
+    /// The largest.
+    pub worst_s: Option<f64>,
+    /// Number of ticks that began after the next one was due.
+    pub missed: u64,
+}
+
+impl Lateness {
+    /// An empty record with room for a number of ticks.
+    #[must_use]
+    pub fn new(ticks: u64) -> Self {
+        Self { late_s: Vec::with_capacity(ticks as usize) }
+    }
+
+    /// Adds a tick, in s.
+    pub fn add(&mut self, late_s: f64) {
+        self.late_s.push(late_s);
+    }
+
+    /// The quantiles so far, with ticks of `tick_s` (s).
+    #[must_use]
+    pub fn summary(&self, tick_s: f64) -> LatenessSummary {
+        let mut values = self.late_s.clone();
+        let mut at = |share| quantile_of(&mut values, share);
+        LatenessSummary {
+            median_s: at(0.5),
+            p99_s: at(0.99),
+            p999_s: at(0.999),
+            worst_s: at(1.0),
+            missed: self.late_s.iter().filter(|late_s| **late_s > tick_s).count() as u64,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_of_the_ticks() {
+        let mut lateness = Lateness::new(1001);
+        assert_eq!(lateness.summary(1e-3).worst_s, None);
+        (0..=1000).for_each(|tick| lateness.add(f64::from(tick)));
+        let summary = lateness.summary(998.5);
+        assert_eq!((summary.median_s, summary.p99_s), (Some(500.0), Some(990.0)));
+        assert_eq!((summary.p999_s, summary.worst_s, summary.missed), (Some(999.0), Some(1000.0), 2));
+    }
+}

@@ -1,0 +1,32 @@
+//! The two sides of an insertion as two processes: what they send each other, and what they log.
+//!
+//! Nothing here reads a clock or opens a socket: times are given, and packets are bytes. So a link runs in virtual time
+//! too, and its replay in a simulation gives the same bits.
+//!
+//! It may use every package below the studies: `trocar-core`, `trocar-base`, `trocar-engine` and `trocar-scenario`.
+
+mod arrivals;
+mod counters;
+mod endpoint;
+mod ends;
+mod greeting;
+mod lateness;
+mod log;
+mod packet;
+mod proxy;
+mod seal;
+mod summary;
+mod window;
+
+pub use arrivals::Arrivals;
+pub use counters::Counters;
+pub use endpoint::{Endpoint, Trip};
+pub use ends::{MasterEnd, Meter, SlaveEnd};
+pub use greeting::{Calling, Greeted, Waiting, fingerprint};
+pub use lateness::{Lateness, LatenessSummary};
+pub use log::{Difference, Direction, RemoteLogError, delays_csv, first_difference, read_direction};
+pub use packet::{PACKET_BYTES, Role};
+pub use proxy::Proxy;
+pub use seal::{Key, KeyError, MIN_KEY_BYTES, Session};
+pub use summary::{SideSummary, Spread, Trips};
+pub use window::Window;

@@ -1,0 +1,62 @@
+//! Linear time-invariant systems: from printed transfer functions to matrices that an engine can step exactly.
+//!
+//! It may use `trocar-base`. The crate `trocar` re-exports it as `trocar::lti`.
+//!
+//! Typical use:
+//!
+//! 1. write the blocks as [`TransferFunction`]s, as printed;
+//! 2. [`realise`] them, or [`realise_with_derivative`] where position and velocity are both wanted;
+//! 3. [`append`] the blocks and connect them with a [`Wiring`] (or [`connect`], its matrix form);
+//! 4. [`exact_step`] over one tick.
+//!
+//! ```
+//! # mod trocar { pub use trocar_lti as lti; }
+//! use trocar::lti::{Hold, TransferFunction, exact_step, realise_with_derivative};
+//!
+//! // Eq. 28, the master: 1 / (0.245 s² + 4.1 s), force to position.
+//! let master = TransferFunction::new(&[1.0], &[0.245, 4.1, 0.0])?;
+//! let system = realise_with_derivative(&master)?; // states: position, velocity
+//! let step = exact_step(&system, 1e-3, &[Hold::Held])?;
+//! assert_eq!(step.phi.shape(), (2, 2));
+//! # Ok::<(), trocar::lti::Error>(())
+//! ```
+//!
+//! Matrices for a simulation are computed with plain multiplications and additions in a fixed order (without a run-time
+//! choice of SIMD kernel or fused multiply-add), so that the bits are the same on every machine.
+//!
+//! No function panics on invalid numbers; each returns an [`Error`] with the number and the remedy.
+
+mod domain;
+mod error;
+mod hold;
+mod interconnection;
+mod lag;
+mod linear_algebra;
+mod matrix_function;
+mod polynomial;
+mod realisation;
+mod response;
+mod state_space;
+mod static_gains;
+mod transfer_function;
+mod tustin;
+mod wiring;
+
+pub use domain::{Continuous, Discrete, Domain};
+pub use error::Error;
+pub use hold::{ExactStep, Hold, exact_step, undo_zero_order_hold, zero_order_hold};
+pub use interconnection::{append, feedback, parallel, series};
+pub use lag::{LaggedInput, lagged_input};
+pub use linear_algebra::eigenvalues;
+pub use matrix_function::{exponential, logarithm};
+pub use polynomial::Polynomial;
+pub use realisation::{outputs_first, realise, realise_with_derivative};
+pub use response::{FrequencyPoint, StepResponse, frequency_response, step_response, step_response_discrete};
+pub use state_space::StateSpace;
+pub use static_gains::connect;
+pub use transfer_function::TransferFunction;
+pub use tustin::{tustin, undo_tustin};
+pub use wiring::{Signal, WeightedSignals, Wiring};
+
+/// The complex number of nalgebra.
+pub type Complex64 = nalgebra::Complex<f64>;

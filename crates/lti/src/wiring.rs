@@ -1,0 +1,121 @@
+//! The gains of a connection, written line by line.
+
+use nalgebra::DMatrix;
+
+use super::{Domain, Error, StateSpace, connect};
+
+/// A signal of a connection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Signal {
+    /// An output of the appended systems, counted from 0 across all of them.
+    Output(usize),
+    /// An external input, counted from 0.
+    External(usize),
+}
+
+/// A weighted sum of signals.
+pub type WeightedSignals<'a> = &'a [(f64, Signal)];
+
+/// The static gains around appended systems: each [`feed`](Self::feed) adds to an input, each [`read`](Self::read) adds
+/// an output of the closed system. [`close`](Self::close) passes them to [`connect`].
+///
+/// ```
+/// # mod trocar { pub use trocar_lti as lti; }
+/// use trocar::lti::{Signal, TransferFunction, Wiring, realise};
+///
+/// // An integrator fed by 3 (r - y): the lag 3 / (s + 3).
+/// let integrator = realise(&TransferFunction::new(&[1.0], &[1.0, 0.0])?)?;
+/// let lag = Wiring::new(&integrator, 1)
+///     .feed(0, &[(3.0, Signal::External(0)), (-3.0, Signal::Output(0))])?
+///     .read(&[(1.0, Signal::Output(0))])?
+///     .close(&integrator)?;
+/// assert_eq!(lag.poles()?[0].re, -3.0);
+/// # Ok::<(), trocar::lti::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wiring {
+    outputs: usize,
+    externals: usize,
+    gain: DMatrix<f64>,
+    selection: Vec<Vec<f64>>,
+}
+
+impl Wiring {
+    /// A connection in which every input is 0 and there are no outputs. `externals` is the number of external inputs.
+    #[must_use]
+    pub fn new<D: Domain>(system: &StateSpace<D>, externals: usize) -> Self {
+        let outputs = system.outputs();
+        Self { outputs, externals, gain: DMatrix::zeros(system.inputs(), outputs + externals), selection: Vec::new() }
+    }
+
+    /// Adds `Σ weight · signal` to an input of the appended systems.
+    ///
+    /// # Errors
+    /// [`Error::IndexOutOfRange`].
+    pub fn feed(mut self, input: usize, sum: WeightedSignals) -> Result<Self, Error> {
+        let count = self.gain.nrows();
+        if input >= count {
+            return Err(Error::IndexOutOfRange { what: "input", index: input, count });
+        }
+        for (weight, signal) in sum {
+            let column = self.column(*signal)?;
+            self.gain[(input, column)] += weight;
+        }
+        Ok(self)
+    }
+
+    /// Makes `Σ weight · signal` the next output of the closed system.
+    ///
+    /// # Errors
+    /// [`Error::IndexOutOfRange`].
+    pub fn read(mut self, sum: WeightedSignals) -> Result<Self, Error> {
+        let mut row = vec![0.0; self.outputs + self.externals];
+        for (weight, signal) in sum {
+            row[self.column(*signal)?] += weight;
+        }
+        self.selection.push(row);
+        Ok(self)
+    }
+
+    /// The closed system, with the states of `system`, the external inputs, and the outputs in the order of the `read`
+    /// calls.
+    ///
+    /// # Errors
+    /// As [`connect`].
+    pub fn close<D: Domain>(&self, system: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
+        let columns = self.outputs + self.externals;
+        let selection = DMatrix::from_fn(self.selection.len(), columns, |i, j| self.selection[i][j]);
+        connect(system, &self.gain, &selection)
+    }
+
+    fn column(&self, signal: Signal) -> Result<usize, Error> {
+        match signal {
+            Signal::Output(index) if index >= self.outputs => {
+                Err(Error::IndexOutOfRange { what: "output", index, count: self.outputs })
+            }
+            Signal::External(index) if index >= self.externals => {
+                Err(Error::IndexOutOfRange { what: "external input", index, count: self.externals })
+            }
+            Signal::Output(index) => Ok(index),
+            Signal::External(index) => Ok(self.outputs + index),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::dmatrix;
+
+    use super::*;
+    use crate::Continuous;
+
+    #[test]
+    fn wires_to_nowhere_are_refused() {
+        let gain = StateSpace::gain(dmatrix![1.0], Continuous).expect("finite");
+        let wiring = Wiring::new(&gain, 1);
+        let nowhere = |what, index, count| Err(Error::IndexOutOfRange { what, index, count });
+        assert_eq!(wiring.clone().feed(1, &[]), nowhere("input", 1, 1));
+        assert_eq!(wiring.clone().feed(0, &[(1.0, Signal::Output(2))]), nowhere("output", 2, 1));
+        assert_eq!(wiring.read(&[(1.0, Signal::External(1))]), nowhere("external input", 1, 1));
+    }
+}

@@ -1,0 +1,45 @@
+//! The boundary to libraries that may panic on a damaged file.
+
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::Once;
+
+use super::Format;
+use crate::error::Problem;
+
+thread_local! {
+    /// Whether a panic of this thread is an error of a file.
+    static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs a part of a foreign library; its panic is the error of a damaged file, and prints nothing.
+///
+/// The library must keep no state that a panic can leave half-changed and that is used afterwards: what it has opened is dropped
+/// with the error.
+pub(crate) fn guarded<T, E: From<Problem>>(format: Format, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    static QUIET_HOOK: Once = Once::new();
+    QUIET_HOOK.call_once(|| {
+        let usual = take_hook();
+        set_hook(Box::new(move |info| {
+            if !IS_GUARDED.with(Cell::get) {
+                usual(info);
+            }
+        }));
+    });
+    let outer = IS_GUARDED.with(|guarded| guarded.replace(true));
+    let outcome = catch_unwind(AssertUnwindSafe(work));
+    IS_GUARDED.with(|guarded| guarded.set(outer));
+    outcome.unwrap_or_else(|_| Err(format.damaged("its content contradicts itself").into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_an_error_of_the_file() {
+        let refused = guarded(Format::Parquet, || -> Result<(), Problem> { panic!("page 7") }).expect_err("refused");
+        assert!(refused.to_string().starts_with("is a Parquet file that cannot be read: "), "{refused}");
+        assert!(guarded(Format::Parquet, || Ok::<_, Problem>(3)).is_ok());
+    }
+}

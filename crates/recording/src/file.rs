@@ -1,0 +1,201 @@
+//! Opens a recording, a delay trace or labels on disk.
+
+use std::fs::{File, FileType, Metadata};
+use std::io::Read;
+use std::path::Path;
+
+use super::containers::{self, Container};
+use super::error::{Place, Problem};
+use super::read::{names_csv, scan_csv};
+use super::signals::Signal;
+use super::{
+    Columns, DelayRow, Format, LabelRow, Limits, Recording, RecordingError, read_csv, read_delays, read_labels,
+};
+
+/// Reads the recording in the file `path`, of any [`Format`], known by its first bytes; for text see [`read_csv`].
+///
+/// The columns of other formats are signals: a name, or `name[:,1]` for one of several in an array, as [`list_signals`] gives
+/// them.
+///
+/// # Errors
+/// Those of [`read_csv`], with samples instead of lines; and, before anything is read, if the file is missing, cannot be
+/// opened, is larger than [`Limits::max_bytes`], or is not a regular file (reading a pipe or a device could block or never
+/// end). Of other formats also if the file is damaged, its signals have different lengths, or the format needs the feature
+/// `lab-formats`.
+pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
+    match opened(path, limits)? {
+        (name, Opened::Text(file)) => read_csv(&name, file, columns, limits),
+        (name, Opened::Arrays(mut container)) => containers::read(&name, container.as_mut(), columns, limits),
+    }
+}
+
+/// Lists the signals of the file `path`, of any [`Format`]. Columns and arrays without a number are left out.
+///
+/// # Errors
+/// Those of [`open_recording`] for a file that cannot be read.
+pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
+    match opened(path, limits)? {
+        (name, Opened::Text(file)) => scan_csv(&name, file, limits),
+        (_, Opened::Arrays(mut container)) => Ok(containers::scan(container.as_mut())),
+    }
+}
+
+/// The names of the signals of the file `path`, of any [`Format`], as its header or index gives them.
+///
+/// # Errors
+/// As [`list_signals`].
+pub fn signal_names(path: &Path, limits: &Limits) -> Result<Vec<String>, RecordingError> {
+    match opened(path, limits)? {
+        (name, Opened::Text(file)) => names_csv(&name, file, limits),
+        (_, Opened::Arrays(container)) => {
+            Ok(containers::vectors(container.arrays()).into_iter().map(|v| v.name).collect())
+        }
+    }
+}
+
+enum Opened {
+    Text(File),
+    Arrays(Box<dyn Container>),
+}
+
+/// Opens a file of any format; returns it with its name in messages.
+fn opened(path: &Path, limits: &Limits) -> Result<(String, Opened), RecordingError> {
+    let (name, mut file) = open(path, limits)?;
+    let refuse = |problem| Place::file(&name).error(problem);
+    let format = Format::of(path, &mut file).map_err(|error| refuse(Problem::Unreadable(error)))?;
+    if format == Format::Csv {
+        return Ok((name, Opened::Text(file)));
+    }
+    let container = containers::open(format, file, limits).map_err(refuse)?;
+    Ok((name, Opened::Arrays(container)))
+}
+
+/// Reads the delay trace in the file `path`; see [`read_delays`].
+///
+/// # Errors
+/// Those of [`read_delays`]; and those of [`open_recording`] for a file that cannot be read.
+pub fn open_delays(
+    path: &Path,
+    limits: &Limits,
+    max_s: f64,
+    take: impl FnMut(&DelayRow),
+) -> Result<(), RecordingError> {
+    let (name, file) = open(path, limits)?;
+    read_delays(&name, file, limits, max_s, take)
+}
+
+/// Reads all bytes of a file.
+///
+/// # Errors
+/// Those of [`open_recording`] for a file that cannot be read.
+pub fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, RecordingError> {
+    let (name, mut file) = open(path, limits)?;
+    let mut bytes = vec![];
+    file.read_to_end(&mut bytes).map_err(|error| Place::file(&name).error(Problem::Unreadable(error)))?;
+    Ok(bytes)
+}
+
+/// Reads the labels in the file `path`; see [`read_labels`].
+///
+/// # Errors
+/// Those of [`read_labels`]; and those of [`open_recording`] for a file that cannot be read.
+pub fn open_labels(path: &Path, limits: &Limits, needs_file: bool) -> Result<Vec<LabelRow>, RecordingError> {
+    let (name, file) = open(path, limits)?;
+    read_labels(&name, file, limits, needs_file)
+}
+
+/// Opens a regular file of allowed size; returns it with its name in messages.
+fn open(path: &Path, limits: &Limits) -> Result<(String, File), RecordingError> {
+    let name = path.display().to_string();
+    let refuse = |problem| Place::file(&name).error(problem);
+    let unreadable = |error| refuse(Problem::Unreadable(error));
+    // Checked before opening, because opening a pipe waits for its writer, and after, because the path may have
+    // changed.
+    check(&path.metadata().map_err(unreadable)?, limits).map_err(refuse)?;
+    let file = File::open(path).map_err(unreadable)?;
+    check(&file.metadata().map_err(unreadable)?, limits).map_err(refuse)?;
+    Ok((name, file))
+}
+
+fn check(metadata: &Metadata, limits: &Limits) -> Result<(), Problem> {
+    if !metadata.is_file() {
+        return Err(Problem::NotAFile(kind(metadata.file_type())));
+    }
+    let (size, limit) = (metadata.len(), limits.max_bytes);
+    if size > limit {
+        return Err(Problem::TooLarge { size, limit });
+    }
+    Ok(())
+}
+
+fn kind(file_type: FileType) -> &'static str {
+    if file_type.is_dir() { "directory" } else { "pipe, socket or device" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixtures::columns;
+    use super::*;
+
+    fn message(path: &Path) -> String {
+        let error = open_recording(path, &columns(), &Limits::default()).expect_err("refused");
+        let message = error.to_string();
+        message.replace(&path.display().to_string(), "PATH")
+    }
+
+    #[test]
+    fn what_is_not_a_file_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let directory = "PATH: is a directory, not a regular file; give the path of a CSV file";
+        assert_eq!(message(folder.path()), directory);
+        assert!(message(&folder.path().join("none.csv")).starts_with("PATH: cannot be read: "));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn pipes_and_devices_are_refused_without_reading() {
+        let expected = "PATH: is a pipe, socket or device, not a regular file; give the path of a CSV file";
+        assert_eq!(message(Path::new("/dev/zero")), expected);
+        let folder = tempfile::tempdir().expect("a folder");
+        let socket = folder.path().join("socket");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).expect("a socket");
+        assert_eq!(message(&socket), expected);
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        if made.is_ok_and(|status| status.success()) {
+            assert_eq!(message(&pipe), expected);
+        }
+    }
+
+    #[cfg(not(feature = "lab-formats"))]
+    #[test]
+    fn a_format_of_another_build_names_the_feature() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        std::fs::write(file.path(), b"\x89HDF\r\n\x1a\n").expect("written");
+        let message = message(file.path());
+        assert!(
+            message
+                .contains("is an HDF5 file (or MATLAB 7.3), and this trocar was built without the feature lab-formats")
+        );
+        assert!(
+            message.contains("--features lab-formats`, or export the file as MATLAB v7 (save -v7), Parquet or CSV")
+        );
+    }
+
+    #[test]
+    fn a_gigabyte_is_refused_by_its_size() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        file.as_file().set_len(1 << 30).expect("a sparse file");
+        let expected = "PATH: is 1024.0 MiB (1073741824 bytes), the limit is 256.0 MiB (268435456 bytes); \
+                        keep fewer rows or columns, or raise max_bytes";
+        assert_eq!(message(file.path()), expected);
+    }
+
+    #[test]
+    fn an_empty_file_is_refused() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let expected =
+            "PATH: holds no data; a header line with the columns' names is expected, then one sample per line";
+        assert_eq!(message(file.path()), expected);
+    }
+}

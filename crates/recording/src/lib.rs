@@ -1,0 +1,79 @@
+//! Recordings of insertions, read from files of several [formats](Format), and traces of link delays, read from CSV files.
+//!
+//! A recording is the log of a rig: time, position of the needle, optionally its velocity, and the force on it. Column
+//! names, units and signs differ between laboratories, so the caller gives a [`Column`] for each quantity, with a
+//! factor to SI units, forces being positive when they resist insertion.
+//!
+//! Text is streamed: only the requested columns are kept, and [`Limits`] bounds the bytes and the samples. Every error names the
+//! file, the line and the column, and gives a remedy.
+//!
+//! It may use `trocar-core` and `trocar-base`. The crate `trocar` re-exports it as `trocar::recording`.
+//!
+//! ```
+//! # mod trocar { pub use trocar_recording as recording; }
+//! use trocar::recording::{Columns, Limits, read_csv};
+//!
+//! let table = "t_s,xs_rad,tau_Nm\n0.0,0.10,0.15\n0.001,0.12,0.30\n";
+//! // A lever of 0.075 m: position = 0.075 * angle, force = torque / 0.075.
+//! let columns = Columns {
+//!     time: "t_s".parse()?,
+//!     position: "xs_rad:0.075".parse()?,
+//!     velocity: None,
+//!     force: "tau_Nm:13.333333333333334".parse()?,
+//! };
+//! let recording = read_csv("lever.csv", table.as_bytes(), &columns, &Limits::default())?;
+//! assert_eq!(recording.len(), 2);
+//! assert_eq!(recording.force_n(), [2.0, 4.0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod arrays;
+mod column;
+mod containers;
+mod delays;
+mod error;
+mod file;
+mod format;
+mod guard;
+mod head;
+mod header;
+mod in_vivo_like;
+mod labels;
+mod labview;
+mod limits;
+mod live;
+mod memory;
+mod number;
+mod quantity;
+mod read;
+mod resample;
+mod samples;
+mod settings;
+mod signals;
+mod spaces;
+mod table;
+mod utf16;
+
+pub use arrays::ArrayError;
+pub use arrays::first_where;
+pub use column::{Column, ColumnError, Columns};
+pub use delays::{DelayRow, read_delays};
+pub use error::{Place, Problem, RecordingError, Row};
+pub use file::read_file;
+pub use file::{list_signals, open_delays, open_labels, open_recording, signal_names};
+pub use format::Format;
+pub use in_vivo_like::{InVivoLikeVariant, RUPTURES_S, in_vivo_like_csv, in_vivo_like_variant_csv};
+pub use labels::{LabelRow, read_labels};
+pub use limits::Limits;
+pub use live::{LiveLine, LiveSample, LiveTable};
+pub use memory::kept;
+pub use memory::{MEMORY, keep};
+pub use quantity::Quantity;
+pub use read::{read_csv, scan_csv};
+pub use resample::{ResampleError, Resampled};
+pub use samples::Recording;
+pub use settings::{ColumnSettings, FileSettings, ScaleSettings, SignSettings};
+pub use signals::{Roles, Signal};
+
+#[cfg(test)]
+mod fixtures;

@@ -1,0 +1,141 @@
+//! The samples of a recording, in SI units.
+
+use trocar_base::quantiles::{AT_ONCE, order_statistic};
+
+/// Samples of an insertion, in time order.
+///
+/// All quantities have the same length, at least two; every number is finite and time strictly increases. Intervals may
+/// differ, up to the limit that the reader checks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    time_s: Vec<f64>,
+    position_m: Vec<f64>,
+    velocity_m_per_s: Option<Vec<f64>>,
+    force_n: Vec<f64>,
+    /// The smallest, the median and the largest time between two samples, in s.
+    interval_s: [f64; 3],
+}
+
+impl Recording {
+    /// The caller ensures every property of the type.
+    pub(super) fn from_checked(
+        time_s: Vec<f64>,
+        position_m: Vec<f64>,
+        velocity_m_per_s: Option<Vec<f64>>,
+        force_n: Vec<f64>,
+    ) -> Self {
+        let interval_s = intervals(&time_s);
+        Self::with_intervals(time_s, position_m, velocity_m_per_s, force_n, interval_s)
+    }
+
+    /// As [`Self::from_checked`], with the [`intervals`] of the times.
+    pub(super) fn with_intervals(
+        time_s: Vec<f64>,
+        position_m: Vec<f64>,
+        velocity_m_per_s: Option<Vec<f64>>,
+        force_n: Vec<f64>,
+        interval_s: [f64; 3],
+    ) -> Self {
+        Self { time_s, position_m, velocity_m_per_s, force_n, interval_s }
+    }
+
+    /// Its columns: time, position, velocity, force.
+    #[must_use]
+    pub fn into_columns(self) -> (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>) {
+        (self.time_s, self.position_m, self.velocity_m_per_s, self.force_n)
+    }
+
+    /// Time of each sample in s, as recorded; the first may differ from 0.
+    #[must_use]
+    pub fn time_s(&self) -> &[f64] {
+        &self.time_s
+    }
+
+    /// Position of the needle in m, growing into the tissue.
+    #[must_use]
+    pub fn position_m(&self) -> &[f64] {
+        &self.position_m
+    }
+
+    /// Velocity of the needle in m/s, if the file has it.
+    #[must_use]
+    pub fn velocity_m_per_s(&self) -> Option<&[f64]> {
+        self.velocity_m_per_s.as_deref()
+    }
+
+    /// Force on the needle in N, positive when it resists insertion.
+    #[must_use]
+    pub fn force_n(&self) -> &[f64] {
+        &self.force_n
+    }
+
+    /// The median time between two samples in s; of an even number of intervals, the lower of the middle two.
+    #[must_use]
+    pub fn median_interval_s(&self) -> f64 {
+        self.interval_s[1]
+    }
+
+    /// The smallest and the largest time between two samples in s.
+    #[must_use]
+    pub fn interval_range_s(&self) -> (f64, f64) {
+        (self.interval_s[0], self.interval_s[2])
+    }
+
+    /// Time from the first sample to the last in s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match self.time_s.as_slice() {
+            [first, .., last] => last - first,
+            _ => 0.0,
+        }
+    }
+
+    /// Number of samples, at least two.
+    #[must_use]
+    #[expect(clippy::len_without_is_empty, reason = "a recording is never empty")]
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+}
+
+/// The smallest, the median and the largest interval; 0 without one.
+pub(super) fn intervals(time_s: &[f64]) -> [f64; 3] {
+    let intervals = || time_s.windows(2).map(|pair| pair[1] - pair[0]);
+    let (min_s, max_s) = intervals().fold((f64::INFINITY, 0.0), |(min_s, max_s): (f64, f64), interval_s| {
+        (interval_s.min(min_s), interval_s.max(max_s))
+    });
+    let visit_all = |visit: &mut dyn FnMut(&[f64])| {
+        let mut block = [0.0; AT_ONCE];
+        for from in (1..time_s.len()).step_by(AT_ONCE) {
+            let next = &time_s[from..time_s.len().min(from + AT_ONCE)];
+            let pairs = time_s[from - 1..].iter().zip(next);
+            block.iter_mut().zip(pairs).for_each(|(interval_s, (before, after))| *interval_s = after - before);
+            visit(&block[..next.len()]);
+        }
+    };
+    let count = time_s.len().saturating_sub(1);
+    match order_statistic(count, visit_all, count.saturating_sub(1) / 2) {
+        Some(median_s) => [min_s, median_s, max_s],
+        None => [0.0; 3],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixtures::recording;
+    use super::*;
+
+    #[test]
+    fn the_median_is_an_interval_of_the_recording() {
+        assert_eq!(intervals(&[0.0, 1.0]), [1.0, 1.0, 1.0]);
+        assert_eq!(intervals(&[0.0, 8.0, 9.0]), [1.0, 1.0, 8.0]);
+        assert_eq!(intervals(&[0.0, 8.0, 9.0, 11.0]), [1.0, 2.0, 8.0]);
+    }
+
+    #[test]
+    fn duration_counts_from_the_first_sample() {
+        let recording = recording(&[3.0, 3.5, 5.0], &[0.0; 3]);
+        assert_eq!(recording.duration_s(), 2.0);
+        assert_eq!(recording.len(), 3);
+    }
+}

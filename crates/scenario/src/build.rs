@@ -1,0 +1,302 @@
+//! From a scenario to an engine.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use super::engine_kind::EngineKind;
+use super::error::ScenarioError;
+use super::resolve::{DelayTicks, Scenario};
+use super::specs::{OperatorSpec, TissueSpec};
+use super::steps::Steps;
+use trocar_core::lane::Lane;
+use trocar_engine::channel::{Irregularity, MAX_DELAY_TICKS, Schedule};
+use trocar_engine::engine::{
+    Any, BuiltInOr, Engine, EngineError, ExactPlants, FractionalDelayPlants, IntegratedPlants, LimitedPlants,
+    MasterSide, Observer, OwnEngine, OwnParts, Plants, SideEngine, SlaveSide, Wired, Wiring,
+};
+use trocar_engine::operator::{Hand, Perception, Reflex, StiffeningSettings, StretchSettings};
+use trocar_engine::plant::{MasterStep, PlantError, SlaveStep};
+use trocar_engine::teleoperation::LinkReport;
+use trocar_engine::tissue::{AnyTissue, UnitTissue};
+
+/// An engine of any kind.
+#[derive(Debug, Clone)]
+pub enum ScenarioEngine {
+    /// Stepped exactly.
+    Exact(Box<Wired<f64, ExactPlants<f64>>>),
+    /// Stepped exactly, with motors that saturate.
+    Limited(Box<Engine<LimitedPlants<f64>, Any<f64>>>),
+    /// Stepped exactly, with samples that arrive between ticks.
+    Split(Box<Engine<FractionalDelayPlants<f64>, Any<f64>>>),
+    /// Integrated numerically.
+    Integrated(Box<Engine<IntegratedPlants, Any<f64>>>),
+}
+
+impl ScenarioEngine {
+    /// Runs the scenario.
+    ///
+    /// # Errors
+    /// As [`Engine::run`].
+    pub fn run(&mut self, mut observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
+        match self {
+            Self::Exact(engine) => engine.run(observer),
+            Self::Limited(engine) => engine.run(&mut observer),
+            Self::Split(engine) => engine.run(&mut observer),
+            Self::Integrated(engine) => engine.run(&mut observer),
+        }
+    }
+
+    /// [`ScenarioEngine::run`] with the exact engine compiled for its observer and the machine's registers. Both matter
+    /// little beside the ticks of the other engines.
+    ///
+    /// # Errors
+    /// As [`Engine::run`].
+    pub fn run_compiled<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
+        match self {
+            Self::Exact(engine) => engine.run_compiled(observer),
+            Self::Limited(_) | Self::Split(_) | Self::Integrated(_) => self.run(observer),
+        }
+    }
+
+    /// The link's totals; `None` for a direct link.
+    #[must_use]
+    pub fn link_report(&self) -> Option<LinkReport> {
+        match self {
+            Self::Exact(engine) => engine.link_report(0),
+            Self::Limited(engine) => engine.parts.link_report(0),
+            Self::Split(engine) => engine.parts.link_report(0),
+            Self::Integrated(engine) => engine.parts.link_report(0),
+        }
+    }
+}
+
+impl Scenario {
+    /// The scenario's engine, ready at tick 0.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] if the parameters give no computable plant.
+    pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
+        self.load_unit()?;
+        Ok(match self.engine {
+            EngineKind::Exact if self.is_split() => ScenarioEngine::Split(Box::new(self.split_engine(0)?)),
+            EngineKind::Exact if self.actuators.are_none() => ScenarioEngine::Exact(Box::new(self.exact_engine(0)?)),
+            EngineKind::Exact => ScenarioEngine::Limited(Box::new(self.limited_engine(0)?)),
+            EngineKind::Dop853 => ScenarioEngine::Integrated(Box::new(self.general(self.integrated_plants(), 0)?)),
+        })
+    }
+
+    /// The scenario's engine, with some of the user's own parts.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`].
+    pub fn build_with(&self, own: OwnParts) -> Result<OwnEngine, ScenarioError> {
+        if own.tissue.is_none() {
+            self.load_unit()?;
+        } else if self.organ_motion.moves() {
+            let message = "the motion of the organs does not act on a tissue of your own";
+            let place = self.values().section_place("tissue");
+            let remedy = "set tissue.breathing_amplitude_m = 0 and tissue.heartbeat_amplitude_m = 0, and move the tissue in its own code";
+            return Err(ScenarioError::new(message).at(place).remedy(remedy));
+        }
+        let plants = match self.engine {
+            EngineKind::Exact if self.is_split() => BuiltInOr::Own(Box::new(self.split_plants()?) as Box<_>),
+            EngineKind::Exact if self.actuators.are_none() => BuiltInOr::BuiltIn(self.exact_plants()?),
+            EngineKind::Exact => BuiltInOr::Own(Box::new(self.limited_plants()?) as Box<_>),
+            EngineKind::Dop853 => BuiltInOr::Own(Box::new(self.integrated_plants()) as Box<_>),
+        };
+        Ok(Engine { grid: self.grid, plants, parts: self.own_wiring(own)? })
+    }
+
+    /// The scenario's tissue alone, before its first tick.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`].
+    pub fn tissue_part(&self) -> Result<AnyTissue<f64>, ScenarioError> {
+        self.load_unit()?;
+        self.any_tissue()
+    }
+
+    /// Loads the library of a tissue in a unit: code of others, which runs from here on and not before.
+    fn load_unit(&self) -> Result<(), ScenarioError> {
+        let TissueSpec::Unit(tissue) = &self.tissue else { return Ok(()) };
+        let named =
+            |error| self.values().error(UnitTissue::file_key(), format!("{}: {error}", tissue.path().display()));
+        tissue.load().map_err(named)
+    }
+
+    /// The master's side alone, for a link to a slave elsewhere. The delays of the scenario's link do not act: messages
+    /// arrive when they do. A missing message counts from the scenario's longest delay on.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`], and for machines that are integrated together.
+    pub fn master_side(&self) -> Result<MasterSide, ScenarioError> {
+        let (_, initial) = self.initial_samples();
+        Ok(MasterSide::new(self.side_engine()?, initial))
+    }
+
+    /// The slave's side alone, as [`Scenario::master_side`].
+    ///
+    /// # Errors
+    /// As [`Scenario::master_side`].
+    pub fn slave_side(&self) -> Result<SlaveSide, ScenarioError> {
+        let (initial, _) = self.initial_samples();
+        Ok(SlaveSide::new(self.side_engine()?, initial))
+    }
+
+    /// The engine of a side: a link whose messages take time, and machines that do not depend on each other.
+    fn side_engine(&self) -> Result<SideEngine, ScenarioError> {
+        if self.engine == EngineKind::Dop853 {
+            let message = "the sides cannot be stepped apart by dop853, which integrates both machines together";
+            let error = ScenarioError::new(message).at(self.values().place("simulation.engine"));
+            return Err(error.remedy(format!("use simulation.engine = \"{}\"", EngineKind::Exact.word())));
+        }
+        self.load_unit()?;
+        let mut apart = self.clone();
+        let [forward, backward] = self.longest_delays_ticks();
+        let whole = DelayTicks { whole: 0, share: 0.0 };
+        (apart.forward, apart.backward) = (whole, whole);
+        apart.irregularity = Irregularity::DEFAULT;
+        let delayed = |ticks: u64| Schedule::new([ticks.min(MAX_DELAY_TICKS) as u32].into(), Arc::default());
+        (apart.forward_schedule, apart.backward_schedule) = (delayed(forward), delayed(backward));
+        let plants: Box<dyn Plants<f64> + Send> = match self.actuators.are_none() {
+            true => Box::new(apart.exact_plants()?),
+            false => Box::new(apart.limited_plants()?),
+        };
+        apart.general(plants, 0)
+    }
+
+    /// The exact engine over lanes, all running this scenario, lane `i` with the noise of stream `first_stream + i`.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`], and for a scenario with actuator limits, which needs [`Scenario::limited_engine`], or
+    /// with delays that are not whole ticks, which needs [`Scenario::split_engine`].
+    pub fn exact_engine<L: Lane>(&self, first_stream: u64) -> Result<Wired<L, ExactPlants<L>>, ScenarioError> {
+        if !self.actuators.are_none() {
+            return Err(ScenarioError::new("this engine does not support actuator limits")
+                .at(self.values().section_place("actuator")));
+        }
+        if self.is_split() {
+            let message = "this engine does not support samples that arrive between ticks";
+            return Err(ScenarioError::new(message).at(self.values().section_place("channel")));
+        }
+        self.wired(self.exact_plants()?, first_stream)
+    }
+
+    /// As [`Scenario::exact_engine`], compiled for any parts.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`].
+    pub fn general_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<ExactPlants<L>, Any<L>>, ScenarioError> {
+        self.general(self.exact_plants()?, first_stream)
+    }
+
+    /// Whether samples arrive between ticks.
+    pub(super) fn is_split(&self) -> bool {
+        self.forward.share > 0.0 || self.backward.share > 0.0
+    }
+
+    /// As [`Scenario::exact_engine`], with samples that arrive between ticks.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`].
+    pub fn split_engine<L: Lane>(
+        &self,
+        first_stream: u64,
+    ) -> Result<Engine<FractionalDelayPlants<L>, Any<L>>, ScenarioError> {
+        self.general(self.split_plants()?, first_stream)
+    }
+
+    /// Both plants with samples that arrive between ticks.
+    fn split_plants<L: Lane>(&self) -> Result<FractionalDelayPlants<L>, ScenarioError> {
+        let tick_s = self.grid.tick_s();
+        let plant = |error| self.unbuildable(&error);
+        let rest_s = |delay: DelayTicks| (1.0 - delay.share) * tick_s;
+        let master = MasterStep::new(&self.master, &self.arm, self.timing, rest_s(self.backward)).map_err(plant)?;
+        let slave = SlaveStep::new(&self.slave, self.timing, rest_s(self.forward)).map_err(plant)?;
+        let reference_m = self.position_scale() * self.start_m();
+        Ok(FractionalDelayPlants::new(self.exact_plants()?, &master, &slave, reference_m))
+    }
+
+    /// The discrete steps of master and slave over a whole tick, computed once per set of parameters.
+    pub(super) fn whole_steps(&self) -> Result<(Cow<'_, MasterStep>, Cow<'_, SlaveStep>), PlantError> {
+        let (parameters, tick_s) = ((&self.master, &self.arm, &self.slave), self.grid.tick_s());
+        if let Some(stored) = self.steps.get().filter(|stored| stored.are_of(parameters, self.timing, tick_s)) {
+            return Ok((Cow::Borrowed(&stored.master), Cow::Borrowed(&stored.slave)));
+        }
+        let built = Steps::new(parameters, self.timing, tick_s)?;
+        let steps = (Cow::Owned(built.master.clone()), Cow::Owned(built.slave.clone()));
+        // Another thread may have stored the same steps first, or steps of a modified copy are stored.
+        let _ = self.steps.set(built);
+        Ok(steps)
+    }
+
+    /// Both plants over whole ticks.
+    fn exact_plants<L: Lane>(&self) -> Result<ExactPlants<L>, ScenarioError> {
+        let start_m = self.start_m();
+        let (master, slave) = self.whole_steps().map_err(|error| self.unbuildable(&error))?;
+        Ok(ExactPlants::new(&master, &slave, start_m, self.position_scale() * start_m))
+    }
+
+    /// As [`Scenario::exact_engine`], with sampled controllers and the scenario's actuator limits.
+    ///
+    /// # Errors
+    /// As [`Scenario::build`].
+    pub fn limited_engine<L: Lane>(
+        &self,
+        first_stream: u64,
+    ) -> Result<Engine<LimitedPlants<L>, Any<L>>, ScenarioError> {
+        self.general(self.limited_plants()?, first_stream)
+    }
+
+    /// Both plants with sampled controllers and actuator limits.
+    fn limited_plants<L: Lane>(&self) -> Result<LimitedPlants<L>, ScenarioError> {
+        let machines = (&self.master, &self.arm, &self.slave);
+        let start_m = self.start_m();
+        let reference_m = self.position_scale() * start_m;
+        let plants = LimitedPlants::new(machines, &self.actuators, self.grid.tick_s(), start_m, reference_m);
+        plants.map_err(|error| self.unbuildable(&error))
+    }
+
+    /// Both plants, integrated numerically.
+    fn integrated_plants(&self) -> IntegratedPlants {
+        let machines = (&self.master, &self.arm, &self.slave);
+        let start_m = self.start_m();
+        let reference_m = self.position_scale() * start_m;
+        IntegratedPlants::new(machines, self.timing, self.grid.tick_s(), start_m, reference_m)
+            .limited(&self.actuators)
+            .split(self.backward.share, self.forward.share)
+    }
+
+    /// The error of a plant that cannot be built, at the place of its parameters.
+    pub(super) fn unbuildable(&self, error: &PlantError) -> ScenarioError {
+        match error {
+            PlantError::Parameter(invalid) => self.values().out_of_range(invalid),
+            PlantError::SlaveDegree { .. } => {
+                ScenarioError::new(error.to_string()).at(self.values().section_place("slave"))
+            }
+            PlantError::Build { side, .. } => ScenarioError::new(error.to_string())
+                .at(self.values().section_place(side))
+                .remedy(format!("check the values of [{side}]")),
+        }
+    }
+
+    /// Initial position of the operator in m; both plants start there at rest.
+    pub(super) fn start_m(&self) -> f64 {
+        match &self.operator {
+            OperatorSpec::Recording(positions) => positions.first().copied().unwrap_or(0.0),
+            OperatorSpec::Ramp { start_m, .. } => *start_m,
+            OperatorSpec::Hand(hand) => hand.position_m(),
+        }
+    }
+
+    /// This scenario moved by a live hand: it starts at the hand's position, without simulated tremor or reflexes.
+    #[must_use]
+    pub fn held_by(mut self, hand: Arc<Hand>) -> Self {
+        self.operator = OperatorSpec::Hand(hand);
+        self.tremor.amplitude_m = 0.0;
+        (self.stretch, self.stiffening) = (StretchSettings::default(), StiffeningSettings::default());
+        self.reflex.reflex = Reflex::None;
+        self.perception = Perception::None;
+        self
+    }
+}

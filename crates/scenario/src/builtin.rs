@@ -1,0 +1,198 @@
+//! The scenarios and recordings embedded in the binary, so that it works from any directory.
+
+use super::keys::nearest_of;
+
+/// The prefix of a path to an embedded file.
+pub const PREFIX: &str = "builtin:";
+
+/// The ending of a scenario file.
+const ENDING: &str = ".toml";
+
+/// The embedded files by their full names, from scenarios without ending, and recordings.
+macro_rules! embedded {
+    (scenarios: $($scenario:literal)*; recordings: $($recording:literal)*) => {
+        &[
+            $((concat!($scenario, ".toml"), include_bytes!(concat!("../scenarios/", $scenario, ".toml"))),)*
+            $(($recording, include_bytes!(concat!("../scenarios/recordings/", $recording))),)*
+        ]
+    };
+}
+
+const FILES: &[(&str, &[u8])] = embedded! {
+    scenarios:
+        "paper/classical" "paper/augmented" "paper/depth-classical" "paper/depth-augmented" "paper/real-classical"
+        "paper/real-augmented"
+        "layers/through-the-skin" "layers/skin-augmented" "layers/direct-access" "layers/epidural"
+        "hand/fast-stab" "hand/trembling-hand" "hand/firm-grip" "hand/relaxed-grip" "hand/reflex" "hand/reflex-augmented"
+        "hand/perceiving" "hand/stretch-reflexes"
+        "link/lossy-link" "link/saturating-master" "link/long-delay" "link/outage-at-the-rupture" "link/local-force"
+        "link/position-position" "link/four-channel"
+        "passivity/late-wall" "passivity/late-wall-time-domain" "passivity/late-wall-waves" "passivity/late-wall-tank"
+        "passivity/long-delay-time-domain" "passivity/long-delay-waves" "passivity/long-delay-tank"
+        "sensing/wrong-detector-settings" "sensing/sensor-not-ideal"
+        "strategies/clutch" "strategies/snap" "strategies/ramp-until-load" "strategies/speed-limit"
+        "strategies/forbidden-region" "strategies/damping" "strategies/cue" "strategies/tip-force"
+        "tearing/yellow-ligament" "tearing/firm-phantom";
+    recordings: "in_vivo_like.csv" "own_ctrl_pop.csv"
+};
+
+/// Former names of scenarios and their present ones, without endings. `classical` and `augmented` are still their last parts.
+const FORMER_NAMES: &[(&str, &str)] = &[
+    ("depth_classical", "paper/depth-classical"),
+    ("depth_augmented", "paper/depth-augmented"),
+    ("real_classical", "paper/real-classical"),
+    ("real_augmented", "paper/real-augmented"),
+    ("01_through_the_skin", "layers/through-the-skin"),
+    ("01_augmented", "layers/skin-augmented"),
+    ("02_direct_access", "layers/direct-access"),
+    ("03_epidural", "layers/epidural"),
+    ("04_fast_stab", "hand/fast-stab"),
+    ("05_trembling_hand", "hand/trembling-hand"),
+    ("06_firm_grip", "hand/firm-grip"),
+    ("07_relaxed_grip", "hand/relaxed-grip"),
+    ("08_wrong_detector_settings", "sensing/wrong-detector-settings"),
+    ("09_clutch", "strategies/clutch"),
+    ("09_ramp", "layers/skin-augmented"),
+    ("09_snap", "strategies/snap"),
+    ("10_reflex", "hand/reflex"),
+    ("10_reflex_augmented", "hand/reflex-augmented"),
+    ("12_sensor_not_ideal", "sensing/sensor-not-ideal"),
+    ("13_replay_by_depth", "paper/depth-augmented"),
+    ("13_replay_by_time", "paper/augmented"),
+    ("14_lossy_link", "link/lossy-link"),
+    ("15_saturating_master", "link/saturating-master"),
+    ("16_long_delay", "link/long-delay"),
+    ("16_long_delay_tank", "passivity/long-delay-tank"),
+    ("16_long_delay_time_domain", "passivity/long-delay-time-domain"),
+    ("16_long_delay_waves", "passivity/long-delay-waves"),
+    ("17_outage_at_the_rupture", "link/outage-at-the-rupture"),
+    ("18_local_force", "link/local-force"),
+    ("19_position_position", "link/position-position"),
+    ("20_four_channel", "link/four-channel"),
+    ("21_late_wall", "passivity/late-wall"),
+    ("22_late_wall_time_domain", "passivity/late-wall-time-domain"),
+    ("23_late_wall_waves", "passivity/late-wall-waves"),
+    ("24_late_wall_tank", "passivity/late-wall-tank"),
+];
+
+/// The shipped scenarios by their full names, folder by folder, each with the question in its first line.
+pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let scenarios = FILES.iter().filter(|(file, _)| file.ends_with(ENDING));
+    scenarios.map(|(file, content)| {
+        let first = content.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        (*file, std::str::from_utf8(first).unwrap_or_default().trim_start_matches(['#', ' ']))
+    })
+}
+
+/// The names of the shipped recordings.
+pub fn recordings() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(file, _)| *file).filter(|file| !file.ends_with(ENDING))
+}
+
+/// The content of an embedded file, by any name that [`find`] finds.
+#[must_use]
+pub fn content(name: &str) -> Option<&'static [u8]> {
+    let file = find(name)?;
+    FILES.iter().find(|(known, _)| *known == file).map(|(_, content)| *content)
+}
+
+/// The full name of an embedded file: from that name, for a scenario without its ending or its folder, or from a former name.
+#[must_use]
+pub fn find(name: &str) -> Option<&'static str> {
+    let bare = without_ending(name);
+    let wanted = former(name).map_or(bare, |(_, present)| present);
+    let is_wanted = |file: &str| {
+        file == name || file.strip_suffix(ENDING).is_some_and(|full| full == wanted || last_part(full) == wanted)
+    };
+    FILES.iter().map(|(file, _)| *file).find(|file| is_wanted(file))
+}
+
+/// A former name of a scenario and its present one, without endings.
+#[must_use]
+pub fn former(name: &str) -> Option<(&'static str, &'static str)> {
+    FORMER_NAMES.iter().find(|(former, _)| *former == without_ending(name)).copied()
+}
+
+/// The shipped scenario with the most similar name, if any is similar enough, without its ending.
+#[must_use]
+pub fn nearest(name: &str) -> Option<&'static str> {
+    let name = without_ending(name);
+    let last = last_part(name);
+    let known = || questions().map(|(file, _)| without_ending(file));
+    let found = find(last).or_else(|| nearest_of(last, known().map(last_part)).and_then(find));
+    found.map(without_ending).or_else(|| nearest_of(name, known()))
+}
+
+/// The part of a name after its folder.
+fn last_part(name: &str) -> &str {
+    name.rsplit_once('/').map_or(name, |(_, last)| last)
+}
+
+fn without_ending(name: &str) -> &str {
+    name.strip_suffix(ENDING).unwrap_or(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+    use std::path::Path;
+
+    use super::super::{Scenario, Source};
+    use super::*;
+
+    #[test]
+    fn every_scenario_of_the_folders_is_embedded_and_begins_with_a_question() {
+        let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios"));
+        let entries = |folder: &Path| -> Vec<_> {
+            std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()).collect()
+        };
+        let folders = entries(root).into_iter().filter(|path| path.is_dir() && !path.ends_with("sweeps"));
+        let on_disk: HashSet<_> = folders
+            .flat_map(|folder| entries(&folder))
+            .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
+            .map(|path| path.strip_prefix(root).expect("within").to_string_lossy().into_owned())
+            .collect();
+        assert_eq!(on_disk, questions().map(|(name, _)| name.to_owned()).collect());
+        assert!(entries(root).iter().all(|path| path.extension().is_none_or(|ending| ending != "toml")));
+        for (name, question) in questions() {
+            assert!(question.contains('?'), "{name}: {question}");
+        }
+    }
+
+    #[test]
+    fn a_scenario_is_named_as_its_file_and_found_by_every_form() {
+        for (file, _) in questions() {
+            let (full, last) = (without_ending(file), last_part(without_ending(file)));
+            let scenario = Scenario::load(&Source::parse(&format!("{PREFIX}{file}")), &[]).expect("good");
+            assert_eq!(scenario.name, last);
+            for form in [file, full, last, &format!("{last}.toml")] {
+                assert_eq!(find(form), Some(file), "{form}");
+            }
+        }
+        for recording in recordings() {
+            assert_eq!(find(recording), Some(recording));
+        }
+    }
+
+    #[test]
+    fn a_former_name_resolves_to_the_present_scenario() {
+        let echo = |name: &str| Scenario::load(&Source::parse(name), &[]).expect("good").echo();
+        let unchanged = [("classical", "paper/classical"), ("augmented", "paper/augmented")];
+        for (old, present) in FORMER_NAMES.iter().copied().chain(unchanged) {
+            for form in [format!("builtin:{old}.toml"), format!("builtin:{old}"), old.to_owned()] {
+                assert_eq!(echo(&form), echo(present), "{form}");
+                assert_eq!(Source::parse(&form).display(), format!("builtin:{present}.toml"));
+            }
+        }
+        assert_eq!(Source::former("builtin:01_augmented.toml"), Some(("01_augmented", "layers/skin-augmented")));
+        assert_eq!(Source::former("classical"), None);
+    }
+
+    #[test]
+    fn a_misspelt_name_finds_its_neighbour() {
+        assert_eq!(nearest("layers/skin-augmentd.toml"), Some("layers/skin-augmented"));
+        assert_eq!(nearest("/somewhere/epidurals"), Some("layers/epidural"));
+        assert_eq!(nearest("01_augmented.toml"), Some("layers/skin-augmented"));
+        assert_eq!(nearest("mine.toml"), None);
+    }
+}

@@ -1,0 +1,103 @@
+//! Finding a key.
+
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+use trocar_core::settings::Key;
+
+use super::key_table::{KEYS, SECTIONS};
+use trocar_engine::tissue::layer_key;
+
+/// The keys by their paths.
+static BY_PATH: LazyLock<HashMap<&str, &Key>> = LazyLock::new(|| KEYS.iter().map(|key| (key.path, key)).collect());
+
+/// The key at a path, those of named layers included.
+#[must_use]
+pub fn find(path: &str) -> Option<&'static Key> {
+    BY_PATH.get(path).copied().or_else(|| layer_key(path))
+}
+
+/// Whether a path names a section.
+#[must_use]
+pub fn is_section(path: &str) -> bool {
+    SECTIONS.iter().any(|(section, _)| *section == path)
+}
+
+/// Minimum similarity of a suggested name.
+const MIN_SIMILARITY: f64 = 0.8;
+
+/// Minimum similarity of a suggested name in the section that was meant.
+const MIN_SIMILARITY_IN_SECTION: f64 = 0.75;
+
+/// The known key with the most similar spelling, if any is similar enough: in the same section first, as a section is rarely
+/// wrong.
+#[must_use]
+pub fn nearest(path: &str) -> Option<&'static str> {
+    let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
+    let similarity =
+        |known: &str| strsim::jaro_winkler(path, known).max(0.98 * strsim::jaro_winkler(&last(path), &last(known)));
+    let section = |path: &str| path.rsplit_once('.').map(|(section, _)| section.to_owned());
+    let of_section = KEYS.iter().filter(|key| section(key.path) == section(path));
+    let in_section = of_section.map(|key| (strsim::jaro_winkler(&last(path), &last(key.path)), key.path));
+    let anywhere = KEYS.iter().map(|key| (similarity(key.path), key.path));
+    most_similar(in_section, MIN_SIMILARITY_IN_SECTION).or_else(|| most_similar(anywhere, MIN_SIMILARITY))
+}
+
+/// The known name with the most similar spelling, if any is similar enough.
+pub fn nearest_of<S: AsRef<str>>(name: &str, known: impl IntoIterator<Item = S>) -> Option<S> {
+    let with_similarity = |known: S| (strsim::jaro_winkler(name, known.as_ref()), known);
+    most_similar(known.into_iter().map(with_similarity), MIN_SIMILARITY)
+}
+
+/// The candidate of the greatest similarity, if it is above `min`.
+fn most_similar<T>(candidates: impl Iterator<Item = (f64, T)>, min: f64) -> Option<T> {
+    let best = candidates.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(similarity, _)| *similarity > min);
+    best.map(|(_, candidate)| candidate)
+}
+
+#[cfg(test)]
+mod tests {
+    use trocar_core::settings::{Fallback, Kind};
+
+    use super::super::Value;
+    use super::*;
+
+    #[test]
+    fn every_default_is_a_value_of_its_kind() {
+        for key in KEYS {
+            if let Fallback::Value(value) = key.fallback {
+                let value = Value::from(value);
+                assert_eq!(Value::accept(&key.kind, &value.to_toml()), Some(value), "{}", key.path);
+            }
+        }
+    }
+
+    #[test]
+    fn every_key_stands_in_a_section_and_once() {
+        for (index, key) in KEYS.iter().enumerate() {
+            let section = key.path.rsplit_once('.').map(|(section, _)| section);
+            assert!(section.is_none_or(|name| SECTIONS.iter().any(|(known, _)| *known == name)), "{}", key.path);
+            assert!(KEYS[..index].iter().all(|other| other.path != key.path), "{}", key.path);
+        }
+    }
+
+    #[test]
+    fn a_key_acts_for_words_of_a_choice_or_a_position_of_a_switch() {
+        for acts in KEYS.iter().filter_map(|key| key.acts_for).flat_map(|acts| acts.conditions()) {
+            let words: &[&str] = match find(acts.key).map(|choice| choice.kind) {
+                Some(Kind::Choice(words)) => words,
+                Some(Kind::Flag) => &["true", "false"],
+                _ => panic!("{acts:?}"),
+            };
+            assert!(acts.words().iter().all(|word| words.contains(word)), "{acts:?}");
+        }
+    }
+
+    #[test]
+    fn a_misspelt_key_finds_its_neighbour() {
+        assert_eq!(nearest("slave.velocty_gain"), Some("slave.velocity_gain"));
+        assert_eq!(nearest("master.velocity_gain"), Some("slave.velocity_gain"));
+        assert_eq!(nearest("arm.mass_kg"), Some("arm.m_h_kg"));
+        assert_eq!(nearest("zzz"), None);
+    }
+}

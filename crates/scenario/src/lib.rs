@@ -1,0 +1,53 @@
+//! Scenarios: from TOML to a validated and resolved description; the echo contains every default; and [people, tissues and links](population)
+//! drawn at random for them.
+//!
+//! It may use `trocar-core`, `trocar-base`, `trocar-recording` and `trocar-engine`. The shipped scenarios are embedded from the folder
+//! `scenarios/`. The crate `trocar` re-exports it as `trocar::scenario`.
+
+mod build;
+mod builtin;
+mod document;
+mod engine_kind;
+mod error;
+mod kept_files;
+mod key_table;
+mod keys;
+mod link;
+mod parts;
+pub mod population;
+mod quantity;
+mod replay;
+mod resolve;
+mod rig;
+mod run_settings;
+mod schedule;
+mod schedule_settings;
+mod schema;
+mod settings;
+mod specs;
+mod starter;
+mod steps;
+mod template;
+mod trace;
+mod value;
+mod values;
+
+pub use build::ScenarioEngine;
+pub use builtin::questions as shipped_questions;
+pub use document::{Entry, Source, entries, is_axis};
+pub use engine_kind::EngineKind;
+pub use error::{Place, ScenarioError};
+pub use kept_files::{FileContents, KeptFiles};
+pub use key_table::{KEYS, SECTIONS};
+pub use keys::{find as find_key, nearest as nearest_key, nearest_of};
+pub use quantity::{parse as parse_quantity, parse_column, parse_number, unit_of};
+pub use replay::{DetectionSettings, DetectionSpec, RecordingSpec, recording_columns, recording_signals};
+pub use resolve::{DelayTicks, Scenario, waits_for_tick};
+pub use schema::json_schema;
+pub use specs::{OperatorSpec, TissueSpec};
+pub use starter::Starter;
+pub use template::{CaseFactory, Template};
+pub use trace::{empty_trace, empty_trace_with};
+pub use trocar_core::settings::{Constant, Fallback, Key, Kind, Range};
+pub use value::Value;
+pub use values::{Values, harmless_name};

@@ -1,0 +1,8 @@
+//! A population around a scenario: people, tissues and links drawn at random.
+
+mod draw;
+mod settings;
+
+pub use draw::log_normal;
+pub use draw::{DIMENSIONS, Draw};
+pub use settings::{Arms, DelayRange, Delays, PeopleSettings, PopulationSettings, TissueSpread, Tissues};

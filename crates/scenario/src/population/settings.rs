@@ -1,0 +1,116 @@
+//! What a population draws, and from which distributions.
+
+use trocar_core::settings::Range;
+
+/// A factor on a parameter.
+const FACTOR: Range = Range::stated(0.01, 100.0, "from 0.01 to 100");
+
+/// A factor in either direction.
+const SPREAD: Range = Range::stated(1.0, 10.0, "from 1 to 10");
+
+/// A delay in s.
+const DELAY: Range = Range::stated(0.0, 2.0, "from 0 to 2 s");
+
+trocar_core::settings! {
+    /// A population around a scenario.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct PopulationSettings in "population." {
+        /// Number of loops drawn at random, if anything is drawn.
+        size: u64 [1..] = 200,
+        /// The arms.
+        arms: Arms,
+        /// The tissues.
+        tissues: Tissues,
+        /// The delays.
+        delays: Delays,
+    }
+}
+
+trocar_core::choice! {
+    /// The drawn arms: none, or those of people and grips around the scenario's.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub enum Arms at "population.arm" = None {
+        /// None: the scenario's.
+        "none" => None,
+        /// Of people and grips.
+        "people" => People(PeopleSettings),
+    }
+}
+
+trocar_core::settings! {
+    /// People and their grips.
+    ///
+    /// A grip multiplies both stiffnesses of the arm and, by its root, both dampings, so that the damping ratios stay. That
+    /// stiffness and damping rise with the grip is known (Hasser and Cutkosky 2002), and so is that people differ (Fu and
+    /// Çavuşoğlu 2012). The ranges are chosen here; that of the grip is the range of `arm.grip`.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct PeopleSettings in "population." {
+        /// Softest grip: a factor on both stiffnesses of the arm, and its root on both dampings. Grips are drawn uniformly in
+        /// the logarithm.
+        grip_min: f64 [self::FACTOR] = 0.5,
+        /// Firmest grip.
+        grip_max: f64 [self::FACTOR] = 2.0,
+        /// Largest factor, up or down, on each of the arm's five parameters from person to person, besides the grip; drawn
+        /// uniformly in the logarithm.
+        person_spread: f64 [self::SPREAD] = 1.3,
+    }
+    where grip_max: |s| s.grip_max >= s.grip_min, "at least population.grip_min";
+}
+
+trocar_core::choice! {
+    /// The drawn tissues: none, or from log-normal distributions around the scenario's.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub enum Tissues at "population.tissue" = None {
+        /// None: the scenario's.
+        "none" => None,
+        /// With log-normal stiffness and damping.
+        "log-normal" => LogNormal(TissueSpread),
+    }
+}
+
+trocar_core::settings! {
+    /// Log-normal distributions of stiffness and damping, cut off at three standard deviations.
+    ///
+    /// The shear modulus of healthy livers is 1.8 ± 0.4 kPa (Palmeri et al. 2008): 68 % of a log-normal distribution with
+    /// this mean and standard deviation lie within a factor of 1.25. That of the damping is chosen to be the same.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct TissueSpread in "population." {
+        /// Factor, up or down from the scenario's, within which 68 % of the tissue stiffnesses lie.
+        stiffness_spread: f64 [self::SPREAD] = 1.25,
+        /// Factor, up or down from the scenario's, within which 68 % of the tissue dampings lie.
+        damping_spread: f64 [self::SPREAD] = 1.25,
+    }
+}
+
+trocar_core::choice! {
+    /// The drawn delays: none, or from a range.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub enum Delays at "population.delay" = None {
+        /// None: the scenario's.
+        "none" => None,
+        /// Uniform between two ends.
+        "uniform" => Uniform(DelayRange),
+    }
+}
+
+trocar_core::settings! {
+    /// A range of constant delays, the same each way.
+    ///
+    /// Across the Atlantic the network took about 80 ms for both ways together (Marescaux et al. 2001).
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct DelayRange in "population." {
+        /// Smallest delay of each way.
+        delay_min_s: f64 [self::DELAY] = 0.0,
+        /// Largest delay of each way; both ways have the same, drawn uniformly.
+        delay_max_s: f64 [self::DELAY] = 0.04,
+    }
+    where delay_max_s: |s| s.delay_max_s >= s.delay_min_s, "at least population.delay_min_s";
+}
+
+impl PopulationSettings {
+    /// Whether anything is drawn.
+    #[must_use]
+    pub fn varies(&self) -> bool {
+        self.arms != Arms::None || self.tissues != Tissues::None || self.delays != Delays::None
+    }
+}

@@ -1,0 +1,425 @@
+//! From values to what the engine needs: a resolved scenario leaves nothing undetermined.
+
+use std::sync::{Arc, OnceLock};
+
+use trocar_core::settings::{Key, Source as _};
+
+use super::document::Source;
+use super::engine_kind::EngineKind;
+use super::error::ScenarioError;
+use super::keys::find;
+use super::link::link_settings;
+use super::replay::{RecordingSpec, load_recording};
+use super::run_settings::RunSettings;
+use super::schedule::{events, schedules};
+use super::settings::{actuators, arm, master};
+use super::specs::{OperatorSpec, TissueSpec, operator, stated_tissue, tissue};
+use super::steps::Steps;
+use super::value::Value;
+use super::values::{Values, harmless_name, replays_force, replays_position};
+use crate::population::PopulationSettings;
+use trocar_core::augmentation::AugmentationSettings;
+use trocar_core::detection::DetectorSettings;
+use trocar_core::estimation::{ContactSettings, RlsSettings};
+use trocar_core::time::{TickGrid, whole_ticks};
+use trocar_engine::channel::{DelaySettings, Irregularity, MAX_DELAY_TICKS, Schedule};
+use trocar_engine::metrics::OperatorTraits;
+use trocar_engine::operator::{
+    MAX_POSITION_M, MotionSettings, Perception, ReflexSettings, StiffeningSettings, StretchSettings, TremorSettings,
+};
+use trocar_engine::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
+use trocar_engine::sensor::SensorSettings;
+use trocar_engine::teleoperation::LinkSettings;
+use trocar_engine::tissue::{OrganMotion, TissueSettings};
+
+/// Length of a run without a recording, in s.
+const DEFAULT_DURATION_S: f64 = 7.0;
+
+/// Maximum ticks of a scenario: about half an hour at 1 kHz, 0.3 GB as a trace.
+const MAX_TICKS: f64 = 2e6;
+
+/// A delay in ticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DelayTicks {
+    /// Whole ticks.
+    pub whole: u64,
+    /// The fraction of a tick, at least 0 and below 1: when within a tick a sample arrives.
+    pub share: f64,
+}
+
+impl DelayTicks {
+    /// The ticks of a delay (both in s). A receiver that `waits_for_tick` reads a sample at the next tick, any other
+    /// when it arrives.
+    #[must_use]
+    pub fn new(delay_s: f64, tick_s: f64, waits_for_tick: bool) -> Self {
+        let ticks = delay_s / tick_s;
+        match whole_ticks(delay_s, tick_s) {
+            Some(whole) => Self { whole, share: 0.0 },
+            None if waits_for_tick => Self { whole: ticks.ceil() as u64, share: 0.0 },
+            None => Self { whole: ticks.floor() as u64, share: ticks.fract() },
+        }
+    }
+}
+
+/// Whether a sample that arrives within a tick is read at the next one. Only the paper's continuous controllers read it
+/// when it arrives.
+#[must_use]
+pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings) -> bool {
+    timing == ControlTiming::Sampled || !link.is_baseline()
+}
+
+/// A scenario that can be run.
+#[derive(Debug, Clone)]
+pub struct Scenario {
+    /// Name of the output folder and of its lines in figures.
+    pub name: String,
+    /// Its ticks.
+    pub grid: TickGrid,
+    /// How the plants are stepped.
+    pub engine: EngineKind,
+    /// In continuous time or on the tick.
+    pub timing: ControlTiming,
+    /// The seed of its random numbers.
+    pub seed: u64,
+    /// The master.
+    pub master: MasterParameters,
+    /// The arm.
+    pub arm: ArmParameters,
+    /// The slave.
+    pub slave: SlaveParameters,
+    /// The motors' limits.
+    pub actuators: ActuatorLimits,
+    /// Controller, recovery and passivity of the link.
+    pub link: LinkSettings,
+    /// Delay from master to slave.
+    pub forward: DelayTicks,
+    /// Delay from slave to master.
+    pub backward: DelayTicks,
+    /// Both delays in s.
+    pub delays: DelaySettings,
+    /// Jitter and loss of the link.
+    pub irregularity: Irregularity,
+    /// Scheduled outages and delays from master to slave.
+    pub forward_schedule: Schedule,
+    /// Scheduled outages and delays from slave to master.
+    pub backward_schedule: Schedule,
+    /// The operator's motion.
+    pub operator: OperatorSpec,
+    /// The operator's tremor.
+    pub tremor: TremorSettings,
+    /// The stretch reflexes of the operator's arm.
+    pub stretch: StretchSettings,
+    /// How the operator's arm stiffens under load.
+    pub stiffening: StiffeningSettings,
+    /// The operator's reaction to a drop of the felt force.
+    pub reflex: ReflexSettings,
+    /// How the operator notices a drop of the felt force.
+    pub perception: Perception,
+    /// The tissue.
+    pub tissue: TissueSpec,
+    /// The spring (N/m) and the damper (N·s/m) that the analysis of stability takes for a force recorded over time, if the
+    /// scenario states them; a run does not depend on them.
+    pub stated_tissue: Option<(f64, f64)>,
+    /// Its motion with breathing and heartbeat.
+    pub organ_motion: OrganMotion,
+    /// The sensors.
+    pub sensor: SensorSettings,
+    /// The estimator.
+    pub estimator: RlsSettings,
+    /// The estimator's contact position, in m.
+    pub contact_m: f64,
+    /// The detector.
+    pub detector: DetectorSettings,
+    /// The supervisor.
+    pub augmentation: AugmentationSettings,
+    /// The ticks of scheduled alarms, increasing.
+    pub events: Arc<[u64]>,
+    /// The population over which `trocar stability` computes limits; a run does not depend on it.
+    pub population: PopulationSettings,
+    /// Shared by the scenarios of a [`Template`](super::Template).
+    pub(super) values: Arc<Values>,
+    /// Both plants' steps, once computed.
+    pub(super) steps: Arc<OnceLock<Steps>>,
+}
+
+impl Scenario {
+    /// Loads a scenario with its bases, overridden by `section.key=value` settings.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] with place and remedy, for the scenario or its recording.
+    pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
+        Self::load_changed(source, &[settings])
+    }
+
+    /// As [`Scenario::load`], with several lists of settings, of which a later one overrides the earlier ones: it may change
+    /// a kind, so that earlier settings no longer act.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
+        Self::of_acting(Values::load_changed(source, settings)?)
+    }
+
+    /// Resolves values of which every written key has to act.
+    pub(super) fn of_acting(values: Values) -> Result<Self, ScenarioError> {
+        values.check_acting(|_| false)?;
+        Self::resolve(values)
+    }
+
+    /// Loads several scenarios with the same settings, each of which has to act in one of them.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`], for each scenario.
+    #[must_use]
+    pub fn load_all(sources: &[Source], settings: &[String]) -> Vec<Result<Self, ScenarioError>> {
+        let all: Vec<_> = sources.iter().map(|source| Values::load(source, settings)).collect();
+        let acts = |key: &Key| all.iter().flatten().any(|values| values.is_acting(key));
+        let resolve = |values: &Result<Values, ScenarioError>| {
+            let values = values.clone()?;
+            values.check_acting(acts)?;
+            Self::resolve(values)
+        };
+        all.iter().map(resolve).collect()
+    }
+
+    /// Resolves values.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn resolve(mut values: Values) -> Result<Self, ScenarioError> {
+        values.check_layers()?;
+        let replays = replays_position(&values) || replays_force(&values);
+        let recording = if replays { Some(load_recording(&mut values)?) } else { None };
+        let run = RunSettings::read(&mut values)?;
+        let grid = grid(&mut values, &run, recording.as_ref())?;
+        let resampled = recording
+            .as_ref()
+            .map(|spec| spec.recording.resample(grid.tick_s(), grid.ticks() as usize + 1))
+            .transpose()
+            .map_err(|error| values.error("recording.file", error.to_string()))?;
+        let replay = recording.as_ref().zip(resampled.as_ref());
+        let operator = operator(&mut values, &grid, replay)?;
+        let tissue = tissue(&mut values, &grid, replay)?;
+        let timing = run.timing;
+        let master = master(&mut values)?;
+        let slave = SlaveParameters::read(&mut values)?;
+        let link = link_settings(&mut values, &master, &slave, grid.tick_s())?;
+        let (forward_schedule, backward_schedule) = schedules(&mut values, &grid)?;
+        let (delays, forward, backward) = delays(&mut values, &grid, waits_for_tick(timing, &link))?;
+        let scenario = Self {
+            name: checked_name(&values, run.name)?,
+            grid,
+            engine: run.engine,
+            timing,
+            seed: run.seed,
+            master,
+            arm: arm(&mut values)?,
+            slave,
+            actuators: actuators(&mut values, timing)?,
+            link,
+            forward,
+            backward,
+            delays,
+            irregularity: Irregularity::read(&mut values)?,
+            forward_schedule,
+            backward_schedule,
+            operator,
+            tremor: TremorSettings::read(&mut values)?,
+            stretch: StretchSettings::read(&mut values)?,
+            stiffening: StiffeningSettings::read(&mut values)?,
+            reflex: ReflexSettings::read(&mut values)?,
+            perception: Perception::read(&mut values)?,
+            stated_tissue: stated_tissue(&mut values)?,
+            tissue,
+            organ_motion: OrganMotion::read(&mut values)?,
+            sensor: SensorSettings::read(&mut values)?,
+            estimator: RlsSettings::read(&mut values)?,
+            contact_m: ContactSettings::read(&mut values)?.contact_m,
+            detector: DetectorSettings::read(&mut values)?,
+            augmentation: AugmentationSettings::read(&mut values)?,
+            events: events(&mut values, &grid)?,
+            population: PopulationSettings::read(&mut values)?,
+            values: Arc::new(values),
+            steps: Arc::default(),
+        };
+        scenario.check()?;
+        Ok(scenario)
+    }
+
+    /// The values that it was resolved from, including derived ones.
+    #[must_use]
+    pub fn values(&self) -> &Values {
+        &self.values
+    }
+
+    /// The same scenario with another seed.
+    #[must_use]
+    pub fn with_seed(&self, seed: u64) -> Self {
+        let mut other = Self { seed, ..self.clone() };
+        Arc::make_mut(&mut other.values).derive_keeping_place("simulation.seed", Value::Whole(seed));
+        other
+    }
+
+    /// Whether its seed changes anything: sensors with noise, tremor, random reaction times, jitter or loss.
+    #[must_use]
+    pub fn has_random_numbers(&self) -> bool {
+        let reacts_randomly = self.perception.settings().is_some()
+            || self.reflex.reacts() && self.reflex.reaction_min_s < self.reflex.reaction_max_s;
+        let is_noisy = self.sensor.force_noise_std_n > 0.0;
+        is_noisy || self.tremor.amplitude_m > 0.0 || reacts_randomly || !self.irregularity.is_none()
+    }
+
+    /// The scenario with every default written out; loading it gives the same scenario.
+    #[must_use]
+    pub fn echo(&self) -> String {
+        self.values.to_toml()
+    }
+
+    /// The true times of layer ruptures in s, if known beforehand.
+    #[must_use]
+    pub fn rupture_times_s(&self) -> Vec<f64> {
+        match &self.tissue {
+            TissueSpec::Recording { rupture_ticks, .. } => {
+                rupture_ticks.iter().map(|&tick| self.grid.time_s(tick)).collect()
+            }
+            TissueSpec::Depth { .. } | TissueSpec::Model(_) | TissueSpec::Unit(_) => vec![],
+        }
+    }
+
+    /// The names of the layers that rupture, from the surface down: the k-th rupture of a run is that of the k-th. None
+    /// for a tissue without layers.
+    #[must_use]
+    pub fn rupturing_layers(&self) -> Vec<&'static str> {
+        self.tissue.settings().map_or(vec![], TissueSettings::rupturing_layers)
+    }
+
+    /// What the metrics must know of its operator. The intention of a recorded or live hand is not known.
+    #[must_use]
+    pub fn operator_traits(&self) -> OperatorTraits {
+        let is_planned = !replays_position(&self.values) && !matches!(self.operator, OperatorSpec::Hand(_));
+        OperatorTraits {
+            intended_scale: is_planned.then(|| self.position_scale()),
+            notices: self.reflex.reacts() || self.perception.settings().is_some(),
+        }
+    }
+
+    /// Slave motion per master motion.
+    #[must_use]
+    pub fn position_scale(&self) -> f64 {
+        self.link.machines.position_scale
+    }
+
+    /// Checks relations between keys, and that the plants can be built.
+    fn check(&self) -> Result<(), ScenarioError> {
+        let out_of_range = |error| self.values.out_of_range(&error);
+        self.tremor.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
+        self.stretch.validate().map_err(out_of_range)?;
+        self.stiffening.validate().map_err(out_of_range)?;
+        self.reflex.validate_where_reacting().map_err(out_of_range)?;
+        self.perception.validate().map_err(out_of_range)?;
+        self.irregularity.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
+        self.sensor.validate().map_err(out_of_range)?;
+        self.estimator.validate().map_err(out_of_range)?;
+        self.detector.validate().map_err(out_of_range)?;
+        self.augmentation.validate().map_err(out_of_range)?;
+        self.population.validate().map_err(out_of_range)?;
+        self.check_reach()?;
+        if self.is_split() {
+            self.split_engine::<f64>(0).map(drop)
+        } else if self.actuators.are_none() {
+            self.exact_engine::<f64>(0).map(drop)
+        } else {
+            self.limited_engine::<f64>(0).map(drop)
+        }
+    }
+
+    /// The start and the end of the operator's movement in m, those that its kind has.
+    fn operator_ends(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let of = |path| Some((path, self.values.optional_number(path)?));
+        let acts = |path: &&str| find(path).is_some_and(|key| self.values.is_acting(key));
+        ["operator.start_m", "operator.end_m"].into_iter().filter(acts).filter_map(of)
+    }
+
+    /// Checks the range of the operator's positions; beyond it every run would count as diverged.
+    pub(super) fn check_reach(&self) -> Result<(), ScenarioError> {
+        let max_m = MAX_POSITION_M / self.position_scale().max(1.0);
+        let beyond = |position: &f64| position.abs() >= max_m;
+        if !replays_position(&self.values) {
+            // A movement is checked by its ends as they are written, not by its first sample out of reach.
+            for (key, end_m) in self.operator_ends() {
+                if beyond(&end_m) {
+                    let place = self.values.place(key);
+                    let written = place.as_ref().and_then(|place| place.text.get(place.span.clone()));
+                    let written = written.map_or_else(|| end_m.to_string(), str::to_owned);
+                    let message = format!("{key} is {written}, must stay within {max_m} m of 0, on either side");
+                    return Err(self
+                        .values
+                        .error(key, message)
+                        .remedy("write millimetres with their unit, as in \"60mm\""));
+                }
+            }
+        }
+        let (key, position) = match &self.operator {
+            OperatorSpec::Recording(positions) => {
+                let key = if replays_position(&self.values) { "recording.file" } else { MotionSettings::KEY.path };
+                (key, positions.iter().copied().find(beyond))
+            }
+            OperatorSpec::Ramp { start_m, .. } if beyond(start_m) => ("operator.start_m", Some(*start_m)),
+            OperatorSpec::Ramp { end_m, .. } => ("operator.end_m", Some(*end_m).filter(beyond)),
+            OperatorSpec::Hand(_) => return Ok(()),
+        };
+        let Some(position) = position else { return Ok(()) };
+        let message = format!("the operator moves to {position} m, must stay within {max_m} m of 0, on either side");
+        Err(self.values.error(key, message).remedy("is a recording in mm? Then recording.scale.position_m = 1e-3"))
+    }
+}
+
+/// The name, checked for use as a folder's name.
+fn checked_name(values: &Values, name: String) -> Result<String, ScenarioError> {
+    if harmless_name(&name) == name {
+        return Ok(name);
+    }
+    let message = format!("name is {name:?}, must be usable as a folder's name");
+    Err(values.error("name", message).remedy("use at most 100 letters, digits, '-' and '_'"))
+}
+
+fn grid(values: &mut Values, run: &RunSettings, recording: Option<&RecordingSpec>) -> Result<TickGrid, ScenarioError> {
+    let tick_s = run.tick_s;
+    let duration_s = match (run.duration_s, recording) {
+        (Some(duration_s), _) => duration_s,
+        (None, Some(spec)) => {
+            let covered = spec.recording.ticks_covered(tick_s);
+            covered.map_err(|error| values.error("simulation.tick_s", error.to_string()))? as f64 * tick_s
+        }
+        (None, None) => DEFAULT_DURATION_S,
+    };
+    values.derive_if_missing("simulation.duration_s", Value::Number(duration_s));
+    let ticks = duration_s / tick_s;
+    if ticks > MAX_TICKS {
+        let message = format!("{duration_s} s in ticks of {tick_s} s are {ticks:.0} ticks, at most {MAX_TICKS:.0}");
+        let written = |key: &&str| values.place(key).is_some();
+        let key =
+            ["simulation.tick_s", "simulation.duration_s"].into_iter().find(written).unwrap_or("simulation.tick_s");
+        return Err(values.error(key, message).remedy("shorten the run or lengthen the tick"));
+    }
+    TickGrid::new(tick_s, duration_s).map_err(|error| values.out_of_range(&error))
+}
+
+/// The delays from master to slave and back; a receiver that `waits_for_tick` reads samples at the next tick.
+pub(super) fn delays(
+    values: &mut Values,
+    grid: &TickGrid,
+    waits_for_tick: bool,
+) -> Result<(DelaySettings, DelayTicks, DelayTicks), ScenarioError> {
+    let settings = DelaySettings::read(values)?;
+    let tick_s = grid.tick_s();
+    for (path, delay_s) in settings.of_each_way() {
+        if delay_s / tick_s > MAX_DELAY_TICKS as f64 {
+            let max_s = MAX_DELAY_TICKS as f64 * tick_s;
+            let message = format!("{path} is {delay_s:?}, at most {max_s} s, {MAX_DELAY_TICKS} ticks");
+            return Err(values.error(path, message));
+        }
+    }
+    let ticks = |delay_s| DelayTicks::new(delay_s, tick_s, waits_for_tick);
+    Ok((settings, ticks(settings.forward_delay_s), ticks(settings.backward_delay_s)))
+}

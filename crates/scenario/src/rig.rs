@@ -1,0 +1,65 @@
+//! From a scenario to the settings of a real controller.
+
+use trocar_core::settings::{Fallback, Key};
+
+use super::error::ScenarioError;
+use super::resolve::Scenario;
+use super::value::Value;
+use trocar_core::rig::{Limits, Settings, VelocitySource};
+
+impl Scenario {
+    /// The settings with which a rig's controller acts as this scenario's.
+    ///
+    /// Architecture and passivity of the link are not transferred: [`trocar_core::rig`] implements the paper's scheme. The
+    /// limits are the defaults, because a scenario has none.
+    #[must_use]
+    pub fn rig_settings(&self) -> Settings {
+        let resolution_m = self.sensor.position_resolution_m;
+        Settings {
+            tick_s: self.grid.tick_s(),
+            start_m: self.start_m(),
+            contact_m: self.contact_m,
+            position_scale: self.position_scale(),
+            force_scale: self.link.machines.force_scale,
+            velocity: if resolution_m > 0.0 {
+                let acceleration_std_m_per_s2 = self.sensor.acceleration_std_m_per_s2;
+                VelocitySource::Filtered { resolution_m, acceleration_std_m_per_s2 }
+            } else {
+                VelocitySource::Measured
+            },
+            estimator: self.estimator,
+            detector: self.detector,
+            augmentation: self.augmentation,
+            limits: Limits::default(),
+        }
+    }
+
+    /// As [`Scenario::rig_settings`], with some numbers of [`Settings::KEYS`] changed.
+    ///
+    /// # Errors
+    /// None for the keys of a rig; [`Settings::validate`] checks the ranges.
+    pub fn rig_settings_with(&self, changes: &[(&'static str, f64)]) -> Result<Settings, ScenarioError> {
+        let mut values = self.values().clone();
+        for (key, value) in self.rig_values() {
+            if let Some(value) = value {
+                values.derive(key.path, value);
+            }
+        }
+        for (path, value) in changes {
+            values.derive(path, Value::Number(*value));
+        }
+        Settings::read(&mut values)
+    }
+
+    /// The values of [`Scenario::rig_settings`] by key, in the order of [`Settings::KEYS`]; `None` for a key without a value.
+    pub fn rig_values(&self) -> impl Iterator<Item = (&'static Key, Option<Value>)> {
+        Settings::KEYS.iter().map(|key| {
+            let value = match (key.path, key.fallback) {
+                ("rig.start_m", _) => Some(Value::Number(self.start_m())),
+                (path, Fallback::Value(default)) if path.starts_with("rig.") => Some(Value::from(default)),
+                (path, _) => self.values().get(path).cloned(),
+            };
+            (key, value)
+        })
+    }
+}

@@ -1,0 +1,212 @@
+//! From values to the link's scheduled outages and the delays read from a file.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::document::Source;
+use super::error::ScenarioError;
+use super::replay::{embedded, limiting_key};
+use super::schedule_settings::{EventSettings, ScheduleSettings};
+use super::value::Value;
+use super::values::Values;
+use trocar_core::time::{TickGrid, nearest_ticks, whole_ticks};
+use trocar_engine::channel::{DelaySettings, MAX_DELAY_TICKS, Schedule};
+use trocar_recording::{DelayRow, Limits, open_delays, read_delays, read_file};
+
+const OUTAGES: &str = ScheduleSettings::KEYS[0].path;
+const FILE: &str = ScheduleSettings::KEYS[1].path;
+const EVENTS: &str = EventSettings::KEYS[0].path;
+
+/// The schedules from master to slave and back.
+pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedule, Schedule), ScenarioError> {
+    let settings = ScheduleSettings::read(values)?;
+    let outages = outages(values, &settings.outages_s, grid.tick_s())?;
+    let [forward, backward] = logged_delays(values, grid)?;
+    Ok((Schedule::new(forward, outages.clone()), Schedule::new(backward, outages)))
+}
+
+/// The first tick that is not before a time in s.
+fn first_tick(time_s: f64, tick_s: f64) -> u64 {
+    whole_ticks(time_s, tick_s).unwrap_or((time_s / tick_s).ceil().max(0.0) as u64)
+}
+
+/// The ticks of scheduled alarms, independent of the detector.
+pub(super) fn events(values: &mut Values, grid: &TickGrid) -> Result<Arc<[u64]>, ScenarioError> {
+    let times_s = EventSettings::read(values)?.events_s;
+    let refuse = |message: String, remedy: &str| Err(values.error(EVENTS, message).remedy(remedy));
+    if let Some(before) = times_s.iter().find(|&&time_s| time_s < 0.0) {
+        return refuse(format!("{EVENTS} has {before}, must be at least 0"), "count from the run's start");
+    }
+    let ticks: Arc<[u64]> = times_s.iter().map(|&time_s| nearest_ticks(time_s, grid.tick_s())).collect();
+    if let Some(k) = (1..ticks.len()).find(|&k| ticks[k] <= ticks[k - 1]) {
+        return refuse(
+            format!("{EVENTS} has {} after {}, must ascend by ticks", times_s[k], times_s[k - 1]),
+            "sort the events and remove duplicates",
+        );
+    }
+    Ok(ticks)
+}
+
+fn outages(values: &Values, times_s: &[f64], tick_s: f64) -> Result<Arc<[Range<u64>]>, ScenarioError> {
+    let refuse = |message: String, remedy: &str| Err(values.error(OUTAGES, message).remedy(remedy));
+    let (pairs, rest) = times_s.as_chunks::<2>();
+    if let [begin_s] = rest {
+        let message = format!("{OUTAGES} has {} numbers, and the outage at {begin_s} s has no end", times_s.len());
+        return refuse(message, "write each outage as its start and its end, as in [2.0, 2.5]");
+    }
+    if let Some(before) = times_s.iter().find(|&&time_s| time_s < 0.0) {
+        return refuse(format!("{OUTAGES} has {before}, must be at least 0"), "count from the run's start");
+    }
+    if let Some([begin_s, end_s]) = pairs.iter().find(|[begin_s, end_s]| end_s <= begin_s) {
+        return refuse(
+            format!("{OUTAGES} has an outage from {begin_s} to {end_s} s, must end after its start"),
+            "write each outage as its start and its end",
+        );
+    }
+    if let Some(two) = pairs.windows(2).find(|two| two[1][0] < two[0][1]) {
+        return refuse(
+            format!("{OUTAGES} has an outage from {} s after one to {} s, must ascend", two[1][0], two[0][1]),
+            "sort the outages, and join those that overlap",
+        );
+    }
+    Ok(pairs.iter().map(|pair| first_tick(pair[0], tick_s)..first_tick(pair[1], tick_s)).collect())
+}
+
+/// The delay of each tick's samples, built row by row from a delay log.
+struct DelayTable {
+    tick_s: f64,
+    ticks: usize,
+    begin_s: Option<f64>,
+    /// The delays of the last row, which hold until the next.
+    holding: [u32; 2],
+    delays: [Vec<u32>; 2],
+}
+
+impl DelayTable {
+    fn new(grid: &TickGrid) -> Self {
+        let ticks = grid.ticks() as usize;
+        let empty = || Vec::with_capacity(ticks);
+        Self { tick_s: grid.tick_s(), ticks, begin_s: None, holding: [0; 2], delays: [empty(), empty()] }
+    }
+
+    fn take(&mut self, row: &DelayRow) {
+        // The first row holds from the start.
+        if self.begin_s.is_some() {
+            self.hold_until(first_tick(row.time_s, self.tick_s));
+        }
+        self.begin_s.get_or_insert(row.time_s);
+        self.holding = [row.forward_s, row.backward_s].map(|delay_s| {
+            let ticks = delay_s.map(|delay_s| nearest_ticks(delay_s, self.tick_s));
+            // A sample that arrives after the run's end counts as lost, so that the link does not store it.
+            let ticks = ticks.filter(|&ticks| ticks < self.ticks as u64);
+            ticks.and_then(|ticks| u32::try_from(ticks).ok()).unwrap_or(Schedule::LOST)
+        });
+    }
+
+    fn hold_until(&mut self, tick: u64) {
+        let length = self.ticks.min(usize::try_from(tick).unwrap_or(usize::MAX));
+        for (delays, holding) in self.delays.iter_mut().zip(self.holding) {
+            delays.resize(length.max(delays.len()), holding);
+        }
+    }
+}
+
+/// The delay of each tick's samples in whole ticks, forward and backward; empty without a file.
+fn logged_delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2], ScenarioError> {
+    let Some(source) = values.file(FILE) else { return Ok([Arc::default(), Arc::default()]) };
+    for (key, delay_s) in DelaySettings::read(values)?.of_each_way() {
+        if delay_s != 0.0 {
+            let message = format!("{key} is {delay_s:?}, but {FILE} gives the delays");
+            return Err(values.error(key, message).remedy(format!("leave out {key}, or {FILE}")));
+        }
+    }
+    let limits = Limits { max_gap_s: None, ..Limits::read(values)? };
+    let max_s = MAX_DELAY_TICKS as f64 * grid.tick_s();
+    let source = source.canonical();
+    let mut table = DelayTable::new(grid);
+    let take = |row: &DelayRow| table.take(row);
+    let read = match source.plain() {
+        Source::Disk(path) => match source.kept() {
+            Some(files) => files
+                .bytes(path, || read_file(path, &limits))
+                .and_then(|bytes| read_delays(&source.display(), &*bytes, &limits, max_s, take)),
+            None => open_delays(path, &limits, max_s, take),
+        },
+        Source::Builtin(name) => read_delays(&source.display(), embedded(values, FILE, name)?, &limits, max_s, take),
+        Source::Text { name, text } => read_delays(name, text.as_bytes(), &limits, max_s, take),
+        Source::Memory(_) | Source::Kept(..) => {
+            let name = source.display();
+            return Err(values.error(FILE, format!("{name} is a recording, not a table of delays")));
+        }
+    };
+    read.map_err(|error| {
+        let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(values.place(FILE));
+        ScenarioError::new(error.to_string()).at(place)
+    })?;
+    let end_s = grid.time_s(grid.ticks());
+    if let Some(begin_s) = table.begin_s.filter(|&begin_s| begin_s >= end_s) {
+        let message = format!("the delays begin at {begin_s} s, after the run's end at {end_s} s");
+        return Err(values.error(FILE, message).remedy("count time_s from the run's start"));
+    }
+    table.hold_until(grid.ticks());
+    values.derive_keeping_place(FILE, Value::Text(source.display()));
+    Ok(table.delays.map(Arc::from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn filled(rows: &[(f64, Option<f64>)]) -> Vec<u32> {
+        let grid = TickGrid::new(1e-3, 0.01).expect("valid");
+        let mut table = DelayTable::new(&grid);
+        for &(time_s, forward_s) in rows {
+            table.take(&DelayRow { time_s, forward_s, backward_s: None });
+        }
+        table.hold_until(grid.ticks());
+        let [forward, backward] = table.delays;
+        assert_eq!(backward, [Schedule::LOST; 10]);
+        forward
+    }
+
+    #[test]
+    fn a_tick_takes_the_last_row_at_or_before_it() {
+        let rows = [(0.002, Some(0.001)), (0.004, Some(0.0024)), (0.0055, None), (0.008, Some(0.0026))];
+        let lost = Schedule::LOST;
+        assert_eq!(filled(&rows), [1, 1, 1, 1, 2, 2, lost, lost, 3, 3]);
+    }
+
+    #[test]
+    fn rows_outside_the_run_and_between_ticks_are_skipped() {
+        let rows =
+            [(-1.0, Some(0.001)), (-0.5, Some(0.002)), (0.0031, Some(0.003)), (0.0039, Some(0.004)), (7.0, None)];
+        assert_eq!(filled(&rows), [2, 2, 2, 2, 4, 4, 4, 4, 4, 4]);
+    }
+
+    #[test]
+    fn what_comes_after_the_end_is_lost() {
+        assert_eq!(filled(&[(0.0, Some(0.009)), (0.005, Some(0.010))])[4..6], [9, Schedule::LOST]);
+    }
+
+    #[test]
+    fn an_outage_begins_and_ends_at_the_first_tick_not_before() {
+        let of = |list: &str| {
+            let settings = [format!("{OUTAGES}={list}")];
+            let mut values =
+                Values::load(&Source::Text { name: "x".into(), text: "".into() }, &settings).expect("numbers");
+            let times_s = ScheduleSettings::read(&mut values).expect("there").outages_s;
+            outages(&values, &times_s, 1e-3).map_err(|error| error.to_string())
+        };
+        let ticks = of("[0.1, 0.3, 0.3, 0.3004, 0.69, 0.7001]").expect("good");
+        assert_eq!(*ticks, [100..300, 300..301, 690..701]);
+        for (list, reason) in [
+            ("[0.1]", "has 1 numbers, and the outage at 0.1 s has no end"),
+            ("[-0.1, 0.3]", "has -0.1, must be at least 0"),
+            ("[0.3, 0.3]", "from 0.3 to 0.3 s, must end after its start"),
+            ("[0.3, 0.4, 0.1, 0.2]", "an outage from 0.1 s after one to 0.4 s, must ascend"),
+        ] {
+            let message = of(list).expect_err(list);
+            assert!(message.contains(reason), "{message}");
+        }
+    }
+}

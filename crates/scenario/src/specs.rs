@@ -1,0 +1,157 @@
+//! The operator's motion and the tissue, as a scenario describes them.
+
+use std::sync::Arc;
+
+use trocar_core::settings::Source as _;
+
+use super::error::ScenarioError;
+use super::replay::{RecordingSpec, missing_recording, rupture_depths, rupture_ticks};
+use super::value::Value;
+use super::values::{STATED, Values};
+use trocar_core::error::non_negative;
+use trocar_core::time::TickGrid;
+use trocar_engine::operator::{Hand, MotionSettings};
+use trocar_engine::tissue::{
+    DepthCurves, FmuSettings, ReplayIndex, ReplaySettings, TissueSettings, UnfitUnit, UnitProblem, UnitTissue,
+};
+use trocar_recording::Resampled;
+
+/// The operator's motion.
+#[derive(Debug, Clone, PartialEq)]
+pub enum OperatorSpec {
+    /// Positions in m, one per tick: recorded, or computed beforehand.
+    Recording(Arc<[f64]>),
+    /// A constant speed.
+    Ramp {
+        /// Start position in m.
+        start_m: f64,
+        /// End position in m.
+        end_m: f64,
+        /// Speed in m/s.
+        speed_m_per_s: f64,
+    },
+    /// The motion of a live hand.
+    Hand(Arc<Hand>),
+}
+
+/// The tissue.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TissueSpec {
+    /// Forces in N, one per tick, and the ticks of the labelled ruptures.
+    Recording {
+        /// Forces in N, one per tick.
+        force_n: Arc<[f64]>,
+        /// Ticks of the labelled ruptures.
+        rupture_ticks: Arc<[u64]>,
+    },
+    /// A recording by depth.
+    Depth {
+        /// The recorded force at each depth.
+        curves: Arc<DepthCurves>,
+        /// Depths at which layers rupture, in m.
+        rupture_depths_m: Arc<[f64]>,
+        /// Travel over which the force changes to the withdrawal force, in m.
+        presliding_m: f64,
+    },
+    /// A tissue model defined by settings alone.
+    Model(Box<TissueSettings>),
+    /// A tissue in a functional mock-up unit.
+    Unit(Arc<UnitTissue>),
+}
+
+impl From<TissueSettings> for TissueSpec {
+    fn from(settings: TissueSettings) -> Self {
+        Self::Model(Box::new(settings))
+    }
+}
+
+impl TissueSpec {
+    /// The settings of a tissue model, which needs no recording.
+    #[must_use]
+    pub fn settings(&self) -> Option<&TissueSettings> {
+        match self {
+            Self::Model(settings) => Some(settings),
+            Self::Recording { .. } | Self::Depth { .. } | Self::Unit(_) => None,
+        }
+    }
+}
+
+/// The operator's motion, given the recording (original and resampled) if one is replayed.
+pub(super) fn operator(
+    values: &mut Values,
+    grid: &TickGrid,
+    replay: Option<(&RecordingSpec, &Resampled)>,
+) -> Result<OperatorSpec, ScenarioError> {
+    let (tick_s, ticks) = (grid.tick_s(), grid.ticks() + 1);
+    Ok(match MotionSettings::read(values)? {
+        MotionSettings::Recording => {
+            let (_, resampled) = replay.ok_or_else(|| missing_recording(values))?;
+            OperatorSpec::Recording(resampled.position_m.as_slice().into())
+        }
+        MotionSettings::Ramp(ramp) => {
+            OperatorSpec::Ramp { start_m: ramp.start.start_m, end_m: ramp.end.end_m, speed_m_per_s: ramp.speed_m_per_s }
+        }
+        MotionSettings::MinimumJerk(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
+        MotionSettings::InsertionExtraction(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
+        MotionSettings::Sine(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
+    })
+}
+
+/// The tissue, given the recording (original and resampled) if one is replayed.
+pub(super) fn tissue(
+    values: &mut Values,
+    grid: &TickGrid,
+    replay: Option<(&RecordingSpec, &Resampled)>,
+) -> Result<TissueSpec, ScenarioError> {
+    Ok(match (TissueSettings::read(values)?, replay) {
+        (TissueSettings::Recording(ReplaySettings { index }), Some((spec, resampled))) => match index {
+            ReplayIndex::Time => TissueSpec::Recording {
+                force_n: resampled.force_n.as_slice().into(),
+                rupture_ticks: rupture_ticks(spec, grid),
+            },
+            ReplayIndex::Depth { presliding_m } => TissueSpec::Depth {
+                curves: DepthCurves::new(spec.recording.position_m(), spec.recording.force_n())
+                    .map_err(|error| values.out_of_range(&error))?
+                    .into(),
+                rupture_depths_m: rupture_depths(spec),
+                presliding_m,
+            },
+        },
+        (TissueSettings::Fmu(settings), _) => TissueSpec::Unit(unit(values, &settings, grid)?),
+        (settings, _) => settings.into(),
+    })
+}
+
+/// The spring (N/m) and the damper (N·s/m) that a scenario states in place of a force recorded over time, for the analysis of
+/// stability.
+pub(super) fn stated_tissue(values: &mut Values) -> Result<Option<(f64, f64)>, ScenarioError> {
+    if !values.states_tissue() {
+        return Ok(None);
+    }
+    let [stiffness, damping] = STATED.map(|key| {
+        let value = values.number(key)?;
+        non_negative(key, value).map_err(|error| values.out_of_range(&error))
+    });
+    Ok(Some((stiffness?, damping?)))
+}
+
+/// The unit that a scenario names, whose code is not executed yet.
+fn unit(values: &mut Values, settings: &FmuSettings, grid: &TickGrid) -> Result<Arc<UnitTissue>, ScenarioError> {
+    let (file, step) = (UnitTissue::file_key(), UnitTissue::step_key());
+    let Some(source) = values.file(file) else {
+        let error = values.error(TissueSettings::KEY.path, format!("the tissue is an FMU, but {file} is missing"));
+        return Err(error.remedy(format!("give its path as {file}")));
+    };
+    let source = source.canonical();
+    let Some(path) = source.disk_path() else {
+        return Err(values.error(file, format!("{} is not a file on disk", source.display())));
+    };
+    let unfit = |UnfitUnit { key, problem }: UnfitUnit| match problem {
+        UnitProblem::Unit(error) => values.error(key, format!("{}: {error}", source.display())),
+        UnitProblem::Setting(problem) => values.error(key, format!("{key} {problem}")),
+    };
+    let tissue = UnitTissue::open(path, settings, grid.tick_s()).map_err(unfit)?;
+    values.derive_keeping_place(file, Value::Text(source.display()));
+    values.derive_if_missing(step, Value::Number(grid.tick_s()));
+    Ok(Arc::new(tissue))
+}

@@ -1,0 +1,256 @@
+//! Starter scenarios: a first file of one's own, with the keys' meanings and defaults as comments.
+
+use trocar_core::settings::{Fallback, Key, Kind};
+
+use super::key_table::SECTIONS;
+use super::keys::find;
+use super::value::Value;
+use super::values::{harmless_name, keys_of};
+use trocar_engine::tissue::{ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST};
+
+/// What a starter scenario is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Starter {
+    /// A tissue of one's own, in layers.
+    Tissue,
+    /// A replay of a recording.
+    Replay,
+    /// The paper's augmented scenario and a few changes.
+    Minimal,
+    /// Every key.
+    All,
+}
+
+/// A line of a starter scenario: a key, by its path.
+#[derive(Debug, Clone, Copy)]
+enum Line {
+    /// With this value.
+    Set(&'static str, &'static str),
+    /// Commented out, with its default.
+    Default(&'static str),
+    /// Commented out, with a value, as the default is derived from other keys or does not exist.
+    Example(&'static str, &'static str),
+}
+
+use Line::{Default, Example, Set};
+
+/// The base of the starters that have one.
+const BASE: &str = "base = \"paper/augmented\" # Inherit from a shipped scenario, or from a file relative to this one, then override.\n";
+
+const TISSUE: &[Line] = &[
+    Set("simulation.duration_s", "8.0"),
+    Default("simulation.seed"),
+    Default("scaling.force"),
+    Default("channel.delay_s"),
+    Set("operator.kind", "\"insertion-extraction\""),
+    Set("operator.end_m", "0.06"),
+    Set("operator.movement_s", "5.0"),
+    Set("operator.reflex", "\"stop\""),
+    Default("operator.tremor_amplitude_m"),
+    Set("tissue.kind", "\"layers\""),
+    Set("tissue.skin.rupture_force_n", "5.3"),
+    Set("tissue.skin.cutting_force_n", "1.5"),
+    Default("tissue.skin.thickness_m"),
+    Default("tissue.skin.stiffness_n_per_m"),
+    Default("tissue.fat.thickness_m"),
+    Set("tissue.muscle.rupture_force_n", "2.0"),
+    Set("tissue.muscle.cutting_force_n", "0.4"),
+    Default("tissue.muscle.thickness_m"),
+    Set("tissue.capsule.rupture_force_n", "1.6"),
+    Default("tissue.organ.friction_n_per_m"),
+    Set("sensor.force_noise_std_n", "0.025"),
+    Set("estimator.dead_zone_n", "0.05"),
+    Example("detector.threshold", "0.01"),
+    Default("augmentation.enabled"),
+    Default("augmentation.reengage"),
+];
+
+const REPLAY: &[Line] = &[
+    Default("scaling.force"),
+    Default("channel.delay_s"),
+    Default("tissue.index"),
+    Set("recording.file", "\"builtin:in_vivo_like.csv\""),
+    Set("recording.ruptures_s", "[5.52, 8.85]"),
+    Default("recording.position_sign"),
+    Default("recording.force_sign"),
+    Default("recording.columns.time_s"),
+    Default("recording.columns.position_m"),
+    Set("recording.columns.velocity_m_per_s", "\"velocity_m_per_s\""),
+    Default("recording.columns.force_n"),
+    Default("recording.scale.time_s"),
+    Default("recording.scale.position_m"),
+    Default("recording.scale.velocity_m_per_s"),
+    Default("recording.scale.force_n"),
+    Example("estimator.contact_m", "0.012"),
+    Default("estimator.dead_zone_n"),
+    Default("detector.distance"),
+    Example("detector.threshold", "0.01"),
+    Default("augmentation.enabled"),
+    Default("augmentation.force_law"),
+    Default("augmentation.reengage"),
+];
+
+const MINIMAL: &[Line] = &[
+    Set("scaling.force", "0.8"),
+    Default("channel.delay_s"),
+    Default("sensor.force_noise_std_n"),
+    Example("detector.threshold", "0.01"),
+    Default("augmentation.enabled"),
+    Default("augmentation.force_law"),
+    Default("augmentation.reengage"),
+];
+
+impl Line {
+    fn path(self) -> &'static str {
+        match self {
+            Set(path, _) | Default(path) | Example(path, _) => path,
+        }
+    }
+
+    /// The line with the key's meaning; nothing for a path without key.
+    fn text(self) -> Option<String> {
+        let key = find(self.path())?;
+        let name = last_name(key);
+        let about = format!("{}{}", key.meaning, must(key));
+        let default = match key.fallback {
+            Fallback::Value(value) => Some(Value::from(value).to_toml().to_string()),
+            Fallback::Derived(rule) => Some(rule.to_owned()),
+            Fallback::Unset => None,
+        };
+        let remark = default.as_ref().map_or_else(String::new, |default| format!(" Default: {default}."));
+        Some(match self {
+            Set(_, value) => format!("{name} = {value} # {about}{remark}\n"),
+            Default(_) => format!("# {name} = {} # {about}\n", default?),
+            Example(_, value) => format!("# {name} = {value} # {about} Example value.{remark}\n"),
+        })
+    }
+}
+
+impl Starter {
+    /// The text of a starter scenario of a given name, made valid as a folder's name.
+    #[must_use]
+    pub fn text(self, name: &str) -> String {
+        let (subject, base, lines) = match self {
+            Self::All => return every_key(name),
+            Self::Tissue => ("An insertion through layers of tissue.", "", TISSUE),
+            Self::Replay => ("A replay of a recording: replace the file and name its columns.", "", REPLAY),
+            Self::Minimal => ("The paper's augmented insertion, with changes.", BASE, MINIMAL),
+        };
+        let mut text = format!(
+            "# {subject}\n\
+             # Check it with `trocar check`, run it with `trocar run`. Uncomment a line to override the default.\n\
+             {UNITS}\
+             # Every key: docs/src/reference/keys.md, or `trocar init --all`.\n\
+             \n\
+             {}{base}",
+            name_line(name)
+        );
+        let mut here = "";
+        for line in lines {
+            let section = line.path().rsplit_once('.').map_or("", |(section, _)| section);
+            if section != here {
+                here = section;
+                // The subject on the line of the section keeps a starter short.
+                text.push_str(&format!("\n[{section}] # {}\n", subject_of(section)));
+            }
+            text.extend(line.text());
+        }
+        text
+    }
+}
+
+const UNITS: &str = "# Lengths in m, times in s, forces in N, positive when they resist insertion.\n";
+
+fn name_line(name: &str) -> String {
+    format!("name = {}\n", toml::Value::String(harmless_name(name)))
+}
+
+fn subject_of(section: &str) -> &'static str {
+    SECTIONS.iter().find(|(known, _)| *known == section).map_or("", |(_, about)| about)
+}
+
+/// A starter scenario with every key.
+fn every_key(name: &str) -> String {
+    let mut text = format!(
+        "# A trocar scenario. Check it with `trocar check`, run it with `trocar run`.\n\
+         # Every key is here with its default, commented out. Uncomment a line to override the default. The base\n\
+         # overrides defaults too.\n\
+         {UNITS}\n{}{BASE}",
+        name_line(name)
+    );
+    for (section, about) in SECTIONS {
+        text.push_str(&format!("\n# {about}\n[{section}]\n"));
+        for key in keys_of(section) {
+            let name = last_name(key);
+            match key.fallback {
+                Fallback::Value(_) => text.extend(Default(key.path).text()),
+                Fallback::Derived(rule) => text.push_str(&format!("# {name} = # {} Default: {rule}.\n", key.meaning)),
+                Fallback::Unset => text.push_str(&format!("# {name} = # {}\n", key.meaning)),
+            }
+        }
+        if LAYER_LIST.strip_suffix(".layer") == Some(section) {
+            text.push_str(&any_layer());
+        }
+    }
+    text
+}
+
+/// An item of the list of layers, commented out.
+fn any_layer() -> String {
+    let acts = ANY_LAYER_KEYS.iter().find_map(|key| key.acts_for);
+    let kinds = acts.map_or(String::new(), |acts| format!(", for {} = {}", acts.key, acts.words().join(", ")));
+    let mut text = format!("# [[{LAYER_LIST}]] # A layer of your own{kinds}.\n");
+    // Indented, as they are no keys of the section above.
+    text.push_str(&format!("#   name = {DEFAULT_LAYER:?} # Name of the layer.\n"));
+    let lines = ANY_LAYER_KEYS.iter().filter_map(|key| Default(key.path).text());
+    text.extend(lines.map(|line| line.replacen("# ", "#   ", 1)));
+    text
+}
+
+fn last_name(key: &Key) -> &'static str {
+    key.path.rsplit('.').next().unwrap_or(key.path)
+}
+
+/// The allowed words of a key, in parentheses.
+fn must(key: &Key) -> String {
+    match key.kind {
+        Kind::Choice(_) => format!(" ({})", key.kind),
+        _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Scenario, Source};
+    use super::*;
+
+    fn load(text: &str) -> Scenario {
+        let source = Source::Text { name: "starter".into(), text: text.into() };
+        Scenario::load(&source, &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
+    }
+
+    #[test]
+    fn a_starter_is_short_and_valid_with_any_line_uncommented() {
+        for (starter, listed) in [(Starter::Tissue, TISSUE), (Starter::Replay, REPLAY), (Starter::Minimal, MINIMAL)] {
+            let text = starter.text("mine");
+            assert!(text.lines().count() <= 60, "{text}");
+            assert!(text.contains("docs/src/reference/keys.md"));
+            assert!(text.contains("Uncomment a line to override the default."), "{text}");
+            // A commented value that is not the default says so.
+            for line in listed.iter().filter(|line| matches!(line, Example(..))) {
+                let name = find(line.path()).map(last_name).expect("a key");
+                let example = text.lines().find(|text| text.starts_with(&format!("# {name} = "))).expect("a line");
+                assert!(example.contains(" Example value."), "{example}");
+            }
+            assert_eq!(load(&text).name, "mine");
+            let is_key = |line: &str| line.strip_prefix("# ").is_some_and(|line| line.split(' ').nth(1) == Some("="));
+            let mut uncommented = 0;
+            for commented in text.lines().filter(|line| is_key(line)) {
+                load(&text.replace(commented, &commented[2..]));
+                uncommented += 1;
+            }
+            let set = listed.iter().filter(|line| matches!(line, Set(..))).count();
+            assert_eq!(uncommented + set, listed.len(), "{text}");
+        }
+    }
+}

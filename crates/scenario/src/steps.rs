@@ -1,0 +1,73 @@
+//! Both plants' steps over whole ticks. Computing them takes longer than running some hundred ticks, so copies of a
+//! scenario with the same plants share them.
+
+use trocar_engine::plant::{
+    ArmParameters, ControlTiming, MasterParameters, MasterStep, PlantError, SlaveParameters, SlaveStep,
+};
+
+/// The steps, and the parameters that they were computed from.
+#[derive(Debug, Clone)]
+pub(super) struct Steps {
+    master_parameters: (MasterParameters, ArmParameters),
+    slave_parameters: SlaveParameters,
+    timing: ControlTiming,
+    tick_s: f64,
+    pub(super) master: MasterStep,
+    pub(super) slave: SlaveStep,
+}
+
+/// The parameters that a scenario's steps depend on.
+pub(super) type PlantParameters<'a> = (&'a MasterParameters, &'a ArmParameters, &'a SlaveParameters);
+
+impl Steps {
+    /// The steps for a tick of `tick_s` (s).
+    pub(super) fn new(
+        (master, arm, slave): PlantParameters<'_>,
+        timing: ControlTiming,
+        tick_s: f64,
+    ) -> Result<Self, PlantError> {
+        Ok(Self {
+            master_parameters: (*master, *arm),
+            slave_parameters: slave.clone(),
+            timing,
+            tick_s,
+            master: MasterStep::new(master, arm, timing, tick_s)?,
+            slave: SlaveStep::new(slave, timing, tick_s)?,
+        })
+    }
+
+    /// Whether they were computed from these parameters; a scenario's public fields may have changed.
+    pub(super) fn are_of(&self, (master, arm, slave): PlantParameters<'_>, timing: ControlTiming, tick_s: f64) -> bool {
+        self.master_parameters == (*master, *arm)
+            && self.slave_parameters == *slave
+            && self.timing == timing
+            && self.tick_s == tick_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::borrow::Cow;
+
+    use super::super::{Scenario, Source};
+
+    #[test]
+    fn a_copy_that_was_changed_has_its_own_steps() {
+        let base = Scenario::load(&Source::parse("layers/skin-augmented"), &[]).expect("good");
+        let steps = |scenario: &Scenario| {
+            let (master, slave) = scenario.whole_steps().expect("built");
+            (master.into_owned(), slave.into_owned())
+        };
+        let first = steps(&base);
+        let mut other = base.clone();
+        other.master.mass_kg *= 2.0;
+        assert_ne!(steps(&other).0, first.0);
+        assert_eq!(steps(&other).1, first.1);
+        other = base.clone();
+        other.slave.velocity_gain += 1.0;
+        assert_ne!(steps(&other).1, first.1);
+        assert_eq!(steps(&base), first);
+        let (master, _) = base.whole_steps().expect("built");
+        assert!(matches!(master, Cow::Borrowed(_)), "computed again");
+    }
+}

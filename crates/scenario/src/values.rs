@@ -1,0 +1,667 @@
+//! Every key with its value and its place in the file.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use trocar_core::settings::{self, ActsFor, Fallback, Key, Kind, Source as _};
+
+use super::document::{Entry, Source, drop_replaced_layers, gather, is_of_layer};
+use super::error::{Place, ScenarioError};
+use super::key_table::{KEYS, SECTIONS};
+use super::keys::{find, is_section, nearest, nearest_of};
+use super::quantity;
+use super::value::Value;
+use trocar_core::detection::DistanceKind;
+use trocar_core::error::InvalidValue;
+use trocar_engine::channel::DelaySettings;
+use trocar_engine::operator::MotionSettings;
+use trocar_engine::tissue::{
+    ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST, LAYER_NAMES, ReplayIndex, ReplaySettings, TissueSettings, keys_of_layer,
+    layer_key,
+};
+
+/// The keys that state a spring and a damper in place of a force recorded over time, for the analysis of stability.
+pub(super) const STATED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
+
+/// The section that is followed by the list of layers.
+const TISSUE: &str = "tissue";
+
+/// The key of the tick, the minimum of some times.
+const TICK: &str = "simulation.tick_s";
+
+/// The keys of the detector that do not ask for another one than the adaptive: those that it uses, without those in the
+/// unit of the distance.
+const OF_ADAPTIVE: [&str; 5] = [
+    "detector.false_alarms_per_min",
+    "detector.motion",
+    "detector.withdrawal_speed_m_per_s",
+    "detector.insertion_speed_m_per_s",
+    "detector.minimum_depth_m",
+];
+
+/// The beginnings of the keys that act on the detection on a recording.
+const OF_RECORDINGS: [&str; 4] = ["estimator.", "detector.", "sensor.", "recording."];
+
+/// A value and its origin.
+#[derive(Debug, Clone)]
+struct Given {
+    value: Value,
+    /// Where it was written; `None` for a default.
+    place: Option<Place>,
+    /// The file that a path is relative to.
+    source: Option<Source>,
+    /// See [`Entry::layer`].
+    layer: usize,
+}
+
+/// The list of the tissue's layers, from the surface down.
+#[derive(Debug, Clone)]
+struct LayerList {
+    names: Vec<&'static str>,
+    place: Place,
+    /// See [`Entry::layer`].
+    layer: usize,
+}
+
+/// The values of a scenario by key. Keys without a value are absent.
+#[derive(Debug, Clone, Default)]
+pub struct Values {
+    given: HashMap<&'static str, Given>,
+    /// The written list of layers.
+    layers: Option<LayerList>,
+    /// The layer whose keys are read as those of the layer `*`.
+    visited: Option<&'static str>,
+}
+
+impl Values {
+    /// The values of a file, its bases, and `section.key=value` settings that override them, and the defaults.
+    ///
+    /// # Errors
+    /// A file that cannot be read or parsed, an unknown key, or a value that its key does not allow.
+    pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
+        Self::load_changed(source, &[settings])
+    }
+
+    /// As [`Values::load`], with several lists of settings, of which a later one overrides the earlier ones.
+    ///
+    /// # Errors
+    /// As [`Values::load`].
+    pub(super) fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
+        Self::of_entries(source, gather(source, settings)?)
+    }
+
+    /// The values of the entries of a source and of settings, the nearest first, and the defaults.
+    ///
+    /// # Errors
+    /// An unknown key, or a value that its key does not allow.
+    pub(super) fn of_entries(source: &Source, mut entries: Vec<Entry>) -> Result<Self, ScenarioError> {
+        let mut values = Self::default();
+        drop_replaced_layers(&mut entries);
+        let refused = entries.into_iter().filter_map(|entry| values.take(entry).err());
+        ScenarioError::all(refused.collect())?;
+        if !values.is_given("name") {
+            values.derive("name", Value::Text(harmless_name(&source.stem())));
+        }
+        values.fill_defaults();
+        Ok(values)
+    }
+
+    /// The values of settings alone, for the detection on a recording, which needs no file.
+    ///
+    /// # Errors
+    /// As [`Values::load`], and for a key that has no effect on a recording.
+    pub fn from_settings(name: &str, settings: &[String]) -> Result<Self, ScenarioError> {
+        let mut values = Self::default();
+        for setting in settings.iter().rev() {
+            for entry in super::document::parse_setting(setting)? {
+                if find(&entry.path).is_some() && !OF_RECORDINGS.iter().any(|begin| entry.path.starts_with(begin)) {
+                    let message = format!("{} has no effect on a recording", entry.path);
+                    let error = ScenarioError::new(message).at(Some(entry.key_place));
+                    let acting = OF_RECORDINGS.map(|begin| format!("{begin}…")).join(", ");
+                    return Err(error.remedy(format!("leave it out; these keys have one: {acting}")));
+                }
+                values.take(entry)?;
+            }
+        }
+        values.derive("name", Value::Text(harmless_name(name)));
+        values.fill_defaults();
+        Ok(values)
+    }
+
+    /// Checks an entry and stores it, unless its key already has a value.
+    pub(super) fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
+        if entry.path == LAYER_LIST {
+            return self.take_layers(&entry);
+        }
+        let Some(key) = find(&entry.path) else { return Err(unknown(&entry)) };
+        let Some(value) = Value::of_key(key, &entry.value) else {
+            let unit = quantity::unit_of(key.path).filter(|_| matches!(key.kind, Kind::Number(_)));
+            let reason = match (entry.value.as_str(), unit) {
+                (Some(text), Some(unit)) => quantity::parse(text, &unit).err(),
+                _ => None,
+            };
+            let message = format!("{} is {}, must be {}", key.path, entry.written, key.kind);
+            let mut error = ScenarioError::new(message).at(Some(entry.value_place));
+            if let Some(reason) = reason {
+                error = error.remedy(reason);
+            }
+            if let (Kind::Choice(words), Some(word)) = (key.kind, entry.value.as_str()) {
+                let best = words.iter().max_by(|a, b| similarity(word, a).total_cmp(&similarity(word, b)));
+                if let Some(best) = best.filter(|best| similarity(word, best) > 0.7) {
+                    error = error.remedy(format!("did you mean \"{best}\"?"));
+                }
+            }
+            return Err(error);
+        };
+        // Entries come in the order of their layers, the nearest to the command line first.
+        let both = self.given.get(DelaySettings::BOTH);
+        if DelaySettings::is_one_way(key.path) && both.is_some_and(|both| both.layer < entry.layer) {
+            return Ok(());
+        }
+        let given = Given { value, place: Some(entry.value_place), source: Some(entry.source), layer: entry.layer };
+        self.given.entry(key.path).or_insert(given);
+        Ok(())
+    }
+
+    /// Stores a list of layers, unless there is one.
+    fn take_layers(&mut self, entry: &Entry) -> Result<(), ScenarioError> {
+        let items = entry.value.as_array().filter(|items| !items.is_empty());
+        let names = items.and_then(|items| {
+            items.iter().map(|item| Some(keys_of_layer(item.as_str()?)?.0)).collect::<Option<Vec<_>>>()
+        });
+        let Some(names) = names else {
+            let message = format!("{LAYER_LIST} is {}, must be a list of layers", entry.written);
+            let remedy = format!("write [[{LAYER_LIST}]] and its keys below, for each layer");
+            return Err(ScenarioError::new(message).at(Some(entry.key_place.clone())).remedy(remedy));
+        };
+        let list = LayerList { names, place: entry.key_place.clone(), layer: entry.layer };
+        self.layers.get_or_insert(list);
+        Ok(())
+    }
+
+    /// The names of the tissue's layers, from the surface down.
+    fn layer_names(&self) -> &[&'static str] {
+        self.layers.as_ref().map_or(&[DEFAULT_LAYER], |list| &list.names)
+    }
+
+    /// The keys of this scenario: those that every scenario has, and those of its layers.
+    fn keys(&self) -> impl Iterator<Item = &'static Key> {
+        let of_layers = self.layer_names().iter().filter_map(|name| keys_of_layer(name)).flat_map(|(_, keys)| keys);
+        KEYS.iter().chain(of_layers)
+    }
+
+    /// Checks that every key of a layer is that of a layer in the list.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] at the first that is not.
+    pub(super) fn check_layers(&self) -> Result<(), ScenarioError> {
+        let names = self.layer_names();
+        let name_of = |path: &'static str| path.strip_prefix(LAYER_LIST)?.strip_prefix('.')?.split('.').next();
+        let stray = self.given.iter().find(|(path, _)| name_of(path).is_some_and(|name| !names.contains(&name)));
+        let Some((path, given)) = stray else { return Ok(()) };
+        let name = name_of(path).unwrap_or_default();
+        let error = ScenarioError::new(format!("there is no layer {name} in [[{LAYER_LIST}]]")).at(given.place.clone());
+        let listed = format!("the layers are {}", names.join(", "));
+        Err(error.remedy(if is_section(&format!("tissue.{name}")) {
+            format!("{listed}; a layer of kind layers is tissue.{name}")
+        } else {
+            listed
+        }))
+    }
+
+    /// Checks that every written key acts.
+    ///
+    /// A key may act for some kinds of a choice only. It is then an error with another kind, unless a file nearer to the
+    /// command line has changed the kind, or the command line sets it for several scenarios and it `acts_elsewhere`.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] at all such keys.
+    pub(super) fn check_acting(&self, acts_elsewhere: impl Fn(&Key) -> bool) -> Result<(), ScenarioError> {
+        let layer = |path: &str| self.given.get(path).filter(|given| given.place.is_some()).map(|given| given.layer);
+        let unmet_at = |key: &Key, written: usize| {
+            let is_nearer = |acts: &ActsFor| layer(acts.key).is_some_and(|kind| kind < written);
+            self.unmet(key).find(|acts| !is_nearer(acts))
+        };
+        let inert = self.keys().filter(|key| !self.is_acting(key)).filter_map(|key| {
+            let written = layer(key.path).filter(|layer| *layer > 0 || !acts_elsewhere(key))?;
+            Some(self.without_effect(key.path, self.place(key.path), &unmet_at(key, written)?))
+        });
+        let inert_list = self.layers.iter().filter_map(|list| {
+            let unmet = unmet_at(ANY_LAYER_KEYS.first()?, list.layer)?;
+            Some(self.without_effect(LAYER_LIST, Some(list.place.clone()), &unmet))
+        });
+        // The list alone, not each key in it.
+        let list: Vec<_> = inert_list.collect();
+        let is_listed = |error: &ScenarioError| !list.is_empty() && is_of_layer(&error.message);
+        ScenarioError::all(inert.filter(|error| !is_listed(error)).chain(list.clone()).collect())
+    }
+
+    /// The error for a key that does not act, as a condition is not met.
+    fn without_effect(&self, path: &str, place: Option<Place>, unmet: &ActsFor) -> ScenarioError {
+        let is_switch = find(unmet.key).is_some_and(|choice| choice.kind == Kind::Flag);
+        let quoted = |word: &str| if is_switch { word.to_owned() } else { format!("{word:?}") };
+        let words: Vec<String> = unmet.words().iter().map(|word| quoted(word)).collect();
+        let present = quoted(self.kind(unmet.key).unwrap_or_default());
+        let message = format!(
+            "{path} has no effect: it acts for {} = {}, which is {present} here",
+            unmet.key,
+            words.join(" or ")
+        );
+        ScenarioError::new(message).at(place).remedy(format!("remove it, or change {}", unmet.key))
+    }
+
+    /// Whether a key acts for the present kinds.
+    #[must_use]
+    pub fn is_acting(&self, key: &Key) -> bool {
+        let is_stated = STATED.contains(&key.path) && self.states_tissue();
+        is_stated || self.unmet(key).next().is_none()
+    }
+
+    /// True if a spring or a damper is written beside a force recorded over time, which does not react: the analysis of
+    /// stability then takes them for the tissue.
+    #[must_use]
+    pub fn states_tissue(&self) -> bool {
+        let is_written = |path: &str| self.given.get(path).is_some_and(|given| given.place.is_some());
+        replays_over_time(self) && STATED.into_iter().any(is_written)
+    }
+
+    /// The conditions of a key that the present kinds do not meet. A choice can itself act for some kinds of another.
+    pub fn unmet(&self, key: &Key) -> impl Iterator<Item = ActsFor> {
+        let is_met = |acts: &ActsFor| self.kind(acts.key).is_some_and(|word| acts.words().contains(&word));
+        conditions(key).filter(move |acts| !is_met(acts))
+    }
+
+    /// The word of a choice, or the position of a switch.
+    fn kind(&self, path: &str) -> Option<&str> {
+        match self.get(path)? {
+            Value::Text(word) => Some(word),
+            Value::Flag(true) => Some("true"),
+            Value::Flag(false) => Some("false"),
+            _ => None,
+        }
+    }
+
+    pub(super) fn fill_defaults(&mut self) {
+        for key in self.keys().collect::<Vec<_>>() {
+            if let Fallback::Value(value) = key.fallback {
+                let default = || Given { value: value.into(), place: None, source: None, layer: 0 };
+                self.given.entry(key.path).or_insert_with(default);
+            }
+        }
+    }
+
+    /// Sets a derived value.
+    pub(super) fn derive(&mut self, path: &'static str, value: Value) {
+        self.given.insert(path, Given { value, place: None, source: None, layer: 0 });
+    }
+
+    /// Sets a derived value, unless the key has one.
+    pub(super) fn derive_if_missing(&mut self, path: &'static str, value: Value) {
+        if !self.is_given(path) {
+            self.derive(path, value);
+        }
+    }
+
+    /// Takes the adaptive detector, which needs no settings, unless a written key of the detector asks for another: the
+    /// kind, a number in its unit, or a setting that the adaptive one does not use.
+    #[must_use]
+    pub fn with_adaptive_detector(mut self) -> Self {
+        let written = |key: &&Key| self.place(key.path).is_some();
+        if keys_of("detector").filter(written).all(|key| OF_ADAPTIVE.contains(&key.path)) {
+            self.derive(DistanceKind::KEY.path, Value::Text(DistanceKind::Adaptive.word().to_owned()));
+        }
+        self
+    }
+
+    /// Replaces a value by its resolved form, such as a full path, and keeps its place.
+    pub(super) fn derive_keeping_place(&mut self, path: &'static str, value: Value) {
+        let place = self.place(path);
+        self.given.insert(path, Given { value, place, source: None, layer: 0 });
+    }
+
+    /// Sets a value that was written at a place.
+    pub(super) fn give(&mut self, path: &'static str, value: Value, place: Place) {
+        self.given.insert(path, Given { value, place: Some(place), source: None, layer: 0 });
+    }
+
+    /// Replaces the value of a key that has one, and keeps its place.
+    pub(super) fn replace(&mut self, path: &str, value: Value) {
+        if let Some(given) = self.given.get_mut(path) {
+            given.value = value;
+        }
+    }
+
+    /// Removes the value of a key.
+    pub(super) fn remove(&mut self, path: &str) {
+        self.given.remove(path);
+    }
+
+    /// The scenario's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.text("name").unwrap_or("scenario")
+    }
+
+    /// Whether a key has a value.
+    #[must_use]
+    pub fn is_given(&self, path: &str) -> bool {
+        self.given.contains_key(path)
+    }
+
+    /// The value of a key, if it has one.
+    #[must_use]
+    pub fn get(&self, path: &str) -> Option<&Value> {
+        if let Some(name) = self.visited
+            && let Some(field) = path.strip_prefix(LAYER_LIST).and_then(|rest| rest.strip_prefix(".*."))
+        {
+            return self.given.get(format!("{LAYER_LIST}.{name}.{field}").as_str()).map(|given| &given.value);
+        }
+        self.given.get(path).map(|given| &given.value)
+    }
+
+    /// Where the value of a key was written.
+    #[must_use]
+    pub fn place(&self, path: &str) -> Option<Place> {
+        self.given.get(path)?.place.clone()
+    }
+
+    /// An error about a key's value, at its place.
+    #[must_use]
+    pub fn error(&self, path: &str, message: impl Into<String>) -> ScenarioError {
+        ScenarioError::new(message).at(self.place(path))
+    }
+
+    /// An error about a value out of range, at the place of its key.
+    #[must_use]
+    pub fn out_of_range(&self, error: &InvalidValue) -> ScenarioError {
+        // If only the other key of a relation was written, the error is at that key.
+        let related = || KEYS.iter().filter(|key| error.requirement.contains(key.path));
+        let place = self.place(error.name).or_else(|| related().find_map(|key| self.place(key.path)));
+        if self.place(error.name).is_none() && related().any(|key| key.path == TICK && self.place(TICK).is_some()) {
+            let tick_s = settings::Source::optional_number(self, TICK).unwrap_or_default();
+            let message = format!("{TICK} is {tick_s}, too long: {error}");
+            return ScenarioError::new(message).at(place).remedy(format!("shorten the tick, or give {}", error.name));
+        }
+        ScenarioError::new(error.to_string()).at(place)
+    }
+
+    /// Where the first key of a section was written.
+    #[must_use]
+    pub fn section_place(&self, section: &str) -> Option<Place> {
+        keys_of(section).find_map(|key| self.place(key.path))
+    }
+
+    pub(super) fn text(&self, path: &str) -> Result<&str, ScenarioError> {
+        match self.get(path) {
+            Some(Value::Text(value)) => Ok(value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    /// The source that a key names; `None` if the key has no value.
+    pub(super) fn file(&self, path: &str) -> Option<Source> {
+        let given = self.given.get(path)?;
+        let Value::Text(text) = &given.value else { return None };
+        Some(given.source.as_ref().map_or_else(|| Source::parse(text), |source| source.relative(text)))
+    }
+
+    fn missing(&self, path: &str) -> ScenarioError {
+        let must = find(path).map_or_else(String::new, |key| format!(", {}", key.kind));
+        self.error(path, format!("{path} is missing{must}"))
+    }
+
+    /// The files on disk that the values name: a new name for each, which replaces it, and its path. Paths in the values are then
+    /// relative to a folder that contains the new names.
+    pub fn take_files(&mut self) -> Vec<(String, PathBuf)> {
+        let mut files = vec![];
+        let acting: Vec<_> = KEYS.iter().filter(|key| matches!(key.kind, Kind::File) && self.is_acting(key)).collect();
+        for key in acting {
+            if let Some(path) = self.file(key.path).as_ref().and_then(Source::disk_path) {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                let name = format!("{}_{name}", key.path.replace('.', "_"));
+                self.replace(key.path, Value::Text(name.clone()));
+                files.push((name, path.to_owned()));
+            }
+        }
+        files
+    }
+
+    /// The values of one section, by the keys' last names.
+    #[must_use]
+    pub fn section_json(&self, section: &str) -> serde_json::Value {
+        let entry = |key: &'static Key| {
+            let name = key.path.rsplit('.').next().unwrap_or(key.path);
+            let value = self.get(key.path)?;
+            Some((name.to_owned(), serde_json::to_value(value.to_toml()).unwrap_or_default()))
+        };
+        serde_json::Value::Object(keys_of(section).filter_map(entry).collect())
+    }
+
+    /// The written values of some sections, as `section.key=value` settings.
+    #[must_use]
+    pub fn written_settings(&self, sections: &[&str]) -> Vec<String> {
+        let written = |key: &&Key| self.place(key.path).is_some();
+        let setting = |key: &Key| Some(format!("{}={}", key.path, self.get(key.path)?.to_toml()));
+        sections.iter().flat_map(|section| keys_of(section).filter(written).filter_map(setting)).collect()
+    }
+
+    /// The values as a TOML document that resolves to themselves.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        self.sections_toml(std::iter::once("").chain(SECTIONS.iter().map(|(name, _)| *name)))
+    }
+
+    /// The values of some sections as a TOML document; the section `""` holds the keys without a section.
+    #[must_use]
+    pub fn sections_toml<'a>(&self, sections: impl IntoIterator<Item = &'a str>) -> String {
+        let mut text = String::new();
+        for section in sections {
+            let lines: Vec<String> = keys_of(section)
+                .filter(|key| self.is_acting(key))
+                .filter_map(|key| {
+                    let name = key.path.rsplit('.').next().unwrap_or(key.path);
+                    self.get(key.path).map(|value| format!("{name} = {}\n", value.to_toml()))
+                })
+                .collect();
+            if lines.is_empty() {
+                continue;
+            }
+            if !section.is_empty() {
+                // Writing to a string does not fail.
+                let _ = write!(text, "\n[{section}]\n");
+            }
+            text.extend(lines);
+            if section == TISSUE {
+                self.write_layers(&mut text);
+            }
+        }
+        text
+    }
+
+    /// Writes the list of layers, if it acts.
+    fn write_layers(&self, text: &mut String) {
+        if !ANY_LAYER_KEYS.first().is_some_and(|key| self.is_acting(key)) {
+            return;
+        }
+        for (name, keys) in self.layer_names().iter().filter_map(|name| keys_of_layer(name)) {
+            // Writing to a string does not fail.
+            let _ = write!(text, "\n[[{LAYER_LIST}]]\nname = {name:?}\n");
+            for key in keys {
+                if let (Some(value), Some((_, field))) = (self.get(key.path), key.path.rsplit_once('.')) {
+                    let _ = writeln!(text, "{field} = {}", value.to_toml());
+                }
+            }
+        }
+    }
+}
+
+impl settings::Source for Values {
+    type Error = ScenarioError;
+
+    fn number(&self, path: &str) -> Result<f64, ScenarioError> {
+        self.optional_number(path).ok_or_else(|| self.missing(path))
+    }
+
+    fn optional_number(&self, path: &str) -> Option<f64> {
+        // A missing number is no error here; formatting one would dominate the time.
+        match self.get(path) {
+            Some(Value::Number(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
+    fn number_or(&mut self, path: &'static str, derived: impl FnOnce() -> f64) -> f64 {
+        self.optional_number(path).unwrap_or_else(|| {
+            let value = derived();
+            self.derive(path, Value::Number(value));
+            value
+        })
+    }
+
+    fn whole(&self, path: &str) -> Result<u64, ScenarioError> {
+        match self.get(path) {
+            Some(Value::Whole(value)) => Ok(*value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    fn flag(&self, path: &str) -> Result<bool, ScenarioError> {
+        match self.get(path) {
+            Some(Value::Flag(value)) => Ok(*value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    fn numbers(&self, path: &str) -> Result<&[f64], ScenarioError> {
+        match self.get(path) {
+            Some(Value::Numbers(value)) => Ok(value),
+            _ => Err(self.missing(path)),
+        }
+    }
+
+    fn word(&self, path: &str) -> Result<&str, ScenarioError> {
+        self.text(path)
+    }
+
+    fn optional_word(&self, path: &str) -> Option<&str> {
+        match self.get(path) {
+            Some(Value::Text(value)) if !value.is_empty() => Some(value),
+            _ => None,
+        }
+    }
+
+    fn unknown_word(&self, path: &str) -> ScenarioError {
+        self.missing(path)
+    }
+
+    fn visit_items(
+        &mut self,
+        _list: &str,
+        mut visit: impl FnMut(&'static str, &mut Self) -> Result<(), ScenarioError>,
+    ) -> Result<(), ScenarioError> {
+        let names = self.layer_names().to_vec();
+        let visited = names.into_iter().try_for_each(|name| {
+            self.visited = Some(name);
+            visit(name, self)
+        });
+        self.visited = None;
+        visited
+    }
+}
+
+/// A name that is valid for a folder: letters, digits and `-_.+ `, not hidden, and not a file that a comparison writes.
+#[must_use]
+pub fn harmless_name(name: &str) -> String {
+    let harmless = |c: char| if c.is_alphanumeric() || "-_.+ ".contains(c) { c } else { '_' };
+    let name: String = name.chars().take(100).map(harmless).collect();
+    let name = name.trim_matches([' ', '.']);
+    match name {
+        "" => "scenario".into(),
+        taken if ["comparison.", "overlay.", "report."].iter().any(|file| taken.starts_with(file)) => {
+            taken.replace('.', "_")
+        }
+        free => free.to_owned(),
+    }
+}
+
+/// The kinds for which a key acts, then those for which their choice acts, and so on.
+fn conditions(key: &Key) -> impl Iterator<Item = ActsFor> {
+    let choice = |acts: &ActsFor| find(acts.key).and_then(|choice| choice.acts_for);
+    std::iter::successors(key.acts_for, choice).flat_map(ActsFor::conditions)
+}
+
+/// Whether the operator replays the recording.
+pub(super) fn replays_position(values: &Values) -> bool {
+    values.word(MotionSettings::KEY.path).is_ok_and(|word| word == MotionSettings::Recording.word())
+}
+
+/// Whether the tissue replays the recording.
+pub(super) fn replays_force(values: &Values) -> bool {
+    values
+        .word(TissueSettings::KEY.path)
+        .is_ok_and(|word| word == TissueSettings::Recording(ReplaySettings::DEFAULT).word())
+}
+
+/// True if the tissue replays the recording over time, not over depth.
+fn replays_over_time(values: &Values) -> bool {
+    replays_force(values) && values.word(ReplayIndex::KEY.path).is_ok_and(|word| word == ReplayIndex::Time.word())
+}
+
+/// The keys of a section, in the order in which they are written.
+pub(super) fn keys_of(section: &str) -> impl Iterator<Item = &'static Key> {
+    KEYS.iter().filter(move |key| key.path.rsplit_once('.').map_or("", |(parent, _)| parent) == section)
+}
+
+fn similarity(a: &str, b: &str) -> f64 {
+    strsim::jaro_winkler(a, b)
+}
+
+/// The remedy for a misspelt key of a named layer.
+fn named_layer(path: &str) -> Option<String> {
+    let (name, field) = path.strip_prefix(LAYER_LIST)?.strip_prefix('.')?.split_once('.')?;
+    let fields = || ANY_LAYER_KEYS.iter().filter_map(|key| key.path.rsplit('.').next());
+    let key = |field: &str| format!("{LAYER_LIST}.{name}.{field}");
+    match nearest_of(field, fields()) {
+        Some(near) if layer_key(&key(near)).is_some() => Some(format!("did you mean {}?", key(near))),
+        _ => Some(format!("a layer has the keys name, {}", fields().collect::<Vec<_>>().join(", "))),
+    }
+}
+
+/// The remedy for a layer of the tissue that does not exist.
+fn layer(path: &str) -> Option<String> {
+    if is_of_layer(path) {
+        return named_layer(path);
+    }
+    let (name, rest) = path.strip_prefix("tissue.")?.split_once('.').unwrap_or((&path["tissue.".len()..], ""));
+    let layers = || LAYER_NAMES.into_iter();
+    if let Some(meant) = nearest_of(name, layers()) {
+        let key = format!("tissue.{meant}.{rest}");
+        // A known layer has a misspelt key, which is another error.
+        return (meant != name && find(&key).is_some()).then(|| format!("did you mean {key}?"));
+    }
+    let keys = keys_of("tissue").filter_map(|key| key.path.strip_prefix("tissue."));
+    if rest.is_empty() && nearest_of(name, keys).is_some() {
+        return None;
+    }
+    let layers: Vec<_> = layers().map(|name| format!("tissue.{name}")).collect();
+    Some(format!("the layers are {}", layers.join(", ")))
+}
+
+fn unknown(entry: &Entry) -> ScenarioError {
+    let path = &entry.path;
+    let place = Some(entry.key_place.clone());
+    if is_section(path) {
+        let message = format!("{path} is {}, must be a section of keys", entry.written);
+        return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
+    }
+    let error = ScenarioError::new(format!("there is no key {path}")).at(place);
+    if let Some(remedy) = layer(path) {
+        return error.remedy(remedy);
+    }
+    let section = SECTIONS.iter().map(|(section, _)| *section).find(|section| similarity(path, section) > 0.85);
+    match nearest(path).or(section) {
+        Some(known) => error.remedy(format!("did you mean {known}?")),
+        None => error.remedy("`trocar init --all` writes a scenario with every key"),
+    }
+}

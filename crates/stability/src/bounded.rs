@@ -1,0 +1,319 @@
+//! Absolute stability with hands and tissues of bounded impedance, and over a parameter.
+//!
+//! Llewellyn's conditions are for any passive hand and any passive tissue. Here both are bounded:
+//!
+//! - a hand between the dampers `r` and `R` (N·s/m) is any passive impedance behind both of them, `Z_h = r + (Z ‖ (R - r))`.
+//!   At each frequency these are exactly the impedances in the disc with the diameter `[r, R]` on the real axis; with `R`
+//!   infinite, the half-plane `Re Z_h >= r`. In the scattering plane it is a disc within the unit circle;
+//! - a tissue is a spring and a damper, each in a range: `Z_e = B + K / (jω)` is in a rectangle.
+//!
+//! With the two-port `H` the loop has a pole at `jω` where `Z_h = -Z_t(Z_e)`. With `N = -h11 + D Z_e`, `M = 1 + h22 Z_e`
+//! and `D = h12 h21 - h11 h22`, `-Z_t = N / M`, and it lies in the disc of the hand if
+//!
+//! ```text
+//! q(Z_e) = |N|² / R - (1 + r/R) Re(N M*) + r |M|² = a |Z_e|² + 2 Re(b Z_e) + c <= 0
+//! ```
+//! On a rectangle `q` is a sum of two parabolas, one of each coordinate, so that its minimum has a closed form. If it is
+//! positive at every frequency, no pole can reach the imaginary axis, and all loops are stable if one of them is (zero
+//! exclusion; Haddadi and Hashtrudi-Zaad 2010, *Bounded-impedance absolute stability of bilateral teleoperation control
+//! systems*). If it is not, some passive hand of the range swings on with some tissue of the range.
+
+use super::analysis::frequencies_hz;
+use super::{Axis, ClosedLoop, Hybrid, LinearLoop, Parameter, Ports, StabilityError};
+use trocar_base::parallel::try_map;
+use trocar_base::quantiles::bisect;
+use trocar_engine::plant::ArmParameters;
+use trocar_lti::Complex64;
+
+/// The ranges of hands and tissues.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Terminations {
+    /// Minimum and maximum damping of the hand in N·s/m; the maximum may be infinite.
+    pub hand_n_s_per_m: (f64, f64),
+    /// Range of the tissue's stiffness in N/m.
+    pub stiffness_n_per_m: (f64, f64),
+    /// Range of the tissue's damping in N·s/m.
+    pub damping_n_s_per_m: (f64, f64),
+}
+
+/// Maximum damping of a hand in the search for the one that is needed, in N·s/m.
+const MAX_DAMPING: f64 = 1e6;
+
+/// The damping of a hand that is needed at a frequency.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NeededDamping {
+    /// The frequency in Hz.
+    pub frequency_hz: f64,
+    /// Minimum `r` in N·s/m with which no hand and no tissue of the ranges give a pole at this frequency; infinite if none
+    /// up to the maximum of the range, or up to 1e6 N·s/m, does.
+    pub damping_n_s_per_m: f64,
+}
+
+/// The absolute stability with bounded hands and tissues.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bounded {
+    /// The ranges.
+    pub terminations: Terminations,
+    /// What is needed, by frequency; empty without a hybrid matrix.
+    pub needed: Vec<NeededDamping>,
+    /// Whether one loop with a hand that has the needed damping and a tissue of the range is stable: a damper and a tissue in
+    /// the middle.
+    pub is_middle_stable: bool,
+}
+
+/// `q` on the impedances of the tissue.
+#[derive(Debug, Clone, Copy)]
+struct Quadratic {
+    a: f64,
+    b: Complex64,
+    c: f64,
+}
+
+impl Quadratic {
+    /// For hands between `r` and `1 / g`.
+    fn of(hybrid: &Hybrid, r: f64, g: f64) -> Self {
+        let [[h11, h12], [h21, h22]] = hybrid.h;
+        let d = h12 * h21 - h11 * h22;
+        let both = 1.0 + r * g;
+        Self {
+            a: g * d.norm_sqr() - both * (d * h22.conj()).re + r * h22.norm_sqr(),
+            b: (h11.conj() * d * (-2.0 * g) - (d - h11.conj() * h22) * both + h22 * (2.0 * r)) * 0.5,
+            c: g * h11.norm_sqr() + both * h11.re + r,
+        }
+    }
+
+    /// Its minimum over a rectangle of real and imaginary parts.
+    fn min(&self, real: (f64, f64), imaginary: (f64, f64)) -> f64 {
+        // a t² + 2 s t between two ends.
+        let parabola = |s: f64, (low, high): (f64, f64)| {
+            let at = |t: f64| (self.a * t + 2.0 * s) * t;
+            let lowest = if self.a > 0.0 { (-s / self.a).clamp(low, high) } else { low };
+            at(lowest).min(at(low)).min(at(high))
+        };
+        parabola(self.b.re, real) + parabola(-self.b.im, imaginary) + self.c
+    }
+}
+
+impl Terminations {
+    /// Whether no hand between `r` and the range's maximum has a pole at a frequency with a tissue of the range.
+    fn excludes(&self, hybrid: &Hybrid, omega: f64, r: f64) -> bool {
+        let (soft, stiff) = self.stiffness_n_per_m;
+        let quadratic = Quadratic::of(hybrid, r, self.hand_n_s_per_m.1.recip());
+        quadratic.min(self.damping_n_s_per_m, (-stiff / omega, -soft / omega)) > 0.0
+    }
+
+    /// The minimum damping of a hand that is needed at a frequency.
+    fn needed(&self, hybrid: &Hybrid, omega: f64) -> f64 {
+        let most = self.hand_n_s_per_m.1.min(MAX_DAMPING);
+        if !self.excludes(hybrid, omega, most) {
+            return f64::INFINITY;
+        }
+        if self.excludes(hybrid, omega, 0.0) {
+            return 0.0;
+        }
+        // The discs of larger r lie within those of smaller ones.
+        bisect(0.0, most, |r| !self.excludes(hybrid, omega, r))
+    }
+
+    /// A loop with a damper as hand, above `low`, and a tissue, both in the middle of the ranges.
+    fn middle(&self, settings: &LinearLoop, low: f64) -> LinearLoop {
+        let high = self.hand_n_s_per_m.1;
+        let damper = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low + 1.0 };
+        let mut other = settings.clone();
+        // Behind the damper is a mass that a stiff spring and damper hold.
+        other.arm.k_a_n_per_m = 0.0;
+        other.arm.b_a_n_s_per_m = damper;
+        other.arm.m_h_kg = 1.0;
+        other.arm.k_h_n_per_m = 1e6;
+        other.arm.b_h_n_s_per_m = 1e4;
+        other.stiffness_n_per_m = 0.5 * (self.stiffness_n_per_m.0 + self.stiffness_n_per_m.1);
+        other.damping_n_s_per_m = 0.5 * (self.damping_n_s_per_m.0 + self.damping_n_s_per_m.1);
+        other
+    }
+}
+
+impl Bounded {
+    /// Analyses a loop, whose arm and tissue do not matter, at the frequencies of [`Analysis::ports`](super::Analysis).
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn of(settings: &LinearLoop, terminations: &Terminations) -> Result<Self, StabilityError> {
+        let ports = Ports::new(settings)?;
+        let mut needed = vec![];
+        for frequency_hz in frequencies_hz(settings.tick_s) {
+            let omega = std::f64::consts::TAU * frequency_hz;
+            if let Some(hybrid) = ports.at(omega)? {
+                needed.push(NeededDamping { frequency_hz, damping_n_s_per_m: terminations.needed(&hybrid, omega) });
+            }
+        }
+        let mut bounded = Self { terminations: *terminations, needed, is_middle_stable: false };
+        let low = terminations.hand_n_s_per_m.0.max(bounded.most().map_or(0.0, |most| most.damping_n_s_per_m));
+        if low.is_finite() {
+            bounded.is_middle_stable = ClosedLoop::new(&terminations.middle(settings, low))?.is_stable()?;
+        }
+        Ok(bounded)
+    }
+
+    /// The frequency at which the hand needs the most damping; `None` without a hybrid matrix.
+    #[must_use]
+    pub fn most(&self) -> Option<NeededDamping> {
+        self.needed.iter().copied().reduce(
+            |most, one| {
+                if one.damping_n_s_per_m > most.damping_n_s_per_m { one } else { most }
+            },
+        )
+    }
+
+    /// The minimum damping of the hand in N·s/m with which the loop is stable with every tissue of the ranges; infinite if no
+    /// damping is enough. `None` without a hybrid matrix.
+    #[must_use]
+    pub fn needed_damping(&self) -> Option<f64> {
+        let most = self.most()?;
+        Some(if self.is_middle_stable { most.damping_n_s_per_m } else { f64::INFINITY })
+    }
+
+    /// Whether the loop is stable with every hand and tissue of the ranges; `None` without a hybrid matrix.
+    #[must_use]
+    pub fn is_stable(&self) -> Option<bool> {
+        Some(self.needed_damping()? <= self.terminations.hand_n_s_per_m.0)
+    }
+}
+
+/// The impedance of an arm at the master, with the desired position at rest, in N·s/m.
+#[must_use]
+pub fn arm_impedance(arm: &ArmParameters, frequency_hz: f64) -> Complex64 {
+    let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);
+    let at_master = s.inv() * arm.k_a_n_per_m + arm.b_a_n_s_per_m;
+    let behind = s * arm.m_h_kg + s.inv() * arm.k_h_n_per_m + arm.b_h_n_s_per_m;
+    at_master * behind / (at_master + behind)
+}
+
+/// Absolute stability at a value of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AbsolutePoint {
+    /// The value.
+    pub value: f64,
+    /// The smallest of Llewellyn's parameter over the frequencies; infinite without a hybrid matrix.
+    pub min_llewellyn: f64,
+    /// Whether the loop is stable with every passive hand and tissue.
+    pub is_absolutely_stable: bool,
+    /// With bounded hands and tissues.
+    pub bounded: Bounded,
+}
+
+/// Absolute stability over a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AbsoluteOver {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Its values, increasing.
+    pub points: Vec<AbsolutePoint>,
+}
+
+impl AbsoluteOver {
+    /// The absolute stability over the values of an axis.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn of(settings: &LinearLoop, axis: &Axis, terminations: &Terminations) -> Result<Self, StabilityError> {
+        let at = |index: usize| -> Result<AbsolutePoint, StabilityError> {
+            let value = axis.value(index);
+            let settings = settings.with(axis.parameter, value);
+            let ports = Ports::new(&settings)?;
+            let (mut min_llewellyn, mut is_absolutely_stable) = (f64::INFINITY, true);
+            for frequency_hz in frequencies_hz(settings.tick_s) {
+                let hybrid = ports.at(std::f64::consts::TAU * frequency_hz)?;
+                min_llewellyn = hybrid.map_or(min_llewellyn, |hybrid| min_llewellyn.min(hybrid.llewellyn()));
+                is_absolutely_stable &= hybrid.is_some_and(|hybrid| hybrid.is_absolutely_stable());
+            }
+            Ok(AbsolutePoint {
+                value,
+                min_llewellyn,
+                is_absolutely_stable,
+                bounded: Bounded::of(&settings, terminations)?,
+            })
+        };
+        let points = try_map(axis.count, at)?;
+        Ok(Self { parameter: axis.parameter, points })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    const OMEGA: f64 = 20.0;
+
+    fn random_hybrid(rng: &mut ChaCha8Rng) -> Hybrid {
+        let mut number = |size: f64| Complex64::new(rng.random_range(-size..size), rng.random_range(-size..size));
+        let (h11, h12, h21, h22) = (number(30.0), number(1.5), number(1.5), number(0.05));
+        Hybrid { h: [[h11 + 10.0, h12], [h21, h22 + 0.02]] }
+    }
+
+    /// The impedances of the boundary of the hand's disc and of the tissue's rectangle: where two connected sets touch
+    /// first, and all that is needed besides a point inside.
+    fn meets_by_brute_force(hybrid: &Hybrid, ranges: &Terminations) -> bool {
+        const FINE: usize = 120;
+        let (r, most) = ranges.hand_n_s_per_m;
+        let (soft, stiff) = ranges.stiffness_n_per_m;
+        let (low, high) = ranges.damping_n_s_per_m;
+        let share = |k: usize| k as f64 / FINE as f64;
+        let (middle, radius) = (0.5 * (r + most), 0.5 * (most - r));
+        (0..=FINE).flat_map(|i| (0..=FINE).map(move |j| (i, j))).any(|(i, j)| {
+            let tissue = Complex64::new(low + share(i) * (high - low), -(soft + share(j) * (stiff - soft)) / OMEGA);
+            (hybrid.transmitted(tissue) + middle).norm() <= radius
+        })
+    }
+
+    #[test]
+    fn oracle_the_closed_form_is_that_of_a_fine_grid() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut counts = [0, 0];
+        for _ in 0..400 {
+            let hybrid = random_hybrid(&mut rng);
+            let (r, soft, low) =
+                (rng.random_range(0.0..20.0), rng.random_range(0.0..300.0), rng.random_range(0.0..5.0));
+            let ranges = Terminations {
+                hand_n_s_per_m: (r, r + rng.random_range(1.0..60.0)),
+                stiffness_n_per_m: (soft, soft + rng.random_range(1.0..500.0)),
+                damping_n_s_per_m: (low, low + rng.random_range(0.1..20.0)),
+            };
+            let excludes = ranges.excludes(&hybrid, OMEGA, r);
+            // The grid misses what lies between its points, and nothing else.
+            let slightly_larger = Terminations { hand_n_s_per_m: (r, ranges.hand_n_s_per_m.1), ..ranges };
+            let meets = meets_by_brute_force(&hybrid, &slightly_larger);
+            assert!(!(excludes && meets), "{hybrid:?} {ranges:?}");
+            if !excludes && !meets {
+                let wider = Terminations { hand_n_s_per_m: (r - 0.6, ranges.hand_n_s_per_m.1 + 0.6), ..ranges };
+                assert!(meets_by_brute_force(&hybrid, &wider), "{hybrid:?} {ranges:?}");
+            }
+            counts[usize::from(excludes)] += 1;
+        }
+        assert!(counts.iter().all(|count| *count > 50), "{counts:?}");
+    }
+
+    #[test]
+    fn oracle_without_bounds_the_condition_is_llewellyns() {
+        // Any passive tissue at one frequency, as far as a rectangle can have it.
+        let any = Terminations {
+            hand_n_s_per_m: (0.0, f64::INFINITY),
+            stiffness_n_per_m: (-1e9, 1e9),
+            damping_n_s_per_m: (0.0, 1e9),
+        };
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let mut counts = [0, 0];
+        for _ in 0..2000 {
+            let mut hybrid = random_hybrid(&mut rng);
+            hybrid.h[0][1] *= 0.3;
+            let margin = hybrid.llewellyn();
+            let is_strict = hybrid.h[0][0].re > 1e-3 && hybrid.h[1][1].re > 1e-3 && (margin - 1.0).abs() > 1e-3;
+            if is_strict {
+                assert_eq!(any.excludes(&hybrid, OMEGA, 0.0), margin > 1.0, "{hybrid:?}");
+                counts[usize::from(margin > 1.0)] += 1;
+            }
+        }
+        assert!(counts.iter().all(|count| *count > 100), "{counts:?}");
+    }
+}

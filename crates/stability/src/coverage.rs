@@ -1,0 +1,163 @@
+//! What the linear loop leaves out of a scenario.
+
+use std::fmt::{self, Display, Formatter};
+
+use super::reached::Bounds;
+use super::{TissueRange, VaryingDelays};
+use trocar_core::augmentation::{AugmentationSettings, ForceLawSettings, HoldSettings, Reengage};
+use trocar_engine::channel::Schedule;
+use trocar_engine::plant::ActuatorLimits;
+use trocar_engine::teleoperation::Scheme;
+use trocar_scenario::Scenario;
+
+/// A part of a scenario that the linear loop leaves out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeftOut {
+    /// The key that switches it on.
+    pub key: &'static str,
+    /// What it is.
+    pub what: &'static str,
+    /// The bound of the loop that a limit is below, in the unit of the key, if it is known.
+    pub bound: Option<f64>,
+}
+
+/// A limit of a motor or of the force sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoopLimit {
+    /// The part of the scenario. Its bound is the largest magnitude in the loop, for any motion of the hand that goes no farther
+    /// from the tissue's surface and no faster than the scenario's.
+    pub part: LeftOut,
+    /// The limit, in the unit of its key.
+    pub limit: f64,
+}
+
+impl LoopLimit {
+    /// Whether the loop never reaches it.
+    #[must_use]
+    pub fn is_unreached(&self) -> bool {
+        self.part.bound.is_some_and(|bound| bound < self.limit)
+    }
+}
+
+/// Jitter, and delays that vary: why they are left out.
+const JITTER: [&str; 4] = [
+    "jitter",
+    "jitter, which can count as an outage",
+    "jitter, without a proof for every order of the delays",
+    "jitter during events, at which the two sides then switch a varying time apart, without a proof",
+];
+const VARYING: [&str; 4] = [
+    "delays that vary",
+    "delays that vary, which can count as an outage",
+    "delays that vary, without a proof for every order of them",
+    "delays that vary during events, at which the two sides then switch a varying time apart, without a proof",
+];
+
+/// Returns the parts of a scenario that the linear loop leaves out, besides tissue and augmentation, which have their
+/// own analyses. With any of them the stability of the scenario is unknown. A limit that the loop
+/// never reaches is none.
+///
+/// Delays that vary are left out without `delays`, and where these say that the loop is not proved to be stable with them.
+#[must_use]
+pub fn left_out(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftOut> {
+    left_out_with(scenario, delays, &loop_limits(scenario))
+}
+
+/// [`left_out`] with the limits of [`loop_limits`], which take long.
+pub fn left_out_with(scenario: &Scenario, delays: Option<&VaryingDelays>, limits: &[LoopLimit]) -> Vec<LeftOut> {
+    let reached = limits.iter().filter(|limit| !limit.is_unreached()).map(|limit| limit.part);
+    other_parts(scenario, delays).into_iter().chain(reached).collect()
+}
+
+/// The parts that are left out, besides limits.
+fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftOut> {
+    let irregularity = &scenario.irregularity;
+    let (forward, backward) = (&scenario.forward_schedule, &scenario.backward_schedule);
+    let varies = |schedule: &Schedule| schedule.has_delays() && schedule.ages().is_none_or(|(min, max)| min < max);
+    let delays_vary = varies(forward) || varies(backward);
+    let has_jitter = irregularity.jitter_ticks(scenario.grid.tick_s()) > 0;
+    let sensor = &scenario.sensor;
+    let AugmentationSettings { enabled, hold, reengage, force, .. } = scenario.augmentation;
+    let (is_held, stops) = (hold == HoldSettings::Frozen, matches!(reengage, Reengage::RampUntilLoad { .. }));
+    let damps = matches!(force, ForceLawSettings::Damp(_));
+    let (is_covered, why) = match delays {
+        None => (false, 0),
+        Some(delays) if delays.can_be_outage => (false, 1),
+        Some(delays) if !delays.is_proved => (false, 2),
+        Some(_) => (!enabled, 3),
+    };
+    let parts = [
+        (enabled && !is_held, "augmentation.hold", "a hold other than a freeze"),
+        (enabled && stops, "augmentation.reengage", "a ramp that stops under load"),
+        (enabled && damps, "augmentation.force_law", "the added damping"),
+        (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme", "the passivity scheme"),
+        (has_jitter && !is_covered, "channel.jitter_s", JITTER[why]),
+        (irregularity.loss > 0.0, "channel.loss", "lost samples"),
+        (forward.has_outages() || backward.has_outages(), "channel.outages_s", "outages"),
+        (delays_vary && !is_covered, "channel.delays_file", VARYING[why]),
+        (scenario.organ_motion.breathing_amplitude_m > 0.0, "tissue.breathing_amplitude_m", "breathing"),
+        (scenario.organ_motion.heartbeat_amplitude_m > 0.0, "tissue.heartbeat_amplitude_m", "the heartbeat"),
+        (scenario.reflex.reacts(), "operator.reflex", "the operator's reflex"),
+        (scenario.stretch.acts(), "operator.stretch_short_gain_n_s_per_m", "the stretch reflexes"),
+        (scenario.stiffening.acts(), "operator.stiffening_per_n", "the grip that stiffens"),
+        (sensor.position_resolution_m > 0.0, "sensor.position_resolution_m", "the steps of the position sensor"),
+        (sensor.force_resolution_n > 0.0, "sensor.force_resolution_n", "the steps of the force sensor"),
+    ];
+    parts
+        .into_iter()
+        .filter(|(is_there, ..)| *is_there)
+        .map(|(_, key, what)| LeftOut { key, what, bound: None })
+        .collect()
+}
+
+/// The limits of motors and force sensor that a scenario has, each with the bound of the loop.
+#[must_use]
+pub fn loop_limits(scenario: &Scenario) -> Vec<LoopLimit> {
+    let ActuatorLimits { master_force_n, master_force_rate_n_per_s, slave_command, slave_command_rate_per_s, .. } =
+        scenario.actuators;
+    type Bound = fn(&Bounds) -> f64;
+    let all: [(Option<f64>, (&'static str, &'static str), Bound); 5] = [
+        (master_force_n, ("actuator.master_force_limit_n", "the limit of the master's force"), |bounds| {
+            bounds.master_force[0]
+        }),
+        (
+            master_force_rate_n_per_s,
+            ("actuator.master_force_rate_limit_n_per_s", "the rate limit of its force"),
+            |bounds| bounds.master_force[1],
+        ),
+        (slave_command, ("actuator.slave_command_limit", "the limit of the slave's command"), |bounds| {
+            bounds.slave_command[0]
+        }),
+        (
+            slave_command_rate_per_s,
+            ("actuator.slave_command_rate_limit_per_s", "the rate limit of its command"),
+            |bounds| bounds.slave_command[1],
+        ),
+        (scenario.sensor.force_range_n, ("sensor.force_range_n", "the range of the force sensor"), |bounds| {
+            bounds.tissue_force_n
+        }),
+    ];
+    // The bounds take far longer than all the rest. They are those of a loop of which nothing else is left out.
+    let are_sought = all.iter().any(|(limit, ..)| limit.is_some()) && other_parts(scenario, None).is_empty();
+    let bounds = are_sought.then(|| Bounds::of(scenario)).flatten();
+    let given = |(limit, (key, what), bound): (Option<f64>, (&'static str, &'static str), Bound)| {
+        let bound = bounds.as_ref().map(bound);
+        Some(LoopLimit { part: LeftOut { key, what, bound }, limit: limit? })
+    };
+    all.into_iter().filter_map(given).collect()
+}
+
+impl Display for LeftOut {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.what, self.key)
+    }
+}
+
+/// Everything that the linear loop leaves out of a scenario, with tissue and augmentation, and the parts of [`left_out`].
+#[must_use]
+pub fn unmodelled(scenario: &Scenario, tissue: &TissueRange, left_out: &[LeftOut]) -> Vec<String> {
+    let augmentation =
+        scenario.augmentation.enabled.then(|| "the augmentation (see the switching analysis)".to_owned());
+    let others = left_out.iter().map(LeftOut::to_string);
+    tissue.left_out().map(str::to_owned).into_iter().chain(augmentation).chain(others).collect()
+}

@@ -1,0 +1,79 @@
+//! Linear stability analysis of the teleoperator, from its matrices, without the engine.
+//!
+//! It may use `trocar-core`, `trocar-base`, `trocar-lti`, `trocar-engine` and `trocar-scenario`. The crate `trocar` re-exports it as
+//! `trocar::stability`.
+//!
+//! In permanent contact with a linear tissue `f_e = K x_e + B v_e` the loop between operator and tissue is linear and
+//! tick-invariant. One matrix takes it from tick to tick ([`ClosedLoop::matrix`]); the loop is stable if all its
+//! eigenvalues lie inside the unit circle. The two sides interact only through the two delayed signals of the link, so
+//! the loop gain is equivalent:
+//!
+//! ```text
+//! L(z) = z^-(d_forward + d_backward) H_master(z) H_slave(z),      the closed loop's poles are the zeros of 1 - L(z)
+//! ```
+//! The unstable poles are counted by the winding number of `1 - L` around 0 (Nyquist); the cost does not grow with the
+//! cube of the delay ([`ClosedLoop::poles_outside`]). The same response gives the margins ([`ClosedLoop::margins`]).
+//!
+//! [`Ports`] assumes no particular operator and tissue: hybrid parameters, Llewellyn's parameter, passivity,
+//! transparency. [`SampledWall`] is the passivity condition of a sampled-data display.
+//!
+//! Loss of contact, events and limits of the motors are not linear and not covered; `stability_check` compares the
+//! verdicts with the engine.
+
+mod analysis;
+mod axis_text;
+mod bounded;
+mod closed_loop;
+mod coverage;
+mod error;
+mod limit;
+mod linear_loop;
+mod loop_response;
+mod machines;
+mod map;
+mod margins;
+mod mode;
+mod parameter;
+mod population;
+mod ports;
+mod reached;
+mod response;
+mod response_path;
+mod sampled;
+mod sensitivity;
+mod shares;
+mod side;
+mod switching;
+mod systems;
+mod tissue;
+mod varying;
+mod winding;
+mod worst;
+mod z_width;
+
+pub use analysis::{Analysis, LIMITED, PortPoint};
+pub use bounded::{AbsoluteOver, AbsolutePoint, Bounded, NeededDamping, Terminations, arm_impedance};
+pub use closed_loop::ClosedLoop;
+pub use coverage::left_out_with;
+pub use coverage::{LeftOut, LoopLimit, left_out, loop_limits, unmodelled};
+pub use error::StabilityError;
+pub use limit::{Limit, Search, largest_stable};
+pub use linear_loop::LinearLoop;
+pub use loop_response::LoopResponse;
+pub use map::{Axis, Spacing, StabilityMap, is_near_boundary, map};
+pub use margins::{MAX_GAIN_MARGIN, Margins};
+pub use mode::Mode;
+pub use parameter::Parameter;
+pub use population::{LimitQuantiles, Member, Population, Quantile, Worst};
+pub use ports::{Hybrid, Ports, is_passive_impedance};
+pub use sampled::{SampledBound, SampledWall};
+pub use sensitivity::{Sensitivity, sensitivities};
+pub use shares::ShareMap;
+pub use switching::{
+    Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, Inequality, KeptGap, LONGEST_DWELL_S, Lyapunov, Phases,
+    Reach, Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching, SwitchingSettings,
+};
+pub use systems::{Locus, LoopSystem, PolesAndZeros};
+pub use tissue::{TissueRange, TissueSource};
+pub use varying::{DelayRange, VaryingDelays};
+pub use z_width::{Walls, ZWidth};

@@ -1,0 +1,198 @@
+//! The stability limits of a parameter.
+
+use std::f64::consts::TAU;
+
+use super::machines::Machines;
+use super::{ClosedLoop, LinearLoop, Parameter, StabilityError};
+use trocar_engine::teleoperation::ControllerKind;
+
+/// Maximum number of delays per crossing of the unit circle, and the relative distance beside the crossing of a scale.
+const MAX_CROSSINGS: usize = 1000;
+const BESIDE: f64 = 1e-6;
+
+/// Number of bisections of a boundary: beyond the precision of a double.
+const BISECTIONS: usize = 80;
+
+/// The scan for boundaries.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Search {
+    /// Minimum value above 0.
+    pub low: f64,
+    /// Maximum value.
+    pub high: f64,
+    /// Number of logarithmically spaced values; a change and return between two neighbours is not detected.
+    pub points: usize,
+    /// Relative width at which the bisection of a boundary ends; with 0 at the last digit.
+    pub tolerance: f64,
+}
+
+impl Search {
+    /// The search range of a parameter's limit.
+    #[must_use]
+    pub fn of(parameter: Parameter) -> Self {
+        let (low, high) = match parameter {
+            Parameter::ForceScale | Parameter::PositionScale => (1e-3, 1e3),
+            Parameter::Stiffness => (1e-1, 1e7),
+            Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay => (1e-5, 2.0),
+            _ => (1e-6, 1e6),
+        };
+        Self { low, high, points: 120, tolerance: 0.0 }
+    }
+
+    fn values(&self, with_zero: bool) -> impl Iterator<Item = f64> {
+        let Self { low, high, points, .. } = *self;
+        let step = (high / low).powf(1.0 / (points - 1) as f64);
+        let at = move |k: usize| if k + 1 == points { high } else { low * step.powi(k as i32) };
+        with_zero.then_some(0.0).into_iter().chain((0..points).map(at))
+    }
+}
+
+/// The stable ranges of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Its value in the given loop.
+    pub value: f64,
+    /// The ranges over which the loop is stable, increasing.
+    pub stable: Vec<(f64, f64)>,
+    /// The scan that was used.
+    pub search: Search,
+}
+
+impl Limit {
+    /// The upper end of the stable range that contains the present value, otherwise of the last range below it. `None`
+    /// without any; infinite if the range reaches the end of the search.
+    #[must_use]
+    pub fn largest(&self) -> Option<f64> {
+        let (_, end) = *self.stable.iter().rev().find(|(start, _)| *start <= self.value)?;
+        Some(if end >= self.search.high { f64::INFINITY } else { end })
+    }
+
+    /// Whether another stable range lies above.
+    #[must_use]
+    pub fn is_not_all(&self) -> bool {
+        let last = self.stable.last().map_or(0.0, |(_, end)| *end);
+        self.largest().is_some_and(|largest| largest < last)
+    }
+}
+
+/// Tests the loop's stability with changed values; rebuilds the machines only if necessary.
+pub(super) struct StabilityTester<'a> {
+    settings: &'a LinearLoop,
+    machines: Machines,
+    closed: ClosedLoop,
+}
+
+impl<'a> StabilityTester<'a> {
+    pub(super) fn new(settings: &'a LinearLoop) -> Result<Self, StabilityError> {
+        let machines = Machines::new(settings)?;
+        Ok(Self { settings, closed: ClosedLoop::of(&machines, settings, None)?, machines })
+    }
+
+    pub(super) fn is_stable(&self, changes: &[(Parameter, f64)]) -> Result<bool, StabilityError> {
+        let with = |settings: LinearLoop, change: &(Parameter, f64)| settings.with(change.0, change.1);
+        let settings = changes.iter().fold(self.settings.clone(), with);
+        if self.machines.matches(&settings) {
+            return ClosedLoop::of(&self.machines, &settings, Some(&self.closed))?.is_stable();
+        }
+        ClosedLoop::new(&settings)?.is_stable()
+    }
+
+    /// Values of a delay or a scale between neighbours at which a pole of the loop is on the unit circle, as far as they
+    /// follow from the response: a stable range between two of them is found however narrow it is. Empty for other
+    /// parameters.
+    fn between_crossings(&self, parameter: Parameter) -> Result<Vec<f64>, StabilityError> {
+        let value = self.settings.get(parameter);
+        let mut crossings: Vec<f64> = match parameter {
+            Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay => {
+                let ways = if parameter == Parameter::Delay { 2.0 } else { 1.0 };
+                let max_s = Search::of(parameter).high;
+                let mut all = vec![];
+                for (angle, lead) in self.closed.unit_crossings()? {
+                    let added_s = |turn: f64| (lead + turn * TAU) / angle * self.settings.tick_s / ways;
+                    let first = ((-value * ways * angle / self.settings.tick_s - lead) / TAU).ceil();
+                    let delays = (0..MAX_CROSSINGS).map(|k| value + added_s(first + k as f64));
+                    all.extend(delays.take_while(|delay_s| *delay_s < max_s));
+                }
+                all
+            }
+            Parameter::ForceScale | Parameter::PositionScale if self.settings.link.is_baseline() => {
+                let factors = self.closed.margins()?;
+                factors.gain.into_iter().chain(factors.gain_below).map(|factor| factor * value).collect()
+            }
+            _ => vec![],
+        };
+        crossings.sort_by(f64::total_cmp);
+        let beside = crossings.iter().flat_map(|at| [at * (1.0 - BESIDE), at * (1.0 + BESIDE)]);
+        let between = crossings.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        Ok(if matches!(parameter, Parameter::ForceScale | Parameter::PositionScale) {
+            beside.collect()
+        } else {
+            between.collect()
+        })
+    }
+
+    /// Whether the machines are the same with another value.
+    pub(super) fn has_machines_of(&self, parameter: Parameter, value: f64) -> bool {
+        self.machines.matches(&self.settings.with(parameter, value))
+    }
+
+    /// The boundary between two values, by bisection to a relative width: the last value with the verdict `first`.
+    pub(super) fn boundary(
+        &self,
+        parameter: Parameter,
+        (mut here, mut there): (f64, f64),
+        first: bool,
+        tolerance: f64,
+    ) -> Result<f64, StabilityError> {
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (here + there);
+            if middle == here || middle == there || (there - here).abs() <= tolerance * middle {
+                break;
+            }
+            if self.is_stable(&[(parameter, middle)])? == first { here = middle } else { there = middle }
+        }
+        Ok(here)
+    }
+}
+
+/// The stable ranges of a parameter, with the others unchanged.
+///
+/// The range is scanned first, because the stable values need not be one interval; then each change of the verdict is
+/// bisected. A delay whose samples wait for the next tick has its limit at a whole tick.
+///
+/// # Errors
+/// [`StabilityError`] if the loop cannot be built or analysed at one of the values.
+pub fn largest_stable(settings: &LinearLoop, parameter: Parameter, search: Search) -> Result<Limit, StabilityError> {
+    let tester = StabilityTester::new(settings)?;
+    let mut stable = vec![];
+    let mut last: Option<(f64, bool)> = None;
+    let mut start = None;
+    // A scale of 0 opens the loop of the paper's controller; the gains of others are divided by it.
+    let is_scale = matches!(parameter, Parameter::ForceScale | Parameter::PositionScale);
+    let is_baseline = settings.link.controller.kind == ControllerKind::PositionForce;
+    let mut values: Vec<f64> = search.values(parameter.may_be_zero() && (is_baseline || !is_scale)).collect();
+    values.extend(tester.between_crossings(parameter)?.into_iter().filter(|at| (search.low..search.high).contains(at)));
+    values.sort_by(f64::total_cmp);
+    for value in values {
+        let verdict = tester.is_stable(&[(parameter, value)])?;
+        match last {
+            None if verdict => start = Some(value),
+            Some((before, was)) if was != verdict => {
+                let at = tester.boundary(parameter, (before, value), was, search.tolerance)?;
+                if verdict {
+                    start = Some(at);
+                } else if let Some(from) = start.take() {
+                    stable.push((from, at));
+                }
+            }
+            _ => {}
+        }
+        last = Some((value, verdict));
+    }
+    if let Some(from) = start {
+        stable.push((from, search.high));
+    }
+    Ok(Limit { parameter, value: settings.get(parameter), stable, search })
+}

@@ -1,0 +1,119 @@
+//! The linear loop of a scenario: the parameters on which its stability depends, with a tissue.
+
+use super::{Parameter, TissueRange};
+use trocar_engine::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
+use trocar_engine::teleoperation::LinkSettings;
+use trocar_scenario::{DelayTicks, waits_for_tick};
+
+/// A loop in permanent contact with `f_e = K x_e + B v_e`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearLoop {
+    /// The tissue that it stands for.
+    pub tissue: TissueRange,
+    /// Time between two ticks in s.
+    pub tick_s: f64,
+    /// In continuous time or on the tick.
+    pub timing: ControlTiming,
+    /// The master.
+    pub master: MasterParameters,
+    /// The arm.
+    pub arm: ArmParameters,
+    /// The slave.
+    pub slave: SlaveParameters,
+    /// The motors; only their lags are used.
+    pub actuators: ActuatorLimits,
+    /// Architecture, scales and compliance.
+    pub link: LinkSettings,
+    /// First-order bandwidth of the force reading in Hz; 0: no lag.
+    pub force_bandwidth_hz: f64,
+    /// Delay from master to slave, in s.
+    pub forward_delay_s: f64,
+    /// Delay from slave to master, in s.
+    pub backward_delay_s: f64,
+    /// `K` in N/m: the worst stiffness in the range of the tissue.
+    pub stiffness_n_per_m: f64,
+    /// `B` in N·s/m.
+    pub damping_n_s_per_m: f64,
+}
+
+impl LinearLoop {
+    /// The value of a parameter.
+    #[must_use]
+    pub fn get(&self, parameter: Parameter) -> f64 {
+        let mut copy = self.clone();
+        *copy.places(parameter)[0]
+    }
+
+    /// This loop with another value of a parameter; dependent gains are updated. With another stiffness or damping it stands
+    /// for that spring and damper.
+    #[must_use]
+    pub fn with(&self, parameter: Parameter, value: f64) -> Self {
+        let mut other = self.clone();
+        for place in other.places(parameter) {
+            *place = value;
+        }
+        let machines = &mut other.link.machines;
+        machines.master_mass_kg = other.master.mass_kg;
+        machines.master_damping_n_s_per_m = other.master.damping_n_s_per_m;
+        machines.proportional_gain = other.slave.proportional_gain;
+        machines.velocity_gain = other.slave.velocity_gain;
+        if matches!(parameter, Parameter::Stiffness | Parameter::Damping) {
+            other.tissue = TissueRange::spring(other.stiffness_n_per_m, other.damping_n_s_per_m);
+        }
+        other
+    }
+
+    /// The delay from master to slave, as the receiver reads it.
+    #[must_use]
+    pub fn forward(&self) -> DelayTicks {
+        DelayTicks::new(self.forward_delay_s, self.tick_s, self.waits_for_tick())
+    }
+
+    /// The delay from slave to master, as the receiver reads it.
+    #[must_use]
+    pub fn backward(&self) -> DelayTicks {
+        DelayTicks::new(self.backward_delay_s, self.tick_s, self.waits_for_tick())
+    }
+
+    /// Whether a sample that arrives within a tick is read at the next one.
+    #[must_use]
+    pub fn waits_for_tick(&self) -> bool {
+        waits_for_tick(self.timing, &self.link)
+    }
+
+    /// The fields that hold a parameter.
+    fn places(&mut self, parameter: Parameter) -> Vec<&mut f64> {
+        use Parameter as P;
+        let machines = &mut self.link.machines;
+        let controller = &mut self.link.controller;
+        vec![match parameter {
+            P::Delay => return vec![&mut self.forward_delay_s, &mut self.backward_delay_s],
+            P::ForceScale => &mut machines.force_scale,
+            P::PositionScale => &mut machines.position_scale,
+            P::Compliance => &mut machines.compliance_m_per_n,
+            P::Stiffness => &mut self.stiffness_n_per_m,
+            P::Damping => &mut self.damping_n_s_per_m,
+            P::ForwardDelay => &mut self.forward_delay_s,
+            P::BackwardDelay => &mut self.backward_delay_s,
+            P::Tick => &mut self.tick_s,
+            P::MasterMass => &mut self.master.mass_kg,
+            P::MasterDamping => &mut self.master.damping_n_s_per_m,
+            P::ForceIntegralGain => &mut self.master.force_integral_gain,
+            P::ArmKa => &mut self.arm.k_a_n_per_m,
+            P::ArmBa => &mut self.arm.b_a_n_s_per_m,
+            P::ArmKh => &mut self.arm.k_h_n_per_m,
+            P::ArmBh => &mut self.arm.b_h_n_s_per_m,
+            P::ArmMass => &mut self.arm.m_h_kg,
+            P::ProportionalGain => &mut self.slave.proportional_gain,
+            P::VelocityGain => &mut self.slave.velocity_gain,
+            P::CouplingStiffness => &mut controller.coupling.stiffness_n_per_m,
+            P::CouplingDamping => &mut controller.coupling.damping_n_s_per_m,
+            P::MasterForceGain => &mut controller.local_force.master_force_gain,
+            P::SlaveForceGain => &mut controller.local_force.slave_force_gain,
+            P::AccelerationBandwidth => &mut controller.four_channel.acceleration_bandwidth_hz,
+            P::ForceBandwidth => &mut self.force_bandwidth_hz,
+            P::MasterLag => &mut self.actuators.master_lag_s,
+            P::SlaveLag => &mut self.actuators.slave_lag_s,
+        }]
+    }
+}

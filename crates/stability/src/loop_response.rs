@@ -1,0 +1,66 @@
+//! The loop over frequency and time: loop gain, poles and zeros, and the step of the felt force.
+
+use std::f64::consts::TAU;
+
+use super::systems::PolesAndZeros;
+use super::{ClosedLoop, LinearLoop, Margins, StabilityError};
+use trocar_lti::{Complex64, StepResponse};
+
+/// Lowest frequency, in Hz; the highest is half the sampling rate.
+const LOWEST_HZ: f64 = 0.1;
+
+/// Number of frequencies.
+const FREQUENCIES: usize = 400;
+
+/// Time of the step response, in s, and its maximum number of samples.
+const STEP_S: f64 = 1.0;
+const MAX_SAMPLES: usize = 20_000;
+
+/// The loop over frequency and time.
+#[derive(Debug, Clone)]
+pub struct LoopResponse {
+    /// Frequency in Hz, and the loop gain `L`.
+    pub gain: Vec<(f64, Complex64)>,
+    /// The margins.
+    pub margins: Margins,
+    /// Poles and zeros of the closed loop and of the loop gain; empty for long delays.
+    pub poles: Vec<PolesAndZeros>,
+    /// The response of master, slave and feedback force to a unit step of the desired position; `None` for long delays.
+    pub step: Option<StepResponse>,
+    /// The tick in s.
+    pub tick_s: f64,
+}
+
+impl LoopResponse {
+    /// The responses of a loop.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn of(settings: &LinearLoop) -> Result<Self, StabilityError> {
+        let closed = ClosedLoop::new(settings)?;
+        let highest = 0.5 / settings.tick_s;
+        let step = (highest / LOWEST_HZ).powf(1.0 / (FREQUENCIES - 1) as f64);
+        let gain = (0..FREQUENCIES)
+            .map(|k| {
+                let hertz = if k + 1 == FREQUENCIES { highest } else { LOWEST_HZ * step.powi(k as i32) };
+                (hertz, closed.loop_gain(1.0, TAU * hertz * settings.tick_s))
+            })
+            .collect();
+        let poles = closed.poles_and_zeros()?;
+        let samples = ((STEP_S / settings.tick_s) as usize + 1).min(MAX_SAMPLES);
+        let step = if poles.is_empty() { None } else { Some(closed.closed_loop_system()?.step(samples)?) };
+        Ok(Self { gain, margins: closed.margins()?, poles, step, tick_s: settings.tick_s })
+    }
+
+    /// The phases of the loop gain in degrees, without jumps.
+    #[must_use]
+    pub fn phases_deg(&self) -> Vec<f64> {
+        let mut phases: Vec<f64> = vec![];
+        for (_, gain) in &self.gain {
+            let phase = gain.arg().to_degrees();
+            let turns = phases.last().map_or(0.0, |before| ((before - phase) / 360.0).round());
+            phases.push(phase + 360.0 * turns);
+        }
+        phases
+    }
+}

@@ -1,0 +1,94 @@
+//! The machines' exact steps: the loop's matrix exponentials, reused while only gains and tissue change.
+
+use super::{LinearLoop, StabilityError};
+use trocar_engine::plant::{
+    ArmParameters, ControlTiming, MASTER_STATES, MasterParameters, MasterStep, MotorStep, PlantError, SLAVE_STATES,
+    SlaveParameters, SlaveStep,
+};
+
+/// The parameters of the steps.
+#[derive(Debug, Clone, PartialEq)]
+struct StepParameters {
+    tick_s: f64,
+    timing: ControlTiming,
+    master: MasterParameters,
+    arm: ArmParameters,
+    slave: SlaveParameters,
+    lags_s: (f64, f64),
+    shares: (f64, f64),
+}
+
+impl StepParameters {
+    fn of(settings: &LinearLoop) -> Self {
+        Self {
+            tick_s: settings.tick_s,
+            timing: settings.timing,
+            master: settings.master,
+            arm: settings.arm,
+            slave: settings.slave.clone(),
+            lags_s: (settings.actuators.master_lag_s, settings.actuators.slave_lag_s),
+            shares: (settings.forward().share, settings.backward().share),
+        }
+    }
+}
+
+/// Both machines over a tick, and over its rest after a sample that arrives within it.
+#[derive(Debug, Clone)]
+pub(super) struct Machines {
+    parameters: StepParameters,
+    /// With its controller, or without it if the controller is sampled.
+    pub(super) master: MasterStep,
+    pub(super) slave: SlaveStep,
+    /// The motors' steps, with a sampled controller.
+    pub(super) motors: Option<(MotorStep<MASTER_STATES>, MotorStep<SLAVE_STATES>)>,
+    pub(super) late_master: Option<MasterStep>,
+    pub(super) late_slave: Option<SlaveStep>,
+}
+
+impl Machines {
+    pub(super) fn new(settings: &LinearLoop) -> Result<Self, StabilityError> {
+        let parameters = StepParameters::of(settings);
+        let StepParameters { tick_s, timing, master, arm, slave, lags_s, shares } = &parameters;
+        let of_machine = |tick_s| -> Result<(MasterStep, SlaveStep), PlantError> {
+            Ok(match timing {
+                ControlTiming::Continuous => {
+                    (MasterStep::new(master, arm, *timing, tick_s)?, SlaveStep::new(slave, *timing, tick_s)?)
+                }
+                ControlTiming::Sampled => {
+                    (MasterStep::of_machine(master, arm, tick_s)?, SlaveStep::of_machine(slave, tick_s)?)
+                }
+            })
+        };
+        let (master_step, slave_step) = of_machine(*tick_s)?;
+        let late = |share: f64| -> Result<Option<(MasterStep, SlaveStep)>, PlantError> {
+            (share > 0.0).then(|| of_machine((1.0 - share) * tick_s)).transpose()
+        };
+        Ok(Self {
+            motors: match timing {
+                ControlTiming::Continuous => None,
+                ControlTiming::Sampled => Some((
+                    MasterStep::of_motor(master, arm, *tick_s, lags_s.0)?,
+                    SlaveStep::of_motor(slave, *tick_s, lags_s.1)?,
+                )),
+            },
+            late_master: late(shares.1)?.map(|(master, _)| master),
+            late_slave: late(shares.0)?.map(|(_, slave)| slave),
+            master: master_step,
+            slave: slave_step,
+            parameters,
+        })
+    }
+
+    /// Whether they match these settings.
+    pub(super) fn matches(&self, settings: &LinearLoop) -> bool {
+        let StepParameters { tick_s, timing, master, arm, slave, lags_s, shares } = &self.parameters;
+        let LinearLoop { actuators, .. } = settings;
+        *tick_s == settings.tick_s
+            && *timing == settings.timing
+            && *master == settings.master
+            && *arm == settings.arm
+            && *slave == settings.slave
+            && *lags_s == (actuators.master_lag_s, actuators.slave_lag_s)
+            && *shares == (settings.forward().share, settings.backward().share)
+    }
+}

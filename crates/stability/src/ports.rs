@@ -1,0 +1,213 @@
+//! The teleoperator as a two-port between hand and tissue.
+
+use super::{LinearLoop, StabilityError};
+use trocar_engine::plant::{ControlTiming, Coupling, slave_system};
+use trocar_engine::teleoperation::{MasterGains, SlaveGains};
+use trocar_lti::{Complex64, Continuous, StateSpace};
+
+/// Relative rounding tolerance of comparisons with 0.
+const ROUNDING: f64 = 1e-12;
+
+/// Whether a port of this impedance or admittance is passive: its real part is at least 0, up to rounding.
+#[must_use]
+pub fn is_passive_impedance(immittance: Complex64) -> bool {
+    immittance.re >= -ROUNDING * immittance.norm()
+}
+
+/// The hybrid matrix at one frequency (Hannaford 1989, *A design framework for teleoperators with kinesthetic feedback*):
+///
+/// ```text
+/// | F_h  |   | h11  h12 | | v_h |      h11: impedance at the hand with a free needle, in N·s/m
+/// |      | = |          | |     |      h12: force transmission;  h21: minus the motion transmission
+/// | -v_e |   | h21  h22 | | f_e |      h22: admittance at the needle, in m/(N·s)
+/// ```
+/// `v_h` and `F_h` are the master's at the hand; the arm belongs to the operator. The ideal is `h11 = h22 = 0`,
+/// `h12 = 1`, `h21 = -1` (times the scales).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hybrid {
+    /// `[[h11, h12], [h21, h22]]`.
+    pub h: [[Complex64; 2]; 2],
+}
+
+impl Hybrid {
+    /// Llewellyn's parameter `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`: the two-port is stable with every
+    /// passive hand and tissue if `η >= 1` and both real parts are at least 0 at every frequency (Llewellyn 1952, *Some
+    /// fundamental properties of transmission systems*; in this form Adams and Hannaford 1999, *Stable haptic
+    /// interaction with virtual environments*). Infinite if `h12 h21 = 0`.
+    #[must_use]
+    pub fn llewellyn(&self) -> f64 {
+        let [[h11, _], [_, h22]] = self.h;
+        let loop_gain = self.h[0][1] * self.h[1][0];
+        if loop_gain.norm() == 0.0 {
+            return f64::INFINITY;
+        }
+        (2.0 * h11.re * h22.re - loop_gain.re) / loop_gain.norm()
+    }
+
+    /// Whether the conditions of absolute stability hold at this frequency, up to rounding.
+    #[must_use]
+    pub fn is_absolutely_stable(&self) -> bool {
+        let [[h11, _], [_, h22]] = self.h;
+        is_passive_impedance(h11) && is_passive_impedance(h22) && self.llewellyn() >= 1.0 - ROUNDING
+    }
+
+    /// Whether the two-port is passive at this frequency: the Hermitian part of `H` is positive semidefinite,
+    /// `4 Re h11 Re h22 >= |h12 + h21*|²`. `(force, position)` are the scales, which make the powers on the two sides
+    /// comparable (`F_h v_h` against `s_f/s_p f_e v_e`).
+    #[must_use]
+    pub fn is_passive(&self, (force, position): (f64, f64)) -> bool {
+        let [[h11, h12], [h21, h22]] = self.h;
+        let both = (h12 / force + h21.conj() / position).norm_sqr();
+        let size = h12.norm_sqr() / (force * force) + h21.norm_sqr() / (position * position);
+        let own = 4.0 * h11.re * h22.re / (force * position);
+        is_passive_impedance(h11) && is_passive_impedance(h22) && own - both >= -ROUNDING * (size + own.abs())
+    }
+
+    /// The impedance at the hand when the needle is in an impedance `Z_e`: `Z_t = h11 - h12 h21 Z_e / (1 + h22 Z_e)` in
+    /// N·s/m.
+    #[must_use]
+    pub fn transmitted(&self, impedance: Complex64) -> Complex64 {
+        let [[h11, h12], [h21, h22]] = self.h;
+        h11 - h12 * h21 * impedance / (Complex64::new(1.0, 0.0) + h22 * impedance)
+    }
+
+    /// The impedance at the hand when the needle is clamped, `h11 - h12 h21 / h22`; `None` if the slave is rigid
+    /// (unbounded).
+    #[must_use]
+    pub fn stiffest(&self) -> Option<Complex64> {
+        let [[h11, h12], [h21, h22]] = self.h;
+        (h22.norm() > 0.0).then(|| h11 - h12 * h21 / h22)
+    }
+}
+
+/// The two-port of a loop.
+///
+/// In continuous time, with the link's signals held from tick to tick: a hold is `(1 - exp(-sT)) / (sT)`. Sampling
+/// images are neglected, so the results are valid well below half the sampling rate. At the slave's port `f_e` is the
+/// force sensor's reading: the tissue moves the needle off its reference only by `slave.compliance_m_per_n`, and `h22`
+/// is 0 without it.
+#[derive(Debug, Clone)]
+pub struct Ports {
+    settings: LinearLoop,
+    slave: StateSpace<Continuous>,
+    at_master: MasterGains,
+    at_slave: SlaveGains,
+}
+
+impl Ports {
+    /// The two-port of these settings; `K` and `B` are not used.
+    ///
+    /// # Errors
+    /// [`StabilityError`] for parameters out of range.
+    pub fn new(settings: &LinearLoop) -> Result<Self, StabilityError> {
+        let (at_master, at_slave) = settings.link.controller.gains(&settings.link.machines)?;
+        Ok(Self {
+            slave: slave_system(&settings.slave, settings.timing)?,
+            settings: settings.clone(),
+            at_master,
+            at_slave,
+        })
+    }
+
+    /// The scales of force and position that make the powers of both sides comparable.
+    #[must_use]
+    pub fn scales(&self) -> (f64, f64) {
+        (self.settings.link.machines.force_scale, self.settings.link.machines.position_scale)
+    }
+
+    /// The tissue's impedance `B + K / s` in N·s/m.
+    #[must_use]
+    pub fn tissue(&self, omega_rad_per_s: f64) -> Complex64 {
+        let s = Complex64::new(0.0, omega_rad_per_s);
+        Complex64::new(self.settings.damping_n_s_per_m, 0.0) + s.inv() * self.settings.stiffness_n_per_m
+    }
+
+    /// The hybrid matrix at a frequency above 0.
+    ///
+    /// `None` if it does not exist: at a pole, or if the hand does not act on the master and there is no force
+    /// controller.
+    ///
+    /// # Errors
+    /// [`StabilityError`] if a response cannot be computed.
+    pub fn at(&self, omega_rad_per_s: f64) -> Result<Option<Hybrid>, StabilityError> {
+        let Self { settings, at_master, at_slave, .. } = self;
+        let s = Complex64::new(0.0, omega_rad_per_s);
+        let one = Complex64::new(1.0, 0.0);
+        let tick_s = settings.tick_s;
+        let before = (-s * tick_s).exp();
+        let hold = (one - before) / (s * tick_s);
+        let link = |delay_s: f64| (-s * delay_s).exp() * hold;
+        let arrival_s = |whole: u64, share: f64| (whole as f64 + share) * tick_s;
+        let (forward, backward) = (settings.forward(), settings.backward());
+        let to_slave = link(arrival_s(forward.whole, forward.share));
+        let to_master = link(arrival_s(backward.whole, backward.share));
+        let machines = &settings.link.machines;
+        let scale = machines.position_scale;
+
+        // The responses of force sensor and differentiator.
+        let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * tick_s;
+        let read = if settings.force_bandwidth_hz > 0.0 {
+            let (keep, mean) = ((-ticks).exp(), -(-ticks).exp_m1() / ticks);
+            (before * (mean - keep) + (1.0 - mean)) / (one - before * keep)
+        } else {
+            one
+        };
+        let weight =
+            -(-std::f64::consts::TAU * settings.link.controller.four_channel.acceleration_bandwidth_hz * tick_s)
+                .exp_m1();
+        let differentiate = (one - before) * (weight / tick_s) / (one - before * (1.0 - weight));
+
+        // The slave: x_e = follow · x_ref, with x_ref as held.
+        let response = self.slave.evaluate(s)?[(0, 0)];
+        let follow = match settings.timing {
+            ControlTiming::Continuous => response,
+            ControlTiming::Sampled => {
+                let [to_reference, to_position, to_velocity] = settings.slave.control();
+                let motor = response / (one + s * settings.actuators.slave_lag_s);
+                let loop_gain = motor * hold * (s * to_velocity + to_position);
+                motor * to_reference / (one - loop_gain)
+            }
+        };
+        // x_e = from_hand F_h + from_motion v_h + from_tissue f_e
+        let from_motion =
+            follow * to_slave * (s.inv() * scale + at_slave.velocity + differentiate * at_slave.acceleration);
+        let from_hand = follow * to_slave * at_slave.hand_force;
+        let from_tissue = -follow * hold * (read * at_slave.own_force + machines.compliance_m_per_n);
+
+        // F_ed as held = force f_e + own v_h - hand F_h - of_slave x_e
+        let force = to_master * read * (at_master.force * machines.force_scale);
+        let own = hold * (s.inv() * at_master.position + at_master.velocity) * scale;
+        let hand = hold * at_master.hand;
+        let of_slave = to_master
+            * (s * (at_master.velocity + at_master.drag) + at_master.position + s * differentiate * at_master.inertia);
+
+        // U_m = (1 + k) F_ed - k F_h, with k = K_i / s, or its sum on the ticks, held; and m s v + b v = F_h - U_m.
+        let gain = settings.master.force_integral_gain;
+        let integral = match settings.timing {
+            ControlTiming::Continuous => s.inv() * gain,
+            ControlTiming::Sampled => before / (one - before) * (gain * tick_s),
+        };
+        let (of_force, of_hand, motor) = match settings.timing {
+            ControlTiming::Continuous => (one + integral, integral, one),
+            ControlTiming::Sampled => {
+                (one + integral, integral * hold, (one + s * settings.actuators.master_lag_s).inv())
+            }
+        };
+        let inertia = s * settings.master.mass_kg + settings.master.damping_n_s_per_m;
+        // By F_h, v_h and f_e, all on one side: on_hand F_h + on_motion v_h + on_tissue f_e = 0.
+        let pushed = match settings.master.coupling {
+            Coupling::Physical => (one, one),
+            Coupling::AsPrinted => (Complex64::new(0.0, 0.0), -one),
+        };
+        let drive = motor * pushed.1;
+        let on_hand = pushed.0 + drive * of_hand + drive * of_force * (hand + of_slave * from_hand);
+        let on_motion = -inertia - drive * of_force * (own - of_slave * from_motion);
+        let on_tissue = -drive * of_force * (force - of_slave * from_tissue);
+        let (h11, h12) = (-on_motion / on_hand, -on_tissue / on_hand);
+        let h21 = -s * (from_motion + from_hand * h11);
+        let h22 = -s * (from_tissue + from_hand * h12);
+        let hybrid = Hybrid { h: [[h11, h12], [h21, h22]] };
+        let is_finite = hybrid.h.iter().flatten().all(|value| value.re.is_finite() && value.im.is_finite());
+        Ok(is_finite.then_some(hybrid))
+    }
+}

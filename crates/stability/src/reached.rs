@@ -1,0 +1,140 @@
+//! Whether a linear loop ever reaches its limits: bounds of its commands and readings over all motions of the hand.
+//!
+//! A stable loop driven by a desired position that stays within `U` of a point answers with at most `Σ |h_k| U`, `h` being
+//! the response to a unit sample; driven by one no faster than `V`, its signals change no faster than `Σ |h_k| V`. The
+//! scenario's own motion gives `U` and `V`. A limit above the bound is never reached, and the loop is as linear as without it.
+
+use nalgebra::{DMatrix, DVector};
+use trocar_core::settings::Source as _;
+
+use super::{ClosedLoop, LinearLoop, StabilityError, TissueRange, TissueSource};
+use trocar_scenario::{OperatorSpec, Scenario};
+
+/// What remains of a state when the sum of its response ends, and the largest number of samples.
+const REMAINS: f64 = 1e-12;
+const MAX_SAMPLES: u32 = 200_000;
+
+/// Margin for the rounding of the sums.
+const MARGIN: f64 = 1.001;
+
+/// Largest magnitudes, over all motions of the hand that go no farther and no faster than the scenario's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Of the command of the master's motor, in N, and of its rate in N/s.
+    pub master_force: [f64; 2],
+    /// Of the command of the slave, in its unit, and of its rate per s.
+    pub slave_command: [f64; 2],
+    /// Of the tissue force on the needle, in N.
+    pub tissue_force_n: f64,
+}
+
+impl Bounds {
+    /// The bounds of a scenario's loop, in contact and out of it; `None` where the loop is not stable or not linear apart from
+    /// its limits: with augmentation, a tissue other than a spring and a damper, an error of the force reading, or a live hand.
+    pub(super) fn of(scenario: &Scenario) -> Option<Self> {
+        let sensor = &scenario.sensor;
+        let is_exact = [sensor.force_noise_std_n, sensor.force_bias_n, sensor.force_resolution_n] == [0.0; 3];
+        let tissue = TissueRange::of_parameters(scenario)?;
+        let is_linear = !scenario.augmentation.enabled && tissue.source == TissueSource::SpringDamper;
+        if !(is_exact && is_linear) {
+            return None;
+        }
+        let settings = LinearLoop::of(scenario, tissue).ok()?;
+        let surface_m = scenario.values().optional_number("tissue.contact_m")? / settings.link.machines.position_scale;
+        let reach = Reach::of(scenario, surface_m)?;
+        let free = LinearLoop { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, ..settings.clone() };
+        let of = |settings: &LinearLoop| sums(settings).ok().flatten();
+        let (in_contact, out_of_contact) = (of(&settings)?, of(&free)?);
+        let sum = |signal: usize| MARGIN * in_contact[signal].max(out_of_contact[signal]);
+        let both = |signal: usize| [sum(signal) * reach.distance_m, sum(signal) * reach.speed_m_per_s];
+        Some(Self { master_force: both(0), slave_command: both(1), tissue_force_n: sum(2) * reach.distance_m })
+    }
+}
+
+/// How far and how fast the hand moves.
+struct Reach {
+    distance_m: f64,
+    speed_m_per_s: f64,
+}
+
+impl Reach {
+    /// Of a scenario's desired position, from the surface of the tissue `surface_m` (m, of the master).
+    fn of(scenario: &Scenario, surface_m: f64) -> Option<Self> {
+        let tick_s = scenario.grid.tick_s();
+        let from_surface = |position_m: &f64| (position_m - surface_m).abs();
+        let reach = match &scenario.operator {
+            OperatorSpec::Recording(positions) => Self {
+                distance_m: positions.iter().map(from_surface).fold(0.0, f64::max),
+                speed_m_per_s: positions.windows(2).map(|pair| (pair[1] - pair[0]).abs() / tick_s).fold(0.0, f64::max),
+            },
+            OperatorSpec::Ramp { start_m, end_m, speed_m_per_s } => {
+                Self { distance_m: from_surface(start_m).max(from_surface(end_m)), speed_m_per_s: speed_m_per_s.abs() }
+            }
+            OperatorSpec::Hand(_) => return None,
+        };
+        let [tremor_m, tremor_m_per_s] = scenario.tremor.largest();
+        Some(Self { distance_m: reach.distance_m + tremor_m, speed_m_per_s: reach.speed_m_per_s + tremor_m_per_s })
+    }
+}
+
+/// `Σ |h_k|` from the desired position to the commands of master and slave and to the tissue force; `None` where the response
+/// does not decay.
+fn sums(settings: &LinearLoop) -> Result<Option<[f64; 3]>, StabilityError> {
+    let closed = ClosedLoop::new(settings)?;
+    let (a, [now, next], _) = closed.matrix()?;
+    let rows = closed.commands(settings)?;
+    // The desired position of the next tick is part of the state: `x = x' + b_next u`.
+    let mut state = &a * &next + now;
+    let mut sums = [0.0; 3];
+    add(&mut sums, &(&rows * &next));
+    let mut largest = state.norm();
+    for _ in 0..MAX_SAMPLES {
+        add(&mut sums, &(&rows * &state));
+        state = &a * state;
+        let size = state.norm();
+        if !size.is_finite() {
+            return Ok(None);
+        }
+        if size <= REMAINS * largest {
+            return Ok(Some(sums));
+        }
+        largest = largest.max(size);
+    }
+    Ok(None)
+}
+
+fn add(sums: &mut [f64; 3], values: &DVector<f64>) {
+    for (sum, value) in sums.iter_mut().zip(values.iter()) {
+        *sum += value.abs();
+    }
+}
+
+impl ClosedLoop {
+    /// The commands of the motors of master and slave before their limits, and the tissue force, as rows over the states of
+    /// [`ClosedLoop::matrix`].
+    fn commands(&self, settings: &LinearLoop) -> Result<DMatrix<f64>, StabilityError> {
+        let (_, _, at_master) = self.open()?;
+        let (n, of_master) = (at_master.len(), self.master.a.nrows());
+        let mut master = at_master;
+        for (k, own) in self.master.own.iter().enumerate() {
+            master[k] += own;
+        }
+        // The integral follows the motions of master and arm.
+        let integral_gain = settings.master.force_integral_gain;
+        if integral_gain != 0.0 {
+            master[4] += integral_gain;
+        }
+        let mut tissue = DVector::zeros(n);
+        (tissue[of_master], tissue[of_master + 1]) = (settings.stiffness_n_per_m, settings.damping_n_s_per_m);
+        let mut reference = self.arrives_at_slave();
+        for (k, own) in self.slave.own.iter().enumerate() {
+            reference[of_master + k] += own;
+        }
+        reference -= &tissue * settings.link.machines.compliance_m_per_n;
+        let [to_reference, to_position, to_velocity] = settings.slave.control();
+        let mut slave = reference * to_reference;
+        slave[of_master] += to_position;
+        slave[of_master + 1] += to_velocity;
+        Ok(DMatrix::from_rows(&[master.transpose(), slave.transpose(), tissue.transpose()]))
+    }
+}

@@ -1,0 +1,102 @@
+//! The passivity of a machine under a force computed from its sampled position.
+
+use std::f64::consts::PI;
+
+use super::{ClosedLoop, LinearLoop, StabilityError};
+use trocar_engine::teleoperation::ControllerKind;
+use trocar_lti::Complex64;
+
+/// Number of frequencies over which a bound is maximised.
+const FREQUENCIES: usize = 4000;
+
+/// `F = H(z) x` from the sampled position, held from tick to tick, against a machine of damping `b`: passive at the
+/// hand if
+///
+/// ```text
+/// b > (T / 2) / (1 - cos ωT) · Re[ (1 - exp(-jωT)) H(exp(jωT)) ]    for all 0 <= ω <= π/T
+/// ```
+/// (Colgate and Schenkel 1997, *Passivity of a class of sampled-data systems: application to haptic interfaces*). A wall
+/// `K + B (z - 1) / (T z)` gives `b > K T / 2 + |B|`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledWall {
+    /// The tick in s.
+    pub tick_s: f64,
+}
+
+impl SampledWall {
+    /// The minimum damping in N·s/m for a force law, which maps `ωT` in rad (above 0) to N/m.
+    #[must_use]
+    pub fn min_damping_n_s_per_m(&self, law: impl Fn(f64) -> Complex64) -> f64 {
+        let share = |k: usize| {
+            // Denser near 0; includes π, where bounds are usually greatest.
+            let part = k as f64 / FREQUENCIES as f64;
+            let angle = PI * part * part;
+            // 1 - cos ωT by the half-angle formula, because the difference cancels near 0.
+            let fall = 2.0 * (0.5 * angle).sin().powi(2);
+            let step = Complex64::new(fall, angle.sin());
+            0.5 * self.tick_s / fall * (step * law(angle)).re
+        };
+        (1..=FREQUENCIES).map(share).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// The condition applied to a loop: the force from the link is the law, the master's damping is `b`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledBound {
+    /// Damping that passivity requires, in N·s/m.
+    pub min_damping_n_s_per_m: f64,
+    /// Damping of the master, in N·s/m.
+    pub damping_n_s_per_m: f64,
+}
+
+impl SampledBound {
+    /// The bound of a loop. `None` if the condition does not apply: with a force integral (the force then depends on
+    /// more than the sampled position), a controller other than the paper's, samples that arrive between ticks, or a
+    /// motor lag.
+    ///
+    /// # Errors
+    /// [`StabilityError`] where the loop cannot be built.
+    pub fn of(settings: &LinearLoop) -> Result<Option<Self>, StabilityError> {
+        let applies = settings.master.force_integral_gain == 0.0
+            && settings.link.controller.kind == ControllerKind::PositionForce
+            && settings.actuators.master_lag_s == 0.0
+            && settings.master.coupling == trocar_engine::plant::Coupling::Physical
+            && settings.backward().share == 0.0;
+        if !applies {
+            return Ok(None);
+        }
+        let closed = ClosedLoop::new(settings)?;
+        let scale = settings.link.machines.position_scale;
+        let wall = SampledWall { tick_s: settings.tick_s };
+        let law = |angle: f64| closed.force_per_reference(angle) * scale;
+        Ok(Some(Self {
+            min_damping_n_s_per_m: wall.min_damping_n_s_per_m(law),
+            damping_n_s_per_m: settings.master.damping_n_s_per_m,
+        }))
+    }
+
+    /// Whether the damping suffices.
+    #[must_use]
+    pub fn is_passive(&self) -> bool {
+        self.damping_n_s_per_m > self.min_damping_n_s_per_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_virtual_wall_needs_half_a_tick_of_stiffness_and_its_damping() {
+        let wall = SampledWall { tick_s: 2e-3 };
+        for (k, b) in [(1000.0, 0.0), (1000.0, 3.0), (0.0, 5.0), (500.0, -2.0)] {
+            let law = |angle: f64| {
+                let before = Complex64::from_polar(1.0, -angle);
+                (Complex64::new(1.0, 0.0) - before) * (b / wall.tick_s) + k
+            };
+            let min = wall.min_damping_n_s_per_m(law);
+            let expected = k * wall.tick_s / 2.0 + f64::abs(b);
+            assert!((min - expected).abs() < 1e-5 * (1.0 + expected), "{min} {expected}");
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! The sensitivities of the limits.
+
+use super::limit::StabilityTester;
+use super::{Limit, LinearLoop, Parameter, StabilityError};
+use trocar_base::parallel::try_map;
+
+/// Relative step of the differences.
+const STEP: f64 = 1e-4;
+
+/// The relative change of a limit per relative change of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitivity {
+    /// The limit's parameter.
+    pub limit: Parameter,
+    /// The changed parameter.
+    pub parameter: Parameter,
+    /// `d ln(limit) / d ln(parameter)`; `None` if the limit is lost within the step, as at the edge of a whole tick.
+    pub relative: Option<f64>,
+}
+
+/// The sensitivity of each finite limit to each parameter of the loop that is not 0: central differences over a ten-thousandth
+/// of the parameter.
+///
+/// # Errors
+/// [`StabilityError`] as the limits themselves.
+pub fn sensitivities(settings: &LinearLoop, limits: &[Limit]) -> Result<Vec<Sensitivity>, StabilityError> {
+    let mut pairs = vec![];
+    for limit in limits {
+        let Some(largest) = limit.largest().filter(|largest| largest.is_finite() && *largest > 0.0) else { continue };
+        for parameter in Parameter::all() {
+            let delays = [Parameter::Delay, Parameter::ForwardDelay, Parameter::BackwardDelay];
+            let both_delays = delays.contains(&limit.parameter) && delays.contains(&parameter);
+            if parameter != limit.parameter
+                && parameter != Parameter::Delay
+                && !both_delays
+                && is_effective(settings, parameter)
+            {
+                pairs.push((limit.parameter, largest, parameter));
+            }
+        }
+    }
+    try_map(pairs.len(), |index| {
+        let (limit, largest, parameter) = pairs[index];
+        let value = settings.get(parameter);
+        let near = |factor: f64| nearby(&settings.with(parameter, value * factor), limit, largest);
+        let ends = near(1.0 + STEP)?.zip(near(1.0 - STEP)?);
+        let relative = ends.map(|(up, down)| (up / down).ln() / ((1.0 + STEP) / (1.0 - STEP)).ln());
+        Ok(Sensitivity { limit, parameter, relative })
+    })
+}
+
+/// Whether a parameter affects the loop.
+fn is_effective(settings: &LinearLoop, parameter: Parameter) -> bool {
+    let couples = settings.link.controller.kind != trocar_engine::teleoperation::ControllerKind::PositionForce;
+    let of_controller = matches!(
+        parameter,
+        Parameter::CouplingStiffness
+            | Parameter::CouplingDamping
+            | Parameter::MasterForceGain
+            | Parameter::SlaveForceGain
+            | Parameter::AccelerationBandwidth
+    );
+    settings.get(parameter) != 0.0 && (couples || !of_controller)
+}
+
+/// The limit near a known one.
+fn nearby(settings: &LinearLoop, limit: Parameter, known: f64) -> Result<Option<f64>, StabilityError> {
+    let tester = StabilityTester::new(settings)?;
+    let mut reach = 10.0 * STEP;
+    while reach < 0.3 {
+        let (low, high) = (known * (1.0 - reach), known * (1.0 + reach));
+        if tester.is_stable(&[(limit, low)])? && !tester.is_stable(&[(limit, high)])? {
+            return tester.boundary(limit, (low, high), true, 0.0).map(Some);
+        }
+        reach *= 3.0;
+    }
+    Ok(None)
+}

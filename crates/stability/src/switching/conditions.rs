@@ -1,0 +1,540 @@
+//! The inequalities of a certificate.
+//!
+//! A quadratic function `V = zᵀ P z` belongs to each phase, on the states `z` that matter in it, and the phases are
+//! linked along an event. The maps are those of `modes.rs`, at every vertex `v` of the tissue's range: the inequalities
+//! are convex in the maps, so they also hold for each tissue between, and for one that changes from tick to tick.
+//!
+//! A ramp's gap `g` only shrinks: `g_k = g_0 (w_1 [k < n_1] + w_2 [k < n_2] + …)` with weights whose sum is 1. The maps
+//! are linear, so the motion is the same mixture of motions with pulses, each a gap that is held for `n` ticks and then
+//! 0. The function at the next event is convex, so its value is at most the largest one of a pulse: it suffices that it
+//! decays for every pulse. There are two branches, "held" on the states with the gap and "dropped" on those without:
+//!
+//! ```text
+//! entering   P_S(0) after release, freeze and the last tick, < ρ P_T(d-1); for each length of the freeze
+//! held       cross-fade on (x, φ, g) with P_S(t); then teleoperation on (x, g) with P_H:
+//!            P_H after a tick < a P_H + (1 - a) γ g²,   γ g² < P_S(0)
+//! dropping   P_R(t) on (x, φ) < P_S(t);   P_T(0) on x < a P_H + (1 - a) γ g²
+//! dropped    cross-fade with P_R(t); then teleoperation with P_T(t), 0 <= t <= d - 1, and P_T(d-1) from then on;
+//!            V decreases by a factor μ per tick of teleoperation
+//! ```
+//! `max(P_H, γ g²)` cannot grow while the gap is held, however long. With at least `d` ticks of teleoperation between
+//! events, `V` at the beginning of an event is at most `ρ μ^(d-1) < 1` times that at the one before: the state converges
+//! exponentially for every order and length of the phases (dwell-time conditions after Geromel and Colaneri, *SIAM J.
+//! Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked, *IEEE Trans. Autom. Control*
+//! 56, 2011).
+//!
+//! A gap that is kept has a proof of its own, in `kept_gap.rs`.
+//!
+//! The functions are linear in time between nodes; a condition for a tick is then also linear in time, and holds within
+//! a piece if it holds for its first and last tick. Where the frozen map depends on the tissue, functions `P_F(t)` on the
+//! frozen states replace its powers; with `Γ` on the states that are constant while frozen, `max(P_F, Γ)` cannot grow.
+//!
+//! A bound of a quantity `c z` follows from `s (c z)² < V` in each phase, with `V < s b²` at the start: then `|c z| < b`.
+
+use nalgebra::DMatrix;
+
+use super::interval::{Interval, power};
+use super::modes::{Modes, Space};
+use super::settings::Phases;
+use trocar_core::augmentation::cross_fade;
+
+/// The weight of a condition per second relative to one per event: a tick's condition has the share of a tick.
+const PER_SECOND: f64 = 10.0;
+
+/// Nodes of the functions while frozen, as shares of the shortest freeze.
+const FROZEN_SHARES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
+
+/// A map with a name, from the states of one space to those of another.
+#[derive(Debug, Clone)]
+pub(super) struct NamedMap {
+    pub(super) name: String,
+    pub(super) from: Space,
+    pub(super) to: Space,
+    pub(super) matrix: DMatrix<f64>,
+    /// Whether it only selects states, without rounding.
+    pub(super) is_exact: bool,
+}
+
+/// How often a map is applied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Count {
+    Once,
+    /// As often as each number of the condition's range.
+    Each,
+}
+
+/// `f Mᵀ P M`, with `M` a product of maps, the first one applied last.
+#[derive(Debug, Clone)]
+pub(super) struct Term {
+    pub(super) factor: Interval,
+    pub(super) unknown: usize,
+    pub(super) maps: Vec<(usize, Count)>,
+}
+
+/// A sum of terms that must be positive definite.
+#[derive(Debug, Clone)]
+pub(super) struct Condition {
+    pub(super) name: &'static str,
+    pub(super) terms: Vec<Term>,
+    /// The states of its rows.
+    pub(super) rows: Space,
+    pub(super) weight: f64,
+    /// The numbers for [`Count::Each`], from the first to the last.
+    pub(super) counts: Option<(u64, u64)>,
+}
+
+/// An unknown function.
+#[derive(Debug, Clone)]
+pub(super) struct Function {
+    pub(super) name: String,
+    pub(super) space: Space,
+}
+
+/// All conditions for a dwell, with their functions and maps.
+#[derive(Debug, Clone)]
+pub(super) struct Conditions {
+    pub(super) functions: Vec<Function>,
+    pub(super) maps: Vec<NamedMap>,
+    pub(super) list: Vec<Condition>,
+    /// The function at the beginning of events.
+    pub(super) at_events: usize,
+    /// `μ`.
+    pub(super) decay: f64,
+}
+
+/// The parameters of a certificate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Choice {
+    /// Ticks of teleoperation between events.
+    pub(super) dwell: u64,
+    /// Time constant of `a` in s: how fast the function on a held gap forgets.
+    pub(super) hold_s: f64,
+    /// `ρ μ^(d-1)`.
+    pub(super) contraction: f64,
+    /// The decay of `V` in teleoperation in 1/s: `μ = exp(-rate · tick)`.
+    pub(super) rate_per_s: f64,
+    /// Pieces of the functions in time, in each phase.
+    pub(super) pieces: u64,
+}
+
+/// A quantity to bound after the release of the hand.
+#[derive(Debug, Clone)]
+pub(super) struct Focus {
+    /// Rows over all states, and whether they count in every space or only where the force last fed back is one.
+    pub(super) rows: Vec<DMatrix<f64>>,
+    /// The row of the quantity at a frozen tick.
+    pub(super) frozen: DMatrix<f64>,
+    /// `b`.
+    pub(super) bound: f64,
+    /// States at the start.
+    pub(super) starts: Vec<DMatrix<f64>>,
+}
+
+/// Builds the conditions.
+struct Builder<'a> {
+    modes: &'a Modes,
+    phases: Phases,
+    functions: Vec<Function>,
+    maps: Vec<NamedMap>,
+    list: Vec<Condition>,
+    /// The weight of a condition for a tick.
+    per_tick: f64,
+    /// `a`, and `1 - a`, which is exact.
+    held: (f64, f64),
+    /// `μ`, and `ρ`.
+    decay: f64,
+    at_entry: f64,
+}
+
+/// The functions of one event.
+struct Roles {
+    /// `P_T`.
+    dropped: Vec<usize>,
+    /// `P_R`.
+    fading: Vec<usize>,
+    /// `P_S`.
+    fading_held: Vec<usize>,
+    /// `P_H`.
+    held: Option<usize>,
+    /// `γ`.
+    gap: Option<usize>,
+    /// `P_F`, with the ticks since the alarm; the last one is constant from then on.
+    frozen: Vec<(usize, u64)>,
+    /// `Γ`.
+    constants: Option<usize>,
+}
+
+fn number(value: f64) -> Interval {
+    Interval::exact(value)
+}
+
+/// `μ^(d-1)`.
+fn decay_over(decay: f64, dwell: u64) -> Interval {
+    power(&vec![vec![number(decay)]], dwell - 1)[0][0]
+}
+
+/// A quotient, with rounding.
+fn share(part: u64, whole: u64) -> Interval {
+    Interval::rounded(part as f64 / whole as f64)
+}
+
+/// The lengths of a phase's pieces in ticks.
+fn pieces(ticks: u64, max: u64) -> Vec<u64> {
+    let count = max.min(ticks);
+    (0..count).map(|k| (k + 1) * ticks / count - k * ticks / count).collect()
+}
+
+impl Conditions {
+    pub(super) fn new(modes: &Modes, phases: Phases, choice: Choice, focus: Option<&Focus>) -> Self {
+        let kept = (-modes.tick_s / choice.hold_s).exp();
+        let decay = (-modes.tick_s * choice.rate_per_s).exp();
+        let at_entry = choice.contraction / decay_over(decay, choice.dwell).high;
+        let mut builder = Builder {
+            modes,
+            phases,
+            functions: vec![],
+            maps: vec![],
+            list: vec![],
+            per_tick: modes.tick_s * PER_SECOND,
+            held: (kept, 1.0 - kept),
+            decay,
+            at_entry: at_entry.next_down(),
+        };
+        let dwell = pieces(choice.dwell - 1, choice.pieces);
+        let fade = pieces(phases.blend, choice.pieces);
+        let roles = builder.roles(&dwell, &fade);
+        for unknown in 0..builder.functions.len() {
+            let rows = builder.functions[unknown].space;
+            let one = builder.select(rows, rows);
+            builder.add("positive", rows, vec![builder.term(number(1.0), unknown, &[one])]);
+        }
+        builder.enter(&roles);
+        builder.fade(&roles, &fade);
+        builder.drop_gap(&roles);
+        builder.dwell(&roles, &dwell);
+        if let Some(focus) = focus {
+            builder.bound(&roles, focus);
+        }
+        let Builder { functions, maps, list, decay, .. } = builder;
+        Self { functions, maps, list, at_events: *roles.dropped.last().unwrap_or(&0), decay }
+    }
+}
+
+impl Builder<'_> {
+    fn function(&mut self, name: &str, node: usize, space: Space) -> usize {
+        self.functions.push(Function { name: format!("{name}_{node}"), space });
+        self.functions.len() - 1
+    }
+
+    fn roles(&mut self, dwell: &[u64], fade: &[u64]) -> Roles {
+        let modes = self.modes;
+        let fading = fade.len() + 1;
+        // Functions that are linked stand next to each other, which keeps the solver's matrix narrow.
+        let (mut frozen, mut constants) = (vec![], None);
+        if !modes.is_frozen_map_unique() {
+            let shortest = self.phases.held.0 as f64;
+            // The motion is fast after the alarm and slow later.
+            let mut ticks: Vec<u64> = FROZEN_SHARES.iter().map(|share| (share * shortest) as u64).collect();
+            ticks.dedup();
+            for (node, tick) in ticks.into_iter().enumerate() {
+                frozen.push((self.function("frozen", node, Space::Frozen), tick));
+            }
+            constants = Some(self.function("held_while_frozen", 0, Space::Held));
+        }
+        let (mut of_fading, mut fading_held) = (vec![], vec![]);
+        for node in 0..fading {
+            if modes.has_gap() {
+                fading_held.push(self.function("cross_fade_with_gap", node, Space::FadingGap));
+            }
+            of_fading.push(self.function("cross_fade", node, Space::Fading));
+        }
+        let held = modes.has_gap().then(|| self.function("teleoperation_with_gap", 0, Space::LoopGap));
+        let dropped = (0..=dwell.len()).map(|node| self.function("teleoperation", node, Space::Loop)).collect();
+        let gap = modes.has_gap().then(|| self.function("gap", 0, Space::Gap));
+        Roles { dropped, fading: of_fading, fading_held, held, gap, frozen, constants }
+    }
+
+    /// The map of a name; it is built once.
+    fn map(&mut self, name: String, from: Space, to: Space, matrix: impl FnOnce(&Modes) -> DMatrix<f64>) -> usize {
+        if let Some(known) = self.maps.iter().position(|map| map.name == name && map.from == from && map.to == to) {
+            return known;
+        }
+        let matrix = matrix(self.modes);
+        self.maps.push(NamedMap { name, from, to, matrix, is_exact: false });
+        self.maps.len() - 1
+    }
+
+    fn between(&mut self, name: String, from: Space, to: Space, all: impl FnOnce(&Modes) -> DMatrix<f64>) -> usize {
+        self.map(name, from, to, |modes| modes.between(&all(modes), from, to))
+    }
+
+    /// The states that two spaces share.
+    fn select(&mut self, from: Space, to: Space) -> usize {
+        let at = self.map(format!("{to:?}_of_{from:?}"), from, to, |modes| match (from, to) {
+            (Space::Number, Space::Number) => DMatrix::identity(1, 1),
+            _ => modes.selection(from, to),
+        });
+        self.maps[at].is_exact = true;
+        at
+    }
+
+    fn term(&self, factor: Interval, unknown: usize, maps: &[usize]) -> Term {
+        Term { factor, unknown, maps: maps.iter().map(|&map| (map, Count::Once)).collect() }
+    }
+
+    fn add(&mut self, name: &'static str, rows: Space, terms: Vec<Term>) {
+        self.list.push(Condition { name, terms, rows, weight: self.per_tick, counts: None });
+    }
+
+    /// `to` after `map` is below `from`.
+    fn below(&mut self, name: &'static str, rows: Space, to: usize, map: usize, from: Vec<Term>) {
+        let mut terms = from;
+        terms.push(self.term(number(-1.0), to, &[map]));
+        self.add(name, rows, terms);
+    }
+
+    /// `P(t) - Mᵀ P(t+1) M` at the first and the last tick of a piece, `P` linear between its ends.
+    fn along(&mut self, name: &'static str, rows: Space, nodes: (usize, usize), ticks: u64, map: usize) {
+        self.decaying(name, rows, nodes, ticks, (map, 1.0));
+    }
+
+    /// `μ P(t) - Mᵀ P(t+1) M` likewise.
+    fn decaying(
+        &mut self,
+        name: &'static str,
+        rows: Space,
+        (from, to): (usize, usize),
+        ticks: u64,
+        (map, decay): (usize, f64),
+    ) {
+        let one = self.select(rows, rows);
+        let last = if ticks == 1 { None } else { Some(ticks - 1) };
+        for tick in std::iter::once(0).chain(last) {
+            let mut terms = vec![];
+            for (share_to, sign, map) in [(tick, decay, one), (tick + 1, -1.0, map)] {
+                for (part, node) in [(ticks - share_to, from), (share_to, to)] {
+                    if part > 0 {
+                        let factor = if part == ticks { number(1.0) } else { share(part, ticks) };
+                        terms.push(self.term(factor * number(sign), node, &[map]));
+                    }
+                }
+            }
+            self.add(name, rows, terms);
+        }
+    }
+
+    /// `a P_H + (1 - a) γ g²` on the states with the gap.
+    fn held_level(&mut self, roles: &Roles) -> Vec<Term> {
+        let (Some(held), Some(gap)) = (roles.held, roles.gap) else { return vec![] };
+        let rows = Space::LoopGap;
+        let (one, gaps) = (self.select(rows, rows), self.select(rows, Space::Gap));
+        let (of_function, of_gap) = self.held;
+        vec![self.term(number(of_function), held, &[one]), self.term(number(of_gap), gap, &[gaps])]
+    }
+
+    /// The function at the beginning of events, times `ρ`.
+    fn at_events(&mut self, roles: &Roles) -> Term {
+        let one = self.select(Space::Loop, Space::Loop);
+        self.term(number(self.at_entry), *roles.dropped.last().unwrap_or(&0), &[one])
+    }
+
+    /// The last tick of teleoperation and the beginning of an event.
+    fn entry(&mut self, vertex: usize, rows: Space) -> usize {
+        self.between(format!("entry_{vertex}"), rows, Space::Frozen, |modes| {
+            modes.freeze() * modes.teleoperation(vertex)
+        })
+    }
+
+    /// The tissues at which the beginning of re-engaging differs.
+    fn releases(&self) -> std::ops::Range<usize> {
+        if self.modes.has_unique_motion() { 0..1 } else { self.modes.vertices() }
+    }
+
+    /// From the beginning of an event to that of re-engaging.
+    fn enter(&mut self, roles: &Roles) {
+        let (space, first) = match (roles.fading_held.first(), roles.fading.first()) {
+            (Some(&held), _) => (Space::FadingGap, held),
+            (None, Some(&fading)) => (Space::Fading, fading),
+            (None, None) => return,
+        };
+        let (rows, level) = (Space::Loop, self.at_events(roles));
+        let releases: Vec<usize> = self
+            .releases()
+            .map(|vertex| {
+                self.between(format!("release_{vertex}"), Space::Frozen, space, |modes| modes.release(vertex))
+            })
+            .collect();
+        if roles.frozen.is_empty() {
+            let frozen = self.between("frozen".into(), Space::Frozen, Space::Frozen, |modes| modes.frozen(0, 1.0));
+            for vertex in self.modes.vertices() {
+                let entry = self.entry(vertex, rows);
+                for &release in &releases {
+                    let maps = vec![(release, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
+                    let terms = vec![level.clone(), Term { factor: number(-1.0), unknown: first, maps }];
+                    let counts = Some(self.phases.held);
+                    self.list.push(Condition { name: "entering", terms, rows, weight: 1.0, counts });
+                }
+            }
+            return;
+        }
+        let Some(constants) = roles.constants else { return };
+        let whole = Space::Frozen;
+        let (one, kept) = (self.select(whole, whole), self.select(whole, Space::Held));
+        let (decay, rest) = self.held;
+        let last = roles.frozen[roles.frozen.len() - 1].0;
+        for vertex in self.modes.vertices() {
+            let entry = self.entry(vertex, rows);
+            for (function, maps) in [(roles.frozen[0].0, vec![entry]), (constants, vec![kept, entry])] {
+                let terms = vec![level.clone(), self.term(number(-1.0), function, &maps)];
+                self.list.push(Condition { name: "entering", terms, rows, weight: 1.0, counts: None });
+            }
+            for &share in self.modes.shares() {
+                let name = format!("frozen_{vertex}_{share}");
+                let map = self.between(name, whole, whole, |modes| modes.frozen(vertex, share));
+                let from = self.list.len();
+                for pair in roles.frozen.windows(2) {
+                    self.decaying("frozen", whole, (pair[0].0, pair[1].0), pair[1].1 - pair[0].1, (map, decay));
+                }
+                let level = vec![self.term(number(decay), last, &[one])];
+                self.below("frozen", whole, last, map, level);
+                let constant = self.term(number(rest), constants, &[kept]);
+                for condition in &mut self.list[from..] {
+                    condition.terms.push(constant.clone());
+                }
+            }
+        }
+        for release in releases {
+            let level = vec![self.term(number(decay), last, &[one]), self.term(number(rest), constants, &[kept])];
+            self.below("releasing", whole, first, release, level);
+        }
+    }
+
+    fn fade(&mut self, roles: &Roles, lengths: &[u64]) {
+        let all: u64 = lengths.iter().sum();
+        let weight = |tick: u64| cross_fade(tick as f64 / all as f64);
+        let branches = [(Space::Fading, &roles.fading), (Space::FadingGap, &roles.fading_held)];
+        for (space, nodes) in branches.into_iter().filter(|(_, nodes)| !nodes.is_empty()) {
+            let mut begin = 0;
+            for (piece, &ticks) in lengths.iter().enumerate() {
+                // The weights of the piece's ticks: from that of its first to that of its last.
+                let (min, max) = (weight(begin + 1), weight(begin + ticks));
+                begin += ticks;
+                for vertex in self.modes.vertices() {
+                    for weight in if ticks == 1 { vec![max] } else { vec![min, max] } {
+                        let name = format!("cross_fade_{vertex}_{weight}");
+                        let map = self.between(name, space, space, |modes| modes.blend(vertex, weight));
+                        let nodes = (nodes[piece], nodes[piece + 1]);
+                        self.along("cross-fade", space, nodes, ticks, map);
+                    }
+                }
+            }
+        }
+        let drop_at_ticks = self.select(Space::FadingGap, Space::Fading);
+        let held = self.select(Space::FadingGap, Space::FadingGap);
+        for (&with_gap, &without) in roles.fading_held.iter().zip(&roles.fading) {
+            let from = vec![self.term(number(1.0), with_gap, &[held])];
+            self.below("dropping", Space::FadingGap, without, drop_at_ticks, from);
+        }
+        if let (Some(&last), Some(&next)) = (roles.fading.last(), roles.dropped.first()) {
+            let (one, of_loop) = (self.select(Space::Fading, Space::Fading), self.select(Space::Fading, Space::Loop));
+            let from = vec![self.term(number(1.0), last, &[one])];
+            self.below("faded", Space::Fading, next, of_loop, from);
+        }
+        if let (Some(&last), Some(next), Some(&first), Some(gap)) =
+            (roles.fading_held.last(), roles.held, roles.fading_held.first(), roles.gap)
+        {
+            let of_loop = self.select(Space::FadingGap, Space::LoopGap);
+            let from = vec![self.term(number(1.0), last, &[held])];
+            self.below("faded", Space::FadingGap, next, of_loop, from);
+            let of_gap = self.select(Space::FadingGap, Space::Gap);
+            let from = vec![self.term(number(1.0), first, &[held])];
+            self.below("gap", Space::FadingGap, gap, of_gap, from);
+        }
+    }
+
+    fn teleoperation(&mut self, vertex: usize, rows: Space) -> usize {
+        self.between(format!("teleoperation_{vertex}"), rows, rows, |modes| modes.teleoperation(vertex))
+    }
+
+    fn drop_gap(&mut self, roles: &Roles) {
+        let (Some(held), Some(&next)) = (roles.held, roles.dropped.first()) else { return };
+        let rows = Space::LoopGap;
+        for vertex in self.modes.vertices() {
+            let map = self.teleoperation(vertex, rows);
+            let level = self.held_level(roles);
+            self.below("held", rows, held, map, level);
+        }
+        let of_loop = self.select(rows, Space::Loop);
+        let level = self.held_level(roles);
+        self.below("dropping", rows, next, of_loop, level);
+    }
+
+    fn dwell(&mut self, roles: &Roles, lengths: &[u64]) {
+        let rows = Space::Loop;
+        let one = self.select(rows, rows);
+        let last = roles.dropped[lengths.len()];
+        for vertex in self.modes.vertices() {
+            let map = self.teleoperation(vertex, rows);
+            let decay = self.decay;
+            let from = vec![self.term(number(decay), last, &[one])];
+            self.below("dwelling", rows, last, map, from);
+            for (piece, &ticks) in lengths.iter().enumerate() {
+                let nodes = (roles.dropped[piece], roles.dropped[piece + 1]);
+                self.decaying("dwelling", rows, nodes, ticks, (map, decay));
+            }
+        }
+    }
+
+    /// The bound of a quantity.
+    fn bound(&mut self, roles: &Roles, focus: &Focus) {
+        let size = self.function("bound", 0, Space::Number);
+        let one = self.select(Space::Number, Space::Number);
+        self.add("positive", Space::Number, vec![self.term(number(1.0), size, &[one])]);
+        let functions: Vec<(usize, Space)> =
+            self.functions.iter().map(|function| function.space).enumerate().filter(|(k, _)| *k != size).collect();
+        for (function, space) in functions {
+            if matches!(space, Space::Gap | Space::Held | Space::Frozen) {
+                continue;
+            }
+            let whole = self.select(space, space);
+            for (k, row) in focus.rows.iter().enumerate() {
+                let narrow = self.modes.row(row, space);
+                if narrow.iter().all(|value| *value == 0.0) {
+                    continue;
+                }
+                let map = self.map(format!("quantity_{k}"), space, Space::Number, |_| narrow);
+                let from = vec![self.term(number(1.0), function, &[whole])];
+                self.below("bounded", space, size, map, from);
+            }
+        }
+        let (rows, last) = (Space::Loop, *roles.dropped.last().unwrap_or(&0));
+        let quantity = self.modes.row(&focus.frozen, Space::Frozen);
+        let quantity = self.map("quantity_frozen".into(), Space::Frozen, Space::Number, |_| quantity);
+        let whole = self.select(rows, rows);
+        if roles.frozen.is_empty() {
+            let frozen = self.between("frozen".into(), Space::Frozen, Space::Frozen, |modes| modes.frozen(0, 1.0));
+            for vertex in self.modes.vertices() {
+                let entry = self.entry(vertex, rows);
+                let maps = vec![(quantity, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
+                let terms =
+                    vec![self.term(number(1.0), last, &[whole]), Term { factor: number(-1.0), unknown: size, maps }];
+                let counts = Some((0, self.phases.held.1));
+                self.list.push(Condition { name: "bounded", terms, rows, weight: self.per_tick, counts });
+            }
+        } else {
+            let whole = self.select(Space::Frozen, Space::Frozen);
+            for &(frozen, _) in &roles.frozen {
+                let from = vec![self.term(number(1.0), frozen, &[whole])];
+                self.below("bounded", Space::Frozen, size, quantity, from);
+            }
+        }
+        let square = number(focus.bound) * number(focus.bound);
+        for (k, start) in focus.starts.iter().enumerate() {
+            let narrow = self.modes.row(&start.transpose(), rows).transpose();
+            let start = self.map(format!("start_{k}"), Space::Start, rows, |_| narrow);
+            let level = self.map("level".into(), Space::Start, Space::Number, |_| DMatrix::identity(1, 1));
+            let terms = vec![self.term(square, size, &[level]), self.term(number(-1.0), last, &[start])];
+            self.add("start", Space::Start, terms);
+        }
+    }
+}

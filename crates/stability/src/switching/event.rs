@@ -1,0 +1,124 @@
+//! The end of one event: needle motion and feedback force, by policy.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::modes::Modes;
+use super::{Phases, SwitchingSettings};
+use crate::StabilityError;
+use trocar_core::augmentation::{Reengage, cross_fade};
+
+/// Simulated time after the release, in s.
+const DURATION_S: f64 = 3.0;
+
+/// Number of stiffnesses between minimum and maximum.
+const STIFFNESSES: usize = 9;
+
+/// The effect of a policy on needle and hand: the maximum over the stiffnesses.
+///
+/// The hand rests at its desired position, at a gap from the needle; the needle rests at the tissue's surface; the
+/// force is 0. Then the slave is released.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EventBound {
+    /// The policy.
+    pub reengage: Reengage,
+    /// Jump of the slave's reference in the tick, in m.
+    pub reference_jump_m: f64,
+    /// Maximum motion of the needle, in m.
+    pub slave_motion_m: f64,
+    /// Maximum speed of the needle in m/s.
+    pub slave_speed_m_per_s: f64,
+    /// Maximum feedback force in N.
+    pub force_n: f64,
+    /// Maximum change of the feedback force from one tick to the next, in N.
+    pub force_step_n: f64,
+}
+
+impl EventBound {
+    /// The bounds of each policy, with the slave's reference and the hand (scaled to the slave) `gap_m` apart.
+    ///
+    /// # Errors
+    /// [`StabilityError`] if a loop cannot be built.
+    pub fn of_each_policy(settings: &SwitchingSettings, gap_m: f64) -> Result<Vec<Self>, StabilityError> {
+        let speed = match settings.augmentation.reengage {
+            Reengage::Ramp { catch_up_speed_m_per_s } => catch_up_speed_m_per_s,
+            Reengage::RampUntilLoad { approach_speed_m_per_s, .. } => approach_speed_m_per_s,
+            Reengage::Clutch | Reengage::Snap => match Reengage::default() {
+                Reengage::Ramp { catch_up_speed_m_per_s } => catch_up_speed_m_per_s,
+                Reengage::RampUntilLoad { .. } | Reengage::Clutch | Reengage::Snap => 0.0,
+            },
+        };
+        let policies = [Reengage::Ramp { catch_up_speed_m_per_s: speed }, Reengage::Clutch, Reengage::Snap];
+        policies.into_iter().map(|reengage| Self::of(settings, reengage, speed, gap_m)).collect()
+    }
+
+    fn of(
+        settings: &SwitchingSettings,
+        reengage: Reengage,
+        speed_m_per_s: f64,
+        gap_m: f64,
+    ) -> Result<Self, StabilityError> {
+        let mut all = Self {
+            reengage,
+            reference_jump_m: 0.0,
+            slave_motion_m: 0.0,
+            slave_speed_m_per_s: 0.0,
+            force_n: 0.0,
+            force_step_n: 0.0,
+        };
+        let (softest, stiffest) = settings.stiffness_n_per_m;
+        for k in 0..STIFFNESSES {
+            let stiffness = softest + (stiffest - softest) * k as f64 / (STIFFNESSES - 1) as f64;
+            let here = SwitchingSettings {
+                stiffness_n_per_m: (stiffness, stiffness),
+                loses_contact: false,
+                ..settings.clone()
+            };
+            let modes = Modes::new(&here)?;
+            all.release(&modes, settings.phases(), settings.of_loop.tick_s, speed_m_per_s, gap_m);
+        }
+        Ok(all)
+    }
+
+    /// Simulates the end of one event.
+    fn release(&mut self, modes: &Modes, phases: Phases, tick_s: f64, speed_m_per_s: f64, gap_m: f64) {
+        let at = modes.master_states();
+        let apart = modes.apart(0);
+        let n = apart.nrows();
+        let (of_reference, of_force, of_desired) = (modes.of_reference(), modes.of_force(), modes.of_desired());
+        let (hand, slave, felt) = (modes.hand(0), modes.slave(), modes.force(0));
+        let read = |row: &DMatrix<f64>, state: &DVector<f64>| (row * state)[(0, 0)];
+        // The hand's positions on the way are those of the hand at rest.
+        let sent = modes.without_delay().hand(0);
+        let scale = sent.iter().copied().fold(0.0, f64::max);
+        let desired_m = gap_m / scale;
+        let mut state = DVector::zeros(n);
+        (state[0], state[2]) = (desired_m, desired_m);
+        state.rows_mut(modes.states() - modes.delay(), modes.delay()).fill(scale * desired_m);
+        let mut gap = match self.reengage {
+            Reengage::Snap => 0.0,
+            Reengage::Ramp { .. } | Reengage::RampUntilLoad { .. } | Reengage::Clutch => -gap_m,
+        };
+        let closing = match self.reengage {
+            Reengage::Ramp { .. } | Reengage::RampUntilLoad { .. } => speed_m_per_s * tick_s,
+            Reengage::Clutch | Reengage::Snap => 0.0,
+        };
+        let mut before = 0.0;
+        for tick in 0..(DURATION_S / tick_s) as u64 {
+            let weight = cross_fade(((tick + 1) as f64 / phases.blend as f64).min(1.0));
+            if tick > 0 {
+                gap -= gap.clamp(-closing, closing);
+            }
+            let reference = read(&hand, &state) + gap;
+            if tick == 0 {
+                self.reference_jump_m = self.reference_jump_m.max(reference.abs());
+            }
+            let fed_back = weight * read(&felt, &state);
+            self.force_n = self.force_n.max(fed_back.abs());
+            self.force_step_n = self.force_step_n.max((fed_back - before).abs());
+            before = fed_back;
+            state = &apart * &state + &of_reference * reference + &of_force * fed_back + &of_desired * desired_m;
+            self.slave_motion_m = self.slave_motion_m.max(read(&slave, &state).abs());
+            self.slave_speed_m_per_s = self.slave_speed_m_per_s.max(state[at + 1].abs());
+        }
+    }
+}

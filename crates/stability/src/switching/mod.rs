@@ -1,0 +1,292 @@
+//! Events: teleoperation, frozen, re-engaging, as a switched linear system.
+//!
+//! The paper leaves out the stability of its event-based scheme, as one that "would require hybrid modelling". This
+//! module analyses it: the maps of each phase (`modes`), a certificate that every sequence of events with a minimum
+//! dwell between them decays (`conditions`, `certificate`; found by semidefinite programming, verified in interval
+//! arithmetic), the bounds of motions that it gives (`reach`), the worst sequences found, with the tissue chosen anew at
+//! every tick (`ascent`) and constant (`products`), which show how tight it is, and the effect of each re-engaging policy
+//! at the end of one event (`event`).
+
+mod ascent;
+mod certificate;
+mod conditions;
+mod event;
+mod interval;
+mod kept_gap;
+mod modes;
+mod products;
+mod reach;
+mod responses;
+mod scaling;
+mod sdp;
+mod search;
+mod semidefinite;
+mod settings;
+
+pub use ascent::{Cycle, Growth};
+pub use certificate::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand};
+pub use event::EventBound;
+pub use kept_gap::KeptGap;
+pub use products::{SimulatedCycle, SimulatedGrowth};
+pub use reach::{Reach, Sequence};
+pub use settings::{Phases, SwitchingSettings};
+
+use crate::StabilityError;
+use ascent::Steps;
+use modes::Modes;
+use search::Search;
+use trocar_base::parallel::try_map;
+
+/// The maximum dwell in the search for a certificate, in s.
+pub const LONGEST_DWELL_S: f64 = 4.0;
+
+/// The gap at the end of an event, in m: the hand's travel in the paper's figure 16.
+pub const GAP_M: f64 = 0.009;
+
+/// The result for one dwell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DwellPoint {
+    /// Ticks of teleoperation between two events.
+    pub dwell_ticks: u64,
+    /// The verified growth per event, in the norm of the certificate; `None` without a certificate.
+    pub certified: Option<f64>,
+    /// The largest growth per event found.
+    pub found: f64,
+}
+
+/// The analysis of the switching.
+#[derive(Debug, Clone)]
+pub struct Switching {
+    /// The analysed loop and events.
+    pub settings: SwitchingSettings,
+    /// Its phases.
+    pub phases: Phases,
+    /// The certificate with the shortest dwell; `None` without one up to [`LONGEST_DWELL_S`], and for a kept gap.
+    pub certificate: Option<Certificate>,
+    /// The proof for a kept gap (`clutch`), with the shortest dwell.
+    pub kept_gap: Option<KeptGap>,
+    /// The certificate with the smallest growth at the supervisor's refractory time.
+    pub at_refractory: Option<Certificate>,
+    /// Whether the same is certified if the needle may lose contact at any tick; `None` if it is not certified in contact.
+    pub covers_lost_contact: Option<bool>,
+    /// Bounds of motions with the supervisor's refractory time between events; `None` if it is not certified, or with a
+    /// delay.
+    pub reach: Option<Reach>,
+    /// The worst growth per event found at the refractory time, with the tissue chosen at every tick.
+    pub growth: Growth,
+    /// The growth on one constant stiffness, which a scenario can simulate, at the refractory time.
+    pub shown: SimulatedGrowth,
+    /// The longest tried dwell, up to the refractory time or the certified dwell, at which some sequence grows.
+    pub growing_dwell_ticks: Option<u64>,
+    /// The results by dwell, increasing.
+    pub by_dwell: Vec<DwellPoint>,
+    /// The end of one event, by policy.
+    pub events: Vec<EventBound>,
+}
+
+impl Switching {
+    /// Analyses the switching.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn of(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
+        let phases = settings.phases();
+        let modes = Modes::new(settings)?;
+        let steps = Steps::new(&modes, phases);
+        let alone = |vertex| products::growth(&modes, phases, phases.refractory, vertex);
+        let found_growths = || {
+            let (growth, (softest, stiffest)) =
+                rayon::join(|| ascent::growth(&steps, phases.refractory), || rayon::join(|| alone(0), || alone(1)));
+            Ok::<_, StabilityError>((growth?, softest?, stiffest?))
+        };
+        let mut search = Search::new(settings, &modes, phases);
+        let (shortest, growths) = rayon::join(|| Proof::shortest(settings, &mut search), found_growths);
+        let (shortest, (growth, softest, stiffest)) = (shortest?, growths?);
+        let is_certified = shortest.as_ref().is_some_and(|found| found.dwell_ticks() <= phases.refractory);
+        let proved = match (&shortest, is_certified) {
+            (Some(found), true) => found.at_refractory(settings, &search, (&steps, phases), &growth)?,
+            _ => AtRefractory::default(),
+        };
+        let longest = shortest.as_ref().map_or(phases.refractory, Proof::dwell_ticks);
+        let certified = |dwell: u64| match (&shortest, &proved.tightest) {
+            (Some(Proof::KeptGap(found)), _) if dwell >= longest => Some(found.growth_after(dwell)),
+            (_, Some(tightest)) if dwell >= phases.refractory => Some(tightest.growth_after(dwell)),
+            (Some(_), _) if dwell >= longest => Some(1.0),
+            _ => None,
+        };
+        let (growing_dwell_ticks, by_dwell) = rayon::join(
+            || Self::growing_dwell(&steps, longest, (phases.refractory, &growth)),
+            || by_dwell(settings, (&steps, &growth), shortest.as_ref().map(Proof::dwell_ticks), &certified),
+        );
+        let (growing_dwell_ticks, by_dwell) = (growing_dwell_ticks?, by_dwell?);
+        let AtRefractory { tightest, covers_lost_contact, reach } = proved;
+        let (certificate, kept_gap) = match shortest {
+            Some(Proof::Functions(found)) => (Some(*found), None),
+            Some(Proof::KeptGap(found)) => (None, Some(*found)),
+            None => (None, None),
+        };
+        Ok(Self {
+            phases,
+            reach,
+            certificate,
+            kept_gap,
+            at_refractory: tightest,
+            covers_lost_contact,
+            growth,
+            by_dwell,
+            shown: if stiffest.found >= softest.found { stiffest } else { softest },
+            growing_dwell_ticks,
+            events: EventBound::of_each_policy(settings, GAP_M)?,
+            settings: settings.clone(),
+        })
+    }
+
+    /// The longest tried dwell, from `dwell` down by factors of four, at which some sequence grows; the growth at one dwell is
+    /// known.
+    fn growing_dwell(
+        steps: &Steps<'_>,
+        mut dwell: u64,
+        (of_known, known): (u64, &Growth),
+    ) -> Result<Option<u64>, StabilityError> {
+        loop {
+            let found = if dwell == of_known { known.found } else { ascent::growth(steps, dwell)?.found };
+            if found >= 1.0 {
+                return Ok(Some(dwell));
+            }
+            if dwell == 1 {
+                return Ok(None);
+            }
+            dwell = (dwell / 4).max(1);
+        }
+    }
+
+    /// The shortest certified dwell only, in ticks; `None` without one up to [`LONGEST_DWELL_S`].
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn certified_dwell(settings: &SwitchingSettings) -> Result<Option<u64>, StabilityError> {
+        let modes = Modes::new(settings)?;
+        let mut search = Search::new(settings, &modes, settings.phases());
+        Ok(Proof::shortest(settings, &mut search)?.map(|found| found.dwell_ticks()))
+    }
+
+    /// Whether `dwell_ticks` of teleoperation between events are certified: one programme or a few, where
+    /// [`Switching::certified_dwell`] solves a dozen. With long delays each one takes seconds.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn certifies(settings: &SwitchingSettings, dwell_ticks: u64) -> Result<bool, StabilityError> {
+        if settings.keeps_gap() {
+            return Ok(Self::certified_dwell(settings)?.is_some_and(|found| found <= dwell_ticks.max(1)));
+        }
+        let modes = Modes::new(settings)?;
+        Search::new(settings, &modes, settings.phases()).is_certified(dwell_ticks.max(1))
+    }
+
+    /// The shortest certified dwell, in ticks.
+    #[must_use]
+    pub fn dwell_ticks(&self) -> Option<u64> {
+        let of_functions = self.certificate.as_ref().map(|found| found.dwell_ticks);
+        of_functions.or(self.kept_gap.as_ref().map(|found| found.dwell_ticks))
+    }
+
+    /// The certified growth per event at the refractory time, if it is certified.
+    #[must_use]
+    pub fn certified_growth(&self) -> Option<f64> {
+        let refractory = self.phases.refractory;
+        let kept_gap = self.kept_gap.as_ref().filter(|_| self.is_certified());
+        let of_functions = self.at_refractory.as_ref().map(|found| found.contraction.sqrt());
+        of_functions.or(kept_gap.map(|found| found.growth_after(refractory)))
+    }
+
+    /// Whether the refractory time is at least the certified dwell, so that every sequence of events is stable.
+    #[must_use]
+    pub fn is_certified(&self) -> bool {
+        self.dwell_ticks().is_some_and(|dwell| dwell <= self.phases.refractory)
+    }
+}
+
+/// What certifies a dwell.
+enum Proof {
+    Functions(Box<Certificate>),
+    KeptGap(Box<KeptGap>),
+}
+
+/// What is certified with the refractory time between events.
+#[derive(Default)]
+struct AtRefractory {
+    tightest: Option<Certificate>,
+    covers_lost_contact: Option<bool>,
+    reach: Option<Reach>,
+}
+
+impl Proof {
+    /// That of the shortest dwell.
+    fn shortest(settings: &SwitchingSettings, search: &mut Search<'_>) -> Result<Option<Self>, StabilityError> {
+        if settings.keeps_gap() {
+            // Out of contact a gap stays as it is.
+            if settings.loses_contact {
+                return Ok(None);
+            }
+            let wanted = (settings.longest_dwell_ticks(), settings.delay_ticks() == 0);
+            let found = KeptGap::of(search.modes(), settings.phases(), wanted)?;
+            return Ok(found.map(|found| Self::KeptGap(Box::new(found))));
+        }
+        Ok(search.shortest()?.map(|found| Self::Functions(Box::new(found))))
+    }
+
+    fn dwell_ticks(&self) -> u64 {
+        match self {
+            Self::Functions(found) => found.dwell_ticks,
+            Self::KeptGap(found) => found.dwell_ticks,
+        }
+    }
+
+    fn at_refractory(
+        &self,
+        settings: &SwitchingSettings,
+        search: &Search<'_>,
+        (steps, phases): (&Steps<'_>, Phases),
+        growth: &Growth,
+    ) -> Result<AtRefractory, StabilityError> {
+        let dwell = phases.refractory;
+        if let Self::KeptGap(found) = self {
+            let reach = found.reach.map(|bounds| Reach::with(settings, steps, (phases, dwell), bounds)).transpose()?;
+            return Ok(AtRefractory { tightest: None, covers_lost_contact: Some(false), reach });
+        }
+        let reach = || match search.choice(dwell) {
+            Some(choice) if settings.delay_ticks() == 0 => Reach::of(settings, steps, (phases, choice)),
+            _ => Ok(None),
+        };
+        let without_contact = || {
+            let settings = SwitchingSettings { loses_contact: true, ..settings.clone() };
+            let modes = Modes::new(&settings)?;
+            Search::new(&settings, &modes, phases).is_certified(dwell)
+        };
+        let (tightest, (covers_lost_contact, reach)) =
+            rayon::join(|| search.tightest(dwell, growth.found), || rayon::join(without_contact, reach));
+        Ok(AtRefractory { tightest: tightest?, covers_lost_contact: Some(covers_lost_contact?), reach: reach? })
+    }
+}
+
+/// Longer dwells for which the growth is shown, as multiples of the refractory time.
+const LONGER: [u64; 3] = [1, 2, 4];
+
+/// Certified and found growth at the shortest certified dwell, the refractory time and longer ones.
+fn by_dwell(
+    settings: &SwitchingSettings,
+    (steps, found): (&Steps<'_>, &Growth),
+    shortest: Option<u64>,
+    certified: &(impl Fn(u64) -> Option<f64> + Sync),
+) -> Result<Vec<DwellPoint>, StabilityError> {
+    let (refractory, longest) = (settings.phases().refractory, settings.longest_dwell_ticks());
+    let mut dwells: Vec<u64> = LONGER.iter().map(|times| refractory * times).chain(shortest).collect();
+    dwells.sort_unstable();
+    dwells.dedup();
+    dwells.retain(|dwell| *dwell <= longest || *dwell == refractory);
+    let point = |dwell_ticks: u64| -> Result<DwellPoint, StabilityError> {
+        let found = if dwell_ticks == refractory { found.found } else { ascent::growth(steps, dwell_ticks)?.found };
+        Ok(DwellPoint { dwell_ticks, certified: certified(dwell_ticks), found })
+    };
+    try_map(dwells.len(), |index| point(dwells[index]))
+}

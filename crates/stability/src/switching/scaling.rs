@@ -1,0 +1,143 @@
+//! Coordinates in which the states of each space have similar sizes.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::conditions::Focus;
+use super::interval::{Enclosure, Interval, exact, product, rounded};
+use super::modes::{Modes, Space};
+use crate::StabilityError;
+
+/// Number of doublings in a Gramian's sum: 2^40 ticks, longer than any transient.
+const DOUBLINGS: usize = 40;
+
+/// Lower triangular maps from scaled states to states, for each space. They map the unit ball to the states that the
+/// loop's inputs reach.
+#[derive(Debug, Clone)]
+pub(super) struct Scales {
+    of_loop: DMatrix<f64>,
+    metre: f64,
+    newton: f64,
+    /// Of a quantity to bound, and of the release of the hand.
+    number: f64,
+    start: f64,
+}
+
+/// The largest power of two up to a positive number: scaling by it is exact.
+fn power_of_two(value: f64) -> f64 {
+    if value > 0.0 && value.is_finite() { value.log2().floor().exp2() } else { 1.0 }
+}
+
+impl Scales {
+    pub(super) fn new(modes: &Modes) -> Result<Self, StabilityError> {
+        // The hand's positions on the way are scaled as the hand's; the others as without a delay.
+        let (n, machines) = (modes.states(), modes.states() - modes.delay());
+        let direct = modes.without_delay();
+        let of_loop = |map: &DMatrix<f64>| map.view((0, 0), (machines, map.ncols().min(machines))).into_owned();
+        let middle = (of_loop(&direct.teleoperation(0)) + of_loop(&direct.teleoperation(1))) * 0.5;
+        // The inputs are normalised by the position that each reaches.
+        let inputs = [direct.of_reference(), direct.of_force(), direct.of_desired()].map(|input| of_loop(&input));
+        let mut gramian: DMatrix<f64> = DMatrix::zeros(machines, machines);
+        for input in &inputs {
+            let mut sum = input * input.transpose();
+            let mut step = middle.clone();
+            for _ in 0..DOUBLINGS {
+                sum += &step * &sum * step.transpose();
+                step = &step * &step;
+            }
+            let position = sum[(0, 0)].max(f64::MIN_POSITIVE);
+            gramian += sum / position;
+        }
+        let spread = gramian.diagonal().map(|value| 1e-10 * value);
+        gramian += DMatrix::from_diagonal(&spread);
+        let gramian = gramian.map(|value| if value.is_finite() { value } else { 0.0 });
+        let root = Cholesky::new(gramian)
+            .map(|found| found.l())
+            .ok_or(StabilityError::Solver { status: "the loop's states do not scale".into() })?;
+        let inverse = root.clone().try_inverse().ok_or(StabilityError::Solver { status: "singular".into() })?;
+        // A metre of reference and a newton of force, by their equilibria.
+        let rest = |input: &DMatrix<f64>| {
+            let apart = DMatrix::identity(machines, machines) - of_loop(&direct.apart(0));
+            let state = apart.lu().solve(input).unwrap_or_else(|| input.clone());
+            power_of_two((&inverse * state).norm())
+        };
+        let hand = power_of_two((direct.hand(0).columns(0, machines) * &root).norm());
+        let mut of_loop = DMatrix::identity(n, n) * hand;
+        of_loop.view_mut((0, 0), (machines, machines)).copy_from(&root);
+        let (metre, newton) = (rest(&inputs[0]), rest(&inputs[1]));
+        Ok(Self { of_loop, metre, newton, number: 1.0, start: 1.0 })
+    }
+
+    /// With one scale for each state: bounds of single states do not mix them.
+    pub(super) fn of_single_states(&self) -> Self {
+        let sizes = DVector::from_fn(self.of_loop.nrows(), |i, _| power_of_two(self.of_loop.row(i).norm()));
+        Self { of_loop: DMatrix::from_diagonal(&sizes), ..self.clone() }
+    }
+
+    /// With scales for a quantity and the states at its start.
+    pub(super) fn with_focus(&self, modes: &Modes, focus: &Focus) -> Self {
+        let space = Space::FadingGap;
+        let scale = self.of(modes, space);
+        let size = focus.rows.iter().map(|row| (modes.row(row, space) * &scale).norm()).fold(0.0, f64::max);
+        let n = modes.states();
+        let start = |state: &DMatrix<f64>| {
+            let of_loop = state.rows(0, n).into_owned();
+            self.of_loop.solve_lower_triangular(&of_loop).map_or(0.0, |scaled| scaled.norm())
+        };
+        let largest = focus.starts.iter().map(start).fold(0.0, f64::max);
+        Self { number: power_of_two(size), start: 1.0 / power_of_two(largest), ..self.clone() }
+    }
+
+    /// The map from scaled states to states.
+    pub(super) fn of(&self, modes: &Modes, space: Space) -> DMatrix<f64> {
+        let n = modes.states();
+        let (gap, force) = (1.0 / self.metre, 1.0 / self.newton);
+        let extra = match space {
+            Space::Loop | Space::All => vec![],
+            Space::LoopGap => vec![gap],
+            Space::Fading => vec![force],
+            Space::FadingGap => vec![force, gap],
+            Space::Frozen => [gap, force, force, force][..modes.size(space) - n].to_vec(),
+            Space::Held => {
+                let held = [gap, force, force];
+                return DMatrix::from_diagonal(&DVector::from_column_slice(&held[..modes.size(space)]));
+            }
+            Space::Gap => return DMatrix::from_element(1, 1, gap),
+            Space::Number => return DMatrix::from_element(1, 1, self.number),
+            Space::Start => return DMatrix::from_element(1, 1, self.start),
+        };
+        let mut scale = DMatrix::zeros(n + extra.len(), n + extra.len());
+        scale.view_mut((0, 0), (n, n)).copy_from(&self.of_loop);
+        for (k, value) in extra.into_iter().enumerate() {
+            scale[(n + k, n + k)] = value;
+        }
+        scale
+    }
+
+    /// The enclosure of a map between scaled states, `S_to⁻¹ M S_from`.
+    pub(super) fn scaled(
+        &self,
+        modes: &Modes,
+        map: &DMatrix<f64>,
+        is_exact: bool,
+        (from, to): (Space, Space),
+    ) -> Enclosure {
+        let inner = if is_exact { exact(map) } else { rounded(map) };
+        let mut rows = product(&inner, &exact(&self.of(modes, from)));
+        let scale = self.of(modes, to);
+        // Forward substitution, row by row.
+        for i in 0..rows.len() {
+            for k in 0..i {
+                if scale[(i, k)] == 0.0 {
+                    continue;
+                }
+                for j in 0..rows[i].len() {
+                    rows[i][j] = rows[i][j] - Interval::exact(scale[(i, k)]) * rows[k][j];
+                }
+            }
+            for entry in &mut rows[i] {
+                *entry = entry.over(Interval::exact(scale[(i, i)]));
+            }
+        }
+        rows
+    }
+}

@@ -1,0 +1,139 @@
+//! The search for the certificate with the shortest dwell, and for the one with the smallest growth.
+
+use super::certificate::{Certificate, attempt};
+use super::conditions::Choice;
+use super::modes::Modes;
+use super::settings::Phases;
+use super::{LONGEST_DWELL_S, SwitchingSettings};
+use crate::StabilityError;
+use trocar_base::parallel::try_map;
+
+/// The ratio of dwells at which the search for the shortest certified one ends.
+const MAX_RATIO: f64 = 1.05;
+
+/// The dwells at which certificates are tried first, in s.
+const DWELLS_S: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, LONGEST_DWELL_S];
+
+/// Time constants of a function on a held gap, in s. Each is tried.
+const HOLDS_S: [f64; 4] = [0.1, 0.2, 0.05, 0.4];
+
+/// Rates of decay of `V` in teleoperation as shares of the slowest mode's. The first with a certificate is used.
+const RATES: [f64; 2] = [0.95, 0.0];
+
+/// The ratio of growths at which the search for the smallest ends.
+const MAX_GROWTH_RATIO: f64 = 2.0;
+
+/// Pieces of the functions in each phase: a few without a delay, one with many states.
+const PIECES: u64 = 2;
+const MAX_STATES_WITH_PIECES: usize = 12;
+
+/// The search.
+pub(super) struct Search<'a> {
+    modes: &'a Modes,
+    phases: Phases,
+    longest: u64,
+    pieces: u64,
+    holds_s: &'static [f64],
+    /// The time constant of the shortest dwell.
+    hold_s: Option<f64>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(settings: &SwitchingSettings, modes: &'a Modes, phases: Phases) -> Self {
+        let pieces = if modes.states() <= MAX_STATES_WITH_PIECES { PIECES } else { 1 };
+        let holds_s = if modes.has_gap() { &HOLDS_S[..] } else { &HOLDS_S[..1] };
+        Self { modes, phases, longest: settings.longest_dwell_ticks(), pieces, holds_s, hold_s: None }
+    }
+
+    pub(super) fn modes(&self) -> &'a Modes {
+        self.modes
+    }
+
+    fn certify(&self, choice: Choice) -> Result<Option<Certificate>, StabilityError> {
+        match attempt(self.modes, self.phases, choice, None) {
+            // The states of an unstable loop do not scale.
+            Err(StabilityError::Solver { .. }) => Ok(None),
+            attempt => attempt,
+        }
+    }
+
+    fn plain(&self, dwell: u64, hold_s: f64) -> Choice {
+        Choice { dwell, hold_s, contraction: 1.0, rate_per_s: 0.0, pieces: self.pieces }
+    }
+
+    /// The certificate of a dwell with the first time constant that gives one.
+    fn with_holds(&self, dwell: u64, holds: &[f64]) -> Result<Option<(Certificate, f64)>, StabilityError> {
+        let Some((first, others)) = holds.split_first() else { return Ok(None) };
+        let at = |hold_s: f64| -> Result<_, StabilityError> {
+            Ok(self.certify(self.plain(dwell, hold_s))?.map(|found| (found, hold_s)))
+        };
+        if let Some(found) = at(*first)? {
+            return Ok(Some(found));
+        }
+        let found: Vec<Option<(Certificate, f64)>> = try_map(others.len(), |index| at(others[index]))?;
+        Ok(found.into_iter().flatten().next())
+    }
+
+    /// Whether a dwell is certified.
+    pub(super) fn is_certified(&self, dwell: u64) -> Result<bool, StabilityError> {
+        Ok(self.with_holds(dwell, self.holds_s)?.is_some())
+    }
+
+    /// The certificate with the shortest dwell.
+    pub(super) fn shortest(&mut self) -> Result<Option<Certificate>, StabilityError> {
+        let ticks = |seconds: f64| ((seconds / self.modes.tick_s).round() as u64).clamp(1, self.longest);
+        let mut fails = 0;
+        let mut found = None;
+        for dwell in DWELLS_S.map(ticks) {
+            found = self.with_holds(dwell, self.holds_s)?;
+            if found.is_some() {
+                break;
+            }
+            fails = dwell;
+        }
+        let Some((mut best, mut hold_s)) = found else { return Ok(None) };
+        while best.dwell_ticks > fails + 1 && best.dwell_ticks as f64 > MAX_RATIO * fails as f64 {
+            let middle = ((best.dwell_ticks as f64) * (fails as f64).max(0.5)).sqrt().round() as u64;
+            let middle = middle.clamp(fails + 1, best.dwell_ticks - 1);
+            match self.with_holds(middle, &[hold_s])? {
+                Some(found) => (best, hold_s) = found,
+                None => fails = middle,
+            }
+        }
+        self.hold_s = Some(hold_s);
+        Ok(Some(best))
+    }
+
+    /// The choice for a dwell, after the shortest one was found.
+    pub(super) fn choice(&self, dwell: u64) -> Option<Choice> {
+        Some(self.plain(dwell, self.hold_s?))
+    }
+
+    /// The certificate with the smallest growth per event at a dwell; `found` is a growth that occurs.
+    pub(super) fn tightest(&self, dwell: u64, found: f64) -> Result<Option<Certificate>, StabilityError> {
+        let Some(hold_s) = self.hold_s else { return Ok(None) };
+        let slowest = self.modes.slowest_decay_per_s()?;
+        let mut best = None;
+        let mut rate_per_s = 0.0;
+        for share in RATES {
+            // `V` is a square.
+            rate_per_s = 2.0 * share * slowest;
+            best = self.certify(Choice { rate_per_s, ..self.plain(dwell, hold_s) })?;
+            if best.is_some() {
+                break;
+            }
+        }
+        let mut fails = found.clamp(1e-6, 1.0);
+        let mut growth: f64 = 1.0;
+        while best.is_some() && growth > MAX_GROWTH_RATIO * fails {
+            let middle = (growth * fails).sqrt();
+            let choice = Choice { contraction: middle * middle, rate_per_s, ..self.plain(dwell, hold_s) };
+            let other = self.certify(choice)?;
+            match other {
+                Some(other) => (growth, best) = (middle, Some(other)),
+                None => fails = middle,
+            }
+        }
+        Ok(best)
+    }
+}

@@ -1,0 +1,95 @@
+//! The settings of the switching analysis.
+
+use super::LONGEST_DWELL_S;
+use crate::LinearLoop;
+use trocar_core::augmentation::{AugmentationSettings, Reengage};
+use trocar_core::time::nearest_ticks;
+use trocar_engine::teleoperation::Scheme;
+use trocar_scenario::Scenario;
+
+/// A loop with events, on a tissue whose stiffness is in a range at every tick.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SwitchingSettings {
+    /// The loop in teleoperation.
+    pub of_loop: LinearLoop,
+    /// The augmentation.
+    pub augmentation: AugmentationSettings,
+    /// Minimum and maximum `K` in N/m: the force is `K(t) p + B v` with any `K(t)` in between, which includes every
+    /// nonlinear tissue whose force stays in the sector.
+    pub stiffness_n_per_m: (f64, f64),
+    /// Whether the needle may lose contact at any tick: the force is then 0.
+    pub loses_contact: bool,
+}
+
+/// Maximum ticks of both delays together.
+const MAX_DELAY_TICKS: u64 = 24;
+
+/// Lengths of the phases in ticks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Phases {
+    /// Minimum and maximum ticks that the slave is frozen.
+    pub held: (u64, u64),
+    /// Ticks of the cross-fade.
+    pub blend: u64,
+    /// Minimum ticks of teleoperation between two events, ensured by the supervisor.
+    pub refractory: u64,
+}
+
+impl SwitchingSettings {
+    /// The settings of a scenario with its loop.
+    ///
+    /// # Errors
+    /// The reason why its switching cannot be analysed.
+    pub fn of(scenario: &Scenario, of_loop: LinearLoop, stiffness_n_per_m: (f64, f64)) -> Result<Self, &'static str> {
+        let (forward, backward) = (of_loop.forward(), of_loop.backward());
+        if !scenario.augmentation.enabled {
+            return Err("augmentation.enabled = false: there are no events");
+        }
+        if forward.share + backward.share > 0.0 {
+            return Err(
+                "a delay that is not a whole number of ticks splits a tick, which the certificate does not cover",
+            );
+        }
+        if forward.whole + backward.whole > MAX_DELAY_TICKS {
+            return Err("the certificate covers delays of up to 24 ticks for both ways together");
+        }
+        if scenario.link.passivity.scheme != Scheme::None {
+            return Err("the certificate does not cover passivity schemes");
+        }
+        if stiffness_n_per_m.1 == 0.0 {
+            return Err("without a stiffness no loop is closed through the tissue, which events could make grow");
+        }
+        Ok(Self { of_loop, augmentation: scenario.augmentation, stiffness_n_per_m, loses_contact: false })
+    }
+
+    /// Whole ticks of both delays together.
+    #[must_use]
+    pub fn delay_ticks(&self) -> u64 {
+        self.of_loop.forward().whole + self.of_loop.backward().whole
+    }
+
+    /// The lengths of its phases.
+    #[must_use]
+    pub fn phases(&self) -> Phases {
+        let ticks = |seconds: f64| nearest_ticks(seconds, self.of_loop.tick_s);
+        let automaton = &self.augmentation.automaton;
+        let longest = ticks(automaton.max_hold_s).max(1);
+        let shortest = ticks(automaton.min_hold_s).max(ticks(automaton.exit_quiet_s));
+        Phases {
+            held: (shortest.clamp(1, longest), longest),
+            blend: ticks(self.augmentation.blend_s).max(1),
+            refractory: ticks(automaton.refractory_s).max(1),
+        }
+    }
+
+    /// The longest dwell in the search for a certificate, in ticks.
+    pub(super) fn longest_dwell_ticks(&self) -> u64 {
+        ((LONGEST_DWELL_S / self.of_loop.tick_s) as u64).max(2)
+    }
+
+    /// Whether the gap after an event is kept.
+    #[must_use]
+    pub fn keeps_gap(&self) -> bool {
+        self.augmentation.reengage == Reengage::Clutch
+    }
+}

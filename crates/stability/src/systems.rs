@@ -1,0 +1,198 @@
+//! The loop as state-space systems, with all poles and zeros.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{ClosedLoop, LinearLoop, Parameter, StabilityError};
+use trocar_lti::{Complex64, Discrete, StateSpace, StepResponse, eigenvalues, step_response_discrete};
+
+/// Maximum states of a system whose poles and zeros are computed.
+const MAX_STATES: u64 = 400;
+
+/// A column or row whose entries are below this, relative to the sizes of its factors, is 0.
+const VANISHING: f64 = 1e-11;
+
+/// A discrete system with the names of its signals.
+#[derive(Debug, Clone)]
+pub struct LoopSystem {
+    /// The system.
+    pub system: StateSpace<Discrete>,
+    /// Names of the inputs.
+    pub inputs: Vec<&'static str>,
+    /// Names of the outputs.
+    pub outputs: Vec<&'static str>,
+}
+
+/// Poles, and the zeros from an input to an output.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PolesAndZeros {
+    /// The name of the system.
+    pub system: &'static str,
+    /// All poles in the z plane, largest modulus first.
+    pub poles: Vec<Complex64>,
+    /// All finite zeros.
+    pub zeros: Vec<Complex64>,
+}
+
+/// Poles of the closed loop over a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Locus {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Each value with its poles, largest modulus first.
+    pub branches: Vec<(f64, Vec<Complex64>)>,
+}
+
+fn sorted(mut values: Vec<Complex64>) -> Vec<Complex64> {
+    values.sort_by(|a, b| (b.norm(), b.im).partial_cmp(&(a.norm(), a.im)).unwrap_or(std::cmp::Ordering::Equal));
+    values
+}
+
+/// The zeros of `c (z I - A)^-1 b + d`.
+///
+/// With `d` other than 0 they are the eigenvalues of `A - b c / d`. With a delay of `r` ticks, `c A^(r-1) b` is the first
+/// Markov parameter that is not 0, and they are the eigenvalues of `A - b (c A^r) / (c A^(r-1) b)` besides `r` that are 0.
+fn zeros(a: &DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>, d: f64) -> Result<Vec<Complex64>, StabilityError> {
+    let n = a.nrows();
+    if d != 0.0 {
+        return Ok(eigenvalues(&(a - b * c.transpose() / d))?);
+    }
+    let mut row = c.clone();
+    for delay in 1..=n {
+        let first = row.dot(b);
+        let size = row.norm() * b.norm();
+        let next = a.tr_mul(&row);
+        if first.abs() > VANISHING * size {
+            let mut values = eigenvalues(&(a - b * next.transpose() / first))?;
+            values.sort_by(|x, y| y.norm().total_cmp(&x.norm()));
+            values.truncate(n - delay);
+            return Ok(values);
+        }
+        row = next;
+    }
+    Ok(vec![])
+}
+
+impl LoopSystem {
+    /// Poles and zeros, with the zeros from the first input to an output.
+    ///
+    /// # Errors
+    /// [`StabilityError::Algebra`].
+    pub fn poles_and_zeros(&self, name: &'static str, output: usize) -> Result<PolesAndZeros, StabilityError> {
+        let system = &self.system;
+        let (b, c) = (system.b().column(0).into_owned(), system.c().row(output).transpose());
+        Ok(PolesAndZeros {
+            system: name,
+            poles: sorted(system.poles()?),
+            zeros: sorted(zeros(system.a(), &b, &c, system.d()[(output, 0)])?),
+        })
+    }
+
+    /// The response to a unit step of the first input.
+    ///
+    /// # Errors
+    /// [`StabilityError::Algebra`].
+    pub fn step(&self, samples: usize) -> Result<StepResponse, StabilityError> {
+        Ok(step_response_discrete(&self.system, 0, samples)?)
+    }
+}
+
+impl ClosedLoop {
+    fn domain(&self) -> Result<Discrete, StabilityError> {
+        Ok(Discrete::new(self.tick_s())?)
+    }
+
+    /// The loop gain `L`, from the signal of the slave that has arrived at the master back to itself. The closed loop's
+    /// poles are where it is 1; the usual negative feedback has `-L`.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn loop_gain_system(&self) -> Result<LoopSystem, StabilityError> {
+        let (a, b, c) = self.open()?;
+        let b = DMatrix::from_column_slice(b.len(), 1, b.as_slice());
+        let c = DMatrix::from_row_slice(1, c.len(), c.as_slice());
+        let system = StateSpace::new(a, b, c, DMatrix::zeros(1, 1), self.domain()?)?;
+        Ok(LoopSystem { system, inputs: vec!["arriving_force_n"], outputs: vec!["returning_force_n"] })
+    }
+
+    /// The closed loop from the desired position, linear between ticks, to positions and feedback force.
+    ///
+    /// With the desired position at the next tick as part of the state, `x = x' + b_next u`: then `x'+ = A x' + (A b_next +
+    /// b_now) u`.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn closed_loop_system(&self) -> Result<LoopSystem, StabilityError> {
+        let (a, [now, next], at_slave) = self.matrix()?;
+        let (_, _, arrives) = self.open()?;
+        let n = a.nrows();
+        let mut rows = DMatrix::zeros(3, n);
+        rows[(0, 0)] = 1.0;
+        rows[(1, at_slave)] = 1.0;
+        let own = &self.master.own;
+        let force = DVector::from_fn(n, |k, _| arrives[k] + own.get(k).copied().unwrap_or(0.0));
+        rows.row_mut(2).copy_from(&force.transpose());
+        let b = &a * &next + now;
+        let d = &rows * &next;
+        let b = DMatrix::from_column_slice(n, 1, b.as_slice());
+        let d = DMatrix::from_column_slice(3, 1, d.as_slice());
+        Ok(LoopSystem {
+            system: StateSpace::new(a, b, rows, d, self.domain()?)?,
+            inputs: vec!["desired_position_m"],
+            outputs: vec!["master_position_m", "slave_position_m", "feedback_force_n"],
+        })
+    }
+
+    /// All poles and zeros of the closed loop (to the feedback force) and of the loop gain; empty for delays with more
+    /// states than allowed.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn poles_and_zeros(&self) -> Result<Vec<PolesAndZeros>, StabilityError> {
+        if self.states() > MAX_STATES {
+            return Ok(vec![]);
+        }
+        Ok(vec![
+            self.closed_loop_system()?.poles_and_zeros("closed loop", 2)?,
+            self.loop_gain_system()?.poles_and_zeros("loop gain", 0)?,
+        ])
+    }
+}
+
+impl Locus {
+    /// The poles over values of a parameter.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn of(settings: &LinearLoop, axis: &super::Axis) -> Result<Self, StabilityError> {
+        let at = |index: usize| -> Result<(f64, Vec<Complex64>), StabilityError> {
+            let value = axis.value(index);
+            let closed = ClosedLoop::new(&settings.with(axis.parameter, value))?;
+            Ok((value, sorted(eigenvalues(&closed.matrix()?.0)?)))
+        };
+        let branches = (0..axis.count).map(at).collect::<Result<_, _>>()?;
+        Ok(Self { parameter: axis.parameter, branches })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_are_those_of_the_polynomials() {
+        // (z - 0.5) / ((z - 0.9) (z - 0.2)), and the same with one tick more of delay.
+        let a = DMatrix::from_row_slice(2, 2, &[1.1, -0.18, 1.0, 0.0]);
+        let (b, c) = (DVector::from_column_slice(&[1.0, 0.0]), DVector::from_column_slice(&[1.0, -0.5]));
+        let found = zeros(&a, &b, &c, 0.0).expect("computed");
+        assert!(found.len() == 1 && (found[0] - Complex64::new(0.5, 0.0)).norm() < 1e-12);
+        let mut late = DMatrix::zeros(3, 3);
+        late.view_mut((0, 0), (2, 2)).copy_from(&a);
+        late.view_mut((2, 0), (1, 2)).copy_from(&c.transpose());
+        let (b, c) = (DVector::from_column_slice(&[1.0, 0.0, 0.0]), DVector::from_column_slice(&[0.0, 0.0, 1.0]));
+        let found = zeros(&late, &b, &c, 0.0).expect("computed");
+        assert!(found.len() == 1 && (found[0] - Complex64::new(0.5, 0.0)).norm() < 1e-12);
+        // With a direct part: 1 + (z - 0.5) / ... has two zeros.
+        let found = zeros(&a, &DVector::from_column_slice(&[1.0, 0.0]), &DVector::from_column_slice(&[1.0, -0.5]), 1.0);
+        assert_eq!(found.expect("computed").len(), 2);
+    }
+}

@@ -1,0 +1,147 @@
+//! The Z-width: the walls that a hand can touch through the loop, as ranges of stiffness over damping.
+//!
+//! A wall is a spring `K` and a damper `B` (Colgate and Brown 1994, *Factors affecting the Z-width of a haptic display*).
+//! It is in the tissue, felt through the teleoperator; or it is virtual, computed by the master from its sampled position
+//! alone:
+//!
+//! ```text
+//! F_k = K x_k + B (x_k - x_{k-1}) / T
+//! ```
+//! A wall is stable if the motion against it decays with the scenario's arm, and passive if it is stable with every
+//! passive hand. A virtual wall is passive if and only if `b > K T / 2 + |B|`, with `b` the damping of the master (Colgate
+//! and Schenkel 1997, *Passivity of a class of sampled-data systems*).
+
+use nalgebra::{DMatrix, DVector};
+
+use super::analysis::frequencies_hz;
+use super::limit::StabilityTester;
+use super::machines::Machines;
+use super::side::Side;
+use super::{Axis, Hybrid, LinearLoop, Parameter, Ports, StabilityError, is_passive_impedance};
+use trocar_base::parallel::try_map;
+use trocar_engine::plant::Coupling;
+use trocar_engine::teleoperation::ControllerKind;
+use trocar_lti::{Complex64, eigenvalues};
+
+/// Range of the stiffness in N/m, points of the scan and bisections.
+const STIFFNESS: (f64, f64) = (0.1, 1e7);
+const SCAN: usize = 60;
+const BISECTIONS: usize = 40;
+
+/// The maximum stiffness of the walls with one damping, in N/m: every wall from 0 on has the property. `None` if none
+/// has, infinite if all up to 1e7 N/m have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Walls {
+    /// Stable with the scenario's arm.
+    pub stable_n_per_m: Option<f64>,
+    /// Passive at the hand.
+    pub passive_n_per_m: Option<f64>,
+}
+
+/// The Z-width of a loop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ZWidth {
+    /// Damping of the walls in N·s/m, increasing.
+    pub damping_n_s_per_m: Vec<f64>,
+    /// Walls in the tissue, for each damping. Their passivity is that of the two-port, up to a quarter of the sampling
+    /// rate.
+    pub tissue: Vec<Walls>,
+    /// Virtual walls; `None` for a master whose force depends on more than the sampled position: with a force integral, a
+    /// motor lag, the coupling as printed, or a controller other than position-force.
+    pub virtual_walls: Option<Vec<Walls>>,
+}
+
+/// The end of the range from 0 in which a property holds.
+fn up_to(holds: impl Fn(f64) -> Result<bool, StabilityError>) -> Result<Option<f64>, StabilityError> {
+    if !holds(0.0)? {
+        return Ok(None);
+    }
+    let step = (STIFFNESS.1 / STIFFNESS.0).powf(1.0 / (SCAN - 1) as f64);
+    let (mut below, mut above) = (0.0, None);
+    for k in 0..SCAN {
+        let stiffness = STIFFNESS.0 * step.powi(k as i32);
+        if !holds(stiffness)? {
+            above = Some(stiffness);
+            break;
+        }
+        below = stiffness;
+    }
+    let Some(mut above) = above else { return Ok(Some(f64::INFINITY)) };
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (below + above);
+        if holds(middle)? { below = middle } else { above = middle }
+    }
+    Ok(Some(below))
+}
+
+/// The master with its arm against a virtual wall: its matrix with the last position as a further state.
+fn with_virtual_wall(master: &Side, tick_s: f64, stiffness: f64, damping: f64) -> DMatrix<f64> {
+    let n = master.a.nrows();
+    let mut position = DVector::zeros(n + 1);
+    position[0] = 1.0;
+    let mut last = DVector::zeros(n + 1);
+    last[n] = 1.0;
+    let force = &position * (stiffness + damping / tick_s) - last * (damping / tick_s);
+    let mut input = DVector::zeros(n + 1);
+    input.rows_mut(0, n).copy_from(&master.now);
+    let mut matrix = DMatrix::zeros(n + 1, n + 1);
+    matrix.view_mut((0, 0), (n, n)).copy_from(&master.a);
+    matrix[(n, 0)] = 1.0;
+    matrix + input * force.transpose()
+}
+
+impl ZWidth {
+    /// The Z-width over the values of an axis of [`Parameter::Damping`].
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn of(settings: &LinearLoop, axis: &Axis) -> Result<Self, StabilityError> {
+        let damping: Vec<f64> = (0..axis.count).map(|index| axis.value(index)).collect();
+        let ports = Ports::new(settings)?;
+        let hybrids: Vec<(f64, Hybrid)> = frequencies_hz(settings.tick_s)
+            .filter_map(|hertz| {
+                let omega = std::f64::consts::TAU * hertz;
+                ports.at(omega).map(|hybrid| hybrid.map(|hybrid| (omega, hybrid))).transpose()
+            })
+            .collect::<Result<_, _>>()?;
+        let in_tissue = |&damping: &f64| -> Result<Walls, StabilityError> {
+            let settings = settings.with(Parameter::Damping, damping);
+            let tester = StabilityTester::new(&settings)?;
+            let is_passive = |stiffness: f64| {
+                hybrids.iter().all(|(omega, hybrid)| {
+                    is_passive_impedance(hybrid.transmitted(Complex64::new(damping, -stiffness / omega)))
+                })
+            };
+            Ok(Walls {
+                stable_n_per_m: up_to(|stiffness| tester.is_stable(&[(Parameter::Stiffness, stiffness)]))?,
+                passive_n_per_m: if hybrids.is_empty() { None } else { up_to(|stiffness| Ok(is_passive(stiffness)))? },
+            })
+        };
+        Ok(Self {
+            tissue: try_map(damping.len(), |index| in_tissue(&damping[index]))?,
+            virtual_walls: Self::virtual_walls(settings, &damping)?,
+            damping_n_s_per_m: damping,
+        })
+    }
+
+    fn virtual_walls(settings: &LinearLoop, damping: &[f64]) -> Result<Option<Vec<Walls>>, StabilityError> {
+        let applies = settings.master.force_integral_gain == 0.0
+            && settings.link.controller.kind == ControllerKind::PositionForce
+            && settings.actuators.master_lag_s == 0.0
+            && settings.master.coupling == Coupling::Physical;
+        if !applies {
+            return Ok(None);
+        }
+        let master = Side::master(&Machines::new(settings)?, settings)?;
+        let of_master = settings.master.damping_n_s_per_m;
+        let walls = |&damping: &f64| -> Result<Walls, StabilityError> {
+            let is_stable = |stiffness: f64| -> Result<bool, StabilityError> {
+                let matrix = with_virtual_wall(&master, settings.tick_s, stiffness, damping);
+                Ok(eigenvalues(&matrix)?.iter().all(|value| value.norm() < 1.0))
+            };
+            let passive = 2.0 * (of_master - damping) / settings.tick_s;
+            Ok(Walls { stable_n_per_m: up_to(is_stable)?, passive_n_per_m: (passive > 0.0).then_some(passive) })
+        };
+        Ok(Some(try_map(damping.len(), |index| walls(&damping[index]))?))
+    }
+}

@@ -1,0 +1,77 @@
+//! Comparison of scenarios: the table of their metrics, their detection in noise, the passivity schemes and the
+//! strategies side by side, and the paper's facts.
+
+mod facts;
+mod noise;
+mod paper;
+mod schemes;
+mod seeds;
+mod sensitivity;
+mod strategies;
+mod table;
+
+pub use facts::{Fact, paper_facts};
+pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
+pub use paper::{FIGURES, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperStudy, QuietStretch};
+pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
+pub use seeds::{MAX_SEEDS, SeedStudy, Spread, SpreadRow};
+pub use sensitivity::{Noticed, Sensitivity};
+pub use strategies::{
+    FIXED_PERSONS, FalseAlarmCost, Group, LinearLoops, PERSONS, Person, STRATEGIES, Strategy, StrategyOptions,
+    StrategyRow, StrategyStudy, Verdict, WINDOWS_S,
+};
+pub use table::{Row, rows};
+
+use serde::Serialize;
+
+use crate::run::{Run, RunError, run};
+use trocar_base::parallel::try_map;
+use trocar_base::warning::Warning;
+use trocar_scenario::Scenario;
+
+/// The runs of the compared scenarios.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// The runs, in the order of the scenarios.
+    pub runs: Vec<Run>,
+    /// The detection of each scenario in noise.
+    pub noise: Vec<NoiseCheck>,
+}
+
+/// The numbers of a comparison: the metrics side by side, and the detection in noise.
+#[derive(Debug, Clone, Serialize)]
+pub struct ComparisonTable {
+    /// Names of the scenarios.
+    pub scenarios: Vec<String>,
+    /// A row per metric, with a value per scenario.
+    pub rows: Vec<Row>,
+}
+
+impl Comparison {
+    /// Runs scenarios in parallel, without and with added noise. The results do not depend on the number of threads.
+    ///
+    /// # Errors
+    /// The first scenario's [`RunError`].
+    pub fn of(scenarios: Vec<Scenario>) -> Result<Self, RunError> {
+        let noise = || try_map(scenarios.len(), |index| check_in_noise(&scenarios[index]));
+        let runs = || try_map(scenarios.len(), |index| run(scenarios[index].clone()));
+        let (runs, noise) = rayon::join(runs, noise);
+        Ok(Self { runs: runs?, noise: noise? })
+    }
+
+    /// Returns the warnings about the runs, in their order.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        self.runs.iter().flat_map(Run::warnings).collect()
+    }
+
+    /// Returns the table of the metrics.
+    #[must_use]
+    pub fn table(&self) -> ComparisonTable {
+        let scenarios = self.runs.iter().map(|run| run.scenario.name.clone()).collect();
+        ComparisonTable {
+            scenarios,
+            rows: rows(&self.runs.iter().map(|run| &run.metrics).collect::<Vec<_>>(), &self.noise),
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Detection in added noise, by the scenario's detector and by a plain derivative.
+
+use serde::Serialize;
+
+use crate::run::{RunError, measure, observe};
+use trocar_core::time::nearest_ticks;
+use trocar_engine::engine::{Observer, Signals};
+use trocar_engine::metrics;
+use trocar_engine::metrics::Metrics;
+use trocar_scenario::Scenario;
+
+/// Standard deviation of the added noise, in N: the paper's 6.25e-4 N² (4.1).
+pub const ADDED_NOISE_STD_N: f64 = 0.025;
+
+/// Time after a rupture, in s, in which a large derivative is attributed to it.
+const RUPTURE_S: f64 = 0.1;
+
+metrics! {
+    /// The detection of a scenario with white noise added to its force, by its own detector and by the paper's
+    /// baseline.
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    pub struct NoiseCheck in Noise {
+        /// Standard deviation of the added noise, in N.
+        added_noise_std_n: f64;
+        /// Number of ruptures.
+        ruptures: u64;
+        /// Ruptures missed when the scenario is run again with 0.025 N of added force noise.
+        missed_ruptures: u64 = "missed ruptures", Count, Lower;
+        /// False alarms when the scenario is run again with the added force noise.
+        false_alarms: u64 = "false alarms", Count, Lower;
+        /// Ruptures missed in the added noise by the derivative CUSUM, the baseline of the paper.
+        derivative_missed_ruptures: u64 = "missed ruptures, derivative CUSUM", Count, Lower;
+        /// False alarms of the derivative CUSUM in the added noise.
+        derivative_false_alarms: u64 = "false alarms, derivative CUSUM", Count, Lower;
+        /// The highest threshold on the squared change, in N², that still detects every rupture; none without ruptures.
+        derivative_threshold_n2: Option<f64>;
+        /// Samples away from ruptures whose squared change exceeds the highest threshold that detects all ruptures.
+        derivative_exceedances: Option<u64> = "false samples, derivative at best", Count, Lower;
+    }
+}
+
+/// Runs a scenario with [`ADDED_NOISE_STD_N`] added to its own noise: once with its detector, once with the baseline.
+///
+/// # Errors
+/// As [`crate::run::run`].
+pub fn check_in_noise(scenario: &Scenario) -> Result<NoiseCheck, RunError> {
+    let mut noisy = scenario.clone();
+    noisy.sensor.force_noise_std_n = libm::hypot(noisy.sensor.force_noise_std_n, ADDED_NOISE_STD_N);
+    let mut derivatives = Derivatives::new(scenario);
+    let own = observe(&noisy, &mut derivatives)?;
+    let baseline = measure(&derivative_baseline(&noisy))?;
+    let threshold = derivatives.threshold();
+    let missed = |metrics: &Metrics| metrics.missed_ruptures;
+    Ok(NoiseCheck {
+        added_noise_std_n: ADDED_NOISE_STD_N,
+        ruptures: own.ruptures.len() as u64,
+        missed_ruptures: missed(&own),
+        false_alarms: own.false_alarms,
+        derivative_missed_ruptures: missed(&baseline),
+        derivative_false_alarms: baseline.false_alarms,
+        derivative_threshold_n2: threshold,
+        derivative_exceedances: threshold.map(|threshold| derivatives.exceedances(threshold)),
+    })
+}
+
+/// Returns the scenario with the derivative as its distance, and the thresholds of the paper's variances.
+fn derivative_baseline(scenario: &Scenario) -> Scenario {
+    use trocar_core::detection::{DetectorSettings, DistanceKind};
+    let mut baseline = scenario.clone();
+    let hypotheses = scenario.detector.distance.hypotheses;
+    let arming = scenario.detector.arming;
+    baseline.detector =
+        DetectorSettings { arming, ..DetectorSettings::for_kind(DistanceKind::ForceDerivative, hypotheses) };
+    baseline
+}
+
+/// Collects `(f_k - f_{k-1})²` after ruptures and at all other times.
+struct Derivatives {
+    last_n: Option<f64>,
+    rupture_ticks: u64,
+    rupture: Option<u64>,
+    /// The maximum after each rupture that has a following tick.
+    peaks: Vec<f64>,
+    elsewhere: Vec<f64>,
+}
+
+impl Derivatives {
+    fn new(scenario: &Scenario) -> Self {
+        Self {
+            last_n: None,
+            rupture_ticks: nearest_ticks(RUPTURE_S, scenario.grid.tick_s()),
+            rupture: None,
+            peaks: Vec::with_capacity(16),
+            elsewhere: Vec::with_capacity(scenario.grid.ticks() as usize),
+        }
+    }
+
+    fn threshold(&self) -> Option<f64> {
+        self.peaks.iter().copied().reduce(f64::min)
+    }
+
+    fn exceedances(&self, threshold: f64) -> u64 {
+        self.elsewhere.iter().filter(|&&square| square >= threshold).count() as u64
+    }
+}
+
+impl Observer<f64> for Derivatives {
+    fn observe(&mut self, s: &Signals<f64>) {
+        let change = self.last_n.map_or(0.0, |last| s.measured_force_n - last);
+        self.last_n = Some(s.measured_force_n);
+        let square = change * change;
+        match self.rupture.filter(|rupture| s.tick - rupture <= self.rupture_ticks) {
+            Some(rupture) if s.tick == rupture + 1 => self.peaks.push(square),
+            Some(_) => {
+                if let Some(peak) = self.peaks.last_mut() {
+                    *peak = peak.max(square);
+                }
+            }
+            None => self.elsewhere.push(square),
+        }
+        if s.ruptured {
+            self.rupture = Some(s.tick);
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! The metrics of several runs, row by row.
+
+use serde::Serialize;
+
+use super::NoiseCheck;
+use trocar_engine::metrics::{Better, Declaration, Metrics, RunMetric, Shown, Unit};
+
+/// One metric, with a value per scenario.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Key, for example `rupture_1_detection_delay_s`.
+    pub metric: String,
+    /// Label in tables, for example `rupture 1: detection delay`.
+    pub label: String,
+    /// The metric's declaration.
+    #[serde(skip)]
+    pub declaration: &'static Declaration,
+    /// The number of its rupture, from 1; 1 for other metrics.
+    #[serde(skip)]
+    pub number: usize,
+    /// Unit.
+    pub unit: Unit,
+    /// Which values are better.
+    pub better: Better,
+    /// Values in SI; `None` if undefined.
+    pub values: Vec<Option<f64>>,
+}
+
+impl Row {
+    fn new(declaration: &'static Declaration, number: usize, values: Vec<Option<f64>>) -> Self {
+        let &Declaration { unit, better, .. } = declaration;
+        let (metric, label) = (declaration.key(number), declaration.full_label(number));
+        Self { metric, label, declaration, number, unit, better, values }
+    }
+
+    fn of(metric: RunMetric, runs: &[&Metrics]) -> Self {
+        let values = runs.iter().map(|metrics| metric.read(metrics)).collect();
+        Self::new(metric.declaration(), metric.number(), values)
+    }
+
+    fn is_shown(&self, shown: Shown) -> bool {
+        match shown {
+            Shown::Main | Shown::Always => true,
+            Shown::First | Shown::MainWhereDefined | Shown::WhereDefined => self.values.iter().any(Option::is_some),
+            // Rows of links that have no effect are omitted.
+            Shown::WhereNonZero => self.values.iter().flatten().any(|value| *value != 0.0),
+            Shown::Never => false,
+        }
+    }
+}
+
+/// Returns every row of the table, including those of the checks in noise, if any.
+#[must_use]
+pub fn rows(runs: &[&Metrics], noise: &[NoiseCheck]) -> Vec<Row> {
+    let ruptures = runs.iter().map(|metrics| metrics.ruptures.len()).max().unwrap_or(0);
+    let is_first = |metric: &RunMetric| metric.declaration().shown == Shown::First;
+    let (first, others): (Vec<_>, Vec<_>) = RunMetric::of_whole_run().partition(is_first);
+    let metrics = first.into_iter().chain((1..=ruptures).flat_map(RunMetric::of_rupture)).chain(others);
+    let shown = metrics.filter_map(|metric| {
+        let row = Row::of(metric, runs);
+        row.is_shown(metric.declaration().shown).then_some(row)
+    });
+    let in_noise = NoiseCheck::METRICS.iter().filter(|_| !noise.is_empty());
+    let in_noise = in_noise.map(|metric| Row::new(&metric.declaration, 1, noise.iter().map(metric.read).collect()));
+    shown.chain(in_noise).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::measure;
+    use trocar_scenario::{Scenario, Source};
+
+    #[test]
+    fn every_row_has_a_sentence_with_its_meaning() {
+        let load = |name: &str| Scenario::load(&Source::parse(name), &[]).expect("a scenario");
+        let scenarios = ["paper/augmented", "link/outage-at-the-rupture"].map(load);
+        let metrics = scenarios.each_ref().map(|scenario| measure(scenario).expect("a run"));
+        let noise = [super::super::check_in_noise(&scenarios[0]).expect("a run")];
+        let rows = rows(&metrics.iter().collect::<Vec<_>>(), &noise);
+        assert!(rows.iter().any(|row| row.metric.starts_with("link_")), "the rows of links are included");
+        for row in rows {
+            let meaning = row.declaration.meaning;
+            assert!(meaning.ends_with('.') && meaning.len() > 20, "{}: {meaning:?}", row.metric);
+        }
+    }
+}

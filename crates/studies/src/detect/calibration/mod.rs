@@ -1,0 +1,242 @@
+//! Calibration: settings of estimator and detector from the beginning of a recording, for a wanted time between false
+//! alarms.
+//!
+//! # The rule
+//! 1. *Noise* `σ_n` of the force: from second differences (`spread`). Dead zone `N_0 = 2 σ_n`, at least the force
+//!    resolution and 1 mN. With 3 σ_n the estimator's bias within the dead zone exceeds the noise.
+//! 2. *Contact*, unless given: the position at which the force begins, or the zero of the line of force on position
+//!    (`contact`).
+//! 3. *Quiet standard deviation* `σ_0`: the root mean square of the residual (its bias included) that nine tenths of
+//!    the blocks of 0.1 s do not exceed, of the blocks in contact, settled and without a rupture. A rupture is
+//!    recognised afterwards: the decision crosses the threshold, and the force falls by a quarter within 0.1 s while
+//!    the needle is not withdrawn (`excursions`). The user can give a quiet segment instead.
+//! 4. *Drift* `ν`: the value at which the likelihood ratio of eq. 23 changes its sign for `σ_1² = 100 σ_0²`, the
+//!    paper's ratio (4.6): `ν = σ_0² ln(r) r / (r - 1)`. The paper's own drift, halfway between the variances, is ten
+//!    times higher.
+//! 5. *Threshold* `γ`: gives the wanted average run length to a false alarm ([`run_length`]), and is at least twice the
+//!    largest harmless excursion of the decision in the segment, because a real residual is not white.
+//! 6. *Memory* of the estimator, in corrections: the value that best separates the slowest rupture from the fastest
+//!    harmless change, which are added to the recording at up to forty samples (`probe`). The detection of a rupture
+//!    scores 1, an alarm at a harmless change -3. The default of 10 is kept unless another value scores higher.
+//! 7. *Withdrawal speed*, above which no sample counts: three standard deviations of the velocity noise, at least 1
+//!    mm/s.
+//!
+//! The distance is the squared drop. The residual of a tissue that stiffens is also large, and would disarm a detector
+//! with the distance e².
+
+mod bench;
+mod contact;
+mod excursions;
+mod probe;
+mod request;
+pub mod run_length;
+mod signal;
+mod spread;
+mod whiteness;
+
+pub use contact::ContactRule;
+pub use request::CalibrationRequest;
+pub use run_length::{RunLength, Tails};
+pub use whiteness::{LAGS, Whiteness};
+
+use super::{is_even, position_step_m, samples};
+use bench::CandidateBench;
+use signal::Signal;
+use trocar_base::warning::{Code, Warning};
+use trocar_core::detection::DetectorSettings;
+use trocar_core::error::InvalidValue;
+use trocar_core::estimation::{RlsSettings, VelocityFilter};
+use trocar_scenario::DetectionSpec;
+
+/// Minimum share of the slowest inserted ruptures that are detected, and maximum share of the harmless changes that raise
+/// an alarm, without a warning.
+const MIN_FOUND: f64 = 0.5;
+const MAX_HARMLESS: f64 = 0.2;
+
+/// Minimum number of samples for a calibration.
+const MIN_SAMPLES: usize = 100;
+
+/// Candidate settings with their test results.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// Number of corrections between two resets of the estimator's gain.
+    pub memory_updates: f64,
+    /// Assumed contact position, in m.
+    pub contact_m: f64,
+    /// The estimator.
+    pub estimator: RlsSettings,
+    /// The detector.
+    pub detector: DetectorSettings,
+    /// Threshold that gives the wanted run length, in N².
+    pub run_length_threshold: f64,
+    /// The largest harmless excursion of the decision, in N².
+    pub harmless_peak: f64,
+    /// Share of the added slowest ruptures that are detected; `None` if there is room for too few probes.
+    pub found_share: Option<f64>,
+    /// Median delay of these detections, in s.
+    pub delay_s: Option<f64>,
+    /// Share of the added fastest harmless changes that raise an alarm.
+    pub harmless_share: Option<f64>,
+}
+
+/// The result of a calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// Duration of the evaluated part of the recording, in s.
+    pub looked_at_s: f64,
+    /// Interval between two samples, in s.
+    pub interval_s: f64,
+    /// `σ_n`: standard deviation of the white noise of the force, in N.
+    pub noise_std_n: f64,
+    /// The rule that gave the contact.
+    pub contact_rule: ContactRule,
+    /// `σ_0` in N.
+    pub quiet_std_n: f64,
+    /// Number of blocks that give `σ_0`; 0 if there were too few, and `σ_0` follows from the noise.
+    pub quiet_blocks: usize,
+    /// The longest interval without a rupture, in contact and settled, in s after the first sample.
+    pub quiet_segment_s: Option<(f64, f64)>,
+    /// Test of the residual in that interval for white Gaussian noise.
+    pub whiteness: Option<Whiteness>,
+    /// The recognised ruptures, in s after the first sample.
+    pub ruptures_s: Vec<f64>,
+    /// Number of probes that were added to the recording.
+    pub probes: usize,
+    /// The candidates, one per memory, in ascending order.
+    pub candidates: Vec<Candidate>,
+    /// Index of the chosen candidate.
+    pub chosen: usize,
+    /// Predicted time between false alarms on white noise of `σ_0`, in s; `None` if the quiet residual is not white and
+    /// Gaussian, or there is none.
+    pub false_alarm_s: Option<f64>,
+    /// Time of quiet contact in the evaluated part, in s, in which the chosen settings raise no alarm.
+    pub quiet_s: f64,
+}
+
+/// Number of false alarms that must be expected for none to have a probability of 5 %: `-ln 0.05`.
+const NONE_EXPECTED: f64 = 2.995_732_273_553_991;
+
+impl Calibration {
+    /// Returns the lower bound of the time between false alarms in s, with 95 % confidence, that the quiet time without an
+    /// alarm shows.
+    #[must_use]
+    pub fn least_false_alarm_s(&self) -> f64 {
+        self.quiet_s / NONE_EXPECTED
+    }
+
+    /// Returns the chosen settings.
+    #[must_use]
+    pub fn settings(&self) -> &Candidate {
+        &self.candidates[self.chosen]
+    }
+
+    /// Returns the warnings about the chosen settings.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let Candidate { found_share, harmless_share, .. } = self.settings();
+        let missed = found_share.filter(|share| *share < MIN_FOUND).map(|share| {
+            let message = format!("the settings detect {:.0} % of the slowest inserted ruptures", 100.0 * share);
+            Warning::new(Code::SlowRupturesMissed, message).at("--slowest-rupture-s").remedy(
+                "give a longer --first-s, accept more false alarms (--false-alarm-s), or a faster --slowest-rupture-s",
+            )
+        });
+        let harmless = harmless_share.filter(|share| *share > MAX_HARMLESS).map(|share| {
+            let message =
+                format!("the settings raise an alarm at {:.0} % of the inserted harmless changes", 100.0 * share);
+            Warning::new(Code::HarmlessAlarms, message)
+                .at("--fastest-harmless-s")
+                .remedy("give a longer --first-s, or a slower --fastest-harmless-s if the tissue changes more slowly")
+        });
+        missed.into_iter().chain(harmless).collect()
+    }
+}
+
+/// The error of a calibration.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CalibrationError {
+    /// A setting of the request or of the recording is out of range.
+    #[error(transparent)]
+    Invalid(#[from] InvalidValue),
+    /// The recording is too short.
+    #[error(
+        "{samples} samples are too few for a calibration, which needs at least {MIN_SAMPLES}; give a longer recording or --first-s"
+    )]
+    TooShort {
+        /// Number of samples.
+        samples: usize,
+    },
+    /// No threshold gives the wanted time between false alarms.
+    #[error(
+        "--false-alarm-s is {wanted_s:?}, must be from {min_s:.3e} to {max_s:.3e} s: 2 to 1e10 samples of this recording; longer run lengths cannot be distinguished"
+    )]
+    FalseAlarm {
+        /// Wanted time, in s.
+        wanted_s: f64,
+        /// Minimum, in s.
+        min_s: f64,
+        /// Maximum, in s.
+        max_s: f64,
+    },
+    /// The quiet segment is too short.
+    #[error(
+        "the quiet segment from {from_s} to {to_s} s has {samples} samples of the first {first_s} s, but needs at least {MIN_SAMPLES}; move --quiet-s or --first-s"
+    )]
+    NoQuiet {
+        /// Start, in s.
+        from_s: f64,
+        /// End, in s.
+        to_s: f64,
+        /// Number of samples.
+        samples: usize,
+        /// Duration of the evaluated part, in s.
+        first_s: f64,
+    },
+}
+
+/// Calibrates on the beginning of a recording; labelled ruptures are excluded from the quiet parts.
+///
+/// # Errors
+/// [`CalibrationError`].
+pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<Calibration, CalibrationError> {
+    calibrate_told(spec, request, &|_, _| ())
+}
+
+/// As [`calibrate`]; `told` is called with the numbers of complete and of all steps, which take about as long as one another.
+///
+/// # Errors
+/// [`CalibrationError`].
+pub fn calibrate_told(
+    spec: &DetectionSpec,
+    request: &CalibrationRequest,
+    told: &dyn Fn(usize, usize),
+) -> Result<Calibration, CalibrationError> {
+    request.validate()?;
+    let recording = &spec.recording.recording;
+    let resampled = (!is_even(recording)).then(|| samples(recording.clone()));
+    let (position_m, velocity_m_per_s, force_n) = match &resampled {
+        Some(even) => (&*even.position_m, even.velocity_m_per_s.as_deref(), &*even.force_n),
+        None => (recording.position_m(), recording.velocity_m_per_s(), recording.force_n()),
+    };
+    let interval_s = recording.median_interval_s();
+    let filtered: Vec<f64>;
+    let velocity_m_per_s = match velocity_m_per_s {
+        Some(velocity) => velocity,
+        None => {
+            let step_m = position_step_m(position_m, spec.settings.position_resolution_m);
+            let mut filter = VelocityFilter::<f64>::new(interval_s, step_m, spec.settings.acceleration_std_m_per_s2)?;
+            filtered = position_m.iter().map(|&position| filter.update(position)).collect();
+            &filtered
+        }
+    };
+    let count = ((request.first_s / interval_s).ceil() as usize).min(force_n.len());
+    if count < MIN_SAMPLES {
+        return Err(CalibrationError::TooShort { samples: count });
+    }
+    let signal = Signal {
+        interval_s,
+        position_m: &position_m[..count],
+        velocity_m_per_s: &velocity_m_per_s[..count],
+        force_n: &force_n[..count],
+    };
+    CandidateBench::new(signal, spec, request)?.calibrate(told)
+}

@@ -1,0 +1,65 @@
+//! The settings of a calibration.
+
+use trocar_core::error::{InvalidValue, positive, require};
+
+/// The settings of a calibration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CalibrationRequest {
+    /// Duration of the evaluated part of the recording, from its first sample, in s, above 0.
+    pub first_s: f64,
+    /// The quiet segment in s after the first sample; `None` to find it.
+    pub quiet_s: Option<(f64, f64)>,
+    /// Whether `estimator.contact_m` is kept.
+    pub keeps_contact: bool,
+    /// Wanted time between false alarms, in s, above 0.
+    pub false_alarm_s: f64,
+    /// The time in which the slowest rupture takes half of the force, in s, above 0.
+    pub slowest_rupture_s: f64,
+    /// The time in which the fastest harmless change takes half of the force, in s, above `slowest_rupture_s`.
+    pub fastest_harmless_s: f64,
+    /// `σ_1²/σ_0²`, above 1.
+    pub variance_ratio: f64,
+}
+
+impl Default for CalibrationRequest {
+    fn default() -> Self {
+        Self {
+            first_s: 5.0,
+            quiet_s: None,
+            keeps_contact: false,
+            false_alarm_s: 3600.0,
+            slowest_rupture_s: 0.03,
+            fastest_harmless_s: 0.5,
+            variance_ratio: 100.0,
+        }
+    }
+}
+
+impl CalibrationRequest {
+    /// Returns the drift for a quiet variance of 1, at which the likelihood ratio of eq. 23 changes its sign.
+    #[must_use]
+    pub fn drift(&self) -> f64 {
+        let ratio = self.variance_ratio;
+        ratio.ln() * ratio / (ratio - 1.0)
+    }
+
+    /// Checks the ranges of the fields.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the option that is out of range.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        positive("--first-s", self.first_s)?;
+        positive("--false-alarm-s", self.false_alarm_s)?;
+        positive("--slowest-rupture-s", self.slowest_rupture_s)?;
+        positive("--fastest-harmless-s", self.fastest_harmless_s)?;
+        let slower = self.fastest_harmless_s > self.slowest_rupture_s;
+        require("--fastest-harmless-s", self.fastest_harmless_s, slower, "above --slowest-rupture-s")?;
+        let grows = self.variance_ratio.is_finite() && self.variance_ratio > 1.0;
+        require("--variance-ratio", self.variance_ratio, grows, "a finite number above 1")?;
+        if let Some((from_s, to_s)) = self.quiet_s {
+            let inside = from_s >= 0.0 && to_s.is_finite() && to_s > from_s;
+            require("--quiet-s", to_s, inside, "two times in s, the second one later")?;
+        }
+        Ok(())
+    }
+}

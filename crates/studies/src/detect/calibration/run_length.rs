@@ -1,0 +1,240 @@
+//! Average run length: the number of samples before a CUSUM alarms on noise alone.
+//!
+//! The average run length (ARL) of `g_k = max(g_{k-1} + s_k - ν, 0)`, alarm at `g_k > γ`, from `g_0 = 0`, with
+//! `s_k = x_k²` of independent standard normal `x_k`, is `L(0)` of the integral equation of Page (1954)
+//!
+//! ```text
+//! L(z) = 1 + L(0) F(ν - z) + ∫₀^γ L(y) f(y - z + ν) dy
+//! ```
+//!
+//! where `F` and `f` are distribution and density of `s`. The Markov chain of Brook and Evans (1972) takes `L` as
+//! constant on each state, which is inaccurate for a χ² density, infinite at 0. Here `L` is continuous and linear
+//! between nodes, and the products with `f` are integrated exactly, as in Knoth (2006, *Computational Statistics & Data
+//! Analysis* 51) with other elements for the CUSUM of a variance.
+//!
+//! Decisions and drifts are in units of the noise's variance, run lengths in samples.
+
+use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use trocar_base::parallel::map;
+use trocar_core::detection::DistanceKind;
+
+/// The samples of a symmetric noise that add to the decision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tails {
+    /// All samples: `s = x²`.
+    Both,
+    /// The samples below 0: `s = x²` for `x < 0`, else 0.
+    Lower,
+}
+
+impl Tails {
+    /// Returns the share of samples that add to the decision.
+    fn share(self) -> f64 {
+        match self {
+            Self::Both => 1.0,
+            Self::Lower => 0.5,
+        }
+    }
+}
+
+impl Tails {
+    /// Returns the name of the corresponding distance.
+    #[must_use]
+    pub fn distance(self) -> &'static str {
+        match self {
+            Self::Both => DistanceKind::SquaredResidual.word(),
+            Self::Lower => DistanceKind::SquaredDrop.word(),
+        }
+    }
+}
+
+/// A predicted and a simulated run length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunLength {
+    /// Samples that add to the decision.
+    pub tails: Tails,
+    /// Drift, in variances.
+    pub drift: f64,
+    /// Threshold, in variances.
+    pub threshold: f64,
+    /// Average run length by the integral equation, in samples.
+    pub predicted: f64,
+    /// Average over simulated runs, in samples.
+    pub simulated: f64,
+    /// Number of simulated runs: the relative standard error of the average is one over its square root.
+    pub alarms: u64,
+}
+
+/// Number of runs per random stream.
+const RUNS_PER_STREAM: u64 = 32;
+
+impl RunLength {
+    /// Predicts the run length of the threshold for a wanted one, and simulates `alarms` runs (a multiple of 32) in
+    /// parallel. `done` is called after every 32 of them.
+    #[must_use]
+    pub fn check(tails: Tails, drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
+        let threshold = threshold_for(tails, drift, wanted);
+        let chunks = alarms.div_ceil(RUNS_PER_STREAM);
+        let samples = map(chunks as usize, |chunk| {
+            // Every chunk of every run length has its own stream.
+            let seed = (wanted as u64).wrapping_mul(2) + u64::from(tails == Tails::Lower) + ((chunk as u64) << 40);
+            let samples = simulate(tails, drift, threshold, RUNS_PER_STREAM, seed);
+            done();
+            samples
+        });
+        let samples: u64 = samples.into_iter().sum();
+        let alarms = chunks * RUNS_PER_STREAM;
+        let predicted = average_run_length(tails, drift, threshold);
+        Self { tails, drift, threshold, predicted, simulated: samples as f64 / alarms as f64, alarms }
+    }
+}
+
+/// Nodes per unit of the decision, and their minimum and maximum number.
+const NODES_PER_UNIT: f64 = 10.0;
+const NODES: (f64, f64) = (60.0, 700.0);
+
+/// Maximum run length, in samples: beyond it, rounding errors dominate the solution of the equation.
+pub const LONGEST: f64 = 1e12;
+
+/// Run lengths for which a threshold can be found, in samples.
+pub const WANTED: std::ops::RangeInclusive<f64> = 2.0..=1e10;
+
+/// Returns the distribution function of `x²` at `u`, and the mean of `x²` over `x² <= u`.
+fn chi_square(u: f64) -> (f64, f64) {
+    if u <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let distribution = libm::erf((u / 2.0).sqrt());
+    (distribution, distribution - (2.0 * u / std::f64::consts::PI).sqrt() * (-u / 2.0).exp())
+}
+
+/// Returns the average run length in samples for a drift `ν > 0` and a threshold `γ > 0`, at most [`LONGEST`].
+#[must_use]
+pub fn average_run_length(tails: Tails, drift: f64, threshold: f64) -> f64 {
+    let elements = (threshold * NODES_PER_UNIT).ceil().clamp(NODES.0, NODES.1) as usize;
+    on_elements(tails, drift, threshold, elements)
+}
+
+/// [`average_run_length`] with a given number of elements.
+fn on_elements(tails: Tails, drift: f64, threshold: f64, elements: usize) -> f64 {
+    let width = threshold / elements as f64;
+    let share = tails.share();
+    let mut equations = DMatrix::<f64>::identity(elements + 1, elements + 1);
+    for row in 0..=elements {
+        let from = row as f64 * width;
+        // The s for which the next decision is at a node, and the distribution and moment below it.
+        let at = |node: usize| {
+            let s = node as f64 * width - from + drift;
+            let (below, mean) = chi_square(s);
+            (share * below + (1.0 - share) * f64::from(u8::from(s >= 0.0)), share * mean)
+        };
+        let mut lower = at(0);
+        equations[(row, 0)] -= lower.0;
+        for element in 0..elements {
+            let upper = at(element + 1);
+            let (mass, moment) = (upper.0 - lower.0, upper.1 - lower.1);
+            let right = (moment + (from - drift - element as f64 * width) * mass) / width;
+            equations[(row, element)] -= mass - right;
+            equations[(row, element + 1)] -= right;
+            lower = upper;
+        }
+    }
+    let solution = equations.lu().solve(&DVector::from_element(elements + 1, 1.0));
+    // If the matrix is singular to rounding, the run length exceeds every wanted one.
+    match solution.map(|length| length[0]) {
+        Some(length) if (1.0..LONGEST).contains(&length) => length,
+        _ => LONGEST,
+    }
+}
+
+/// Returns the threshold whose average run length is `samples` (of [`WANTED`]), with a relative error of 1e-4.
+#[must_use]
+pub fn threshold_for(tails: Tails, drift: f64, samples: f64) -> f64 {
+    let (mut low, mut high) = (1e-3_f64, 1.0_f64);
+    while average_run_length(tails, drift, high) < samples && high < 1e6 {
+        low = high;
+        high *= 2.0;
+    }
+    while high / low > 1.0001 {
+        trocar_base::interrupt::check();
+        let middle = (low * high).sqrt();
+        if average_run_length(tails, drift, middle) < samples {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high
+}
+
+/// Returns the total number of samples of `alarms` runs on simulated noise: divided by `alarms`, it is the average run
+/// length. The same seed gives the same count.
+#[must_use]
+pub fn simulate(tails: Tails, drift: f64, threshold: f64, alarms: u64, seed: u64) -> u64 {
+    let mut noise = ChaCha8Rng::seed_from_u64(seed);
+    let mut samples = 0;
+    for _ in 0..alarms {
+        trocar_base::interrupt::check();
+        let mut decision = 0.0_f64;
+        while decision <= threshold {
+            let x: f64 = StandardNormal.sample(&mut noise);
+            let adds = tails == Tails::Both || x < 0.0;
+            decision = (decision + if adds { x * x } else { 0.0 } - drift).max(0.0);
+            samples += 1;
+        }
+    }
+    samples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn with_a_threshold_near_zero_the_run_length_is_geometric() {
+        // One sample above the drift raises an alarm.
+        let drift = 1.7;
+        let exceeds = 1.0 - chi_square(drift).0;
+        for (tails, exceeds) in [(Tails::Both, exceeds), (Tails::Lower, exceeds / 2.0)] {
+            let length = average_run_length(tails, drift, 1e-9);
+            assert!((length * exceeds - 1.0).abs() < 1e-6, "{tails:?}: {length}, {}", 1.0 / exceeds);
+        }
+    }
+
+    #[test]
+    fn four_times_the_elements_hardly_change_it() {
+        for (tails, drift, threshold) in
+            [(Tails::Lower, 4.65, 21.0), (Tails::Both, 2.56, 30.0), (Tails::Both, 1.5, 40.0)]
+        {
+            let length = average_run_length(tails, drift, threshold);
+            let elements = 4 * (threshold * NODES_PER_UNIT) as usize;
+            let finer = on_elements(tails, drift, threshold, elements);
+            assert!((length / finer - 1.0).abs() < 0.01, "{drift} {threshold}: {length} {finer}");
+        }
+    }
+
+    #[test]
+    fn predicted_and_simulated_run_lengths_agree_within_10_percent() {
+        // With 2000 alarms, the standard error of the simulated mean is 2.2 %.
+        for tails in [Tails::Both, Tails::Lower] {
+            for (drift, wanted) in [(1.5, 1e3), (2.56, 1e3), (4.65, 1e4)] {
+                let threshold = threshold_for(tails, drift, wanted);
+                let predicted = average_run_length(tails, drift, threshold);
+                let simulated = simulate(tails, drift, threshold, 2000, 7) as f64 / 2000.0;
+                assert!((predicted / wanted - 1.0).abs() < 0.01, "{predicted}");
+                assert!((simulated / predicted - 1.0).abs() < 0.1, "{tails:?} {drift}: {predicted} {simulated}");
+            }
+        }
+    }
+
+    #[test]
+    fn it_grows_with_threshold_and_drift_and_ends_at_the_longest() {
+        let length = |drift, threshold| average_run_length(Tails::Both, drift, threshold);
+        assert!(length(2.0, 10.0) < length(2.0, 12.0) && length(2.0, 12.0) < length(3.0, 12.0));
+        assert_eq!(length(50.0, 50.0), LONGEST);
+    }
+}

@@ -1,0 +1,73 @@
+//! The samples of a calibration, and the residuals of an estimator on them.
+
+use trocar_base::interrupt;
+use trocar_base::large_pages::with_capacity;
+use trocar_core::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
+use trocar_core::estimation::{AnyEstimator, Estimator, RlsSettings};
+
+/// Evenly spaced samples.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Signal<'a> {
+    pub(super) interval_s: f64,
+    pub(super) position_m: &'a [f64],
+    pub(super) velocity_m_per_s: &'a [f64],
+    pub(super) force_n: &'a [f64],
+}
+
+impl Signal<'_> {
+    /// Returns the number of samples in a time, at least `min`.
+    pub(super) fn samples_in(&self, time_s: f64, min: usize) -> usize {
+        ((time_s / self.interval_s) as usize).max(min)
+    }
+}
+
+/// The residual, prediction and depth of each sample.
+#[derive(Debug, Clone)]
+pub(super) struct Residuals {
+    pub(super) residual_n: Vec<f64>,
+    pub(super) predicted_n: Vec<f64>,
+    pub(super) depth_m: Vec<f64>,
+    /// The inputs of a detector.
+    pub(super) evidence: Vec<Evidence<f64>>,
+}
+
+impl Residuals {
+    /// Runs an estimator over a signal.
+    pub(super) fn of(signal: &Signal<'_>, settings: &RlsSettings, contact_m: f64) -> Self {
+        let mut estimator = AnyEstimator::<f64>::new(settings);
+        let count = signal.force_n.len();
+        let mut residuals = Self {
+            residual_n: with_capacity(count),
+            predicted_n: with_capacity(count),
+            depth_m: with_capacity(count),
+            evidence: with_capacity(count),
+        };
+        for sample in 0..count {
+            interrupt::check_at(sample as u64);
+            let (force_n, velocity_m_per_s) = (signal.force_n[sample], signal.velocity_m_per_s[sample]);
+            let depth_m = signal.position_m[sample] - contact_m;
+            let estimate = estimator.update(force_n, depth_m, velocity_m_per_s);
+            residuals.evidence.push(Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate));
+            residuals.residual_n.push(estimate.residual_n);
+            residuals.predicted_n.push(estimate.predicted_force_n);
+            residuals.depth_m.push(depth_m);
+        }
+        residuals
+    }
+
+    /// Returns the squared drop of a sample, in N².
+    pub(super) fn squared_drop(&self, sample: usize) -> f64 {
+        let residual = self.residual_n[sample];
+        if residual < 0.0 && self.predicted_n[sample] > 0.0 { residual * residual } else { 0.0 }
+    }
+
+    /// Returns the samples at which a detector alarms.
+    pub(super) fn alarms(&self, signal: &Signal<'_>, settings: &DetectorSettings) -> Vec<usize> {
+        let mut detector = CusumDetector::<f64>::new(settings, signal.interval_s);
+        let alarms = self.evidence.iter().enumerate().filter_map(|(sample, evidence)| {
+            interrupt::check_at(sample as u64);
+            detector.update(evidence).alarm.then_some(sample)
+        });
+        alarms.collect()
+    }
+}

@@ -1,0 +1,113 @@
+//! Velocity filter, estimator and detector in series, sample by sample, for files and live streams.
+
+use trocar_core::chain::{self, Chain, Insight, Reading};
+use trocar_core::detection::{AlarmConditions, CusumDetector, Decision, Evidence};
+use trocar_core::error::{InvalidValue, positive, require};
+use trocar_core::estimation::{AnyEstimator, Estimate, VelocityFilter};
+use trocar_core::lane::Stored;
+use trocar_scenario::DetectionSettings;
+
+/// Assumed position step if none is known, in m.
+pub const ASSUMED_STEP_M: f64 = 1e-6;
+
+/// The source of the velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum VelocitySource {
+    /// Measured velocity.
+    Measured,
+    /// A Kalman filter estimates the velocity from positions with a given step.
+    Filtered {
+        /// The step in m, above 0.
+        step_m: f64,
+    },
+}
+
+/// The results of one sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Step {
+    /// Velocity in m/s: measured, or filtered from the positions.
+    pub velocity_m_per_s: f64,
+    /// Depth below the contact, in m; negative before it.
+    pub depth_m: f64,
+    /// Output of the estimator.
+    pub estimate: Estimate<f64>,
+    /// Output of the detector.
+    pub decision: Decision<f64>,
+    /// The conditions on an alarm.
+    pub conditions: AlarmConditions<f64>,
+}
+
+/// A velocity source and the detection chain. Memory and time per sample are constant; nothing is allocated after
+/// construction.
+#[derive(Debug, Clone)]
+pub struct DetectionChain {
+    filter: Option<VelocityFilter<f64>>,
+    chain: Chain<f64, AnyEstimator<f64>, CusumDetector<f64>>,
+}
+
+impl DetectionChain {
+    /// Returns a chain for samples `interval_s` apart (s).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for an interval, or a step of the positions, that is not a positive finite number, and for settings out of
+    /// their ranges.
+    pub fn new(settings: &DetectionSettings, interval_s: f64, velocity: VelocitySource) -> Result<Self, InvalidValue> {
+        positive("simulation.tick_s", interval_s)?;
+        settings.estimator.validate()?;
+        settings.detector.validate()?;
+        require("estimator.contact_m", settings.contact_m, settings.contact_m.is_finite(), "a finite number")?;
+        let acceleration = settings.acceleration_std_m_per_s2;
+        let filter = match velocity {
+            VelocitySource::Measured => None,
+            VelocitySource::Filtered { step_m } => Some(VelocityFilter::new(interval_s, step_m, acceleration)?),
+        };
+        let estimator = AnyEstimator::new(&settings.estimator);
+        let detector = CusumDetector::new(&settings.detector, interval_s);
+        Ok(Self { filter, chain: Chain { contact_m: settings.contact_m, estimator, detector } })
+    }
+
+    /// Evaluates the next sample, whose numbers must be finite: others stay in the estimate for good. A
+    /// [`LiveDetector`](super::LiveDetector) refuses them, and a [`rig`](trocar_core::rig) holds through them.
+    #[inline]
+    pub fn step(&mut self, reading: &Reading<f64>) -> Step {
+        let reading = with_velocity(self.filter.as_mut(), reading);
+        let (insight, conditions) = self.chain.step_with_conditions(&reading);
+        let Insight { depth_m, estimate, decision } = insight;
+        Step { velocity_m_per_s: reading.velocity_m_per_s, depth_m, estimate, decision, conditions }
+    }
+
+    /// The velocity source and the estimator, apart from the detector.
+    pub(super) fn stages(&mut self) -> (Estimation<'_>, &mut CusumDetector<f64>) {
+        let (estimation, detector) = self.chain.stages();
+        (Estimation { filter: self.filter.as_mut(), estimation }, detector)
+    }
+}
+
+impl Stored for DetectionChain {
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        let Self { filter, chain } = self;
+        filter.numbers(with);
+        chain.numbers(with);
+    }
+}
+
+/// The velocity source and the estimator of a [`DetectionChain`].
+pub(super) struct Estimation<'a> {
+    filter: Option<&'a mut VelocityFilter<f64>>,
+    estimation: chain::Estimation<'a, f64, AnyEstimator<f64>>,
+}
+
+impl Estimation<'_> {
+    /// Evaluates the next sample.
+    #[inline]
+    pub(super) fn step(&mut self, reading: &Reading<f64>) -> (Estimate<f64>, Evidence<f64>) {
+        self.estimation.step(&with_velocity(self.filter.as_deref_mut(), reading))
+    }
+}
+
+/// The reading with the velocity of the source.
+#[inline(always)]
+fn with_velocity(filter: Option<&mut VelocityFilter<f64>>, reading: &Reading<f64>) -> Reading<f64> {
+    let velocity_m_per_s = filter.map_or(reading.velocity_m_per_s, |filter| filter.update(reading.position_m));
+    Reading { velocity_m_per_s, ..*reading }
+}

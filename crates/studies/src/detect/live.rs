@@ -1,0 +1,300 @@
+//! The detection chain on a live stream, whose samples can be late or lost.
+
+use serde::Serialize;
+
+use super::EVEN_SHARE;
+use super::chain::{DetectionChain, Step, VelocitySource};
+use trocar_base::moments::Moments;
+use trocar_core::chain::Reading;
+use trocar_core::error::{InvalidValue, require};
+use trocar_recording::{Limits, LiveSample};
+use trocar_scenario::DetectionSettings;
+
+/// Number of consecutive rows, each later than the one before but earlier than the last sample, after which the clock
+/// counts as set back.
+const SET_BACK_ROWS: u32 = 10;
+
+/// A longer step, in intervals, has lost samples in it.
+const MAX_INTERVALS_OF_ONE_TICK: f64 = 1.5;
+
+/// One tick of the stream with its results.
+#[derive(Debug, Clone, Copy)]
+pub struct LiveStep {
+    /// Time of the stream, in s.
+    pub time_s: f64,
+    /// Number of the tick, from 0.
+    pub sample: u64,
+    /// The measurement, interpolated if a sample was lost.
+    pub reading: Reading<f64>,
+    /// The results.
+    pub step: Step,
+}
+
+/// An anomaly of a sample's time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TimestampAnomaly {
+    /// The time is not later than that of the last sample; the sample is omitted.
+    NotLater {
+        /// The time of the previous sample in s.
+        last_s: f64,
+        /// The time of this sample in s.
+        time_s: f64,
+    },
+    /// Ten consecutive rows are earlier than the last sample, so the clock was set back; the detection restarts.
+    SetBack {
+        /// The time of the previous sample in s.
+        last_s: f64,
+        /// The time of this sample in s.
+        time_s: f64,
+    },
+    /// The gap is too long for an interpolation; the detection restarts.
+    Gap {
+        /// The time of the previous sample in s.
+        last_s: f64,
+        /// The time of this sample in s.
+        time_s: f64,
+    },
+}
+
+/// The results of a stream so far.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct LiveSummary {
+    /// Number of ticks.
+    pub samples: u64,
+    /// Interval of the ticks in s; `None` before it is known.
+    pub interval_s: Option<f64>,
+    /// Duration of the ticks, in s.
+    pub duration_s: f64,
+    /// Duration in contact, in s.
+    pub contact_s: f64,
+    /// Number of alarms.
+    pub alarms: u64,
+    /// Number of ticks that were interpolated for lost samples.
+    pub interpolated: u64,
+    /// Number of time steps that differ by more than 1 % from the interval.
+    pub uneven: u64,
+    /// Number of samples that were omitted because their time is not later than that of the last sample.
+    pub not_later: u64,
+    /// Number of restarts: after a gap, or after the clock was set back.
+    pub restarts: u64,
+    /// Mean of the residual in N; `None` without samples, as the next three.
+    pub mean_n: Option<f64>,
+    /// Standard deviation of the residual in N.
+    pub std_n: Option<f64>,
+    /// Mean magnitude of the residual in N.
+    pub mean_absolute_n: Option<f64>,
+    /// Maximum magnitude of the residual in N.
+    pub max_absolute_n: Option<f64>,
+}
+
+/// Estimator and detector on a stream, in constant memory.
+///
+/// # Time
+/// Estimator and detector need evenly spaced samples, so the stream is divided into ticks, `interval_s` apart: given,
+/// or the time between the first two samples. A step of up to 1.5 intervals is one tick. A longer step, of up to ten
+/// intervals, has lost samples in it: they are interpolated linearly, as in a file. After a step of more than ten
+/// intervals, and after the clock was set back (ten consecutive rows, each later than the one before, all earlier than
+/// the last sample), filter, estimator and detector restart, and the detector raises no alarm until the contact has
+/// been quiet for its `settle_s`. A sample that is not later than the last one is omitted.
+///
+/// Evenly spaced samples give the same results, bit for bit, as [`detect`](super::detect) with the same interval.
+#[derive(Debug)]
+pub struct LiveDetector {
+    settings: DetectionSettings,
+    velocity: VelocitySource,
+    interval_s: Option<f64>,
+    chain: Option<DetectionChain>,
+    last: Option<LiveSample>,
+    /// Time of the last row that was not later than the last sample, and the number of consecutive ascending rows of
+    /// this kind.
+    behind: (f64, u32),
+    in_contact: u64,
+    residual: ResidualSums,
+    summary: LiveSummary,
+}
+
+impl LiveDetector {
+    /// Returns a detector for ticks of `interval_s` (s), or of the interval of the first two samples.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for an interval or a step of the positions that is not a positive finite number.
+    pub fn new(
+        settings: DetectionSettings,
+        interval_s: Option<f64>,
+        velocity: VelocitySource,
+    ) -> Result<Self, InvalidValue> {
+        let mut detector = Self {
+            settings,
+            velocity,
+            interval_s: None,
+            chain: None,
+            last: None,
+            behind: (f64::NEG_INFINITY, 0),
+            in_contact: 0,
+            residual: ResidualSums::default(),
+            summary: LiveSummary::default(),
+        };
+        if let Some(interval_s) = interval_s {
+            detector.set_interval(interval_s)?;
+        }
+        Ok(detector)
+    }
+
+    /// Evaluates a sample, calls `emit` for each tick that it completes, and returns the anomaly of its time, if any.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for a number that is not finite, whose sample is left out; and if the first two samples give an interval
+    /// that is invalid for the velocity filter.
+    pub fn take(
+        &mut self,
+        sample: &LiveSample,
+        mut emit: impl FnMut(&LiveStep),
+    ) -> Result<Option<TimestampAnomaly>, InvalidValue> {
+        let LiveSample { time_s, position_m, velocity_m_per_s, force_n } = *sample;
+        let numbers = [
+            ("time_s", time_s),
+            ("position_m", position_m),
+            ("velocity_m_per_s", velocity_m_per_s),
+            ("force_n", force_n),
+        ];
+        for (name, value) in numbers {
+            require(name, value, value.is_finite(), "a finite number")?;
+        }
+        let Some(last) = self.last else {
+            // Without an interval, the first sample is evaluated with the second.
+            self.last = Some(*sample);
+            if self.interval_s.is_some() {
+                self.tick(sample, &mut emit);
+            }
+            return Ok(None);
+        };
+        let (last_s, time_s) = (last.time_s, sample.time_s);
+        if time_s <= last_s {
+            return Ok(Some(self.not_later(sample, last_s, &mut emit)));
+        }
+        self.behind.1 = 0;
+        self.last = Some(*sample);
+        let interval_s = match self.interval_s {
+            Some(interval_s) => interval_s,
+            None => {
+                let interval_s = time_s - last_s;
+                self.set_interval(interval_s)?;
+                self.tick(&last, &mut emit);
+                interval_s
+            }
+        };
+        let steps = (time_s - last_s) / interval_s;
+        if steps > Limits::GAP_IN_MEDIANS * (1.0 + 1e-9) {
+            self.restart(sample, &mut emit);
+            return Ok(Some(TimestampAnomaly::Gap { last_s, time_s }));
+        }
+        let ticks = if steps > MAX_INTERVALS_OF_ONE_TICK { steps.round() } else { 1.0 };
+        self.summary.uneven += u64::from((steps / ticks - 1.0).abs() > EVEN_SHARE);
+        for lost in 1..ticks as u32 {
+            self.summary.interpolated += 1;
+            let share = f64::from(lost) / ticks;
+            self.tick(&between(&last, sample, share), &mut emit);
+        }
+        self.tick(sample, &mut emit);
+        Ok(None)
+    }
+
+    /// Returns the interval of the ticks in s; `None` before it is known.
+    #[must_use]
+    pub fn interval_s(&self) -> Option<f64> {
+        self.interval_s
+    }
+
+    /// Returns the results so far.
+    #[must_use]
+    pub fn summary(&self) -> LiveSummary {
+        let interval_s = self.interval_s.unwrap_or(0.0);
+        let ResidualSums { moments, absolute_n, max_absolute_n } = &self.residual;
+        let count = moments.count as f64;
+        let defined = |value: f64| (moments.count > 0).then_some(value);
+        LiveSummary {
+            interval_s: self.interval_s,
+            duration_s: self.summary.samples as f64 * interval_s,
+            contact_s: self.in_contact as f64 * interval_s,
+            mean_n: defined(moments.mean),
+            std_n: defined((moments.squares / count).sqrt()),
+            mean_absolute_n: defined(absolute_n / count),
+            max_absolute_n: defined(*max_absolute_n),
+            ..self.summary.clone()
+        }
+    }
+
+    fn set_interval(&mut self, interval_s: f64) -> Result<(), InvalidValue> {
+        self.chain = Some(DetectionChain::new(&self.settings, interval_s, self.velocity)?);
+        self.interval_s = Some(interval_s);
+        Ok(())
+    }
+
+    fn not_later(&mut self, sample: &LiveSample, last_s: f64, emit: &mut impl FnMut(&LiveStep)) -> TimestampAnomaly {
+        let time_s = sample.time_s;
+        let (before_s, rows) = self.behind;
+        let ascends = rows > 0 && time_s > before_s;
+        self.behind = (time_s, if ascends { rows + 1 } else { 1 });
+        if self.behind.1 < SET_BACK_ROWS {
+            self.summary.not_later += 1;
+            return TimestampAnomaly::NotLater { last_s, time_s };
+        }
+        self.behind.1 = 0;
+        self.last = Some(*sample);
+        self.restart(sample, emit);
+        TimestampAnomaly::SetBack { last_s, time_s }
+    }
+
+    /// Restarts with a sample, if the interval is known.
+    fn restart(&mut self, sample: &LiveSample, emit: &mut impl FnMut(&LiveStep)) {
+        let Some(interval_s) = self.interval_s else { return };
+        self.summary.restarts += 1;
+        // The interval and the settings are unchanged, so they are valid.
+        self.chain = DetectionChain::new(&self.settings, interval_s, self.velocity).ok();
+        self.tick(sample, emit);
+    }
+
+    #[inline]
+    fn tick(&mut self, sample: &LiveSample, emit: &mut impl FnMut(&LiveStep)) {
+        let Some(chain) = &mut self.chain else { return };
+        let &LiveSample { time_s, position_m, velocity_m_per_s, force_n } = sample;
+        let reading = Reading { position_m, velocity_m_per_s, force_n };
+        let step = chain.step(&reading);
+        self.residual.add(step.estimate.residual_n);
+        self.in_contact += u64::from(step.depth_m > 0.0);
+        self.summary.alarms += u64::from(step.decision.alarm);
+        emit(&LiveStep { time_s, sample: self.summary.samples, reading, step });
+        self.summary.samples += 1;
+    }
+}
+
+/// Interpolates two samples at a share of the interval between them.
+fn between(from: &LiveSample, to: &LiveSample, share: f64) -> LiveSample {
+    let mix = |from: f64, to: f64| from + (to - from) * share;
+    LiveSample {
+        time_s: mix(from.time_s, to.time_s),
+        position_m: mix(from.position_m, to.position_m),
+        velocity_m_per_s: mix(from.velocity_m_per_s, to.velocity_m_per_s),
+        force_n: mix(from.force_n, to.force_n),
+    }
+}
+
+/// The sums of the residual for the summary.
+#[derive(Debug, Default)]
+struct ResidualSums {
+    moments: Moments,
+    absolute_n: f64,
+    max_absolute_n: f64,
+}
+
+impl ResidualSums {
+    #[inline]
+    fn add(&mut self, residual_n: f64) {
+        self.moments.add(residual_n);
+        self.absolute_n += residual_n.abs();
+        self.max_absolute_n = self.max_absolute_n.max(residual_n.abs());
+    }
+}
+
+#[cfg(test)]
+mod tests;

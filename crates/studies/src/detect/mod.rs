@@ -1,0 +1,194 @@
+//! The estimator and the detector on the position, velocity and force of a recording or a live stream.
+
+pub mod calibration;
+mod chain;
+mod conditions;
+mod live;
+mod matching;
+mod misses;
+mod phases;
+mod plausibility;
+mod report;
+mod scores;
+mod stages;
+mod statistics;
+
+pub use chain::{ASSUMED_STEP_M, DetectionChain, Step, VelocitySource};
+pub use conditions::SampleConditions;
+pub use live::{LiveDetector, LiveStep, LiveSummary, TimestampAnomaly};
+pub use matching::{Match, match_alarms};
+pub use misses::LabelMiss;
+pub use phases::{Phase, PhaseInterval, PhaseRule};
+pub use plausibility::sampling_rate;
+pub use report::{DetectedAlarm, DetectionReport, ExtraParameterEstimate, Label};
+pub use scores::{Scores, Tally};
+pub use statistics::{PhaseStatistics, ResidualStatistics};
+pub use trocar_core::chain::Reading;
+
+use plausibility::{Plausibility, Signals};
+use stages::{Decisions, evaluate};
+
+use trocar_core::detection::DetectorSettings;
+use trocar_core::error::InvalidValue;
+use trocar_engine::engine::TrustColumns;
+use trocar_recording::{Recording, ResampleError};
+use trocar_scenario::{DetectionSettings, DetectionSpec};
+
+/// The estimates and decisions for a recording, with a value per sample.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs, reason = "the names say quantity and unit, as in a trace")]
+pub struct Detection {
+    /// Sampling interval, in s.
+    pub interval_s: f64,
+    pub time_s: Vec<f64>,
+    pub position_m: Vec<f64>,
+    pub velocity_m_per_s: Vec<f64>,
+    pub measured_force_n: Vec<f64>,
+    pub residual_n: Vec<f64>,
+    pub stiffness_n_per_m: Vec<f64>,
+    pub damping_n_s_per_m: Vec<f64>,
+    pub distance: Vec<f64>,
+    pub decision: Vec<f64>,
+    /// Column name and values of the estimator's extra parameter, if any.
+    pub extra_parameter: Option<(&'static str, Vec<f64>)>,
+    /// Samples with an alarm.
+    pub alarms: Vec<usize>,
+    /// Contact position, in m.
+    pub contact_m: f64,
+    /// Whether the needle was ever below the contact.
+    pub touched: bool,
+    /// The conditions on an alarm.
+    pub conditions: Vec<SampleConditions>,
+    /// The detector.
+    pub detector: DetectorSettings,
+    /// Whether the velocities were recorded; otherwise they are estimated from the positions.
+    pub is_velocity_measured: bool,
+    /// Whether the samples are those of the recording resampled, as its own are unevenly spaced.
+    pub is_resampled: bool,
+    /// The phases of the insertion, in order of time.
+    pub phases: Vec<PhaseInterval>,
+    recorded: Plausibility,
+}
+
+impl Detection {
+    /// The trust in the estimates, sample by sample.
+    #[must_use]
+    pub fn trust(&self) -> TrustColumns {
+        let parameters = (&*self.stiffness_n_per_m, &*self.damping_n_s_per_m);
+        let motion = (&*self.position_m, &*self.velocity_m_per_s);
+        TrustColumns::of((self.contact_m, self.interval_s), motion, &self.residual_n, parameters)
+    }
+}
+
+/// Maximum deviation of an interval from the median one, as a share of it, in an evenly sampled recording.
+const EVEN_SHARE: f64 = 0.01;
+
+/// Minimum change of a recorded position that counts as a step of the encoder or of the digits, in m.
+const MIN_STEP_M: f64 = 1e-9;
+
+/// Runs the estimator and the detector over a recording, sample by sample.
+///
+/// Both need evenly spaced samples: an uneven recording is first resampled linearly at its median interval. Without a
+/// recorded velocity, a Kalman filter estimates it from the positions. The position step is the smallest change between
+/// two samples unless the settings give one.
+///
+/// # Errors
+/// [`InvalidValue`] for a setting out of range.
+pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
+    detect_recording(spec.recording.recording.clone(), &spec.settings)
+}
+
+/// [`detect`] of a recording that is given up: without a copy, its columns become those of the result.
+///
+/// # Errors
+/// As [`detect`].
+pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> Result<Detection, InvalidValue> {
+    let interval_s = recording.median_interval_s();
+    let samples = samples(recording);
+    let filtered =
+        || VelocitySource::Filtered { step_m: position_step_m(&samples.position_m, settings.position_resolution_m) };
+    let is_velocity_measured = samples.velocity_m_per_s.is_some();
+    let velocity = if is_velocity_measured { VelocitySource::Measured } else { filtered() };
+    let mut chain = DetectionChain::new(settings, interval_s, velocity)?;
+    let signals = Signals::of(&samples, interval_s, settings);
+    let of_samples = || {
+        let phases = PhaseRule::default().split(signals.position_m, interval_s, settings.contact_m);
+        (phases, Plausibility::of(&signals))
+    };
+    // Of a long recording, what the samples alone tell takes a third as long as the chain.
+    let ((estimates, decisions), (phases, recorded)) = rayon::join(|| evaluate(&mut chain, &signals), of_samples);
+    let Samples { time_s, position_m, velocity_m_per_s: measured, force_n, is_resampled } = samples;
+    let [residual_n, stiffness_n_per_m, damping_n_s_per_m, velocity_m_per_s, extra] = estimates.into_columns();
+    let Decisions { columns, conditions, alarms, touched } = decisions;
+    let [distance, decision] = columns.into_columns();
+    Ok(Detection {
+        interval_s,
+        time_s,
+        position_m,
+        velocity_m_per_s: measured.unwrap_or(velocity_m_per_s),
+        measured_force_n: force_n,
+        residual_n,
+        stiffness_n_per_m,
+        damping_n_s_per_m,
+        distance,
+        decision,
+        extra_parameter: settings.estimator.extra_parameter_column().map(|name| (name, extra)),
+        alarms,
+        contact_m: settings.contact_m,
+        touched,
+        conditions,
+        detector: settings.detector,
+        is_velocity_measured,
+        is_resampled,
+        phases,
+        recorded,
+    })
+}
+
+/// Evenly spaced samples.
+struct Samples {
+    time_s: Vec<f64>,
+    position_m: Vec<f64>,
+    velocity_m_per_s: Option<Vec<f64>>,
+    force_n: Vec<f64>,
+    is_resampled: bool,
+}
+
+/// Whether the samples of a recording are evenly spaced.
+fn is_even(recording: &Recording) -> bool {
+    let interval_s = recording.median_interval_s();
+    let is_even = |at_s: f64| (at_s - interval_s).abs() <= EVEN_SHARE * interval_s;
+    let (min_s, max_s) = recording.interval_range_s();
+    is_even(min_s) && is_even(max_s)
+}
+
+/// The samples of a recording, resampled at its median interval unless they are even.
+fn samples(recording: Recording) -> Samples {
+    let interval_s = recording.median_interval_s();
+    let as_recorded = |recording: Recording| {
+        let (time_s, position_m, velocity_m_per_s, force_n) = recording.into_columns();
+        Samples { time_s, position_m, velocity_m_per_s, force_n, is_resampled: false }
+    };
+    if is_even(&recording) {
+        return as_recorded(recording);
+    }
+    let resample = |recording: &Recording| {
+        let ticks = recording.ticks_covered(interval_s)?;
+        let even = recording.resample(interval_s, ticks)?;
+        let start_s = recording.time_s().first().copied().unwrap_or(0.0);
+        let time_s = (0..ticks).map(|k| start_s + k as f64 * interval_s).collect();
+        let (position_m, velocity_m_per_s, force_n) = (even.position_m, even.velocity_m_per_s, even.force_n);
+        Ok::<_, ResampleError>(Samples { time_s, position_m, velocity_m_per_s, force_n, is_resampled: true })
+    };
+    // The median of ascending times is a valid tick; if resampling fails nevertheless, the samples stay as recorded.
+    resample(&recording).unwrap_or_else(|_| as_recorded(recording))
+}
+
+/// Returns the position step in m: the given one if it is above 0, else the smallest change between two samples.
+fn position_step_m(position_m: &[f64], given_m: f64) -> f64 {
+    if given_m > 0.0 {
+        return given_m;
+    }
+    let steps = position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > MIN_STEP_M);
+    steps.reduce(f64::min).unwrap_or(ASSUMED_STEP_M)
+}

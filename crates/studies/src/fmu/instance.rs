@@ -1,0 +1,303 @@
+//! A running unit.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use thiserror::Error;
+
+use super::unit::token;
+use super::variables::{Causality, FIRST_COLUMN, IS_LED, Model, POSITION, Scalar, Type, Variable, rig_outputs};
+use crate::run::{RunError, SteppedRun};
+use trocar_core::error::InvalidValue;
+use trocar_core::rig::{HapticController, Sample};
+use trocar_core::time::whole_ticks;
+use trocar_engine::engine::{ColumnValues, OwnParts};
+use trocar_engine::tissue::{AnyTissue, Tissue as _, TissueFailure};
+use trocar_scenario::{Scenario, ScenarioError, Source};
+
+/// The error of a unit.
+#[derive(Debug, Error)]
+pub enum InstanceError {
+    /// There is no scenario in the unit.
+    #[error("{folder} contains no rig.toml, simulation.toml or tissue.toml: unpack the whole unit, with its resources")]
+    NoScenario {
+        /// The folder of the resources.
+        folder: String,
+    },
+    /// Description and scenario are not of the same unit.
+    #[error(
+        "the description and the scenario in resources are not of one unit: export it again with trocar export fmu"
+    )]
+    Foreign,
+    /// A scenario that cannot be loaded, also with changed parameters.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// A parameter out of range.
+    #[error(transparent)]
+    Setting(#[from] InvalidValue),
+    /// The simulation cannot be run.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The tissue cannot go on.
+    #[error(transparent)]
+    Tissue(#[from] TissueFailure),
+    /// A number that no variable has, or of another type.
+    #[error("there is no {kind} variable with the reference {reference}")]
+    NoVariable {
+        /// The type that was asked for.
+        kind: &'static str,
+        /// The reference.
+        reference: u32,
+    },
+    /// A variable that cannot be set now.
+    #[error("{name} cannot be set {when}")]
+    NotSettable {
+        /// The name of the variable.
+        name: &'static str,
+        /// In which state.
+        when: &'static str,
+    },
+    /// A word beyond the last of its list.
+    #[error("{name} is {value}, must be from 0 to {last}")]
+    NoWord {
+        /// The name of the variable.
+        name: &'static str,
+        /// The place that was given.
+        value: i64,
+        /// The last place.
+        last: usize,
+    },
+    /// A step that is not a number of ticks.
+    #[error(
+        "a step of {step_s} s is not a whole number of ticks of {tick_s} s: choose a multiple of simulation.tick_s"
+    )]
+    Step {
+        /// The step in s.
+        step_s: f64,
+        /// The tick in s.
+        tick_s: f64,
+    },
+    /// A step before the initialisation.
+    #[error("a step needs an initialised unit")]
+    NotInitialised,
+    /// A position of the person that is not a number.
+    #[error("person.position_m is {position_m}, must be a finite number")]
+    Position {
+        /// The position in m.
+        position_m: f64,
+    },
+    /// A step after the last tick.
+    #[error("the scenario ends after {ticks} ticks: set a longer simulation.duration_s")]
+    Ended {
+        /// The number of ticks.
+        ticks: u64,
+    },
+}
+
+/// What runs.
+#[derive(Debug)]
+pub(super) enum Running {
+    Nothing,
+    Rig { controller: Box<HapticController>, tick_s: f64 },
+    Simulation { run: Box<SteppedRun>, tick_s: f64 },
+    Tissue { tissue: Box<AnyTissue<f64>>, tick_s: f64, tick: u64 },
+}
+
+/// A running unit: its variables and what they control.
+#[derive(Debug)]
+pub struct Instance {
+    model: Model,
+    source: Source,
+    variables: Vec<Variable>,
+    pub(super) values: Vec<Scalar>,
+    /// The place of each reference.
+    places: HashMap<u32, usize>,
+    pub(super) running: Running,
+}
+
+impl Instance {
+    /// The unit whose scenario is in a folder of resources, with the token of its description.
+    ///
+    /// # Errors
+    /// A folder without a scenario, a scenario that cannot be loaded, or one of another unit.
+    pub fn load(resources: &Path, given_token: &str) -> Result<Self, InstanceError> {
+        let has = |model: &Model| resources.join(model.file()).is_file();
+        let no_scenario = || InstanceError::NoScenario { folder: resources.display().to_string() };
+        let model = Model::ALL.into_iter().find(has).ok_or_else(no_scenario)?;
+        let source = Source::Disk(resources.join(model.file()));
+        if token(model, &source.read()?) != given_token {
+            return Err(InstanceError::Foreign);
+        }
+        let variables = model.variables(&Scenario::load(&source, &[])?);
+        let values = variables.iter().map(|variable| variable.start).collect();
+        let places = variables.iter().enumerate().map(|(place, variable)| (variable.reference, place)).collect();
+        Ok(Self { model, source, variables, values, places, running: Running::Nothing })
+    }
+
+    fn place(&self, reference: u32, kind: &'static str) -> Result<usize, InstanceError> {
+        self.places.get(&reference).copied().ok_or(InstanceError::NoVariable { kind, reference })
+    }
+
+    /// The value of a variable.
+    ///
+    /// # Errors
+    /// A reference that no variable has; `kind` names the type that was asked for.
+    pub fn get(&self, reference: u32, kind: &'static str) -> Result<Scalar, InstanceError> {
+        Ok(self.values[self.place(reference, kind)?])
+    }
+
+    /// Sets an input, or a parameter before the initialisation.
+    ///
+    /// # Errors
+    /// A reference that no variable has, another type, or a variable that cannot be set now.
+    pub fn set(&mut self, reference: u32, kind: &'static str, value: Scalar) -> Result<(), InstanceError> {
+        let place = self.place(reference, kind)?;
+        let Variable { name, causality, kind: of_variable, .. } = self.variables[place];
+        let fits = matches!(
+            (of_variable, value),
+            (Type::Real(_), Scalar::Real(_))
+                | (Type::Integer(_) | Type::Choice(_), Scalar::Integer(_))
+                | (Type::Boolean, Scalar::Boolean(_))
+        );
+        if !fits {
+            return Err(InstanceError::NoVariable { kind, reference });
+        }
+        let refused = match causality {
+            Causality::Input => None,
+            Causality::Output => Some("as it is an output"),
+            Causality::Parameter if matches!(self.running, Running::Nothing) => None,
+            Causality::Parameter => Some("after the initialisation"),
+        };
+        if let Some(when) = refused {
+            return Err(InstanceError::NotSettable { name, when });
+        }
+        if let (Type::Choice(words), Scalar::Integer(value)) = (of_variable, value)
+            && !usize::try_from(value).is_ok_and(|place| place < words.len())
+        {
+            return Err(InstanceError::NoWord { name, value, last: words.len() - 1 });
+        }
+        self.values[place] = value;
+        Ok(())
+    }
+
+    /// The parameters that differ from their start, as settings of a scenario; what only a rig has as numbers.
+    fn changes(&self) -> (Vec<String>, Vec<(&'static str, f64)>) {
+        let (mut settings, mut of_rig) = (vec![], vec![]);
+        for (variable, value) in self.variables.iter().zip(&self.values) {
+            if variable.causality != Causality::Parameter || variable.start == *value {
+                continue;
+            }
+            let name = variable.name;
+            match (variable.kind, *value) {
+                (Type::Real(_), Scalar::Real(value)) if name.starts_with("rig.") => of_rig.push((name, value)),
+                (Type::Choice(words), Scalar::Integer(place)) => {
+                    let word = usize::try_from(place).ok().and_then(|place| words.get(place));
+                    settings.extend(word.map(|word| format!("{name}={word:?}")));
+                }
+                (_, Scalar::Real(value)) => settings.push(format!("{name}={value:?}")),
+                (_, Scalar::Integer(value)) => settings.push(format!("{name}={value}")),
+                (_, Scalar::Boolean(value)) => settings.push(format!("{name}={value}")),
+            }
+        }
+        (settings, of_rig)
+    }
+
+    /// Builds what runs, with the parameters that were set.
+    ///
+    /// # Errors
+    /// A parameter out of range, or one that does not act.
+    pub fn initialise(&mut self) -> Result<(), InstanceError> {
+        let (settings, of_rig) = self.changes();
+        let scenario = Scenario::load(&self.source, &settings)?;
+        let tick_s = scenario.grid.tick_s();
+        self.running = match self.model {
+            Model::Rig => {
+                let controller = HapticController::new(&scenario.rig_settings_with(&of_rig)?)?;
+                Running::Rig { controller: Box::new(controller), tick_s }
+            }
+            Model::Simulation => {
+                let run = Box::new(SteppedRun::new(scenario, OwnParts::default())?);
+                Running::Simulation { run, tick_s }
+            }
+            Model::Tissue => Running::Tissue { tissue: Box::new(scenario.tissue_part()?), tick_s, tick: 0 },
+        };
+        Ok(())
+    }
+
+    /// Runs the ticks of a step of `step_s` (s), with the inputs as they are set.
+    ///
+    /// # Errors
+    /// A step that is not a whole number of ticks, one after the end of the scenario, or a run that cannot go on.
+    pub fn step(&mut self, step_s: f64) -> Result<(), InstanceError> {
+        let (Running::Rig { tick_s, .. } | Running::Simulation { tick_s, .. } | Running::Tissue { tick_s, .. }) =
+            self.running
+        else {
+            return Err(InstanceError::NotInitialised);
+        };
+        let ticks = whole_ticks(step_s, tick_s).filter(|ticks| *ticks > 0);
+        for _ in 0..ticks.ok_or(InstanceError::Step { step_s, tick_s })? {
+            self.tick()?;
+        }
+        Ok(())
+    }
+
+    fn tick(&mut self) -> Result<(), InstanceError> {
+        let first_output =
+            self.variables.iter().position(|variable| variable.causality == Causality::Output).unwrap_or(0);
+        let (inputs, rest) = self.values.split_at_mut(first_output);
+        let number = |place: usize| if let Scalar::Real(value) = inputs[place] { value } else { f64::NAN };
+        match &mut self.running {
+            Running::Nothing => Err(InstanceError::NotInitialised),
+            Running::Rig { controller, .. } => {
+                let command = controller.step(&Sample {
+                    master_position_m: number(0),
+                    slave_position_m: number(1),
+                    slave_velocity_m_per_s: number(2),
+                    force_n: number(3),
+                });
+                rest.iter_mut().zip(rig_outputs(&command)).for_each(|(value, output)| *value = output);
+                Ok(())
+            }
+            Running::Tissue { tissue, tick, .. } => {
+                let reaction = tissue.react(*tick, number(0), number(1));
+                *tick += 1;
+                if let Some(failure) = tissue.failure() {
+                    return Err(InstanceError::Tissue(failure.clone()));
+                }
+                let outputs = [
+                    Scalar::Real(reaction.force_n),
+                    Scalar::Real(tissue.shaft_force_n()),
+                    Scalar::Boolean(reaction.ruptured),
+                ];
+                rest.iter_mut().zip(outputs).for_each(|(value, output)| *value = output);
+                Ok(())
+            }
+            Running::Simulation { run, .. } => {
+                if run.has_ended() {
+                    return Err(InstanceError::Ended { ticks: run.ticks() });
+                }
+                let is_led = inputs[IS_LED] == Scalar::Boolean(true);
+                let led_m = is_led.then(|| number(POSITION));
+                if let Some(position_m) = led_m.filter(|position_m| !position_m.is_finite()) {
+                    return Err(InstanceError::Position { position_m });
+                }
+                run.step(led_m)?;
+                let columns = run.trace().columns();
+                for (value, column) in rest.iter_mut().zip(&columns[FIRST_COLUMN..]) {
+                    let last = match column {
+                        ColumnValues::Numbers(numbers) => numbers.last().map(|number| Scalar::Real(*number)),
+                        ColumnValues::Codes(codes) => codes.last().map(|code| Scalar::Integer(i64::from(*code))),
+                    };
+                    *value = last.unwrap_or(*value);
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Returns to the state after [`Instance::load`].
+    pub fn reset(&mut self) {
+        self.running = Running::Nothing;
+        self.values = self.variables.iter().map(|variable| variable.start).collect();
+    }
+}

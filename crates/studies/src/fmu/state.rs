@@ -1,0 +1,74 @@
+//! The saved state of a unit.
+
+use super::instance::{Instance, InstanceError, Running};
+use super::variables::Scalar;
+use crate::run::SteppedRun;
+use trocar_core::rig::HapticController;
+use trocar_engine::tissue::{AnyTissue, Tissue as _};
+use trocar_scenario::Scenario;
+
+/// The state of an instance, as [`Instance::save`] returns it.
+#[derive(Debug)]
+pub struct SavedState {
+    values: Vec<Scalar>,
+    running: Saved,
+}
+
+#[derive(Debug)]
+enum Saved {
+    Nothing,
+    /// Also the tick in s.
+    Rig(Box<HapticController>, f64),
+    /// A run is repeated with the same person, which gives the same bits: the scenario, and where the person was led, by tick.
+    Simulation(Box<Scenario>, Vec<f64>),
+    /// Also the number of ticks, and the tick in s.
+    Tissue(Box<AnyTissue<f64>>, u64, f64),
+}
+
+impl Instance {
+    /// Saves the state, of this unit and no other.
+    ///
+    /// # Errors
+    /// [`InstanceError::Tissue`] for a tissue in a running unit of others, whose state is not copied.
+    pub fn save(&self) -> Result<SavedState, InstanceError> {
+        let running = match &self.running {
+            Running::Nothing => Saved::Nothing,
+            Running::Rig { controller, tick_s } => Saved::Rig(controller.clone(), *tick_s),
+            Running::Simulation { run, .. } => {
+                Saved::Simulation(Box::new(run.scenario().clone()), run.led_m().to_vec())
+            }
+            Running::Tissue { tissue, tick, tick_s } => Saved::Tissue(copied(tissue)?, *tick, *tick_s),
+        };
+        Ok(SavedState { values: self.values.clone(), running })
+    }
+
+    /// Returns to a saved state of this unit. The whole simulation is repeated up to there, which takes the time of its ticks.
+    ///
+    /// # Errors
+    /// As [`Instance::save`], and a run that cannot be repeated.
+    pub fn restore(&mut self, state: &SavedState) -> Result<(), InstanceError> {
+        self.running = match &state.running {
+            Saved::Nothing => Running::Nothing,
+            Saved::Rig(controller, tick_s) => Running::Rig { controller: controller.clone(), tick_s: *tick_s },
+            Saved::Simulation(scenario, led_m) => {
+                let tick_s = scenario.grid.tick_s();
+                let run = SteppedRun::repeated(Scenario::clone(scenario), led_m)?;
+                Running::Simulation { run: Box::new(run), tick_s }
+            }
+            Saved::Tissue(tissue, tick, tick_s) => {
+                Running::Tissue { tissue: copied(tissue)?, tick_s: *tick_s, tick: *tick }
+            }
+        };
+        self.values.clone_from(&state.values);
+        Ok(())
+    }
+}
+
+/// A copy of a tissue with its state.
+fn copied(tissue: &AnyTissue<f64>) -> Result<Box<AnyTissue<f64>>, InstanceError> {
+    let copy = Box::new(tissue.clone());
+    match copy.failure() {
+        None => Ok(copy),
+        Some(failure) => Err(failure.clone().into()),
+    }
+}

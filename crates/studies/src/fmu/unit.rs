@@ -1,0 +1,94 @@
+//! The files of a unit.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+use trocar_fmu_import::Version;
+
+use super::description::describe;
+use super::variables::Model;
+use trocar_scenario::{Scenario, ScenarioError, Source, Values};
+
+/// What identifies a unit: both its description and its library compute it from the scenario.
+pub(super) fn token(model: Model, scenario: &str) -> String {
+    let hash = Sha256::new().chain_update(model.identifier()).chain_update([0]).chain_update(scenario).finalize();
+    let mut text = String::from("{");
+    for (place, byte) in hash.iter().take(16).enumerate() {
+        if [4, 6, 8, 10].contains(&place) {
+            text.push('-');
+        }
+        // Writing to a string does not fail.
+        let _ = write!(text, "{byte:02x}");
+    }
+    text + "}"
+}
+
+/// The error of a unit's files.
+#[derive(Debug, Error)]
+pub enum UnitError {
+    /// A scenario that cannot be loaded, or that is not one of a rig.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// A file of the scenario that cannot be read.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The scenario's settings are out of range for a rig.
+    #[error("{0}: not on a rig; export the simulation, without --rig")]
+    Rig(#[from] trocar_core::error::InvalidValue),
+}
+
+/// The page that a unit shows as its documentation.
+const PAGE: &str = "<!DOCTYPE html><html lang=\"en\"><meta charset=\"utf-8\"><title>trocar</title>\n\
+    <p>This unit was written by <code>trocar export fmu</code>. Its scenario is in <code>resources</code>, and runs with \
+    <code>trocar run</code> too. The source of its library is the package <code>trocar-fmu</code> of trocar, of the version in \
+    <code>modelDescription.xml</code>: <code>cargo build --release -p trocar-fmu</code>.\n\
+    <p>A step from t to t + h reads the inputs of t; after it, the outputs are those of the last tick before t + h. A step is a \
+    whole number of ticks. Parameters are the keys of scenarios, with their values as defaults. What is derived from a changed \
+    parameter, and is not changed itself, follows it.\n";
+
+/// The files of a unit, by their paths in its container, without the licences.
+#[derive(Debug)]
+pub struct Unit {
+    /// Path and content.
+    pub files: Vec<(String, Vec<u8>)>,
+}
+
+impl Unit {
+    /// The unit of a scenario with `section.key=value` settings, and the content of the library that runs it on this machine.
+    ///
+    /// # Errors
+    /// [`UnitError`] for a scenario that cannot be loaded, files of it that cannot be read, or settings that no rig has.
+    pub fn new(
+        source: &Source,
+        settings: &[String],
+        (model, version): (Model, Version),
+        library: Vec<u8>,
+    ) -> Result<Self, UnitError> {
+        let mut values = Values::load(source, settings)?;
+        let mut files = vec![];
+        for (path, content) in values.take_files() {
+            let bytes = std::fs::read(&content).map_err(|source| UnitError::File { path: content, source })?;
+            files.push((format!("resources/{path}"), bytes));
+        }
+        let text = values.to_toml();
+        let scenario = Scenario::load(source, settings)?;
+        if model == Model::Rig {
+            scenario.rig_settings().validate()?;
+        }
+        files.push((format!("resources/{}", model.file()), text.clone().into_bytes()));
+        let variables = model.variables(&scenario);
+        let description = describe(model, version, &scenario, &variables, &token(model, &text));
+        files.push(("modelDescription.xml".into(), description.into_bytes()));
+        files.push(("documentation/index.html".into(), PAGE.into()));
+        let name = Path::new(model.identifier()).with_extension(std::env::consts::DLL_EXTENSION);
+        files.push((format!("binaries/{}/{}", version.platform(), name.display()), library));
+        Ok(Self { files })
+    }
+}

@@ -1,0 +1,278 @@
+//! The variables of a unit: inputs and outputs of its model, and a parameter for each setting.
+
+use trocar_core::rig;
+use trocar_engine::engine::TRACE_COLUMNS;
+use trocar_scenario::{KEYS, Key, Kind, Scenario, Value, unit_of};
+
+/// What a unit simulates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Model {
+    /// The controller of a rig: samples in, commands and alarm out.
+    Rig,
+    /// The whole simulation: the person's position in; positions, forces and mode out.
+    Simulation,
+    /// The tissue alone: position and velocity of the needle in, force out.
+    Tissue,
+}
+
+/// The role of a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Causality {
+    /// Set before the first step.
+    Parameter,
+    /// Set before each step.
+    Input,
+    /// Read after each step.
+    Output,
+}
+
+/// The type of a variable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Type {
+    /// A number, with the smallest and the largest value where they are known.
+    Real(Option<(f64, f64)>),
+    /// A whole number, with its smallest value.
+    Integer(u64),
+    /// True or false.
+    Boolean,
+    /// The place of a word in a list.
+    Choice(&'static [&'static str]),
+}
+
+/// A value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scalar {
+    /// A number.
+    Real(f64),
+    /// A whole number, or the place of a word.
+    Integer(i64),
+    /// True or false.
+    Boolean(bool),
+}
+
+/// A variable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// Its name; of a parameter, the key of the setting.
+    pub name: &'static str,
+    /// Its number in the calls of the standard.
+    pub reference: u32,
+    /// Its role.
+    pub causality: Causality,
+    /// Its type.
+    pub kind: Type,
+    /// Its unit.
+    pub unit: Option<String>,
+    /// Its meaning.
+    pub meaning: &'static str,
+    /// Its value before the first step.
+    pub start: Scalar,
+}
+
+/// The first references of inputs, outputs and parameters.
+const INPUTS: u32 = 1;
+const OUTPUTS: u32 = 100;
+const PARAMETERS: u32 = 1000;
+
+/// The modes of a supervisor, by their codes.
+const MODES: &[&str] = &["teleoperation", "augmented", "reengaging"];
+
+/// Name, type, meaning.
+type Declared = (&'static str, Type, &'static str);
+
+const NUMBER: Type = Type::Real(None);
+
+/// The inputs of a rig.
+const RIG_INPUTS: [Declared; 4] = [
+    ("sample.master_position_m", NUMBER, "Position of the master."),
+    ("sample.slave_position_m", NUMBER, "Position of the slave, growing into the tissue."),
+    (
+        "sample.slave_velocity_m_per_s",
+        NUMBER,
+        "Velocity of the slave; not read if sensor.position_resolution_m is above 0.",
+    ),
+    ("sample.force_n", NUMBER, "Force on the needle, positive when it resists insertion."),
+];
+
+/// The outputs of a rig, in the order of [`rig_outputs`].
+const RIG_OUTPUTS: [Declared; 15] = [
+    ("command.slave_reference_m", NUMBER, "Reference of the slave's position controller."),
+    ("command.master_force_n", NUMBER, "Feedback force for the master's force controller."),
+    ("command.allowed_force_step_n", NUMBER, "Largest change of the feedback force that the active law allows."),
+    ("command.stiffness_n_per_m", NUMBER, "Estimated stiffness of the tissue."),
+    ("command.damping_n_s_per_m", NUMBER, "Estimated damping of the tissue."),
+    ("command.predicted_force_n", NUMBER, "Predicted force; 0 without a prediction."),
+    ("command.residual_n", NUMBER, "Measured minus predicted force."),
+    ("command.distance", NUMBER, "Distance from the hypothesis of no rupture."),
+    ("command.decision", NUMBER, "Decision function g: an alarm is raised above detector.threshold."),
+    ("command.slave_velocity_m_per_s", NUMBER, "Velocity of the slave as used by the estimator."),
+    ("command.mode", Type::Choice(MODES), "Mode of the supervisor."),
+    ("command.alarm", Type::Boolean, "Whether the detector raises an alarm."),
+    ("command.alarm_taken", Type::Boolean, "Whether the supervisor acts on the alarm."),
+    (
+        "command.faults",
+        Type::Integer(0),
+        "Faults of the sample, a sum: 1 master position, 2 slave position, 4 slave velocity, 8 force.",
+    ),
+    ("command.faulty_samples", Type::Integer(0), "Number of consecutive bad samples, including this one."),
+];
+
+/// The values of [`RIG_OUTPUTS`].
+pub(super) fn rig_outputs(command: &rig::Command) -> [Scalar; RIG_OUTPUTS.len()] {
+    let faults = command.faults;
+    let flags = [faults.master_position, faults.slave_position, faults.slave_velocity, faults.force];
+    let faults = flags.iter().enumerate().map(|(bit, is_faulty)| i64::from(*is_faulty) << bit).sum();
+    [
+        Scalar::Real(command.slave_reference_m),
+        Scalar::Real(command.master_force_n),
+        Scalar::Real(command.allowed_force_step_n),
+        Scalar::Real(command.stiffness_n_per_m),
+        Scalar::Real(command.damping_n_s_per_m),
+        Scalar::Real(command.predicted_force_n),
+        Scalar::Real(command.residual_n),
+        Scalar::Real(command.distance),
+        Scalar::Real(command.decision),
+        Scalar::Real(command.slave_velocity_m_per_s),
+        Scalar::Integer(command.mode.code() as i64),
+        Scalar::Boolean(command.alarm),
+        Scalar::Boolean(command.alarm_taken),
+        Scalar::Integer(faults),
+        Scalar::Integer(i64::from(command.faulty_samples)),
+    ]
+}
+
+/// The inputs of a simulation.
+const SIMULATION_INPUTS: [Declared; 2] = [
+    ("person.position_m", NUMBER, "Desired position of the master at the end of the step."),
+    (
+        "person.is_led",
+        Type::Boolean,
+        "Whether person.position_m leads the person; otherwise the scenario's operator acts.",
+    ),
+];
+
+/// The places of the inputs of a simulation.
+pub(super) const POSITION: usize = 0;
+pub(super) const IS_LED: usize = 1;
+
+/// The columns of a trace that are outputs of a simulation, in order: all but the time.
+pub(super) const FIRST_COLUMN: usize = 1;
+
+/// The outputs of a simulation.
+fn simulation_outputs() -> Vec<Declared> {
+    let kind = |name| if name == "mode" { Type::Choice(MODES) } else { NUMBER };
+    TRACE_COLUMNS[FIRST_COLUMN..].iter().map(|column| (column.name, kind(column.name), column.meaning)).collect()
+}
+
+/// The inputs of a tissue.
+const TISSUE_INPUTS: [Declared; 2] = [
+    ("needle.position_m", NUMBER, "Position of the needle, growing into the tissue."),
+    ("needle.velocity_m_per_s", NUMBER, "Velocity of the needle."),
+];
+
+/// The outputs of a tissue.
+const TISSUE_OUTPUTS: [Declared; 3] = [
+    ("reaction.force_n", NUMBER, "Force of the tissue on the needle, positive when it resists insertion."),
+    ("reaction.shaft_force_n", NUMBER, "Part of that force that acts on the shaft, not on the tip."),
+    ("reaction.ruptured", Type::Boolean, "Whether a layer ruptures in this step."),
+];
+
+/// The parameters of a tissue: its section, and the tick, without the rest of the scenario.
+fn is_of_tissue(key: &Key) -> bool {
+    key.path.starts_with("tissue.") || key.path == "simulation.tick_s"
+}
+
+impl Model {
+    /// All models.
+    pub const ALL: [Self; 3] = [Self::Rig, Self::Simulation, Self::Tissue];
+
+    /// The name of the scenario's file in the unit, which states the model.
+    #[must_use]
+    pub fn file(self) -> &'static str {
+        match self {
+            Self::Rig => "rig.toml",
+            Self::Simulation => "simulation.toml",
+            Self::Tissue => "tissue.toml",
+        }
+    }
+
+    /// The identifier of the model, and the name of its library in the unit.
+    #[must_use]
+    pub fn identifier(self) -> &'static str {
+        match self {
+            Self::Rig => "trocar_rig",
+            Self::Simulation => "trocar_simulation",
+            Self::Tissue => "trocar_tissue",
+        }
+    }
+
+    /// The variables of a scenario's unit: inputs, outputs, parameters.
+    #[must_use]
+    pub fn variables(self, scenario: &Scenario) -> Vec<Variable> {
+        let (inputs, outputs) = match self {
+            Self::Rig => (RIG_INPUTS.to_vec(), RIG_OUTPUTS.to_vec()),
+            Self::Simulation => (SIMULATION_INPUTS.to_vec(), simulation_outputs()),
+            Self::Tissue => (TISSUE_INPUTS.to_vec(), TISSUE_OUTPUTS.to_vec()),
+        };
+        let declared = |causality, first, list: Vec<Declared>| {
+            list.into_iter().zip(first..).map(move |((name, kind, meaning), reference)| Variable {
+                name,
+                reference,
+                causality,
+                kind,
+                unit: unit_of(name),
+                meaning,
+                start: match kind {
+                    Type::Real(_) => Scalar::Real(0.0),
+                    Type::Integer(_) | Type::Choice(_) => Scalar::Integer(0),
+                    // A person that is led is what the inputs are for.
+                    Type::Boolean => Scalar::Boolean(causality == Causality::Input),
+                },
+            })
+        };
+        let inputs = declared(Causality::Input, INPUTS, inputs);
+        let outputs = declared(Causality::Output, OUTPUTS, outputs);
+        inputs.chain(outputs).chain(self.parameters(scenario)).collect()
+    }
+
+    /// A parameter for each key with a value of a type that the standard has. A key without a value, a list, a text or a
+    /// file is none, nor is a whole number beyond 32 bits, which FMI 2.0 does not have.
+    fn parameters(self, scenario: &Scenario) -> Vec<Variable> {
+        let values: Vec<(&'static Key, Option<Value>)> = match self {
+            Self::Rig => scenario.rig_values().collect(),
+            Self::Simulation | Self::Tissue => {
+                let is_included = |key: &Key| self == Self::Simulation || is_of_tissue(key);
+                let acts = |key: &&Key| is_included(key) && scenario.values().is_acting(key);
+                KEYS.iter().filter(acts).map(|key| (key, scenario.values().get(key.path).cloned())).collect()
+            }
+        };
+        let parameter = |((key, value), reference): ((&'static Key, Option<Value>), u32)| {
+            let (kind, start) = match (key.kind, value?) {
+                (Kind::Number(range), Value::Number(value)) => {
+                    let within = range.contains(value).then(|| (range.low().0, range.high()));
+                    (Type::Real(within), Scalar::Real(value))
+                }
+                (Kind::Sign, Value::Number(value)) => (Type::Real(Some((-1.0, 1.0))), Scalar::Real(value)),
+                (Kind::Whole(min), Value::Whole(value)) => {
+                    (Type::Integer(min), Scalar::Integer(i64::from(i32::try_from(value).ok()?)))
+                }
+                (Kind::Flag, Value::Flag(value)) => (Type::Boolean, Scalar::Boolean(value)),
+                (Kind::Choice(words), Value::Text(word)) => {
+                    let place = words.iter().position(|known| **known == *word)?;
+                    (Type::Choice(words), Scalar::Integer(place as i64))
+                }
+                _ => return None,
+            };
+            Some(Variable {
+                name: key.path,
+                reference,
+                causality: Causality::Parameter,
+                kind,
+                unit: unit_of(key.path),
+                meaning: key.meaning,
+                start,
+            })
+        };
+        values.into_iter().zip(PARAMETERS..).filter_map(parameter).collect()
+    }
+}

@@ -1,0 +1,114 @@
+//! One detector at many thresholds, on the same samples.
+
+use super::lanes::{LANES, ThresholdLanes};
+use trocar_core::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
+use trocar_core::lane::{Lane, Mask};
+
+/// A detector with several thresholds and otherwise equal settings.
+///
+/// The ratio of cap to threshold is that of the settings. Each threshold is a lane of [`Detector`], so arming, cap and reset, and every
+/// alarm, are those of the detector.
+#[derive(Debug, Clone)]
+pub struct DetectorBank {
+    settings: DetectorSettings,
+    thresholds: Vec<f64>,
+}
+
+impl DetectorBank {
+    /// Returns `count` (at least two) thresholds from 0.01 to nearly 100 times the threshold of the settings, which is one of them, evenly
+    /// spaced on a logarithmic scale.
+    #[must_use]
+    pub fn around(settings: DetectorSettings, count: usize) -> Self {
+        let middle = (count.max(2) / 2) as f64;
+        let share = |k: usize| libm::pow(100.0, (k as f64 - middle) / middle);
+        Self::new(settings, (0..count.max(2)).map(|k| settings.cusum.threshold * share(k)).collect())
+    }
+
+    /// Returns a detector with given thresholds in the unit of the distance, each above 0.
+    #[must_use]
+    pub fn new(settings: DetectorSettings, thresholds: Vec<f64>) -> Self {
+        Self { settings, thresholds }
+    }
+
+    /// Returns the settings.
+    #[must_use]
+    pub fn settings(&self) -> &DetectorSettings {
+        &self.settings
+    }
+
+    /// Returns the thresholds, in the unit of the distance.
+    #[must_use]
+    pub fn thresholds(&self) -> &[f64] {
+        &self.thresholds
+    }
+
+    /// Returns the settings of the detector at a threshold, by its index.
+    #[must_use]
+    pub fn settings_at(&self, index: usize) -> DetectorSettings {
+        let threshold = self.thresholds.get(index).copied().unwrap_or(self.settings.cusum.threshold);
+        let mut settings = self.settings;
+        // The default ratio is 10, which a division would not give exactly.
+        let usual = settings.cusum.cap == 10.0 * settings.cusum.threshold;
+        let ratio = if usual { 10.0 } else { settings.cusum.cap / settings.cusum.threshold };
+        settings.cusum.threshold = threshold;
+        settings.cusum.cap = ratio * threshold;
+        settings
+    }
+
+    /// Calls `alarm` for every alarm, with the index of the threshold and of the sample, in order of time for each threshold.
+    pub fn evaluate(&self, evidence: &[Evidence<f64>], tick_s: f64, alarm: &mut dyn FnMut(usize, usize)) {
+        let settings: Vec<DetectorSettings> = (0..self.thresholds.len()).map(|index| self.settings_at(index)).collect();
+        for (group, settings) in settings.chunks(LANES).enumerate() {
+            // If the last group is not full, its last threshold fills the remaining lanes.
+            let of = |pick: fn(&DetectorSettings) -> f64| {
+                ThresholdLanes(std::array::from_fn(|i| pick(&settings[i.min(settings.len() - 1)])))
+            };
+            let detector = CusumDetector::<ThresholdLanes>::new(&self.settings, tick_s)
+                .with_thresholds(of(|settings| settings.cusum.threshold), of(|settings| settings.cusum.cap));
+            self.evaluate_group(detector, evidence, &mut |index, sample| {
+                if index < settings.len() {
+                    alarm(group * LANES + index, sample);
+                }
+            });
+        }
+    }
+
+    fn evaluate_group(
+        &self,
+        mut detector: CusumDetector<ThresholdLanes>,
+        evidence: &[Evidence<f64>],
+        alarm: &mut dyn FnMut(usize, usize),
+    ) {
+        for (sample, e) in evidence.iter().enumerate() {
+            let decision = detector.update(&Evidence {
+                force_n: ThresholdLanes::splat(e.force_n),
+                predicted_force_n: ThresholdLanes::splat(e.predicted_force_n),
+                residual_n: ThresholdLanes::splat(e.residual_n),
+                correction: e.correction.map(ThresholdLanes::splat),
+                depth_m: ThresholdLanes::splat(e.depth_m),
+                velocity_m_per_s: ThresholdLanes::splat(e.velocity_m_per_s),
+                in_contact: Mask::splat(e.in_contact),
+            });
+            if decision.alarm.any() {
+                (0..LANES).filter(|&index| decision.alarm.lane(index)).for_each(|index| alarm(index, sample));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trocar_core::detection::{DistanceKind, Hypotheses};
+
+    #[test]
+    fn the_middle_threshold_is_that_of_the_settings_and_the_range_is_four_decades() {
+        for kind in DistanceKind::ALL {
+            let settings = DetectorSettings::for_kind(kind, Hypotheses::default());
+            let bank = DetectorBank::around(settings, 24);
+            assert_eq!((bank.settings_at(12), bank.thresholds().len()), (settings, 24));
+            assert!((bank.thresholds()[0] / settings.cusum.threshold - 0.01).abs() < 1e-12);
+            assert!(bank.thresholds().windows(2).all(|pair| pair[0] < pair[1]));
+        }
+    }
+}

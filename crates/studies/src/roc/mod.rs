@@ -1,0 +1,57 @@
+//! Receiver operating characteristics: detections, delays and false alarms of a detector by threshold.
+//!
+//! A case is a signal whose force has white noise of one seed. The estimator runs once per case. Every detector then runs with many
+//! thresholds on its residual, and a [`Tally`] compares the alarms with the labels. A tally has integers only, so the results do not
+//! depend on the order of the cases and the number of threads.
+//!
+//! An undefined value, such as the delay without a detection, is `None`. Without a false alarm, the rate is not 0, but has an upper
+//! bound that depends on the observed time.
+
+mod curve;
+mod detector_bank;
+mod interval;
+mod lanes;
+mod misses;
+mod samples;
+mod signal;
+mod study;
+mod tally;
+pub mod trials;
+
+pub use curve::{Curve, Point};
+pub use detector_bank::DetectorBank;
+pub use interval::{poisson, wilson};
+pub use samples::Samples;
+pub use signal::{Signal, SignalKind};
+pub use study::{Characteristics, Condition, OwnPoints, Study};
+pub use tally::Tally;
+
+use thiserror::Error;
+
+use crate::run::RunError;
+use trocar_core::error::InvalidValue;
+use trocar_scenario::ScenarioError;
+
+/// The error of a study.
+#[derive(Debug, Error)]
+pub enum RocError {
+    /// A scenario or a recording is invalid.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// A setting is out of range.
+    #[error(transparent)]
+    Setting(#[from] InvalidValue),
+    /// A run failed.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// Signals with different detector settings have no common curve.
+    #[error("{first} and {second} have different settings of the detector {detector}; evaluate them separately")]
+    DifferentDetectors {
+        /// The first signal.
+        first: String,
+        /// The second signal.
+        second: String,
+        /// The kind of distance.
+        detector: &'static str,
+    },
+}

@@ -1,0 +1,204 @@
+//! The signals of a study: a recording, or a scenario that runs with each seed.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::RocError;
+use super::samples::Samples;
+use super::tally::Labels;
+use super::trials::Trial;
+use crate::detect;
+use crate::run::observe;
+use trocar_core::detection::{DetectorSettings, DistanceKind, DistanceSettings, Evidence};
+use trocar_core::estimation::{AnyEstimator, Estimator, RlsSettings};
+use trocar_recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
+use trocar_scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
+
+/// Random stream of the added noise, different from that of the synthetic recording's own noise.
+const NOISE_STREAM: u64 = 0x6e_6f69_7365;
+
+/// Seed of the synthetic recordings, which is that of the shipped one.
+const SYNTHETIC_SEED: u64 = 1;
+
+/// A signal with its estimator and detectors.
+#[derive(Debug, Clone)]
+pub struct Signal {
+    /// Name of the signal.
+    pub name: String,
+    /// The differences from the shipped insertion, for a synthetic insertion.
+    pub variant: InVivoLikeVariant,
+    /// Source of the samples.
+    pub kind: SignalKind,
+    /// The estimator.
+    pub estimator: RlsSettings,
+    /// Contact position of the estimator, in m.
+    pub contact_m: f64,
+    /// The detectors.
+    pub detectors: Vec<DetectorSettings>,
+}
+
+/// The source of the samples of a signal.
+#[derive(Debug, Clone)]
+pub enum SignalKind {
+    /// A recording with added noise.
+    Recorded(Samples),
+    /// A made recording for each seed.
+    Trials,
+    /// A closed loop with noise on the sensor and without augmentation, because with augmentation the run depends on the threshold.
+    ClosedLoop(Box<Scenario>),
+}
+
+impl Signal {
+    /// Returns the recording of a specification, evenly sampled and with a velocity, as in `trocar detect`.
+    ///
+    /// # Errors
+    /// An invalid setting.
+    pub fn recorded(name: String, spec: &DetectionSpec, kinds: &[DistanceKind]) -> Result<Self, RocError> {
+        let detection = detect::detect(spec)?;
+        let samples = Samples {
+            tick_s: spec.recording.recording.median_interval_s(),
+            force_n: detection.measured_force_n,
+            position_m: detection.position_m,
+            velocity_m_per_s: detection.velocity_m_per_s,
+            ruptures_s: spec.recording.ruptures_s.clone(),
+        };
+        Ok(Self {
+            name,
+            variant: InVivoLikeVariant::default(),
+            kind: SignalKind::Recorded(samples),
+            estimator: spec.settings.estimator,
+            contact_m: spec.settings.contact_m,
+            detectors: detectors(&spec.settings.detector, kinds),
+        })
+    }
+
+    /// Returns a variant of the synthetic insertion, with the settings of a specification.
+    ///
+    /// # Errors
+    /// An invalid setting, or a variant that is not a valid recording.
+    pub fn made(spec: &DetectionSpec, variant: InVivoLikeVariant, kinds: &[DistanceKind]) -> Result<Self, RocError> {
+        let column = |name: &str| name.parse().map_err(|error| ScenarioError::new(format!("{error}")));
+        let columns = Columns {
+            time: column("time_s")?,
+            position: column("position_m")?,
+            velocity: Some(column("velocity_m_per_s")?),
+            force: column("force_n")?,
+        };
+        let text = in_vivo_like_variant_csv(SYNTHETIC_SEED, &variant);
+        let recording = read_csv("the synthetic insertion", text.as_bytes(), &columns, &Limits::default())
+            .map_err(|error| ScenarioError::new(error.to_string()))?;
+        let made =
+            DetectionSpec { recording: RecordingSpec { recording, ruptures_s: RUPTURES_S.to_vec() }, ..spec.clone() };
+        Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &made, kinds)? })
+    }
+
+    /// Returns the made recordings of [`super::trials`], with the settings of a specification.
+    #[must_use]
+    pub fn trials(spec: &DetectionSpec, kinds: &[DistanceKind]) -> Self {
+        Self {
+            name: "trials".into(),
+            variant: InVivoLikeVariant::default(),
+            kind: SignalKind::Trials,
+            estimator: spec.settings.estimator,
+            contact_m: 0.0,
+            detectors: detectors(&spec.settings.detector, kinds),
+        }
+    }
+
+    /// Returns the closed loop of a scenario, without augmentation.
+    ///
+    /// # Errors
+    /// A scenario with a position resolution, because the engine does not output the quantised positions.
+    pub fn closed_loop(mut scenario: Scenario, kinds: &[DistanceKind]) -> Result<Self, RocError> {
+        if scenario.sensor.position_resolution_m > 0.0 {
+            let message = "sensor.position_resolution_m is not 0, but the study needs exact positions";
+            return Err(ScenarioError::new(format!("{}: {message}", scenario.name))
+                .remedy("use --set sensor.position_resolution_m=0")
+                .into());
+        }
+        scenario.augmentation.enabled = false;
+        Ok(Self {
+            name: scenario.name.clone(),
+            variant: InVivoLikeVariant::default(),
+            estimator: scenario.estimator,
+            contact_m: scenario.contact_m,
+            detectors: detectors(&scenario.detector, kinds),
+            kind: SignalKind::ClosedLoop(Box::new(scenario)),
+        })
+    }
+
+    /// Writes the inputs of the detectors, with noise (standard deviation in N) of a seed, to `evidence`, and returns
+    /// the labels.
+    pub(super) fn evaluate(
+        &self,
+        noise_std_n: f64,
+        seed: u64,
+        within_s: f64,
+        evidence: &mut Vec<Evidence<f64>>,
+    ) -> Result<Labels, RocError> {
+        let labels = |samples: &Samples| {
+            Labels::new(samples.ruptures_s.clone(), samples.force_n.len(), samples.tick_s, within_s)
+        };
+        match &self.kind {
+            SignalKind::Recorded(samples) => {
+                let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                rng.set_stream(NOISE_STREAM);
+                self.estimate(samples, self.contact_m, evidence, || {
+                    let noise: f64 = StandardNormal.sample(&mut rng);
+                    noise_std_n * noise
+                });
+                Ok(labels(samples))
+            }
+            SignalKind::Trials => {
+                let trial = Trial::new(Trial::BEFORE_FIRST + seed);
+                let labels = Labels::of_trial(&trial, within_s);
+                let (contact_m, samples) = (trial.contact_m, trial.samples()?);
+                self.estimate(&samples, contact_m, evidence, || 0.0);
+                Ok(labels)
+            }
+            SignalKind::ClosedLoop(scenario) => {
+                let mut noisy = scenario.with_seed(seed);
+                noisy.sensor.force_noise_std_n = libm::hypot(noisy.sensor.force_noise_std_n, noise_std_n);
+                let mut samples = Samples { tick_s: noisy.grid.tick_s(), ..Samples::default() };
+                let metrics = observe(&noisy, &mut samples)?;
+                samples.ruptures_s = metrics.ruptures.iter().map(|rupture| rupture.time_s).collect();
+                self.estimate(&samples, self.contact_m, evidence, || 0.0);
+                Ok(labels(&samples))
+            }
+        }
+    }
+
+    fn estimate(
+        &self,
+        samples: &Samples,
+        contact_m: f64,
+        evidence: &mut Vec<Evidence<f64>>,
+        mut noise_n: impl FnMut() -> f64,
+    ) {
+        let mut estimator = AnyEstimator::<f64>::new(&self.estimator);
+        let forces = samples.force_n.iter().zip(&samples.position_m).zip(&samples.velocity_m_per_s);
+        evidence.clear();
+        evidence.extend(forces.map(|((force_n, position_m), &velocity_m_per_s)| {
+            let force_n = force_n + noise_n();
+            let depth_m = position_m - contact_m;
+            let estimate = estimator.update(force_n, depth_m, velocity_m_per_s);
+            Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate)
+        }));
+    }
+}
+
+/// Returns the settings of each kind: unchanged for their own kind, and derived from the same hypotheses for the other kinds, whose
+/// thresholds have other units.
+fn detectors(own: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
+    let of = |&kind: &DistanceKind| {
+        if kind == own.distance.kind {
+            return *own;
+        }
+        let mut derived = DetectorSettings::for_kind(kind, own.distance.hypotheses);
+        derived.distance = DistanceSettings { kind, ..own.distance };
+        derived.arming = own.arming;
+        derived
+    };
+    kinds.iter().map(of).collect()
+}

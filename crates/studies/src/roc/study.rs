@@ -1,0 +1,303 @@
+//! A study: every detector at every threshold, on every signal with every noise level and seed.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use serde::Serialize;
+
+use super::RocError;
+use super::curve::{Curve, Point};
+use super::detector_bank::DetectorBank;
+use super::misses;
+use super::signal::Signal;
+use super::tally::Tally;
+use trocar_base::parallel::try_map;
+use trocar_base::warning::{Code, Warning};
+use trocar_core::detection::{DetectorSettings, Evidence};
+use trocar_recording::InVivoLikeVariant;
+
+/// The settings of a study.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// The signals, all with the same detectors.
+    pub signals: Vec<Signal>,
+    /// Standard deviations of the added noise, in N.
+    pub noise_std_n: Vec<f64>,
+    /// Number of seeds per condition; the first seed is 1.
+    pub seeds: u64,
+    /// Number of thresholds per detector, at least 2.
+    pub thresholds: usize,
+    /// Maximum delay of a detection, in s.
+    pub within_s: f64,
+}
+
+/// A signal with one noise level, and the performance of the detectors.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Condition {
+    /// Name of the signal.
+    pub signal: String,
+    /// Standard deviation of the added noise, in N.
+    pub noise_std_n: f64,
+    /// Force drop of each rupture, in N; `None` for the shipped or recorded one.
+    pub drop_n: Option<f64>,
+    /// Time constant of each force drop, in s; `None` for the shipped or recorded one.
+    pub sharpness_s: Option<f64>,
+    /// Depth of the first rupture, in m; `None` for the shipped or recorded one.
+    pub depth_m: Option<f64>,
+    /// A curve per detector.
+    pub curves: Vec<Curve>,
+}
+
+/// The result of a study.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Characteristics {
+    /// Maximum delay of a detection, in s.
+    pub within_s: f64,
+    /// Number of planned cases.
+    pub cases_planned: u64,
+    /// Number of evaluated cases, fewer than planned if the study was stopped.
+    pub cases: u64,
+    /// The curves over all conditions.
+    pub all: Vec<Curve>,
+    /// The curves of each condition.
+    pub conditions: Vec<Condition>,
+}
+
+impl Characteristics {
+    /// The warnings about the study.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let mut points = self.all.iter().flat_map(|curve| &curve.points).peekable();
+        if points.peek().is_none() || points.any(|point| point.ruptures > 0) {
+            return vec![];
+        }
+        let message = "no rupture is labelled: every alarm counts as false";
+        let remedy = "give the true ruptures with --rupture-s, unless the recordings have none";
+        vec![Warning::new(Code::NoRuptures, message).at("--rupture-s").remedy(remedy)]
+    }
+}
+
+/// The tallies and buffers of one thread.
+#[derive(Default)]
+struct ThreadTallies {
+    /// Tallies by condition, detector and threshold.
+    tallies: Vec<Tally>,
+    evidence: Vec<Evidence<f64>>,
+    alarms: Vec<Vec<usize>>,
+}
+
+/// The performance of a detector of the user's own, which has no threshold.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OwnPoints {
+    /// Over all conditions.
+    pub all: Point,
+    /// In each condition.
+    pub conditions: Vec<Point>,
+}
+
+impl OwnPoints {
+    /// Of the tallies of each condition.
+    fn of(tallies: Vec<Tally>) -> Self {
+        let mut all = Tally::default();
+        tallies.iter().for_each(|tally| all.add(tally));
+        let point = |tally: &Tally| Point::of(f64::NAN, tally);
+        Self { all: point(&all), conditions: tallies.iter().map(point).collect() }
+    }
+}
+
+impl Study {
+    /// Smallest and largest standard deviation of the added noise, in N.
+    pub const NOISE_STDS_N: (f64, f64) = (0.0, 100.0);
+
+    /// Every signal with every noise level.
+    fn conditions(&self) -> Vec<(&Signal, f64)> {
+        self.signals.iter().flat_map(|signal| self.noise_std_n.iter().map(move |&noise| (signal, noise))).collect()
+    }
+
+    /// Runs detectors of the user's own, in the same cases as [`Study::run`], one case after the other. `alarms` writes the samples with
+    /// an alarm of a detector, by its index among `detectors`, for the evidence of a case and the time (s) between two of its samples.
+    ///
+    /// # Errors
+    /// Those of `alarms`, and [`RocError`] if a run fails.
+    pub fn run_own<E: From<RocError>>(
+        &self,
+        detectors: usize,
+        mut alarms: impl FnMut(usize, &[Evidence<f64>], f64, &mut Vec<usize>) -> Result<(), E>,
+    ) -> Result<Vec<OwnPoints>, E> {
+        let conditions = self.conditions();
+        let mut tallies = vec![vec![Tally::default(); conditions.len()]; detectors];
+        let (mut evidence, mut samples) = (vec![], vec![]);
+        for (condition, (signal, noise_std_n)) in conditions.iter().enumerate() {
+            for seed in 1..=self.seeds {
+                let labels = signal.evaluate(*noise_std_n, seed, self.within_s, &mut evidence)?;
+                for (detector, tallies) in tallies.iter_mut().enumerate() {
+                    samples.clear();
+                    alarms(detector, &evidence, labels.tick_s(), &mut samples)?;
+                    tallies[condition].count(&samples, &labels);
+                }
+            }
+        }
+        Ok(tallies.into_iter().map(OwnPoints::of).collect())
+    }
+
+    /// As [`Study::run_own`], with the cases side by side: `alarms` makes a detector anew for each.
+    ///
+    /// # Errors
+    /// As [`Study::run_own`].
+    pub fn run_own_side_by_side<E: From<RocError> + Send>(
+        &self,
+        detectors: usize,
+        alarms: impl Fn(usize, &[Evidence<f64>], f64, &mut Vec<usize>) -> Result<(), E> + Sync,
+    ) -> Result<Vec<OwnPoints>, E> {
+        let conditions = self.conditions();
+        let of_cases = try_map(conditions.len() * self.seeds as usize, |case| {
+            let (signal, noise_std_n) = conditions[case / self.seeds as usize];
+            let (mut evidence, mut samples) = (vec![], vec![]);
+            let seed = 1 + case as u64 % self.seeds;
+            let labels = signal.evaluate(noise_std_n, seed, self.within_s, &mut evidence)?;
+            let tally = |detector| {
+                samples.clear();
+                alarms(detector, &evidence, labels.tick_s(), &mut samples)?;
+                let mut tally = Tally::default();
+                tally.count(&samples, &labels);
+                Ok(tally)
+            };
+            (0..detectors).map(tally).collect::<Result<Vec<_>, E>>()
+        })?;
+        let mut tallies = vec![vec![Tally::default(); conditions.len()]; detectors];
+        for (case, of_case) in of_cases.into_iter().enumerate() {
+            for (detector, tally) in of_case.iter().enumerate() {
+                tallies[detector][case / self.seeds as usize].add(tally);
+            }
+        }
+        Ok(tallies.into_iter().map(OwnPoints::of).collect())
+    }
+
+    /// Runs the study in parallel, and calls `done` after each case. If `stop` is set, no new case starts, and the finished cases
+    /// count. The results do not depend on the number of threads.
+    ///
+    /// # Errors
+    /// [`RocError`] for signals with different detectors, or if a run fails.
+    // Called dynamically: the detectors are compiled once, and not in every crate that runs a study.
+    pub fn run(&self, stop: &AtomicBool, done: &(dyn Fn() + Sync)) -> Result<Characteristics, RocError> {
+        let banks = self.detector_banks()?;
+        let conditions = self.conditions();
+        let per_condition: usize = banks.iter().map(|bank| bank.thresholds().len()).sum();
+        let cases = conditions.len() as u64 * self.seeds;
+        let shares: Mutex<Vec<ThreadTallies>> = Mutex::new(vec![]);
+        let locked = || shares.lock().unwrap_or_else(PoisonError::into_inner);
+        try_map(cases as usize, |case| {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(());
+            }
+            let case = case as u64;
+            let unused = locked().pop();
+            let mut share = unused.unwrap_or_default();
+            share.tallies.resize(per_condition * conditions.len(), Tally::default());
+            let condition = (case / self.seeds) as usize;
+            let (signal, noise_std_n) = conditions[condition];
+            let tallies = &mut share.tallies[condition * per_condition..][..per_condition];
+            let labels = signal.evaluate(noise_std_n, 1 + case % self.seeds, self.within_s, &mut share.evidence)?;
+            let mut rest = tallies;
+            for bank in &banks {
+                let count = bank.thresholds().len();
+                share.alarms.iter_mut().for_each(Vec::clear);
+                share.alarms.resize(count.max(share.alarms.len()), vec![]);
+                bank.evaluate(&share.evidence, labels.tick_s(), &mut |threshold, sample| {
+                    share.alarms[threshold].push(sample)
+                });
+                let (own, others) = rest.split_at_mut(count);
+                for ((tally, alarms), threshold) in own.iter_mut().zip(&share.alarms).zip(bank.thresholds()) {
+                    let missed = tally.count(alarms, &labels);
+                    let settings = bank.settings();
+                    if *threshold == settings.cusum.threshold {
+                        misses::count(tally, settings, &share.evidence, alarms, &labels, &missed);
+                    }
+                }
+                rest = others;
+            }
+            locked().push(share);
+            done();
+            Ok::<_, RocError>(())
+        })?;
+        let mut tallies = vec![Tally::default(); per_condition * conditions.len()];
+        for share in &*locked() {
+            tallies.iter_mut().zip(&share.tallies).for_each(|(all, of_share)| all.add(of_share));
+        }
+        Ok(self.characteristics(&banks, &conditions, &tallies))
+    }
+
+    /// Returns the bank of each detector, which is the same for all signals.
+    fn detector_banks(&self) -> Result<Vec<DetectorBank>, RocError> {
+        let Some((first, others)) = self.signals.split_first() else { return Ok(vec![]) };
+        for other in others {
+            if let Some((one, _)) = first.detectors.iter().zip(&other.detectors).find(|(one, other)| one != other) {
+                return Err(RocError::DifferentDetectors {
+                    first: first.name.clone(),
+                    second: other.name.clone(),
+                    detector: one.distance.kind.word(),
+                });
+            }
+        }
+        first.detectors.iter().try_for_each(DetectorSettings::validate)?;
+        Ok(first.detectors.iter().map(|settings| DetectorBank::around(*settings, self.thresholds)).collect())
+    }
+
+    fn characteristics(
+        &self,
+        banks: &[DetectorBank],
+        conditions: &[(&Signal, f64)],
+        tallies: &[Tally],
+    ) -> Characteristics {
+        let per_condition: usize = banks.iter().map(|bank| bank.thresholds().len()).sum();
+        let of_condition = |index: usize| &tallies[index * per_condition..][..per_condition];
+        let conditions: Vec<Condition> = conditions
+            .iter()
+            .enumerate()
+            .map(|(index, (signal, noise_std_n))| {
+                let InVivoLikeVariant { drop_n, fall_s, depth_m } = signal.variant;
+                Condition {
+                    signal: signal.name.clone(),
+                    noise_std_n: *noise_std_n,
+                    drop_n,
+                    sharpness_s: fall_s,
+                    depth_m,
+                    curves: curves(banks, |(threshold, point)| Point::of(threshold, &of_condition(index)[point])),
+                }
+            })
+            .collect();
+        let all = curves(banks, |(threshold, point)| {
+            let mut tally = Tally::default();
+            (0..conditions.len()).for_each(|index| tally.add(&of_condition(index)[point]));
+            Point::of(threshold, &tally)
+        });
+        Characteristics {
+            within_s: self.within_s,
+            cases_planned: conditions.len() as u64 * self.seeds,
+            cases: all.first().and_then(|curve| curve.points.first()).map_or(0, |point| point.cases),
+            all,
+            conditions,
+        }
+    }
+}
+
+/// Returns the curves, with the points that `point` gives for a threshold and its index among all thresholds.
+fn curves(banks: &[DetectorBank], point: impl Fn((f64, usize)) -> Point) -> Vec<Curve> {
+    let mut index = 0;
+    let mut next = || {
+        index += 1;
+        index - 1
+    };
+    let curve = |bank: &DetectorBank| {
+        let settings = bank.settings();
+        Curve {
+            detector: settings.distance.kind.word(),
+            is_baseline: settings.distance.kind.is_baseline(),
+            unit: settings.distance.kind.unit(),
+            own_threshold: settings.cusum.threshold,
+            drift: settings.cusum.drift,
+            points: bank.thresholds().iter().map(|&threshold| point((threshold, next()))).collect(),
+        }
+    };
+    banks.iter().map(curve).collect()
+}

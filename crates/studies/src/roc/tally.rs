@@ -1,0 +1,236 @@
+//! Comparison of alarms with labels.
+
+use std::collections::BTreeMap;
+
+use super::trials::{Fall, Trial};
+use trocar_engine::metrics::RUPTURE_WINDOW_S;
+
+/// Tolerance of a delay's limit in s, because times are sums of rounded decimals.
+const ROUNDING_S: f64 = 1e-9;
+
+/// The counts of a detector's alarms over many cases. They are integers, so the order of the cases has no effect.
+///
+/// The first alarm within [`RUPTURE_WINDOW_S`] after a label, and before the next label, matches that rupture. It is a detection if it is
+/// in time, and late otherwise. Every other alarm is false.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Number of cases.
+    pub cases: u64,
+    /// Cases in which every rupture is detected in time, without a false alarm.
+    pub clean_cases: u64,
+    /// Labelled ruptures, by their index in the case.
+    pub ruptures: Vec<u64>,
+    /// Ruptures that are detected in time, by their index in the case.
+    pub detected: Vec<u64>,
+    /// Ruptures that are detected too late.
+    pub late: u64,
+    /// False alarms.
+    pub false_alarms: u64,
+    /// Time outside the windows after labels, in which a first alarm is false, in ns; of a trial the time in contact.
+    pub quiet_ns: u64,
+    /// Number of detections by delay in ns.
+    pub delays_ns: BTreeMap<u64, u64>,
+    /// Number of missed ruptures by the word of their reason; only at the detector's own threshold.
+    pub missed: BTreeMap<String, u64>,
+}
+
+/// The labels of a case, and the maximum delay of a detection.
+#[derive(Debug, Clone)]
+pub(super) struct Labels {
+    labels: Vec<Label>,
+    tick_s: f64,
+    quiet_ns: u64,
+}
+
+/// A rupture of a case.
+#[derive(Debug, Clone, Copy)]
+struct Label {
+    /// Its time after the first sample, in s.
+    time_s: f64,
+    /// Maximum delay of a detection, in s.
+    within_s: f64,
+    /// Until when further alarms are not false, in s after it: a fall in several steps may have several alarms.
+    fall_s: f64,
+    /// Whether it counts: a rupture that noise hides is neither missed nor detected, and its alarms are not false.
+    counts: bool,
+}
+
+impl Labels {
+    /// Returns the labels of ruptures in s after the first of `samples`, ascending.
+    pub(super) fn new(ruptures_s: Vec<f64>, samples: usize, tick_s: f64, within_s: f64) -> Self {
+        let label = |time_s| Label { time_s, within_s, fall_s: 0.0, counts: true };
+        let mut labels = Self { labels: ruptures_s.into_iter().map(label).collect(), tick_s, quiet_ns: 0 };
+        let quiet = (0..samples).filter(|&sample| labels.matched(sample).is_none()).count();
+        labels.quiet_ns = (quiet as f64 * tick_s * 1e9).round() as u64;
+        labels
+    }
+
+    /// Returns the labels of a trial, whose alarms may come until `within_s`, or three samples, after the end of the fall.
+    pub(super) fn of_trial(trial: &Trial, within_s: f64) -> Self {
+        let slack_s = within_s.max(3.0 * trial.tick_s);
+        let label = |fall: &Fall| Label {
+            time_s: fall.start_s,
+            within_s: fall.duration_s + slack_s,
+            fall_s: fall.duration_s + slack_s,
+            counts: trial.is_above_noise(fall),
+        };
+        Self {
+            labels: trial.falls.iter().map(label).collect(),
+            tick_s: trial.tick_s,
+            quiet_ns: (trial.contact_s * 1e9).round() as u64,
+        }
+    }
+
+    /// Returns the time of a rupture, in s after the first sample.
+    pub(super) fn rupture_s(&self, rupture: usize) -> f64 {
+        self.labels[rupture].time_s
+    }
+
+    /// Returns the time between two samples, in s.
+    pub(super) fn tick_s(&self) -> f64 {
+        self.tick_s
+    }
+
+    /// Returns the latest rupture that an alarm at a sample can match, and its delay in s.
+    fn matched(&self, sample: usize) -> Option<(usize, f64)> {
+        let time_s = sample as f64 * self.tick_s;
+        let rupture = self.labels.partition_point(|label| label.time_s <= time_s + ROUNDING_S).checked_sub(1)?;
+        let delay_s = (time_s - self.labels[rupture].time_s).max(0.0);
+        (delay_s <= RUPTURE_WINDOW_S + ROUNDING_S).then_some((rupture, delay_s))
+    }
+}
+
+impl Tally {
+    /// Counts a case with its alarms in order of time, and returns the indices of the ruptures without an alarm.
+    pub(super) fn count(&mut self, alarms: &[usize], labels: &Labels) -> Vec<usize> {
+        let count = labels.labels.len();
+        let counting = labels.labels.iter().filter(|label| label.counts).count();
+        if self.ruptures.len() < count {
+            self.ruptures.resize(count, 0);
+            self.detected.resize(count, 0);
+        }
+        for (ruptures, label) in self.ruptures.iter_mut().zip(&labels.labels) {
+            *ruptures += u64::from(label.counts);
+        }
+        let (mut next, mut in_time, mut others) = (0, 0, 0);
+        let mut missed = vec![];
+        for &sample in alarms {
+            match labels.matched(sample) {
+                Some((rupture, delay_s)) if rupture < next && delay_s <= labels.labels[rupture].fall_s => {}
+                Some((rupture, delay_s)) if rupture >= next => {
+                    missed.extend(next..rupture);
+                    next = rupture + 1;
+                    if !labels.labels[rupture].counts {
+                        continue;
+                    }
+                    *self.delays_ns.entry((delay_s * 1e9).round() as u64).or_default() += 1;
+                    if delay_s <= labels.labels[rupture].within_s + ROUNDING_S {
+                        self.detected[rupture] += 1;
+                        in_time += 1;
+                    } else {
+                        self.late += 1;
+                        others += 1;
+                    }
+                }
+                Some(_) | None => {
+                    self.false_alarms += 1;
+                    others += 1;
+                }
+            }
+        }
+        self.cases += 1;
+        self.clean_cases += u64::from(in_time == counting && others == 0);
+        self.quiet_ns += labels.quiet_ns;
+        missed.extend(next..count);
+        missed.retain(|rupture| labels.labels[*rupture].counts);
+        missed
+    }
+
+    /// Adds another tally's counts.
+    pub fn add(&mut self, other: &Self) {
+        self.cases += other.cases;
+        self.clean_cases += other.clean_cases;
+        self.late += other.late;
+        self.false_alarms += other.false_alarms;
+        self.quiet_ns += other.quiet_ns;
+        for (mine, theirs) in [(&mut self.ruptures, &other.ruptures), (&mut self.detected, &other.detected)] {
+            mine.resize(mine.len().max(theirs.len()), 0);
+            mine.iter_mut().zip(theirs).for_each(|(mine, theirs)| *mine += theirs);
+        }
+        for (&delay, &count) in &other.delays_ns {
+            *self.delays_ns.entry(delay).or_default() += count;
+        }
+        for (reason, &count) in &other.missed {
+            *self.missed.entry(reason.clone()).or_default() += count;
+        }
+    }
+
+    /// Returns the smallest delay, in s, that at least a share of the detections do not exceed, or `None` without a detection.
+    #[must_use]
+    pub fn delay_quantile_s(&self, share: f64) -> Option<f64> {
+        let all: u64 = self.delays_ns.values().sum();
+        let needed = ((share * all as f64).ceil() as u64).max(1);
+        let mut counted = 0;
+        for (&delay, &count) in &self.delays_ns {
+            counted += count;
+            if counted >= needed {
+                return Some(delay as f64 / 1e9);
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counts alarms of one case of 10 s at 1 kHz with ruptures at 2 s and 2.3 s, in time within 10 ms.
+    fn of(alarms: &[usize]) -> Tally {
+        let mut tally = Tally::default();
+        tally.count(alarms, &Labels::new(vec![2.0, 2.3], 10_000, 1e-3, 0.010));
+        tally
+    }
+
+    #[test]
+    fn the_first_alarm_after_a_label_is_its_detection_and_the_rest_is_false() {
+        let tally = of(&[1999, 2003, 2004, 2310, 2801]);
+        assert_eq!((tally.detected.as_slice(), tally.late, tally.false_alarms), ([1, 1].as_slice(), 0, 3));
+        assert_eq!(tally.delays_ns.into_iter().collect::<Vec<_>>(), [(3_000_000, 1), (10_000_000, 1)]);
+        assert_eq!(of(&[2003, 2310]).clean_cases, 1);
+    }
+
+    #[test]
+    fn a_late_alarm_is_neither_a_detection_nor_false() {
+        let tally = of(&[2011, 2800]);
+        assert_eq!((tally.detected.as_slice(), tally.late, tally.false_alarms), ([0, 0].as_slice(), 2, 0));
+        assert_eq!(tally.clean_cases, 0);
+    }
+
+    #[test]
+    fn the_windows_after_labels_are_not_quiet_time() {
+        // From 2.0 s to 2.8 s, including both ends.
+        assert_eq!(of(&[]).quiet_ns, (10_000 - 801) * 1_000_000);
+    }
+
+    #[test]
+    fn quantiles_are_observed_delays() {
+        let mut tally = Tally::default();
+        assert_eq!(tally.delay_quantile_s(0.5), None);
+        tally.delays_ns = (1..=20).map(|ms| (ms * 1_000_000, 1)).collect();
+        assert_eq!(
+            [0.05, 0.5, 0.95, 1.0].map(|share| tally.delay_quantile_s(share)),
+            [1e-3, 0.01, 0.019, 0.02].map(Some)
+        );
+    }
+
+    #[test]
+    fn tallies_add_up_in_any_order() {
+        let (mut a, mut b) = (of(&[2003, 5000]), of(&[2011]));
+        let (first, second) = (a.clone(), b.clone());
+        a.add(&second);
+        b.add(&first);
+        assert_eq!(a, b);
+        assert_eq!((a.cases, a.false_alarms, a.late), (2, 1, 1));
+    }
+}

@@ -1,0 +1,198 @@
+//! Made recordings with known ruptures, and without any: what laboratories have, drawn from a seed.
+//!
+//! A trial is a hand or a machine that moves a needle with some compliance into layers, foam, springs, rigid stops or nothing, with
+//! a force sensor and an encoder. Rates, stiffness, noise, speeds, drops and their durations are drawn over the ranges that
+//! recordings of needle insertions and teleoperators have. The mechanics are integrated in steps of 0.1 ms and then sampled, so that
+//! a fast fall lies between two samples of a slow sensor, as it does in reality.
+
+mod hand;
+mod matter;
+mod noise;
+
+pub use hand::Hand;
+pub use matter::{Fall, Matter};
+pub use noise::Noise;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use self::matter::Contact;
+use super::samples::Samples;
+use trocar_core::error::InvalidValue;
+use trocar_core::estimation::VelocityFilter;
+
+/// Step of the mechanics, in s.
+const STEP_S: f64 = 1e-4;
+
+/// Sampling rates, in Hz.
+const RATES_HZ: [f64; 8] = [100.0, 200.0, 333.0, 500.0, 1000.0, 2000.0, 5000.0, 10_000.0];
+
+/// Share of the trials without a rupture.
+const WITHOUT_RUPTURE: f64 = 0.4;
+
+/// What an analyst knows of the contact position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactKnowledge {
+    /// The position of the surface.
+    Known,
+    /// A position some millimetres beside it.
+    Wrong,
+    /// Nothing: every sample counts as in contact.
+    FromFirstSample,
+}
+
+/// A made recording.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// Its seed.
+    pub seed: u64,
+    /// Time between two samples, in s.
+    pub tick_s: f64,
+    /// Positions in m, growing into the tissue.
+    pub position_m: Vec<f64>,
+    /// Forces in N, positive when they resist insertion.
+    pub force_n: Vec<f64>,
+    /// Contact position for the estimator, in m.
+    pub contact_m: f64,
+    /// What is known of the contact.
+    pub knowledge: ContactKnowledge,
+    /// The falls of the force by ruptures, ascending.
+    pub falls: Vec<Fall>,
+    /// Standard deviation of the noise, in N.
+    pub noise_std_n: f64,
+    /// The noise.
+    pub noise: Noise,
+    /// The motion.
+    pub hand: Hand,
+    /// What the needle touches.
+    pub matter: Matter,
+    /// Time in contact, in s.
+    pub contact_s: f64,
+}
+
+/// Draws a number whose logarithm is uniform.
+fn log_uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+    low * libm::pow(high / low, uniform(random, 0.0, 1.0))
+}
+
+fn uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+    use rand::RngExt;
+    low + (high - low) * random.random::<f64>()
+}
+
+fn one_of<T: Copy>(random: &mut ChaCha8Rng, all: &[T]) -> T {
+    use rand::RngExt;
+    all[random.random_range(0..all.len())]
+}
+
+impl Trial {
+    /// The number before the first seed of a study.
+    pub const BEFORE_FIRST: u64 = 2_000_000;
+
+    /// The trial of a seed. [`Signal::trials`](super::Signal::trials) has those above [`Trial::BEFORE_FIRST`]; the settings of the
+    /// detectors were chosen on seeds below it.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        let random = &mut ChaCha8Rng::seed_from_u64(seed);
+        let rate_hz = one_of(random, &RATES_HZ);
+        let matter = if uniform(random, 0.0, 1.0) < WITHOUT_RUPTURE {
+            one_of(random, &[Matter::Foam, Matter::Spring, Matter::RigidStop, Matter::Nothing])
+        } else {
+            Matter::Membranes
+        };
+        let hand = Hand::drawn(random, matter);
+        let mut contact = Contact::drawn(random, matter);
+        let path = hand.path(random, &contact);
+        let compliance = contact.hand_compliance_m_per_n(random);
+        let lag_s = uniform(random, 2e-3, 15e-3);
+        let steps = (path.duration_s / STEP_S) as usize;
+        let stride = ((1.0 / (rate_hz * STEP_S)).round() as usize).max(1);
+        let mut position_m = path.at(0.0);
+        let (mut positions, mut forces) = (vec![], vec![]);
+        let mut contact_steps = 0_u64;
+        for step in 0..steps {
+            let time_s = step as f64 * STEP_S;
+            // The hand is a spring with a lag: it advances when the force falls.
+            let (velocity_m_per_s, force_n) = contact.step(time_s, position_m, path.at(time_s), (compliance, lag_s));
+            contact_steps += u64::from(position_m > contact.surface_m);
+            if step % stride == 0 {
+                positions.push(position_m);
+                forces.push(force_n);
+            }
+            position_m += velocity_m_per_s * STEP_S;
+        }
+        let tick_s = stride as f64 * STEP_S;
+        let falls = Fall::merged(contact.falls, &forces, tick_s);
+        let noise_std_n = log_uniform(random, 0.002, 0.2);
+        let noise = Noise::drawn(random);
+        noise.add(random, noise_std_n, tick_s, &mut forces);
+        encode(random, &mut positions);
+        let knowledge =
+            one_of(random, &[ContactKnowledge::Known, ContactKnowledge::Wrong, ContactKnowledge::FromFirstSample]);
+        let contact_m = match knowledge {
+            ContactKnowledge::Known => contact.surface_m,
+            ContactKnowledge::Wrong => contact.surface_m + uniform(random, -5e-3, 5e-3),
+            ContactKnowledge::FromFirstSample => positions.iter().copied().fold(f64::MAX, f64::min) - 1e-3,
+        };
+        Self {
+            seed,
+            tick_s,
+            position_m: positions,
+            force_n: forces,
+            contact_m,
+            knowledge,
+            falls,
+            noise_std_n,
+            noise,
+            hand,
+            matter,
+            contact_s: contact_steps as f64 * STEP_S,
+        }
+    }
+}
+
+/// Falls of less than this many standard deviations of the noise are not asked of a detector.
+const MIN_NOISE_STDS: f64 = 6.0;
+
+/// Smaller falls are not asked of a detector, in N.
+const MIN_DROP_N: f64 = 0.2;
+
+/// Acceleration for the velocity filter, in m/s².
+const ACCELERATION_M_PER_S2: f64 = 10.0;
+
+impl Trial {
+    /// Whether a fall is above the noise: more than six standard deviations of it, and more than 0.2 N.
+    #[must_use]
+    pub fn is_above_noise(&self, fall: &Fall) -> bool {
+        fall.drop_n > MIN_NOISE_STDS * self.noise_std_n && fall.drop_n > MIN_DROP_N
+    }
+
+    /// The samples, with velocities that are filtered from the positions.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] of the velocity filter.
+    pub(super) fn samples(self) -> Result<Samples, InvalidValue> {
+        let steps = self.position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let step_m = steps.filter(|step_m| *step_m > ROUNDING_M).fold(MAX_STEP_M, f64::min);
+        let mut filter = VelocityFilter::<f64>::new(self.tick_s, step_m, ACCELERATION_M_PER_S2)?;
+        Ok(Samples {
+            tick_s: self.tick_s,
+            velocity_m_per_s: self.position_m.iter().map(|position_m| filter.update(*position_m)).collect(),
+            force_n: self.force_n,
+            position_m: self.position_m,
+            ruptures_s: self.falls.iter().map(|fall| fall.start_s).collect(),
+        })
+    }
+}
+
+/// Changes of the position below this are rounding, and steps of the encoder are at most so long, in m.
+const ROUNDING_M: f64 = 1e-9;
+const MAX_STEP_M: f64 = 1e-3;
+
+/// Rounds positions to the steps of an encoder, or to none.
+fn encode(random: &mut ChaCha8Rng, positions: &mut [f64]) {
+    let step_m = one_of(random, &[0.0, 1e-6, 5e-6, 2e-5, 5e-5]);
+    if step_m > 0.0 {
+        positions.iter_mut().for_each(|position_m| *position_m = (*position_m / step_m).round() * step_m);
+    }
+}

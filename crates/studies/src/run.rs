@@ -1,0 +1,201 @@
+//! Running a scenario for its metrics, and optionally its trace.
+
+mod at_rest;
+mod misses;
+mod oscillation;
+mod own;
+mod pack;
+mod promise;
+mod stepped;
+mod swings;
+mod warnings;
+
+pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
+pub(crate) use pack::{RunObserver, run_pack_observed};
+pub use promise::{force_bound_gap, promise_gaps};
+pub use stepped::SteppedRun;
+pub use trocar_scenario::{empty_trace, empty_trace_with};
+pub use warnings::{outside_measured, seeds_without_effect};
+
+use thiserror::Error;
+
+use own::CheckedParts;
+
+use trocar_engine::engine::{EngineError, Observer, OwnParts, Trace, Wiring};
+use trocar_engine::metrics::{LinkMetrics, Metrics, MetricsObserver, PortColumns, PortMetrics};
+use trocar_engine::teleoperation::LinkReport;
+use trocar_scenario::{Scenario, ScenarioError};
+
+/// A scenario with its results.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// The scenario.
+    pub scenario: Scenario,
+    /// Its metrics.
+    pub metrics: Metrics,
+    /// Its trace, with every tick.
+    pub trace: Trace,
+    /// The roles with a part of the user's own; none for a scenario's run.
+    pub own_parts: Vec<&'static str>,
+}
+
+/// Why a scenario could not be run to a result.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// The scenario cannot be run as written.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// The numerical integration, the tissue or a part of the user's own failed.
+    #[error("{name}: {source}")]
+    Engine {
+        /// The scenario's name.
+        name: String,
+        /// The engine's error.
+        source: EngineError,
+    },
+}
+
+/// Runs a scenario and records its trace. Results are reproducible bit for bit.
+///
+/// A missed rupture has its reason, and a lasting swing is an outcome of its own; both need the trace, and a second run
+/// where they occur.
+///
+/// # Errors
+/// [`RunError`]; a run that diverges is a result, not an error.
+pub fn run(scenario: Scenario) -> Result<Run, RunError> {
+    let mut trace = empty_trace(&scenario);
+    let metrics = observe(&scenario, &mut trace.recorder())?;
+    Run::concluded(scenario, metrics, trace)
+}
+
+impl Run {
+    /// A scenario with the metrics and the trace of its run, completed by the names of the layers that ruptured, and by
+    /// what needs further runs: whether a swing lasts, and why ruptures were missed.
+    ///
+    /// # Errors
+    /// As [`run`].
+    pub fn concluded(scenario: Scenario, mut metrics: Metrics, trace: Trace) -> Result<Self, RunError> {
+        metrics.outcome = oscillation::outcome(&scenario, &trace, metrics.outcome)?;
+        misses::explain_misses(&scenario, &mut metrics)?;
+        for (rupture, layer) in metrics.ruptures.iter_mut().zip(scenario.rupturing_layers()) {
+            rupture.layer = Some(layer);
+        }
+        metrics.ports = port_metrics(&scenario, &trace);
+        Ok(Self { scenario, metrics, trace, own_parts: vec![] })
+    }
+
+    /// A scenario with the metrics and the trace of a run with own parts in some roles ([`OwnParts::roles`]).
+    ///
+    /// Such a run cannot be repeated: it tells neither the layer of a rupture, nor why it was missed, nor whether the hand
+    /// forces a swing. [`Run::warnings`] says so where it matters.
+    #[must_use]
+    pub fn of_own_parts(scenario: Scenario, own_parts: Vec<&'static str>, mut metrics: Metrics, trace: Trace) -> Self {
+        metrics.ports = port_metrics(&scenario, &trace);
+        Self { scenario, metrics, trace, own_parts }
+    }
+}
+
+/// [`run`] with some of the user's own parts in place of the scenario's.
+///
+/// # Errors
+/// As [`run`]; [`EngineError::Part`] for an own part that returns a number that is not finite.
+pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
+    let roles = own.roles();
+    if roles.is_empty() {
+        return run(scenario);
+    }
+    let mut trace = empty_trace_with(&scenario, &own);
+    let metrics = observe_with(&scenario, own, &mut trace.recorder())?;
+    Ok(Run::of_own_parts(scenario, roles, metrics, trace))
+}
+
+/// Runs a scenario for its metrics.
+///
+/// # Errors
+/// As [`run`].
+pub fn measure(scenario: &Scenario) -> Result<Metrics, RunError> {
+    let mut engine = scenario.build()?;
+    let metrics = with_metrics(scenario, (), |observers| engine.run_compiled(observers))?;
+    Ok(with_link(scenario, metrics, engine.link_report()))
+}
+
+/// Runs a scenario for its metrics with one more observer, which is not called for a diverged tick.
+///
+/// # Errors
+/// As [`run`].
+pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
+    let mut engine = scenario.build()?;
+    let metrics = with_metrics(scenario, observer, |observers| engine.run(observers))?;
+    Ok(with_link(scenario, metrics, engine.link_report()))
+}
+
+/// [`observe`] with some of the user's own parts in place of the scenario's.
+///
+/// # Errors
+/// As [`run_with`].
+pub fn observe_with(scenario: &Scenario, own: OwnParts, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
+    let checked = CheckedParts::new(own.roles(), scenario.grid);
+    let mut engine = scenario.build_with(own)?;
+    let mut observers = (checked, (metrics_observer(scenario), observer));
+    let outcome = engine.run_compiled(&mut observers);
+    let (checked, (metrics, _)) = observers;
+    checked_outcome(scenario, &checked, outcome)?;
+    Ok(with_link(scenario, metrics.metrics(0), engine.parts.link_report(0)))
+}
+
+/// The outcome of a run with own parts. A tissue that says why it failed is told before the number that it returned.
+fn checked_outcome(
+    scenario: &Scenario,
+    checked: &CheckedParts,
+    outcome: Result<(), EngineError>,
+) -> Result<(), RunError> {
+    let failed = match outcome {
+        Err(failed @ EngineError::Tissue(_)) => Err(failed),
+        outcome => checked.outcome().map_err(EngineError::from).and(outcome),
+    };
+    failed.map_err(|source| RunError::Engine { name: scenario.name.clone(), source })
+}
+
+/// Runs a scenario's engine with the metrics observer and one more.
+fn with_metrics<O: Observer<f64>>(
+    scenario: &Scenario,
+    observer: O,
+    run: impl FnOnce(&mut (MetricsObserver<f64>, O)) -> Result<(), EngineError>,
+) -> Result<Metrics, RunError> {
+    let mut observers = (metrics_observer(scenario), observer);
+    run(&mut observers).map_err(|source| RunError::Engine { name: scenario.name.clone(), source })?;
+    Ok(observers.0.metrics(0))
+}
+
+/// The metrics of a scenario's run before its first tick.
+fn metrics_observer(scenario: &Scenario) -> MetricsObserver<f64> {
+    let metrics = MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len());
+    metrics.of_operators(|_| scenario.operator_traits())
+}
+
+fn with_link(scenario: &Scenario, metrics: Metrics, report: Option<LinkReport>) -> Metrics {
+    Metrics { link: report.map(|report| LinkMetrics::new(&report, &scenario.grid)), ..metrics }
+}
+
+/// The energies at the ports of a scenario's run, which is run for them; `None` as for [`PortMetrics::of`].
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn ports(scenario: &Scenario) -> Result<Option<PortMetrics>, RunError> {
+    let mut trace = empty_trace(scenario);
+    observe(scenario, &mut trace.recorder())?;
+    Ok(port_metrics(scenario, &trace))
+}
+
+/// The energies at the ports of a trace.
+fn port_metrics(scenario: &Scenario, trace: &Trace) -> Option<PortMetrics> {
+    let columns = PortColumns {
+        time_s: &trace.time_s,
+        needle_m: &trace.slave_position_m,
+        hand_j: &trace.hand_energy_j,
+        master_j: &trace.master_energy_j,
+        reference_j: &trace.reference_energy_j,
+        needle_j: &trace.needle_energy_j,
+    };
+    PortMetrics::of(&columns, scenario.link.machines.energy_scale())
+}

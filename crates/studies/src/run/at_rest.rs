@@ -1,0 +1,101 @@
+//! A run that goes on with nothing that forces it.
+
+use std::ops::ControlFlow;
+
+use super::RunError;
+use trocar_base::interrupt;
+use trocar_engine::engine::{BuiltInOr, Observer, OwnEngine, OwnParts, Signals, Trace, Wiring};
+use trocar_engine::metrics::DIVERGED_M;
+use trocar_scenario::{OperatorSpec, Scenario};
+
+/// A run that is repeated up to a tick and goes on from there while the hand rests at its last desired position, the organs at
+/// theirs, and the force sensor has no noise. A force that is replayed over time stays at its last value after the end of the run.
+///
+/// What remains is the loop: machines, tissue, link with its losses, augmentation, reflexes of the arm.
+pub(super) struct AtRest {
+    engine: OwnEngine,
+    tick: u64,
+    desired_m: f64,
+    /// The positions of slave and master from the rest on, in m.
+    pub(super) positions_m: [Vec<f64>; 2],
+    /// True if the run has diverged or could not go on.
+    pub(super) has_ended: bool,
+}
+
+/// Records the positions of slave and master.
+struct Positions<'a>(&'a mut [Vec<f64>; 2]);
+
+impl Observer<f64> for Positions<'_> {
+    fn observe(&mut self, signals: &Signals<f64>) {
+        let Self([slave, master]) = self;
+        slave.push(signals.slave_position_m);
+        master.push(signals.master_position_m);
+    }
+
+    fn is_done(&self) -> bool {
+        // A comparison with NaN is false.
+        !self.0.iter().all(|all| all.last().is_none_or(|position_m| position_m.abs() <= DIVERGED_M))
+    }
+}
+
+impl AtRest {
+    /// Repeats the run of `trace` up to tick `rest`; delays that were logged repeat those from tick `repeat` on, for `ticks` ticks.
+    ///
+    /// # Errors
+    /// [`RunError::Scenario`] if the parts cannot be built.
+    pub(super) fn new(
+        scenario: &Scenario,
+        trace: &Trace,
+        rest: u64,
+        repeat: u64,
+        ticks: u64,
+    ) -> Result<Self, RunError> {
+        let mut scenario = scenario.clone();
+        if matches!(scenario.operator, OperatorSpec::Hand(_)) {
+            // The motion of a live hand is known from the trace alone.
+            scenario.operator = OperatorSpec::Recording(trace.desired_position_m.as_slice().into());
+        }
+        let end = scenario.grid.ticks();
+        for schedule in [&mut scenario.forward_schedule, &mut scenario.backward_schedule] {
+            *schedule = schedule.repeating(repeat, end, rest + ticks);
+        }
+        let mut engine = scenario.build_with(OwnParts::default())?;
+        let desired_m = engine.parts.begin();
+        let positions_m = [vec![], vec![]];
+        let mut run = Self { engine, tick: 0, desired_m, positions_m, has_ended: false };
+        run.advance_to(rest, &mut ());
+        run.rest();
+        Ok(run)
+    }
+
+    /// Takes away what forces the run.
+    fn rest(&mut self) {
+        let parts = &mut self.engine.parts;
+        if let BuiltInOr::BuiltIn(operator) = &mut parts.operator {
+            operator.rest(self.tick);
+        }
+        if let BuiltInOr::BuiltIn(tissue) = &mut parts.tissue {
+            tissue.stop_organs();
+        }
+        parts.sensor.silence();
+    }
+
+    /// Runs until so many ticks after the rest.
+    pub(super) fn extend_to(&mut self, ticks: u64) {
+        let end = self.tick + ticks.saturating_sub(self.positions_m[0].len() as u64);
+        let mut positions_m = std::mem::take(&mut self.positions_m);
+        self.advance_to(end, &mut Positions(&mut positions_m));
+        self.positions_m = positions_m;
+    }
+
+    fn advance_to(&mut self, end: u64, observer: &mut impl Observer<f64>) {
+        while self.tick < end && !self.has_ended {
+            interrupt::check_at(self.tick);
+            match self.engine.parts.tick(self.tick, self.desired_m, &mut self.engine.plants, observer) {
+                ControlFlow::Continue(next_m) => (self.desired_m, self.tick) = (next_m, self.tick + 1),
+                // The run itself has completed: what fails after its end is no error of it.
+                ControlFlow::Break(_) => self.has_ended = true,
+            }
+        }
+    }
+}

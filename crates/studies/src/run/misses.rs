@@ -1,0 +1,182 @@
+//! The reasons of missed ruptures: the run once more, with an observed detector.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::{RunError, observe};
+use trocar_core::detection::{CusumDetector, Decision, Detector, Evidence};
+use trocar_core::time::nearest_ticks;
+use trocar_engine::engine::{Observer, OwnParts, Signals};
+use trocar_engine::metrics::{
+    DetectorSample, Metrics, Miss, MissReason, MissRule, RUPTURE_WINDOW_S, RuptureMetrics, SupervisorHistory,
+};
+use trocar_scenario::Scenario;
+
+/// Maximum number of reasons of a missed rupture.
+const MAX_REASONS: usize = 8;
+
+/// The samples of the windows of some ruptures, with their ticks.
+type Windows = Vec<(u64, DetectorSample)>;
+
+/// The scenario's detector, which records its state in the windows of some ruptures.
+struct ObservedDetector {
+    detector: CusumDetector<f64>,
+    tick: u64,
+    /// First and last tick of each window, in order.
+    windows: Vec<(u64, u64)>,
+    samples: Arc<Mutex<Windows>>,
+}
+
+impl Detector<f64> for ObservedDetector {
+    fn update(&mut self, evidence: &Evidence<f64>) -> Decision<f64> {
+        let (decision, sample) = DetectorSample::update(&mut self.detector, evidence);
+        let tick = self.tick;
+        self.tick += 1;
+        if self.windows.iter().any(|(first, last)| (*first..=*last).contains(&tick)) {
+            self.samples.lock().unwrap_or_else(PoisonError::into_inner).push((tick, sample));
+        }
+        decision
+    }
+}
+
+/// The history of the supervisor up to the end of the window of a rupture: what comes later does not tell why it was missed.
+struct UntilWindow {
+    supervisor: SupervisorHistory,
+    /// Ruptures to come, up to the one that is examined.
+    to_come: usize,
+    window_ticks: u64,
+    last_tick: u64,
+    is_done: bool,
+}
+
+impl UntilWindow {
+    /// Up to a tick.
+    fn of_tick(last_tick: u64) -> Self {
+        Self { supervisor: SupervisorHistory::default(), to_come: 0, window_ticks: 0, last_tick, is_done: false }
+    }
+
+    /// Up to the end of the window of the rupture `index` (from 0).
+    fn of_rupture(index: usize, window_ticks: u64) -> Self {
+        Self { to_come: index + 1, window_ticks, ..Self::of_tick(u64::MAX) }
+    }
+}
+
+impl Observer<f64> for UntilWindow {
+    fn observe(&mut self, s: &Signals<f64>) {
+        self.supervisor.push(s.tick, s.mode, s.alarm, s.alarm_taken);
+        if s.ruptured && self.to_come > 0 {
+            self.to_come -= 1;
+            if self.to_come == 0 {
+                self.last_tick = s.tick + self.window_ticks;
+            }
+        }
+        // A tick after the window shows that the run covers it.
+        self.is_done = s.tick > self.last_tick;
+    }
+
+    fn is_done(&self) -> bool {
+        self.is_done
+    }
+}
+
+/// Adds to each missed rupture of a run why it was missed.
+///
+/// # Errors
+/// As [`run`](super::run()).
+pub(super) fn explain_misses(scenario: &Scenario, metrics: &mut Metrics) -> Result<(), RunError> {
+    if metrics.missed_ruptures == 0 {
+        return Ok(());
+    }
+    let observed = observed(scenario, metrics)?;
+    for (index, (rupture, miss)) in metrics.ruptures.iter_mut().zip(observed).enumerate() {
+        rupture.miss = miss.map(|miss| confirmed(scenario, index, miss)).transpose()?;
+    }
+    Ok(())
+}
+
+/// What is observed of each missed rupture of a scenario's run. A run repeats bit for bit, so another one has the same
+/// ruptures and alarms.
+fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>, RunError> {
+    let tick_s = scenario.grid.tick_s();
+    let rule = MissRule {
+        tick_s,
+        start_s: 0.0,
+        window_s: RUPTURE_WINDOW_S,
+        detector: &scenario.detector,
+        refractory_s: scenario.augmentation.automaton.refractory_s,
+    };
+    let window = |rupture: &RuptureMetrics| {
+        let tick = nearest_ticks(rupture.time_s, tick_s);
+        (tick, tick + rule.window_ticks())
+    };
+    let is_missed =
+        |rupture: &&RuptureMetrics| rupture.detection_delay_s.is_none() && window(rupture).1 < metrics.ticks;
+    let samples = Arc::new(Mutex::new(vec![]));
+    let detector = ObservedDetector {
+        detector: CusumDetector::new(&scenario.detector, tick_s),
+        tick: 0,
+        windows: metrics.ruptures.iter().filter(is_missed).map(window).collect(),
+        samples: Arc::clone(&samples),
+    };
+    let mut observer = UntilWindow::of_tick(detector.windows.iter().map(|(_, last)| *last).max().unwrap_or(0));
+    let integration = |source| RunError::Engine { name: scenario.name.clone(), source };
+    scenario.build_with(OwnParts::default().detector(detector))?.run_wide(&mut observer).map_err(integration)?;
+    let samples = std::mem::take(&mut *samples.lock().unwrap_or_else(PoisonError::into_inner));
+    let explain = |rupture: &RuptureMetrics| {
+        let (first, last) = Some(rupture).filter(is_missed).map(window)?;
+        let begin = samples.partition_point(|(at, _)| *at < first);
+        let end = samples.partition_point(|(at, _)| *at <= last);
+        rule.explain(first, &samples[begin..end], &observer.supervisor)
+    };
+    Ok(metrics.ruptures.iter().map(explain).collect())
+}
+
+/// The reasons whose removal raises an alarm for the rupture `index` (from 0), as few as are found.
+///
+/// A reason can hide another: a detector without settling time, for instance, may be armed and yet stay below the
+/// threshold. So each observed reason is removed alone, then all of them, then what is observed after that.
+fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, RunError> {
+    let without = |scenario: &Scenario, reasons: &[MissReason]| {
+        let mut other = scenario.clone();
+        for reason in reasons {
+            reason.remove(&mut other.contact_m, &mut other.detector, &mut other.augmentation);
+        }
+        other
+    };
+    for reason in first.reasons() {
+        if still_missed(&without(scenario, &[*reason]), index)?.is_none() {
+            return Ok(Miss { reason: *reason, also: vec![] });
+        }
+    }
+    let mut reasons: Vec<MissReason> = vec![];
+    let mut next = first.clone();
+    while reasons.len() < MAX_REASONS {
+        reasons.extend(next.reasons());
+        let other = without(scenario, &reasons);
+        let Some(metrics) = still_missed(&other, index)? else {
+            return Ok(Miss { reason: reasons[0], also: reasons[1..].to_vec() });
+        };
+        match observed(&other, &metrics)?.into_iter().nth(index).flatten() {
+            Some(more) => next = more,
+            None => break,
+        }
+    }
+    let reasons: Vec<MissReason> = first.reasons().copied().chain([MissReason::EarlierEvent]).collect();
+    Ok(match still_missed(&without(scenario, &reasons), index)? {
+        None => Miss { reason: reasons[0], also: reasons[1..].to_vec() },
+        Some(_) => first,
+    })
+}
+
+/// The metrics of a run, up to the end of the window of a rupture, in which the detector raises no alarm in it; `None` if it raises
+/// one, accepted or not.
+fn still_missed(scenario: &Scenario, index: usize) -> Result<Option<Metrics>, RunError> {
+    let tick_s = scenario.grid.tick_s();
+    let window_ticks = nearest_ticks(RUPTURE_WINDOW_S, tick_s);
+    let mut observer = UntilWindow::of_rupture(index, window_ticks);
+    let metrics = observe(scenario, &mut observer)?;
+    let has_alarm = metrics.ruptures.get(index).is_some_and(|rupture| {
+        let first = nearest_ticks(rupture.time_s, tick_s);
+        observer.supervisor.has_alarm(first..=first + window_ticks)
+    });
+    Ok((!has_alarm).then_some(metrics))
+}

@@ -1,0 +1,70 @@
+//! What the user's own parts return: a number that is not finite ends the run.
+
+use trocar_core::time::TickGrid;
+use trocar_engine::engine::{InvalidPart, Observer, Signals};
+
+/// Looks for the first signal that is not finite, and ends the run if it is that of a user's own part.
+#[derive(Debug, Clone)]
+pub(super) struct CheckedParts {
+    own: Vec<&'static str>,
+    grid: TickGrid,
+    /// Whether there is anything left to look for.
+    looks: bool,
+    found: Option<InvalidPart>,
+}
+
+impl CheckedParts {
+    pub(super) fn new(own: Vec<&'static str>, grid: TickGrid) -> Self {
+        Self { looks: !own.is_empty(), own, grid, found: None }
+    }
+
+    /// # Errors
+    /// [`InvalidPart`].
+    pub(super) fn outcome(&self) -> Result<(), InvalidPart> {
+        self.found.clone().map_or(Ok(()), Err)
+    }
+
+    pub(super) fn own(&self) -> &[&'static str] {
+        &self.own
+    }
+
+    #[cold]
+    fn conclude(&mut self, tick: u64, roles: &[&'static str]) {
+        self.looks = false;
+        let own: Vec<&str> = roles.iter().copied().filter(|role| self.own.contains(role)).collect();
+        // What a built-in part makes of large numbers is a run that diverges.
+        if !own.is_empty() {
+            self.found = Some(InvalidPart { roles: own.join(" or "), tick, time_s: self.grid.time_s(tick) });
+        }
+    }
+}
+
+/// The signals in the order in which a tick computes them, each with the roles that can be its cause.
+fn first_invalid(s: &Signals<f64>) -> Option<&'static [&'static str]> {
+    let signals: [(&'static [&'static str], [f64; 3]); 6] = [
+        (&["operator"], [s.desired_position_m, s.intended_position_m, 0.0]),
+        (&["tissue"], [s.tissue_force_n, 0.0, 0.0]),
+        (&["estimator"], [s.stiffness_n_per_m, s.damping_n_s_per_m, s.residual_n]),
+        (&["detector", "distance"], [s.distance, s.decision, 0.0]),
+        (&["force law", "architecture", "scheme"], [s.commanded_force_n, s.feedback_force_n, 0.0]),
+        (&["motion law", "architecture", "scheme"], [s.slave_reference_m, 0.0, 0.0]),
+    ];
+    let is_invalid = |values: &[f64; 3]| !values.iter().all(|value| value.is_finite());
+    signals.into_iter().find(|(_, values)| is_invalid(values)).map(|(roles, _)| roles)
+}
+
+impl Observer<f64> for CheckedParts {
+    #[inline(always)]
+    fn observe(&mut self, signals: &Signals<f64>) {
+        if self.looks
+            && let Some(roles) = first_invalid(signals)
+        {
+            self.conclude(signals.tick, roles);
+        }
+    }
+
+    #[inline(always)]
+    fn is_done(&self) -> bool {
+        self.found.is_some()
+    }
+}

@@ -1,0 +1,221 @@
+//! Running several scenarios in lanes.
+
+use std::ops::Range;
+
+use super::{RunError, measure, observe};
+use trocar_core::lane::{LANES, Lane, of_each};
+use trocar_engine::engine::{
+    Additional, EventObserver, ExactPlants, GatheredPlants, Happening, InSet, InstructionSet, Wide, Wired,
+};
+#[cfg(target_arch = "x86_64")]
+use trocar_engine::engine::{Avx2, Avx512};
+use trocar_engine::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
+use trocar_engine::sensor::NoiseBank;
+use trocar_scenario::{Scenario, ScenarioEngine};
+
+/// Maximum number of scenarios that run side by side; more make more packs.
+pub const PACK: usize = LANES;
+
+/// Minimum number of scenarios for which eight lanes are faster than separate runs.
+const MIN_SCENARIOS: usize = 3;
+
+/// Runs scenarios for their metrics, in order, up to [`PACK`] side by side. The results are identical, bit for bit, to
+/// separate runs.
+///
+/// Scenarios run side by side if they differ in numbers only: scales, gains, tissue, machines, thresholds, seeds.
+/// Scenarios that differ in structure (kinds of tissue and controller, ticks, delays, sensors with and without noise)
+/// run one after the other. A scenario that cannot be run gives an error at its index and does not affect the others.
+pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
+    run_pack_in(InstructionSet::widest(), scenarios)
+}
+
+/// [`run_pack`] in a given instruction set, or one after the other if the machine does not have it.
+pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
+    metrics_of(run_pack_observed(set, &mut NoiseBank::new(0), scenarios, &()))
+}
+
+/// [`run_pack`] with noise shared between runs of the same seed: identical results, faster.
+pub fn run_pack_sharing(bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
+    metrics_of(run_pack_observed(InstructionSet::widest(), bank, scenarios, &()))
+}
+
+fn metrics_of(runs: Vec<Result<(Metrics, ()), RunError>>) -> Vec<Result<Metrics, RunError>> {
+    runs.into_iter().map(|run| run.map(|(metrics, ())| metrics)).collect()
+}
+
+/// An additional observer of the runs of a pack: one for all lanes of an engine.
+pub(crate) trait RunObserver {
+    /// The observer over lanes.
+    type OverLanes<L: Lane>: EventObserver<L>;
+    /// Its result for one run.
+    type Finding;
+    /// Whether there is anything to observe.
+    const OBSERVES: bool = true;
+
+    /// An observer of the scenarios at these indices of the list, the first in lane 0. Unused lanes repeat the last
+    /// scenario.
+    fn over_lanes<L: Lane>(&self, places: Range<usize>) -> Self::OverLanes<L>;
+
+    /// The result of lane `lane`.
+    fn finding<L: Lane>(observer: &Self::OverLanes<L>, lane: usize) -> Self::Finding;
+
+    /// A separate run of the scenario at index `place` of the list.
+    ///
+    /// # Errors
+    /// As [`measure`].
+    fn run_alone(&self, scenario: &Scenario, place: usize) -> Result<(Metrics, Self::Finding), RunError> {
+        let mut over_one = self.over_lanes::<f64>(place..place + 1);
+        let metrics = observe(scenario, &mut Additional(Some(&mut over_one)))?;
+        Ok((metrics, Self::finding(&over_one, 0)))
+    }
+}
+
+/// No additional observer.
+impl RunObserver for () {
+    type OverLanes<L: Lane> = ();
+    type Finding = ();
+    const OBSERVES: bool = false;
+
+    fn over_lanes<L: Lane>(&self, _places: Range<usize>) {}
+
+    fn finding<L: Lane>(_observer: &(), _lane: usize) {}
+
+    fn run_alone(&self, scenario: &Scenario, _place: usize) -> Result<(Metrics, ()), RunError> {
+        Ok((measure(scenario)?, ()))
+    }
+}
+
+/// A run's metrics, and its observer's result.
+type ObservedRun<R> = Result<(Metrics, <R as RunObserver>::Finding), RunError>;
+
+/// [`run_pack_in`] with noise shared between runs of the same seed and with an additional observer.
+pub(crate) fn run_pack_observed<R: RunObserver>(
+    set: InstructionSet,
+    bank: &mut NoiseBank,
+    scenarios: &[Scenario],
+    observer: &R,
+) -> Vec<ObservedRun<R>> {
+    let set = if set.is_available() { set } else { InstructionSet::Baseline };
+    let packs = scenarios.chunks(PACK).enumerate();
+    packs.flat_map(|(k, pack)| run_eight(set, bank, pack, (k * PACK, observer))).collect()
+}
+
+/// Whether scenarios, at most [`PACK`], can run side by side on this machine.
+#[must_use]
+pub fn can_share(scenarios: &[Scenario]) -> bool {
+    scenarios.len() <= PACK && Engines::of(scenarios).is_some_and(|engines| engines.can_share())
+}
+
+/// Runs up to eight scenarios, the first at index `first` of the observer's list.
+fn run_eight<R: RunObserver>(
+    set: InstructionSet,
+    bank: &mut NoiseBank,
+    scenarios: &[Scenario],
+    (first, observer): (usize, &R),
+) -> Vec<ObservedRun<R>> {
+    let alone = |k: usize| observer.run_alone(&scenarios[k], first + k);
+    let is_worthwhile = scenarios.len() >= MIN_SCENARIOS && set != InstructionSet::Baseline;
+    let engines = if is_worthwhile { Engines::of(scenarios) } else { None };
+    let together = engines.and_then(|mut engines| {
+        engines.share_noise(bank);
+        engines.run(set, scenarios, (first, observer))
+    });
+    match together {
+        Some(runs) => {
+            // A link continues to count after its lane has diverged, unlike in a separate run.
+            let ends_early = |metrics: &Metrics| metrics.link.is_some() && metrics.outcome != Outcome::Completed;
+            let each = runs.into_iter().enumerate();
+            each.map(|(k, run)| if ends_early(&run.0) { alone(k) } else { Ok(run) }).collect()
+        }
+        None => (0..scenarios.len()).map(alone).collect(),
+    }
+}
+
+/// The engines of scenarios, all of one kind.
+struct Engines(Vec<ScenarioEngine>);
+
+impl Engines {
+    /// `None` without scenarios, or if one cannot be built: its separate run reports the error.
+    fn of(scenarios: &[Scenario]) -> Option<Self> {
+        let engines: Result<Vec<_>, _> = scenarios.iter().map(Scenario::build).collect();
+        engines.ok().filter(|engines| !engines.is_empty()).map(Self)
+    }
+
+    fn share_noise(&mut self, bank: &mut NoiseBank) {
+        for engine in &mut self.0 {
+            if let ScenarioEngine::Exact(engine) = engine {
+                engine.share_noise(bank);
+            }
+        }
+    }
+
+    /// Unused lanes repeat the last scenario.
+    fn lanes(&self) -> [&ScenarioEngine; LANES] {
+        std::array::from_fn(|lane| &self.0[lane.min(self.0.len() - 1)])
+    }
+
+    fn can_share(&self) -> bool {
+        let Some(engines) = self.exact() else { return false };
+        match InstructionSet::widest() {
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx512 => {
+                Wired::gather::<Avx512, GatheredPlants<Avx512>>(engines, GatheredPlants::gather).is_some()
+            }
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx2 => {
+                Wired::gather::<Avx2, GatheredPlants<Avx2>>(engines, GatheredPlants::gather).is_some()
+            }
+            #[cfg(not(target_arch = "x86_64"))]
+            InstructionSet::Avx512 | InstructionSet::Avx2 => false,
+            InstructionSet::Baseline => false,
+        }
+    }
+
+    fn exact(&self) -> Option<[&Wired<f64, ExactPlants<f64>>; LANES]> {
+        Some(of_each!(self.lanes(), |engine| match engine {
+            ScenarioEngine::Exact(engine) => &**engine,
+            ScenarioEngine::Limited(_) | ScenarioEngine::Split(_) | ScenarioEngine::Integrated(_) => return None,
+        }))
+    }
+
+    fn run<R: RunObserver>(
+        &self,
+        set: InstructionSet,
+        scenarios: &[Scenario],
+        observer: (usize, &R),
+    ) -> Option<Vec<(Metrics, R::Finding)>> {
+        let engines = self.exact()?;
+        match set {
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx512 => side_by_side::<Avx512, R>(engines, scenarios, observer),
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx2 => side_by_side::<Avx2, R>(engines, scenarios, observer),
+            #[cfg(not(target_arch = "x86_64"))]
+            InstructionSet::Avx512 | InstructionSet::Avx2 => None,
+            InstructionSet::Baseline => None,
+        }
+    }
+}
+
+/// Runs engines in lanes; `None` if they cannot share them.
+fn side_by_side<L: Wide, R: RunObserver>(
+    engines: [&Wired<f64, ExactPlants<f64>>; LANES],
+    scenarios: &[Scenario],
+    (first, observer): (usize, &R),
+) -> Option<Vec<(Metrics, R::Finding)>> {
+    let mut engine = Wired::gather::<L, GatheredPlants<L>>(engines, GatheredPlants::gather)?;
+    let grid = scenarios.first()?.grid;
+    let ruptures = scenarios.iter().map(|scenario| scenario.rupture_times_s().len()).max().unwrap_or(0);
+    let mut additional = InSet(observer.over_lanes::<L>(first..first + scenarios.len()));
+    let traits = |lane: usize| scenarios[lane.min(scenarios.len() - 1)].operator_traits();
+    let called = Additional(R::OBSERVES.then_some(&mut additional as &mut dyn EventObserver<L>));
+    let mut observers = (MetricsObserver::<L>::new(grid, ruptures).of_operators(traits), called);
+    // An exact engine does not fail.
+    engine.run_wide(&mut observers).ok()?;
+    let (metrics, _) = observers;
+    let run = |lane: usize| {
+        let link = engine.link_report(lane).map(|report| LinkMetrics::new(&report, &grid));
+        (Metrics { link, ..metrics.metrics(lane) }, R::finding(&additional.0, lane))
+    };
+    Some((0..scenarios.len()).map(run).collect())
+}

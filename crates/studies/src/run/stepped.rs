@@ -1,0 +1,188 @@
+//! A run that is stepped tick by tick from outside.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::own::CheckedParts;
+use super::{Run, RunError, checked_outcome, empty_trace_with, metrics_observer, with_link};
+use trocar_engine::engine::{BuiltInOr, OwnEngine, OwnParts, Trace, Wiring};
+use trocar_engine::metrics::MetricsObserver;
+use trocar_engine::operator::{HumanOperator, Operator};
+use trocar_scenario::Scenario;
+
+/// A run that is stepped tick by tick, whose person can be led from outside: a loop around the simulation, with another
+/// program's controller or a person's input in it.
+///
+/// ```
+/// # mod trocar {
+/// #     pub use {trocar_engine::engine, trocar_scenario as scenario, trocar_studies::run};
+/// # }
+/// use trocar::engine::OwnParts;
+/// use trocar::run::SteppedRun;
+/// use trocar::scenario::{Scenario, Source};
+///
+/// let mut run = SteppedRun::new(Scenario::load(&Source::parse("layers/skin-augmented"), &[])?, OwnParts::default())?;
+/// while run.step(None)? {
+///     // The signals of the tick are the last ones of the trace.
+///     if run.trace().tissue_force_n.last().is_some_and(|force_n| *force_n > 1.0) {
+///         break;
+///     }
+/// }
+/// // The person stops here.
+/// let here_m = run.trace().master_position_m.last().copied();
+/// while run.step(here_m)? {}
+/// assert!(run.conclude().metrics.ruptures.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct SteppedRun {
+    scenario: Scenario,
+    engine: OwnEngine,
+    observers: (CheckedParts, (MetricsObserver<f64>, Trace)),
+    led: Arc<AtomicU64>,
+    desired_m: f64,
+    /// Where the person was led at each tick so far, in m; NaN where not.
+    led_m: Vec<f64>,
+    has_ended: bool,
+}
+
+impl SteppedRun {
+    /// A scenario with some of the user's own parts, before its first tick.
+    ///
+    /// # Errors
+    /// [`RunError::Scenario`] if its parts cannot be built.
+    pub fn new(scenario: Scenario, own: OwnParts) -> Result<Self, RunError> {
+        let trace = empty_trace_with(&scenario, &own);
+        let mut roles = own.roles();
+        if own.operator.is_none() {
+            roles.push("operator");
+        }
+        let mut engine = scenario.build_with(own)?;
+        let led = Arc::new(AtomicU64::new(f64::NAN.to_bits()));
+        let operator = Led { operator: engine.parts.operator, led: led.clone() };
+        engine.parts.operator = BuiltInOr::Own(Box::new(operator));
+        let desired_m = engine.parts.begin();
+        let checked = CheckedParts::new(roles, scenario.grid);
+        let observers = (checked, (metrics_observer(&scenario), trace));
+        Ok(Self { scenario, engine, observers, led, desired_m, led_m: vec![], has_ended: false })
+    }
+
+    /// Repeats the run of a scenario without parts of one's own, of which [`SteppedRun::led_m`] is given: it goes on from the same
+    /// state. It takes the time of its ticks.
+    ///
+    /// # Errors
+    /// As [`SteppedRun::new`] and [`SteppedRun::step`].
+    pub fn repeated(scenario: Scenario, led_m: &[f64]) -> Result<Self, RunError> {
+        let mut run = Self::new(scenario, OwnParts::default())?;
+        for position_m in led_m {
+            run.step(Some(*position_m).filter(|position_m| !position_m.is_nan()))?;
+        }
+        Ok(run)
+    }
+
+    /// Runs a tick: the signals are observed, and then both machines move to the next tick, at which the desired position is
+    /// `desired_m` (m), between both ticks linear; with `None`, that of the operator. Returns whether there are more ticks.
+    ///
+    /// # Errors
+    /// [`RunError::Engine`].
+    pub fn step(&mut self, desired_m: Option<f64>) -> Result<bool, RunError> {
+        if self.has_ended {
+            return Ok(false);
+        }
+        let tick = self.ticks();
+        self.led.store(desired_m.unwrap_or(f64::NAN).to_bits(), Ordering::Relaxed);
+        let engine = &mut self.engine;
+        let outcome = match engine.parts.tick(tick, self.desired_m, &mut engine.plants, &mut self.observers) {
+            ControlFlow::Continue(next_m) => {
+                self.desired_m = next_m;
+                self.has_ended = tick + 1 >= engine.grid.ticks();
+                Ok(())
+            }
+            ControlFlow::Break(outcome) => {
+                self.has_ended = true;
+                outcome
+            }
+        };
+        if self.has_ended {
+            // A tissue that cannot go on is the cause of what followed.
+            let outcome = engine.parts.tissue_outcome().and(outcome);
+            checked_outcome(&self.scenario, &self.observers.0, outcome)?;
+        }
+        self.led_m.push(desired_m.unwrap_or(f64::NAN));
+        Ok(!self.has_ended)
+    }
+
+    /// The scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// The number of ticks so far.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.led_m.len() as u64
+    }
+
+    /// Where the person was led at each tick so far, in m; NaN at a tick at which they were not.
+    #[must_use]
+    pub fn led_m(&self) -> &[f64] {
+        &self.led_m
+    }
+
+    /// Whether there are no more ticks.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.has_ended
+    }
+
+    /// The signals of the ticks so far.
+    #[must_use]
+    pub fn trace(&self) -> &Trace {
+        &self.observers.1.1
+    }
+
+    /// The result of the ticks so far.
+    #[must_use]
+    pub fn conclude(self) -> Run {
+        let (checked, (metrics, trace)) = self.observers;
+        let metrics = with_link(&self.scenario, metrics.metrics(0), self.engine.parts.link_report(0));
+        Run::of_own_parts(self.scenario, checked.own().to_vec(), metrics, trace)
+    }
+}
+
+impl std::fmt::Debug for SteppedRun {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SteppedRun").field("scenario", &self.scenario.name).field("tick", &self.ticks()).finish()
+    }
+}
+
+/// An operator whose positions can be given from outside: as bits, NaN for its own.
+struct Led {
+    operator: BuiltInOr<HumanOperator<f64>, dyn Operator<f64> + Send>,
+    led: Arc<AtomicU64>,
+}
+
+impl Operator<f64> for Led {
+    fn desired_position_m(&mut self, tick: u64, felt_n: f64) -> f64 {
+        let own_m = self.operator.desired_position_m(tick, felt_n);
+        let led_m = f64::from_bits(self.led.load(Ordering::Relaxed));
+        if led_m.is_nan() { own_m } else { led_m }
+    }
+
+    fn intended_position_m(&self, desired_m: f64) -> f64 {
+        self.operator.intended_position_m(desired_m)
+    }
+
+    fn master(&mut self, position_m: f64) {
+        self.operator.master(position_m);
+    }
+
+    fn cue(&mut self, is_on: bool) {
+        self.operator.cue(is_on);
+    }
+
+    fn notices(&self) -> bool {
+        self.operator.notices()
+    }
+}

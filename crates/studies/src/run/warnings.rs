@@ -1,0 +1,173 @@
+//! The warnings about a run.
+
+use super::Run;
+use super::oscillation::{Swing, lasting_swing};
+use trocar_base::warning::{Code, Warning};
+use trocar_engine::metrics::{Outcome, RuptureMetrics};
+use trocar_engine::tissue::TissueSettings;
+use trocar_engine::tissue::literature::Outside;
+use trocar_scenario::{Scenario, TissueSpec};
+
+/// Mean power between hand and master in W that no person exceeds for the length of a run.
+///
+/// Trained people sustain about 100 W with one arm at a crank; a hand at a needle gives a fraction of a watt.
+const MAX_HAND_POWER_W: f64 = 100.0;
+
+/// Energy in J that a run may give to the hand without a warning, and the same as a share of the work on the tissue:
+/// the controllers' lag stores and returns some.
+const MAX_GIVEN_J: f64 = 1e-3;
+const MAX_GIVEN_SHARE: f64 = 0.1;
+
+/// Rounding of the energies of a run in J, and as a share of the energy that has moved.
+const ROUNDING_J: f64 = 1e-9;
+const ROUNDING_SHARE: f64 = 1e-9;
+
+impl Run {
+    /// The warnings about the run, in the order of the codes.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let mut all: Vec<Warning> = self.missed_ruptures().collect();
+        all.extend(self.oscillation());
+        all.extend(self.energy_of_the_hand());
+        all.extend(self.broken_promise());
+        all.extend(delay_beyond_run(&self.scenario));
+        if !self.is_own("tissue") {
+            all.extend(outside_measured(&self.scenario));
+        }
+        all.into_iter().map(|warning| warning.of(&self.scenario.name)).collect()
+    }
+
+    /// Whether a role has a part of the user's own.
+    fn is_own(&self, role: &str) -> bool {
+        self.own_parts.contains(&role)
+    }
+
+    fn missed_ruptures(&self) -> impl Iterator<Item = Warning> + '_ {
+        let of = |(index, rupture): (usize, &RuptureMetrics)| {
+            Some(rupture.miss.as_ref()?.warning(index + 1, rupture.time_s))
+        };
+        let (missed, all) = (self.metrics.missed_ruptures, self.metrics.ruptures.len());
+        let unexplained = (!self.own_parts.is_empty() && missed > 0).then(|| {
+            let message =
+                format!("{missed} of {all} ruptures have no alarm; with parts of your own no reason is looked for");
+            let remedy = "look at the decision and the residual after the ruptures in the trace";
+            Warning::new(Code::MissedRupture, message).remedy(remedy)
+        });
+        self.metrics.ruptures.iter().enumerate().filter_map(of).chain(unexplained)
+    }
+
+    fn oscillation(&self) -> Option<Warning> {
+        if !self.own_parts.is_empty() && self.metrics.outcome == Outcome::Completed {
+            let Swing { swing_m, frequency_hz } = lasting_swing(&self.scenario, &self.trace)?;
+            let message = format!(
+                "it swings by {:.3} mm at {frequency_hz:.2} Hz at the end; with parts of your own it is not known whether the hand \
+                 forces the swing",
+                1e3 * swing_m
+            );
+            return Some(
+                Warning::new(Code::Oscillating, message).remedy("compare with a run whose hand rests at the end"),
+            );
+        }
+        let Outcome::Oscillating { frequency_hz, swing_m } = self.metrics.outcome else { return None };
+        let message = format!(
+            "it swings by {:.3} mm at {frequency_hz:.2} Hz at the end, and the swing does not decay",
+            1e3 * swing_m
+        );
+        Some(Warning::new(Code::Oscillating, message).remedy(
+            "`trocar stability` shows the limits of scales, stiffness and delay; a passivity scheme bears more delay",
+        ))
+    }
+
+    fn energy_of_the_hand(&self) -> Option<Warning> {
+        let (hand_j, tissue_j) = (self.metrics.operator_energy_j?, self.metrics.tissue_energy_j?);
+        let duration_s = self.metrics.ticks as f64 * self.scenario.grid.tick_s();
+        let power_w = hand_j.abs() / duration_s;
+        if power_w > MAX_HAND_POWER_W {
+            let message = format!(
+                "hand and master exchange {hand_j:.3e} J in {duration_s:.3} s, {power_w:.3e} W on average; no person does"
+            );
+            return Some(
+                Warning::new(Code::HandEnergyImpossible, message)
+                    .at("scaling.force")
+                    .remedy("reduce scaling.force, the delays or the stiffness until the run settles"),
+            );
+        }
+        let is_model = matches!(self.scenario.tissue, TissueSpec::Model(_)) && !self.is_own("tissue");
+        let is_passive = is_model && !self.scenario.organ_motion.moves();
+        let allowed_j = MAX_GIVEN_J.max(MAX_GIVEN_SHARE * tissue_j.abs());
+        (is_passive && hand_j < -allowed_j).then(|| {
+            let message = format!(
+                "the master gives the hand {:.3} mJ, and the tissue model has none to give: the loop is not passive",
+                -1e3 * hand_j
+            );
+            Warning::new(Code::ActiveLoop, message)
+                .at("passivity.scheme")
+                .remedy("`trocar stability` shows whether it is stable; a passivity scheme bounds the energy")
+        })
+    }
+}
+
+impl Run {
+    /// A scheme that has generated more energy than it promises.
+    fn broken_promise(&self) -> Option<Warning> {
+        let (link, ports) = (self.metrics.link.as_ref()?, self.metrics.ports.as_ref()?);
+        let promised_j = link.promised_energy_j?;
+        let moved_j = ports.hand_energy_j.abs() + ports.needle_energy_j.abs();
+        (ports.generated_j > promised_j + ROUNDING_J + ROUNDING_SHARE * moved_j).then(|| {
+            let message = format!(
+                "hand and needle have received {:.3} mJ more than they have given at {:.3} s, with the needle at {:.3} mm; the \
+                 scheme promises at most {:.3} mJ",
+                1e3 * ports.generated_j,
+                ports.generated_at_s,
+                1e3 * ports.generated_at_m,
+                1e3 * promised_j
+            );
+            Warning::new(Code::PromiseBroken, message)
+                .at("passivity.scheme")
+                .remedy("`trocar check` lists what the promise does not cover")
+        })
+    }
+}
+
+/// A delay that is longer than the run.
+fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
+    let ticks = scenario.grid.ticks();
+    let beyond = [("channel.forward_delay_s", scenario.forward), ("channel.backward_delay_s", scenario.backward)];
+    let (key, delay) = beyond.into_iter().find(|(_, delay)| delay.whole >= ticks)?;
+    let message = format!(
+        "{key} is {} s and the run lasts {} s: nothing arrives",
+        scenario.grid.time_s(delay.whole),
+        scenario.grid.time_s(ticks)
+    );
+    Some(
+        Warning::new(Code::DelayBeyondRun, message)
+            .at(key)
+            .remedy("shorten the delay or lengthen simulation.duration_s"),
+    )
+}
+
+/// The properties of the tissue outside the range of the measurements.
+#[must_use]
+pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
+    let found = scenario.tissue.settings().map_or(vec![], TissueSettings::outside_measured);
+    let warning = |Outside { key, value, bounds }: &Outside| {
+        Warning::new(Code::OutsideMeasured, format!("{key} is {value}, outside of {}", bounds.stated))
+            .at(*key)
+            .remedy("check its unit; a phantom may have it")
+    };
+    found.iter().map(warning).collect()
+}
+
+/// A warning for several seeds of scenarios of which some have no random numbers.
+#[must_use]
+pub fn seeds_without_effect<'a>(scenarios: impl IntoIterator<Item = &'a Scenario>, seeds: u64) -> Vec<Warning> {
+    let copies = scenarios.into_iter().filter(|scenario| seeds > 1 && !scenario.has_random_numbers());
+    let warning = |scenario: &Scenario| {
+        let message = format!("the scenario has no random numbers: all {seeds} seeds give the same run");
+        Warning::new(Code::SeedsWithoutEffect, message)
+            .of(&scenario.name)
+            .at("simulation.seed")
+            .remedy("run one seed, or add noise, as in --set sensor.force_noise_std_n=0.025")
+    };
+    copies.map(warning).collect()
+}

@@ -1,0 +1,117 @@
+//! Comparison of the linear verdicts with the engine.
+//!
+//! A run begins in equilibrium, 10 mm inside a Kelvin-Voigt tissue whose surface the needle can leave. The force
+//! sensor's bias cancels the resting force, so that nothing moves until the hand moves by a micrometre and back. The
+//! needle's motion late in the run is compared with its earlier motion: an unstable loop grows long before contact is
+//! lost.
+
+mod events;
+mod run;
+mod sequences;
+mod study;
+mod tissue_of_run;
+mod verdict;
+
+pub use events::worst_events;
+pub use run::{Verdict, simulate};
+pub use sequences::{EventRecord, EventRun, Farthest, random_sequences, without_alarms};
+pub use study::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
+pub use tissue_of_run::{linear_loop, tissue_range};
+pub use verdict::LoopVerdict;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::run::RunError;
+use thiserror::Error;
+use trocar_base::parallel::try_map;
+use trocar_scenario::Scenario;
+use trocar_stability::{LinearLoop, Parameter, StabilityError, StabilityMap, is_near_boundary};
+
+/// Relative distance to the boundary, in either parameter, within which a verdict is not counted.
+pub const BAND: f64 = 0.005;
+
+/// The reason why verdicts cannot be compared.
+#[derive(Debug, Error)]
+pub enum CheckError {
+    /// The loop cannot be analysed.
+    #[error(transparent)]
+    Stability(#[from] StabilityError),
+    /// The scenario cannot be run.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+/// A point at which the two verdicts differ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Disagreement {
+    /// Value of the map's first parameter.
+    pub x: f64,
+    /// Value of its second.
+    pub y: f64,
+    /// Whether the linear loop is stable there.
+    pub analytic_stable: bool,
+    /// The engine's verdict.
+    pub simulated: Verdict,
+    /// Whether the boundary is nearer than [`BAND`].
+    pub is_near_boundary: bool,
+}
+
+/// The engine's verdicts for a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Check {
+    /// Row by row, as the map's; `None` where the check was stopped.
+    pub simulated: Vec<Option<Verdict>>,
+    /// Number of points that were run and are not within [`BAND`] of the boundary.
+    pub judged: usize,
+    /// The points at which the two differ.
+    pub disagreements: Vec<Disagreement>,
+}
+
+impl Check {
+    /// Share of the judged points at which both agree; `None` where none was judged.
+    #[must_use]
+    pub fn agreement(&self) -> Option<f64> {
+        let apart = self.disagreements.iter().filter(|point| !point.is_near_boundary).count();
+        (self.judged > 0).then(|| 1.0 - apart as f64 / self.judged as f64)
+    }
+}
+
+/// Runs the engine at every point of a map; calls `done` after each; `stop` ends it early.
+///
+/// # Errors
+/// [`CheckError`] if a point cannot be analysed or run.
+pub fn check(
+    (scenario, settings): (&Scenario, &LinearLoop),
+    map: &StabilityMap,
+    stop: &AtomicBool,
+    done: impl Fn() + Sync,
+) -> Result<Check, CheckError> {
+    let at = |index: usize| -> [(Parameter, f64); 2] {
+        let (row, column) = (index / map.x.count, index % map.x.count);
+        [(map.x.parameter, map.x.value(column)), (map.y.parameter, map.y.value(row))]
+    };
+    let points = try_map(map.stable.len(), |index| {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let point = at(index);
+        let here = settings.with(point[0].0, point[0].1).with(point[1].0, point[1].1);
+        let verdict = simulate(scenario, &here)?;
+        let near = is_near_boundary(settings, point, BAND)?;
+        done();
+        Ok::<_, CheckError>(Some((verdict, near)))
+    })?;
+    let judged = points.iter().filter(|point| matches!(point, Some((_, false)))).count();
+    let differs = |(index, point): (usize, &Option<(Verdict, bool)>)| {
+        let (simulated, is_near_boundary) = (*point)?;
+        let analytic_stable = map.stable[index];
+        let expected = if analytic_stable { Verdict::Decays } else { Verdict::Grows };
+        let [(_, x), (_, y)] = at(index);
+        (simulated != expected).then_some(Disagreement { x, y, analytic_stable, simulated, is_near_boundary })
+    };
+    Ok(Check {
+        disagreements: points.iter().enumerate().filter_map(differs).collect(),
+        simulated: points.iter().map(|point| point.map(|(verdict, _)| verdict)).collect(),
+        judged,
+    })
+}

@@ -1,0 +1,186 @@
+//! The stability study of a scenario.
+
+use std::sync::atomic::AtomicBool;
+
+use super::tissue_of_run::linear_loop;
+use super::verdict::LoopVerdict;
+use super::{Check, CheckError, check};
+use trocar_base::warning::{Code, Warning};
+use trocar_scenario::Scenario;
+use trocar_stability::{
+    AbsoluteOver, Analysis, Axis, Bounded, Population, StabilityMap, Switching, SwitchingSettings, Terminations,
+    TissueRange, ZWidth, map,
+};
+
+/// Maximum tissue stiffness of the switching analysis, in N/m.
+pub const MAX_STIFFNESS_N_PER_M: f64 = 1e6;
+
+/// A scenario's loop, its map over two parameters, its events, and the comparison with the engine.
+#[derive(Debug, Clone)]
+pub struct StabilityStudy {
+    /// The scenario's name.
+    pub name: String,
+    /// The verdict on the loop, with what it leaves out.
+    pub verdict: LoopVerdict,
+    /// The loop, at the worst stiffness of its tissue.
+    pub analysis: Analysis,
+    /// The map.
+    pub map: StabilityMap,
+    /// The switching analysis, or why there is none.
+    pub switching: Result<Switching, &'static str>,
+    /// The Z-width, if it was computed.
+    pub z_width: Option<ZWidth>,
+    /// The limits over the scenario's population, if it has one.
+    pub population: Option<Population>,
+    /// The absolute stability with bounded hands and tissues: any passive hand and the tissues of the switching analysis, if
+    /// no others were given.
+    pub bounded: Bounded,
+    /// The absolute stability over a parameter, if it was computed.
+    pub absolute: Option<AbsoluteOver>,
+    /// The comparison of the map with the engine, if it was run.
+    pub check: Option<Check>,
+}
+
+impl StabilityStudy {
+    /// Analyses a scenario, its map over two axes, and its switching with any tissue stiffness (N/m) in the range
+    /// `sector`, which must satisfy [`is_tissue`]; by default that of its tissue.
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn of(scenario: &Scenario, (x, y): (Axis, Axis), sector: Option<(f64, f64)>) -> Result<Self, CheckError> {
+        let settings = linear_loop(scenario)?;
+        let sector = sector.unwrap_or(settings.tissue.stiffness_n_per_m);
+        let population = &scenario.population;
+        let over_people = || Population::of(&settings, population, scenario.seed, (&x, &y));
+        let terminations = Terminations {
+            hand_n_s_per_m: (0.0, f64::INFINITY),
+            stiffness_n_per_m: sector,
+            damping_n_s_per_m: (settings.damping_n_s_per_m, settings.damping_n_s_per_m),
+        };
+        let linear = || -> Result<_, CheckError> {
+            let population = population.varies().then(over_people).transpose()?;
+            let (analysis, map) = (Analysis::of(&settings)?, map(&settings, x, y)?);
+            let verdict = LoopVerdict::with_loop(scenario, settings.clone())?;
+            Ok((verdict, analysis, map, population, Bounded::of(&settings, &terminations)?))
+        };
+        let of_events = || match SwitchingSettings::of(scenario, settings.clone(), sector) {
+            Ok(settings) => Switching::of(&settings).map(Ok),
+            Err(reason) => Ok(Err(reason)),
+        };
+        let (linear, switching) = rayon::join(linear, of_events);
+        let ((verdict, analysis, map, population, bounded), switching) = (linear?, switching?);
+        Ok(Self {
+            name: scenario.name.clone(),
+            verdict,
+            analysis,
+            map,
+            switching,
+            z_width: None,
+            population,
+            bounded,
+            absolute: None,
+            check: None,
+        })
+    }
+
+    /// Computes the Z-width over the values of an axis of [`Parameter::Damping`].
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn compute_z_width(&mut self, axis: &Axis) -> Result<(), CheckError> {
+        self.z_width = Some(ZWidth::of(&self.analysis.settings, axis)?);
+        Ok(())
+    }
+
+    /// Computes the absolute stability with these hands and tissues, and over an axis if there is one.
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn compute_absolute(&mut self, terminations: &Terminations, axis: Option<&Axis>) -> Result<(), CheckError> {
+        let settings = &self.analysis.settings;
+        self.bounded = Bounded::of(settings, terminations)?;
+        self.absolute = axis.map(|axis| AbsoluteOver::of(settings, axis, terminations)).transpose()?;
+        Ok(())
+    }
+
+    /// The tissue that the analysis stands for.
+    #[must_use]
+    pub fn tissue(&self) -> &TissueRange {
+        &self.analysis.settings.tissue
+    }
+
+    /// True if the tissue is a spring in the certificate's range of stiffness at every tick.
+    #[must_use]
+    pub fn covers_tissue(&self) -> Option<bool> {
+        let (low, high) = self.switching.as_ref().ok()?.settings.stiffness_n_per_m;
+        let (softest, stiffest) = self.tissue().stiffness_n_per_m;
+        Some(self.tissue().is_whole_tissue() && low <= softest && stiffest <= high)
+    }
+
+    /// Whether the switching between the modes is certified for the scenario; `None` where it is not analysed, where the
+    /// analysis leaves out a part of the scenario, and where the range of stiffness does not cover the scenario's tissue.
+    #[must_use]
+    pub fn is_certified(&self) -> Option<bool> {
+        let switching = self.switching.as_ref().ok()?;
+        (self.verdict.left_out.is_empty() && self.covers_tissue() == Some(true)).then(|| switching.is_certified())
+    }
+
+    /// The warnings about the analysis.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let left_out = self.verdict.left_out.iter().map(|part| {
+            let reached =
+                part.bound.map_or_else(String::new, |bound| format!(", which the loop may exceed (bound {bound:.4})"));
+            let message = format!("the analysis leaves out {part}{reached}: stability is unknown");
+            Warning::new(Code::Unmodelled, message)
+                .of(&self.name)
+                .at(part.key)
+                .remedy("`trocar run` simulates it and warns of a swing that does not decay; no warning is no proof")
+        });
+        let sector = self.switching.as_ref().ok().map(|switching| switching.settings.stiffness_n_per_m);
+        let uncovered = sector.filter(|_| self.covers_tissue() == Some(false)).map(|(low, high)| {
+            let (softest, stiffest) = self.tissue().stiffness_n_per_m;
+            let is_outside = softest < low || stiffest > high;
+            let (message, remedy) = if is_outside {
+                (
+                    format!(
+                        "the tissue has {softest:.0} to {stiffest:.0} N/m, and the analysis of events covers {low} to {high} N/m"
+                    ),
+                    "leave out --tissue: the default is the range of the scenario's tissue",
+                )
+            } else {
+                (
+                    format!(
+                        "the analysis of events covers springs of {low:.0} to {high:.0} N/m, and leaves out {}",
+                        self.tissue().left_out().unwrap_or_default()
+                    ),
+                    "`trocar run` simulates them and warns of a swing that does not decay; no warning is no proof",
+                )
+            };
+            Warning::new(Code::TissueNotCovered, message).of(&self.name).at("--tissue").remedy(remedy)
+        });
+        left_out.chain(uncovered).collect()
+    }
+
+    /// Runs the engine at every point of the map; calls `done` after each run; runs not begun when `stop` is set are
+    /// skipped.
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn simulate(
+        &mut self,
+        scenario: &Scenario,
+        stop: &AtomicBool,
+        done: impl Fn() + Sync,
+    ) -> Result<(), CheckError> {
+        self.check = Some(check((scenario, &self.analysis.settings), &self.map, stop, done)?);
+        Ok(())
+    }
+}
+
+/// Whether the switching can be analysed for a tissue between these stiffnesses in N/m: ascending, from 0 to
+/// [`MAX_STIFFNESS_N_PER_M`].
+#[must_use]
+pub fn is_tissue((low, high): (f64, f64)) -> bool {
+    0.0 <= low && low <= high && high <= MAX_STIFFNESS_N_PER_M
+}

@@ -1,0 +1,71 @@
+//! The tissue of a scenario, from its parameters or, where they do not tell, from its run.
+
+use super::CheckError;
+use crate::run::{RunError, observe};
+use trocar_core::time::nearest_ticks;
+use trocar_engine::engine::{Observer, Signals};
+use trocar_scenario::Scenario;
+use trocar_stability::{LinearLoop, TissueRange, TissueSource};
+
+/// Advance in m over which a slope is taken.
+const ADVANCE_M: f64 = 5e-5;
+
+/// Time after a rupture in s that is left out: the force of the ruptured layer falls.
+const RUPTURE_S: f64 = 0.1;
+
+/// Returns the range of stiffness that the needle meets in a scenario. Only a tissue whose parameters do not tell it is run
+/// once: that of a unit, and one that stiffens with depth under a live hand.
+///
+/// # Errors
+/// [`RunError`].
+pub fn tissue_range(scenario: &Scenario) -> Result<TissueRange, RunError> {
+    if let Some(range) = TissueRange::of_parameters(scenario) {
+        return Ok(range);
+    }
+    let mut observer = SlopeObserver {
+        contact_m: scenario.tissue.settings().and_then(|settings| settings.surface_m()).unwrap_or(scenario.contact_m),
+        from: None,
+        until: 0,
+        rupture_ticks: nearest_ticks(RUPTURE_S, scenario.grid.tick_s()),
+        largest_n_per_m: 0.0,
+    };
+    observe(scenario, &mut observer)?;
+    Ok(TissueRange::of_slopes(TissueSource::Run, (0.0, observer.largest_n_per_m)))
+}
+
+/// Returns the linear loop of a scenario, with the tissue that its needle meets.
+///
+/// # Errors
+/// [`CheckError`].
+pub fn linear_loop(scenario: &Scenario) -> Result<LinearLoop, CheckError> {
+    Ok(LinearLoop::of(scenario, tissue_range(scenario)?)?)
+}
+
+/// Observes the largest slope of the force over the depth while the needle advances.
+struct SlopeObserver {
+    contact_m: f64,
+    /// Depth and force at which the present slope begins.
+    from: Option<(f64, f64)>,
+    /// The first tick after the last rupture that counts.
+    until: u64,
+    rupture_ticks: u64,
+    largest_n_per_m: f64,
+}
+
+impl Observer<f64> for SlopeObserver {
+    fn observe(&mut self, s: &Signals<f64>) {
+        let (depth_m, force_n) = (s.slave_position_m - self.contact_m, s.tissue_force_n);
+        if s.ruptured {
+            self.until = s.tick + self.rupture_ticks;
+        }
+        if s.slave_velocity_m_per_s <= 0.0 || depth_m <= 0.0 || s.tick < self.until {
+            self.from = None;
+            return;
+        }
+        let (from_m, from_n) = *self.from.get_or_insert((depth_m, force_n));
+        if depth_m - from_m >= ADVANCE_M {
+            self.largest_n_per_m = self.largest_n_per_m.max((force_n - from_n) / (depth_m - from_m));
+            self.from = Some((depth_m, force_n));
+        }
+    }
+}

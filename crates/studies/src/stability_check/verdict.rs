@@ -1,0 +1,73 @@
+//! The verdict on the linear loop of a scenario, with what it leaves out.
+
+use super::CheckError;
+use super::tissue_of_run::linear_loop;
+use trocar_scenario::Scenario;
+use trocar_stability::{
+    ClosedLoop, LeftOut, LinearLoop, LoopLimit, Margins, Mode, VaryingDelays, left_out_with, loop_limits, unmodelled,
+};
+
+/// The verdict on the linear loop of a scenario. Every surface takes it from here.
+#[derive(Debug, Clone)]
+pub struct LoopVerdict {
+    /// The loop, at the worst stiffness of its tissue.
+    pub settings: LinearLoop,
+    /// The dominant mode of that loop.
+    pub mode: Mode,
+    /// Its margins.
+    pub margins: Margins,
+    /// True if the loop is stable at every stiffness of its tissue, and out of contact.
+    pub is_stable_in_range: bool,
+    /// The parts of the scenario that the analysis leaves out, besides tissue and augmentation.
+    pub left_out: Vec<LeftOut>,
+    /// The limits of motors and force sensor that the loop never reaches.
+    pub unreached: Vec<LoopLimit>,
+    /// Delays that vary from tick to tick; `None` if they are constant, or if nothing bounds them.
+    pub delays: Option<VaryingDelays>,
+    /// Everything that the linear loop leaves out, with tissue and augmentation.
+    pub unmodelled: Vec<String>,
+}
+
+impl LoopVerdict {
+    /// The verdict on a scenario.
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn of(scenario: &Scenario) -> Result<Self, CheckError> {
+        Self::with_loop(scenario, linear_loop(scenario)?)
+    }
+
+    /// The verdict on a scenario whose loop is known.
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn with_loop(scenario: &Scenario, settings: LinearLoop) -> Result<Self, CheckError> {
+        let closed = ClosedLoop::new(&settings)?;
+        let delays = VaryingDelays::of(scenario, &settings)?;
+        let limits = loop_limits(scenario);
+        let left_out = left_out_with(scenario, delays.as_ref(), &limits);
+        Ok(Self {
+            mode: closed.dominant_mode()?,
+            margins: closed.margins()?,
+            is_stable_in_range: settings.is_stable()?,
+            unmodelled: unmodelled(scenario, &settings.tissue, &left_out),
+            unreached: limits.into_iter().filter(LoopLimit::is_unreached).collect(),
+            left_out,
+            delays,
+            settings,
+        })
+    }
+
+    /// True if the scenario's loop is stable, in contact with its tissue and out of it, for every order of delays that vary;
+    /// `None` where the analysis leaves out a part of the scenario.
+    #[must_use]
+    pub fn is_stable(&self) -> Option<bool> {
+        self.left_out.is_empty().then_some(self.is_stable_in_range)
+    }
+
+    /// True if the loop is stable at the worst stiffness, without what is left out.
+    #[must_use]
+    pub fn is_linear_loop_stable(&self) -> bool {
+        self.mode.spectral_radius < 1.0
+    }
+}

@@ -1,0 +1,136 @@
+//! The metrics that a sweep can keep of each case.
+
+use super::stability::LoopOfCase;
+use trocar_engine::metrics::{Declaration, Metric, Metrics, RunMetric, Scope, Unit};
+use trocar_scenario::nearest_of;
+
+type LoopMetric = Metric<fn(&LoopOfCase<'_>) -> Option<f64>>;
+
+/// The source of a column's value.
+#[derive(Debug, Clone, Copy)]
+enum Measure {
+    Run(RunMetric),
+    Loop(&'static LoopMetric),
+}
+
+/// A metric that a sweep keeps: its name in files, its unit, and its source.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Name, for example `rupture_1_detection_delay_s`.
+    pub name: String,
+    /// Label, for example `rupture 1: detection delay`.
+    pub label: String,
+    /// Meaning, in a sentence.
+    pub meaning: &'static str,
+    /// Unit.
+    pub unit: Unit,
+    measure: Measure,
+}
+
+/// The metrics that are kept if a sweep file does not name any.
+const DEFAULTS: [&str; 13] = [
+    "detected_ruptures",
+    "missed_ruptures",
+    "false_alarms",
+    "max_slave_overshoot_m",
+    "min_felt_contrast",
+    "mean_absolute_residual_n",
+    "max_tissue_force_n",
+    "tracking_rmse_m",
+    "tissue_energy_j",
+    "rupture_1_detection_delay_s",
+    "rupture_1_slave_overshoot_m",
+    "rupture_1_slave_travel_m",
+    "rupture_1_feedback_fall_s",
+];
+
+impl Column {
+    fn new(measure: Measure) -> Self {
+        let (declaration, name, label) = match measure {
+            Measure::Run(metric) => (metric.declaration(), metric.key(), metric.label()),
+            Measure::Loop(metric) => {
+                let declaration = &metric.declaration;
+                (declaration, declaration.key(1), declaration.full_label(1))
+            }
+        };
+        Self { name, label, meaning: declaration.meaning, unit: declaration.unit, measure }
+    }
+
+    /// Returns the column of a name or of a metric's former name, if any.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let of_loop = || LoopOfCase::METRICS.iter().find(|metric| metric.declaration.key(1) == name);
+        let of_run = RunMetric::named(name).map(Measure::Run);
+        of_run.or_else(|| of_loop().map(Measure::Loop)).map(Self::new)
+    }
+
+    /// Returns the default columns.
+    #[must_use]
+    pub fn defaults() -> Vec<Self> {
+        DEFAULTS.iter().filter_map(|name| Self::named(name)).collect()
+    }
+
+    /// Returns the declarations of all metrics that a sweep can keep.
+    pub fn declarations() -> impl Iterator<Item = &'static Declaration> {
+        let of_loop = LoopOfCase::METRICS.iter().map(|metric| &metric.declaration);
+        RunMetric::all().map(|metric| metric.declaration()).chain(of_loop)
+    }
+
+    /// Returns all names; those of ruptures and events have the number 1.
+    pub fn names() -> impl Iterator<Item = String> {
+        Self::declarations().map(|declaration| declaration.key(1))
+    }
+
+    /// Returns the most similar name, if any.
+    #[must_use]
+    pub fn nearest(name: &str) -> Option<String> {
+        nearest_of(name, Self::names())
+    }
+
+    /// Returns whether the value needs the closed loop of the case.
+    #[must_use]
+    pub fn is_of_loop(&self) -> bool {
+        matches!(self.measure, Measure::Loop(_))
+    }
+
+    /// Returns whether the value needs the energies of the ports, which follow from the trace of a run.
+    #[must_use]
+    pub fn is_of_ports(&self) -> bool {
+        matches!(self.measure, Measure::Run(metric) if metric.declaration().scope == Scope::Port)
+    }
+
+    /// Returns the value in SI; `None` if it is undefined or not finite.
+    #[must_use]
+    pub fn value(&self, metrics: &Metrics, of_case: Option<&LoopOfCase<'_>>) -> Option<f64> {
+        let value = match self.measure {
+            Measure::Run(metric) => metric.read(metrics),
+            Measure::Loop(metric) => of_case.and_then(metric.read),
+        };
+        value.filter(|value| value.is_finite())
+    }
+
+    /// Returns whether the values are whole numbers.
+    #[must_use]
+    pub fn is_count(&self) -> bool {
+        self.unit == Unit::Count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_found_and_similar_names_are_suggested() {
+        assert!(Column::names().all(|name| Column::named(&name).is_some_and(|column| column.name == name)));
+        assert!(Column::declarations().all(|metric| metric.meaning.ends_with('.') && metric.meaning.len() > 20));
+        assert_eq!(Column::defaults().len(), DEFAULTS.len());
+        assert_eq!(
+            Column::named("least_felt_contrast").map(|column| column.name).as_deref(),
+            Some("min_felt_contrast")
+        );
+        assert!(Column::named("stability_x").is_none());
+        assert_eq!(Column::nearest("false_alarm").as_deref(), Some("false_alarms"));
+        assert_eq!(Column::nearest("zzz"), None);
+    }
+}

@@ -1,0 +1,315 @@
+//! The cases of a sweep, each computed from its number alone.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::axis::Axis;
+use super::columns::Column;
+use super::correlation::{Correlation, Mixer};
+use super::permutation::{Permutation, mix};
+use super::sobol::Sobol;
+use trocar_scenario::Value;
+
+/// The selection of points on the axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SamplingScheme {
+    /// Every combination of the levels; the last axis varies fastest.
+    Grid,
+    /// Independent random points.
+    Random {
+        /// Number of points.
+        points: u64,
+        /// Seed of the random numbers.
+        seed: u64,
+    },
+    /// A Latin hypercube: each of `points` equal parts of every axis has one point, at a random position in the
+    /// part.
+    LatinHypercube {
+        /// Number of points.
+        points: u64,
+        /// Seed of the random numbers.
+        seed: u64,
+    },
+    /// The first points of Sobol's sequence, with a random digital shift.
+    Sobol {
+        /// Number of points; a power of two is the most even.
+        points: u64,
+        /// Seed of the shift.
+        seed: u64,
+    },
+    /// Given points: every axis has a list of as many values, and a point has the same place in each.
+    List {
+        /// Number of points.
+        points: u64,
+    },
+}
+
+impl SamplingScheme {
+    /// The words that sweep files use.
+    pub const WORDS: [&'static str; 5] = ["grid", "random", "latin-hypercube", "sobol", "list"];
+
+    /// Every scheme with these points and this seed, in the order of [`SamplingScheme::WORDS`].
+    #[must_use]
+    pub fn all(points: u64, seed: u64) -> [Self; 5] {
+        let (random, hypercube) = (Self::Random { points, seed }, Self::LatinHypercube { points, seed });
+        [Self::Grid, random, hypercube, Self::Sobol { points, seed }, Self::List { points }]
+    }
+
+    /// Returns the word in sweep files.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Grid => Self::WORDS[0],
+            Self::Random { .. } => Self::WORDS[1],
+            Self::LatinHypercube { .. } => Self::WORDS[2],
+            Self::Sobol { .. } => Self::WORDS[3],
+            Self::List { .. } => Self::WORDS[4],
+        }
+    }
+
+    /// Returns the number of points and the seed of random numbers; `None` for a grid and for given points.
+    #[must_use]
+    pub fn points_and_seed(&self) -> Option<(u64, u64)> {
+        match *self {
+            Self::Grid | Self::List { .. } => None,
+            Self::Random { points, seed } | Self::LatinHypercube { points, seed } | Self::Sobol { points, seed } => {
+                Some((points, seed))
+            }
+        }
+    }
+}
+
+/// The settings of a sweep, without its scenario.
+#[derive(Debug, Clone)]
+pub struct Design {
+    /// Name of the folder.
+    pub name: String,
+    /// The varied keys, in the order of the sweep file.
+    pub axes: Vec<Axis>,
+    /// The axes that vary together.
+    pub correlations: Vec<Correlation>,
+    /// The selection of points on the axes.
+    pub scheme: SamplingScheme,
+    /// Number of noise seeds per point.
+    pub seeds: u64,
+    /// First noise seed.
+    pub first_seed: u64,
+    /// The noise seeds, as many as `seeds`, if they are not consecutive from the first.
+    pub listed_seeds: Option<Vec<u64>>,
+    /// The metrics that are kept for each case.
+    pub columns: Vec<Column>,
+    /// Indices in `columns` of the metrics with figures and an analysis of influences.
+    pub focus: Vec<usize>,
+    /// Whether the rows are also written as CSV, in addition to Parquet.
+    pub csv: bool,
+}
+
+/// Maximum number of cases of a sweep, which a double represents exactly.
+pub const MAX_CASES: u64 = 1 << 50;
+
+impl Design {
+    /// Returns the number of points, each with [`Design::seeds`] cases; `None` for more than [`MAX_CASES`] cases.
+    #[must_use]
+    pub fn points(&self) -> Option<u64> {
+        let points = match self.scheme {
+            SamplingScheme::Grid => {
+                self.axes.iter().try_fold(1_u64, |product, axis| product.checked_mul(axis.count().unwrap_or(1)))?
+            }
+            SamplingScheme::Random { points, .. }
+            | SamplingScheme::LatinHypercube { points, .. }
+            | SamplingScheme::Sobol { points, .. }
+            | SamplingScheme::List { points } => points,
+        };
+        points.checked_mul(self.seeds).filter(|cases| *cases <= MAX_CASES)?;
+        Some(points)
+    }
+
+    /// Returns the number of cases.
+    #[must_use]
+    pub fn cases(&self) -> u64 {
+        self.points().unwrap_or(0) * self.seeds
+    }
+
+    /// Returns the seed of a case: consecutive cases are one point with different seeds.
+    #[must_use]
+    pub fn seed(&self, case: u64) -> u64 {
+        let at = case % self.seeds;
+        self.listed_seeds.as_ref().map_or(self.first_seed.wrapping_add(at), |seeds| seeds[at as usize])
+    }
+
+    /// Returns the computation of the unit coordinates.
+    #[must_use]
+    pub fn coordinates(&self) -> UnitCoordinates<'_> {
+        let (points, seed) = self.scheme.points_and_seed().unwrap_or((1, 0));
+        let of_axis = |axis: usize| mix(seed ^ mix(axis as u64));
+        UnitCoordinates {
+            design: self,
+            mixers: self.correlations.iter().map(Mixer::new).collect(),
+            points,
+            random: ChaCha8Rng::seed_from_u64(seed),
+            orders: (0..self.axes.len()).map(|axis| Permutation::new(points, of_axis(axis))).collect(),
+            sequences: match self.scheme {
+                SamplingScheme::Sobol { .. } => {
+                    (0..self.axes.len()).map(|axis| (Sobol::new(axis), of_axis(axis))).collect()
+                }
+                SamplingScheme::Grid
+                | SamplingScheme::Random { .. }
+                | SamplingScheme::LatinHypercube { .. }
+                | SamplingScheme::List { .. } => vec![],
+            },
+        }
+    }
+}
+
+/// Computes the unit coordinates of a case on its axes.
+#[derive(Debug, Clone)]
+pub struct UnitCoordinates<'a> {
+    design: &'a Design,
+    mixers: Vec<Mixer>,
+    points: u64,
+    /// Its stream number is the number of the point.
+    random: ChaCha8Rng,
+    orders: Vec<Permutation>,
+    sequences: Vec<(Sobol, u64)>,
+}
+
+impl UnitCoordinates<'_> {
+    /// Writes the unit coordinate on each axis, 0 to below 1, in the order of the axes.
+    pub fn of(&self, case: u64, coordinates: &mut Vec<f64>) {
+        let point = case / self.design.seeds;
+        coordinates.clear();
+        match self.design.scheme {
+            SamplingScheme::Grid => {
+                let mut left = point;
+                for axis in self.design.axes.iter().rev() {
+                    let count = axis.count().unwrap_or(1);
+                    coordinates.push(((left % count) as f64 + 0.5) / count as f64);
+                    left /= count;
+                }
+                coordinates.reverse();
+            }
+            SamplingScheme::Random { .. } => {
+                let mut random = self.stream(point);
+                coordinates.extend(self.design.axes.iter().map(|_| random.random::<f64>()));
+            }
+            SamplingScheme::LatinHypercube { .. } => {
+                let mut random = self.stream(point);
+                let coordinate = |order: &Permutation| {
+                    let within: f64 = random.random();
+                    ((order.at(point) as f64 + within) / self.points as f64).min(1.0 - f64::EPSILON)
+                };
+                coordinates.extend(self.orders.iter().map(coordinate));
+            }
+            SamplingScheme::List { points } => {
+                coordinates.extend(self.design.axes.iter().map(|_| (point as f64 + 0.5) / points as f64));
+            }
+            SamplingScheme::Sobol { .. } => {
+                coordinates.extend(self.sequences.iter().map(|(sequence, shift)| sequence.coordinate(point, *shift)));
+            }
+        }
+        self.mixers.iter().for_each(|mixer| mixer.mix(coordinates));
+    }
+
+    /// Writes the value of each axis.
+    pub fn values(&self, case: u64, coordinates: &mut Vec<f64>, values: &mut Vec<Value>) {
+        self.of(case, coordinates);
+        values.clear();
+        values
+            .extend(self.design.axes.iter().zip(coordinates.iter()).map(|(axis, coordinate)| axis.value(*coordinate)));
+    }
+
+    fn stream(&self, point: u64) -> ChaCha8Rng {
+        let mut random = self.random.clone();
+        random.set_stream(point);
+        random
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sweep::axis::Levels;
+    use trocar_scenario::{Place, find_key};
+
+    fn design(scheme: SamplingScheme, points: Option<u64>) -> Design {
+        let place = Place { file: "".into(), text: "".into(), span: 0..0 };
+        let axis = |path: &str| Axis {
+            key: find_key(path).expect("a key"),
+            levels: Levels::Range { from: 1.0, to: 2.0, log: false, points },
+            place: place.clone(),
+        };
+        Design {
+            name: "x".into(),
+            correlations: vec![],
+            axes: vec![axis("scaling.force"), axis("scaling.position"), axis("channel.jitter_s")],
+            scheme,
+            seeds: 2,
+            first_seed: 10,
+            listed_seeds: None,
+            columns: vec![],
+            focus: vec![],
+            csv: true,
+        }
+    }
+
+    fn all(design: &Design) -> Vec<Vec<f64>> {
+        let (sampler, mut coordinates) = (design.coordinates(), vec![]);
+        (0..design.cases())
+            .map(|case| {
+                sampler.of(case, &mut coordinates);
+                coordinates.clone()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_scheme_has_its_word() {
+        assert_eq!(SamplingScheme::all(3, 1).map(|scheme| scheme.word()), SamplingScheme::WORDS);
+    }
+
+    #[test]
+    fn a_grid_has_every_combination_the_last_axis_and_the_seeds_fastest() {
+        let grid = design(SamplingScheme::Grid, Some(3));
+        assert_eq!(grid.cases(), 54);
+        let cases = all(&grid);
+        assert_eq!(cases[1], cases[0]);
+        assert_eq!((grid.seed(0), grid.seed(1), grid.seed(2)), (10, 11, 10));
+        assert_eq!(cases[2], [0.5 / 3.0, 0.5 / 3.0, 0.5]);
+        let mut distinct: Vec<_> = cases.iter().map(|case| format!("{case:?}")).collect();
+        distinct.sort();
+        distinct.dedup();
+        assert_eq!(distinct.len(), 27);
+    }
+
+    #[test]
+    fn a_latin_hypercube_hits_each_part_of_each_axis_once() {
+        let latin = design(SamplingScheme::LatinHypercube { points: 37, seed: 1 }, None);
+        let cases = all(&latin);
+        for axis in 0..3 {
+            let mut parts: Vec<_> = cases.iter().step_by(2).map(|case| (37.0 * case[axis]) as u64).collect();
+            parts.sort_unstable();
+            assert_eq!(parts, (0..37).collect::<Vec<_>>());
+        }
+        assert!(cases.iter().any(|case| case[0] != case[1]), "axes are independent");
+    }
+
+    #[test]
+    fn random_points_depend_on_the_seed_and_their_number_only() {
+        let random = |seed| design(SamplingScheme::Random { points: 500, seed }, None);
+        let cases = all(&random(1));
+        assert_ne!(cases, all(&random(2)));
+        let mean = |axis: usize| cases.iter().map(|case| case[axis]).sum::<f64>() / cases.len() as f64;
+        // The mean of 500 is normal with a standard deviation of 0.013.
+        assert!((0..3).all(|axis| (mean(axis) - 0.5).abs() < 0.05));
+        let (longer, mut coordinates) = (design(SamplingScheme::Random { points: 900, seed: 1 }, None), vec![]);
+        longer.coordinates().of(777, &mut coordinates);
+        assert_eq!(coordinates, cases[777]);
+    }
+
+    #[test]
+    fn too_many_cases_are_none() {
+        assert_eq!(design(SamplingScheme::Random { points: u64::MAX, seed: 1 }, None).points(), None);
+        assert_eq!(design(SamplingScheme::Grid, Some(1 << 30)).points(), None);
+    }
+}

@@ -1,0 +1,199 @@
+//! Higher detector thresholds with which a run is identical, bit for bit.
+//!
+//! A threshold `γ` acts on the rest of a run in two ways: by the alarms that it raises, and by the level below which an
+//! augmented phase may end. As long as both are equal for a higher threshold, so are the residuals and `g`. A threshold
+//! is dropped at the first tick at which one of them may differ.
+//!
+//! **Alarms.** At `g ≤ γ` no threshold from `γ` on raises one. At `g > γ`, a higher threshold `h` differs
+//!
+//! - where `g ≤ h` and the run raises an alarm, or
+//! - where `g > h` and only one of the two is armed, which matters only if the crossing would count as a rupture.
+//!
+//! A detector is armed after `settle_s` of contact without a crossing of its own threshold. Contact is not among the
+//! signals, and is not needed, because it is the same for both. With `q` ticks since the last crossing and `c` ticks of
+//! contact, a detector is armed if `min(q, c) ≥ S`. Two detectors differ only if `q ≥ S` holds for one of them.
+//!
+//! **Exits.** With a higher threshold, `g` is quiet at the same time or earlier. A phase that ends as soon as the
+//! minimum hold allows ends at the same tick with every higher threshold. A longer phase may not, and drops all
+//! thresholds of its run.
+
+use std::ops::Range;
+
+use crate::run::{RunError, RunObserver, run_pack_observed, run_pack_sharing};
+use trocar_core::lane::{Lane, Mask};
+use trocar_core::time::nearest_ticks;
+use trocar_engine::engine::{EventObserver, Happening, InstructionSet};
+use trocar_engine::metrics::Metrics;
+use trocar_engine::sensor::NoiseBank;
+use trocar_scenario::Scenario;
+
+/// A run, and thresholds with which it is identical.
+#[derive(Debug, Clone)]
+pub(super) struct RunWithEquivalents {
+    pub(super) metrics: Metrics,
+    /// Higher thresholds with which the run is identical, bit for bit; the list may be incomplete.
+    pub(super) thresholds: Vec<f64>,
+}
+
+/// Runs scenarios in lanes where possible. For each, `higher` lists the thresholds to track, above its detector's own
+/// threshold and below its cap.
+pub(super) fn run_with_equivalents(
+    bank: &mut NoiseBank,
+    scenarios: &[Scenario],
+    higher: &[Vec<f64>],
+) -> Vec<Result<RunWithEquivalents, RunError>> {
+    let tracked = TrackedThresholds { scenarios, higher };
+    let runs = run_pack_observed(InstructionSet::widest(), bank, scenarios, &tracked).into_iter();
+    runs.map(|run| run.map(|(metrics, thresholds)| RunWithEquivalents { metrics, thresholds })).collect()
+}
+
+/// [`run_with_equivalents`] without thresholds to track and without its cost.
+pub(super) fn run_without_equivalents(
+    bank: &mut NoiseBank,
+    scenarios: &[Scenario],
+) -> Vec<Result<RunWithEquivalents, RunError>> {
+    let runs = run_pack_sharing(bank, scenarios).into_iter();
+    runs.map(|run| run.map(|metrics| RunWithEquivalents { metrics, thresholds: vec![] })).collect()
+}
+
+/// The thresholds to track in each run.
+struct TrackedThresholds<'a> {
+    scenarios: &'a [Scenario],
+    higher: &'a [Vec<f64>],
+}
+
+impl RunObserver for TrackedThresholds<'_> {
+    type OverLanes<L: Lane> = EquivalentThresholds<L>;
+    type Finding = Vec<f64>;
+
+    fn over_lanes<L: Lane>(&self, places: Range<usize>) -> EquivalentThresholds<L> {
+        EquivalentThresholds::new(&self.scenarios[places.clone()], &self.higher[places])
+    }
+
+    fn finding<L: Lane>(observer: &EquivalentThresholds<L>, lane: usize) -> Vec<f64> {
+        observer.thresholds(lane).collect()
+    }
+}
+
+/// The observer: the remaining higher thresholds of each lane.
+#[derive(Debug, Clone)]
+struct EquivalentThresholds<L: Lane> {
+    /// `γ` of the lane's run; infinite if no threshold remains.
+    threshold: L,
+    /// Maximum number of ticks of an augmented phase that are identical with any threshold; infinite if no threshold
+    /// remains.
+    max_augmented_ticks: L,
+    /// Number of ticks of the current augmented phase, including the first; 0 outside of it.
+    augmented_ticks: L,
+    /// The runs, by lane.
+    runs: Vec<TrackedRun>,
+}
+
+/// The higher thresholds of one run.
+#[derive(Debug, Clone)]
+struct TrackedRun {
+    /// `S`.
+    settle_ticks: u64,
+    /// Whether only a residual below 0 counts as a rupture.
+    drop_only: bool,
+    /// Tick after the last crossing of the run's own threshold; 0 before the first.
+    quiet_from: u64,
+    higher: Vec<HigherThreshold>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct HigherThreshold {
+    threshold: f64,
+    /// As in [`TrackedRun`].
+    quiet_from: u64,
+}
+
+impl<L: Lane> EquivalentThresholds<L> {
+    /// Returns the observer of scenarios, the first in lane 0, each with its higher thresholds.
+    fn new(scenarios: &[Scenario], higher: &[Vec<f64>]) -> Self {
+        let is_tracked = |lane: usize| higher.get(lane).is_some_and(|higher| !higher.is_empty());
+        let tracked = |lane: usize, number: &dyn Fn(&Scenario) -> f64| {
+            if is_tracked(lane) { number(&scenarios[lane]) } else { f64::INFINITY }
+        };
+        // The mode changes at the earliest one tick after the phase begins.
+        let max_augmented_ticks = |scenario: &Scenario| {
+            nearest_ticks(scenario.augmentation.automaton.min_hold_s, scenario.grid.tick_s()).max(1) as f64
+        };
+        let run = |(scenario, higher): (&Scenario, &Vec<f64>)| {
+            let arming = &scenario.detector.arming;
+            let at_rest = |&threshold: &f64| HigherThreshold { threshold, quiet_from: 0 };
+            TrackedRun {
+                settle_ticks: nearest_ticks(arming.settle_s, scenario.grid.tick_s()),
+                drop_only: arming.drop_only,
+                quiet_from: 0,
+                higher: higher.iter().map(at_rest).collect(),
+            }
+        };
+        Self {
+            threshold: L::from_lanes(|lane| tracked(lane, &|scenario| scenario.detector.cusum.threshold)),
+            max_augmented_ticks: L::from_lanes(|lane| tracked(lane, &max_augmented_ticks)),
+            augmented_ticks: L::zero(),
+            runs: scenarios.iter().zip(higher).map(run).collect(),
+        }
+    }
+
+    /// Returns the thresholds with which the run of a lane has been identical so far.
+    fn thresholds(&self, lane: usize) -> impl Iterator<Item = f64> {
+        self.runs[lane].higher.iter().map(|higher| higher.threshold)
+    }
+
+    /// Evaluates a tick at which a `g` is above its threshold or a mode is not teleoperation.
+    #[inline(always)]
+    fn observe_event(&mut self, s: &Happening<L>, above: L::Mask, not_teleoperation: L::Mask) {
+        let is_augmented = not_teleoperation & s.mode.lt(L::splat(1.5));
+        self.augmented_ticks = L::select(is_augmented, self.augmented_ticks + L::splat(1.0), L::zero());
+        let is_delayed = self.augmented_ticks.gt(self.max_augmented_ticks);
+        if !(above | is_delayed).any() {
+            return;
+        }
+        for (lane, run) in self.runs.iter_mut().enumerate() {
+            if is_delayed.lane(lane) {
+                run.higher.clear();
+            } else if above.lane(lane) {
+                run.cross(s.tick, s.decision.lane(lane), s.alarm.lane(lane), s.residual_n.lane(lane));
+            }
+            if run.higher.is_empty() {
+                self.threshold.set_lane(lane, f64::INFINITY);
+                self.max_augmented_ticks.set_lane(lane, f64::INFINITY);
+            }
+        }
+    }
+}
+
+impl<L: Lane> EventObserver<L> for EquivalentThresholds<L> {
+    #[inline(always)]
+    fn observe(&mut self, s: &Happening<L>) {
+        let above = s.decision.gt(self.threshold);
+        let not_teleoperation = s.mode.gt(L::splat(0.5));
+        if (above | not_teleoperation).any() {
+            self.observe_event(s, above, not_teleoperation);
+        }
+    }
+}
+
+impl TrackedRun {
+    /// Drops the thresholds that may differ at a tick at which `g` is above the run's own.
+    fn cross(&mut self, tick: u64, decision: f64, alarm: bool, residual_n: f64) {
+        let settled = |quiet_from: u64| tick - quiet_from >= self.settle_ticks;
+        let own_is_settled = settled(self.quiet_from);
+        let can_be_rupture = !self.drop_only || residual_n < 0.0;
+        self.higher.retain_mut(|higher| {
+            if decision > higher.threshold {
+                let is_settled = settled(higher.quiet_from);
+                higher.quiet_from = tick + 1;
+                is_settled == own_is_settled || !can_be_rupture
+            } else {
+                !alarm
+            }
+        });
+        self.quiet_from = tick + 1;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,130 @@
+//! The stability of a case's closed loop, by analysis and by simulation of small motions.
+
+use std::cell::OnceCell;
+
+use crate::stability_check::{Verdict, linear_loop, simulate};
+use trocar_engine::metrics;
+use trocar_scenario::Scenario;
+use trocar_stability::{
+    Analysis, ClosedLoop, LinearLoop, Margins, Mode, Switching, SwitchingSettings, VaryingDelays, left_out,
+};
+
+/// The closed loop of a case; each part is computed at its first use.
+#[derive(Debug)]
+pub struct LoopOfCase<'a> {
+    scenario: &'a Scenario,
+    settings: OnceCell<Option<LinearLoop>>,
+    is_stable: OnceCell<Option<bool>>,
+    closed: OnceCell<Option<ClosedLoop>>,
+    mode: OnceCell<Option<Mode>>,
+    margins: OnceCell<Option<Margins>>,
+    ports: OnceCell<Option<(bool, bool)>>,
+    leaves_out: OnceCell<bool>,
+}
+
+impl<'a> LoopOfCase<'a> {
+    /// Returns the closed loop of a case's scenario.
+    #[must_use]
+    pub fn new(scenario: &'a Scenario) -> Self {
+        Self {
+            scenario,
+            settings: OnceCell::new(),
+            is_stable: OnceCell::new(),
+            closed: OnceCell::new(),
+            mode: OnceCell::new(),
+            margins: OnceCell::new(),
+            ports: OnceCell::new(),
+            leaves_out: OnceCell::new(),
+        }
+    }
+
+    /// The loop at the worst stiffness of the case's tissue.
+    fn settings(&self) -> Option<&LinearLoop> {
+        self.settings.get_or_init(|| linear_loop(self.scenario).ok()).as_ref()
+    }
+
+    fn closed(&self) -> Option<&ClosedLoop> {
+        self.closed.get_or_init(|| ClosedLoop::new(self.settings()?).ok()).as_ref()
+    }
+
+    fn is_stable(&self) -> Option<bool> {
+        *self.is_stable.get_or_init(|| self.settings()?.is_stable().ok())
+    }
+
+    fn mode(&self) -> Option<Mode> {
+        *self.mode.get_or_init(|| self.closed()?.dominant_mode().ok())
+    }
+
+    fn margins(&self) -> Option<Margins> {
+        *self.margins.get_or_init(|| self.closed()?.margins().ok())
+    }
+
+    fn ports(&self) -> Option<(bool, bool)> {
+        *self.ports.get_or_init(|| Analysis::port_verdicts(self.settings()?).ok().flatten())
+    }
+
+    fn simulated(&self) -> Option<f64> {
+        match simulate(self.scenario, self.settings()?).ok()? {
+            Verdict::Decays => Some(1.0),
+            Verdict::Grows => Some(0.0),
+            Verdict::Undecided => None,
+        }
+    }
+
+    /// Whether the analysis leaves out a part of the scenario.
+    fn leaves_out(&self) -> bool {
+        *self.leaves_out.get_or_init(|| {
+            let delays = self.settings().and_then(|settings| VaryingDelays::of(self.scenario, settings).ok().flatten());
+            !left_out(self.scenario, delays.as_ref()).is_empty()
+        })
+    }
+
+    fn certified_dwell_s(&self) -> Option<f64> {
+        if self.leaves_out() {
+            return None;
+        }
+        let settings = self.settings()?;
+        let switching =
+            SwitchingSettings::of(self.scenario, settings.clone(), settings.tissue.stiffness_n_per_m).ok()?;
+        Some(Switching::certified_dwell(&switching).ok()?? as f64 * settings.tick_s)
+    }
+}
+
+/// Returns a verdict as a number.
+fn as_number(holds: bool) -> f64 {
+    f64::from(u8::from(holds))
+}
+
+metrics! {
+    impl Loop for LoopOfCase<'_> {
+        /// Magnitude of the largest pole of the loop, per tick; motions decay if it is below 1.
+        spectral_radius = "spectral radius", Number, Lower => |l| Some(l.mode()?.spectral_radius);
+        /// True (1) if the loop is stable at every stiffness of its tissue and out of contact, by its matrices, otherwise 0; none if the matrices leave out a part of the scenario.
+        is_stable = "is stable", Count, Higher => |l| {
+            let stable = l.is_stable()?;
+            (!l.leaves_out()).then(|| as_number(stable))
+        };
+        /// The worst stiffness of the tissue in N/m, to which spectral radius, mode and margins belong.
+        stiffness_n_per_m = "worst stiffness", NewtonPerMetre, Neither => |l| Some(l.settings()?.stiffness_n_per_m);
+        /// Whether a small motion decays in a run of the engine: 1 or 0; none if it neither decays nor grows.
+        is_stable_simulated = "is stable, simulated", Count, Higher => |l| l.simulated();
+        /// Damping ratio of the dominant mode; below 0 it grows.
+        damping_ratio = "damping ratio", Number, Higher => |l| Some(l.mode()?.damping_ratio);
+        /// Frequency of the dominant mode in Hz.
+        frequency_hz = "frequency", Number, Neither => |l| Some(l.mode()?.frequency_hz);
+        /// Growth rate of the dominant mode in 1/s; below 0 it decays.
+        growth_per_s = "growth", Number, Lower => |l| Some(l.mode()?.growth_per_s);
+        /// Factor by which the loop's gain may change before the loop becomes unstable.
+        gain_margin = "gain margin", Number, Higher => |l| l.margins()?.gain;
+        /// Phase in rad that the loop may lose before it becomes unstable.
+        phase_margin_rad = "phase margin", Number, Higher => |l| l.margins()?.phase_rad;
+        /// Delay that may be added to the loop before it becomes unstable.
+        delay_margin_s = "delay margin", Second, Higher => |l| l.margins()?.delay_s;
+        /// Whether the loop is stable with any passive hand and any passive tissue: 1 or 0.
+        is_absolutely_stable = "is absolutely stable", Count, Higher => |l| Some(as_number(l.ports()?.0));
+        /// Whether the teleoperator is passive: 1 or 0.
+        is_passive = "is passive", Count, Higher => |l| Some(as_number(l.ports()?.1));
+        /// Minimum time of teleoperation between events for which the decay of motions is certified; none if the analysis leaves out a part of the scenario.
+        certified_dwell_s = "certified dwell", Second, Lower => |l| l.certified_dwell_s();
+    }
+}

@@ -1,0 +1,116 @@
+//! Metrics over two axes: the mean in each cell of a grid.
+
+use serde::Serialize;
+
+use crate::sweep::axis::{Axis, number};
+use crate::sweep::design::{Design, SamplingScheme};
+use trocar_base::moments::Moments;
+
+/// Number of classes of an axis without levels, and the maximum number otherwise.
+const MAX_CLASSES: u64 = 40;
+
+/// One cell.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Cell {
+    /// Value of the first axis at the centre of the cell.
+    pub x: f64,
+    /// Value of the second axis.
+    pub y: f64,
+    /// Number of its cases in which the metric is defined.
+    pub defined: u64,
+    /// Mean of the metric over these cases, if any.
+    pub mean: Option<f64>,
+    /// Half-width of the 95 % confidence interval of the mean.
+    pub mean_ci95_half_width: Option<f64>,
+}
+
+/// A metric over two axes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HeatMap {
+    /// Index of the metric among the columns.
+    pub column: usize,
+    /// Index of the horizontal axis.
+    pub x_axis: usize,
+    /// Index of the vertical axis.
+    pub y_axis: usize,
+    /// Number of cells per row.
+    pub x_count: usize,
+    /// The cells by row, both axes ascending.
+    pub cells: Vec<Cell>,
+}
+
+/// Returns the number of classes of an axis.
+pub(super) fn classes(axis: &Axis, max: u64) -> u64 {
+    axis.count().filter(|count| *count <= max).unwrap_or(max)
+}
+
+/// Returns the class of a unit coordinate.
+pub(super) fn class(coordinate: f64, classes: u64) -> usize {
+    (coordinate * classes as f64) as usize
+}
+
+/// The sums of all cells for the metrics in focus.
+pub(super) struct Cells<'a> {
+    design: &'a Design,
+    /// The axes and their numbers of classes.
+    axes: Option<[(usize, u64); 2]>,
+    /// By metric in focus, second axis and first axis.
+    moments: Vec<Moments>,
+}
+
+impl<'a> Cells<'a> {
+    pub(super) fn new(design: &'a Design) -> Self {
+        // Given points fill no map.
+        let is_filled = !matches!(design.scheme, SamplingScheme::List { .. });
+        let varied = |(_, axis): &(usize, &Axis)| is_filled && axis.is_numeric() && axis.count() != Some(1);
+        let mut numeric = design.axes.iter().enumerate().filter(varied);
+        let axes = numeric.next().zip(numeric.next());
+        let axes = axes.map(|(x, y)| [x, y].map(|(index, axis)| (index, classes(axis, MAX_CLASSES))));
+        let cells = axes.map_or(0, |[(_, x), (_, y)]| (x * y) as usize);
+        Self { design, axes, moments: vec![Moments::default(); cells * design.focus.len()] }
+    }
+
+    pub(super) fn add(&mut self, coordinates: &[f64], values: &[f64]) {
+        let Some([(x, x_count), (y, y_count)]) = self.axes else { return };
+        let cell = class(coordinates[y], y_count) * x_count as usize + class(coordinates[x], x_count);
+        let cells = (x_count * y_count) as usize;
+        for (place, column) in self.design.focus.iter().enumerate() {
+            self.moments[place * cells + cell].add_defined(values[*column]);
+        }
+    }
+
+    pub(super) fn heat_maps(&self) -> Vec<HeatMap> {
+        let Some([(x, x_count), (y, y_count)]) = self.axes else { return vec![] };
+        let (x_centres, y_centres) = (self.centres(x, x_count), self.centres(y, y_count));
+        let cells = (x_count * y_count) as usize;
+        let of_focus = |(place, column): (usize, &usize)| {
+            let mut map = HeatMap { column: *column, x_axis: x, y_axis: y, x_count: x_count as usize, cells: vec![] };
+            for (j, y) in &y_centres {
+                for (i, x) in &x_centres {
+                    let moments = &self.moments[place * cells + j * x_count as usize + i];
+                    let is_any = moments.count > 0;
+                    map.cells.push(Cell {
+                        x: *x,
+                        y: *y,
+                        defined: moments.count,
+                        mean: is_any.then_some(moments.mean),
+                        mean_ci95_half_width: is_any.then(|| 1.96 * moments.standard_error()),
+                    });
+                }
+            }
+            map
+        };
+        self.design.focus.iter().enumerate().map(of_focus).collect()
+    }
+
+    /// Returns the classes of an axis with their central values, ascending.
+    fn centres(&self, axis: usize, classes: u64) -> Vec<(usize, f64)> {
+        let centre = |class: u64| {
+            let value = self.design.axes[axis].value((class as f64 + 0.5) / classes as f64);
+            (class as usize, number(&value).unwrap_or(f64::NAN))
+        };
+        let mut centres: Vec<_> = (0..classes).map(centre).collect();
+        centres.sort_by(|a, b| a.1.total_cmp(&b.1));
+        centres
+    }
+}

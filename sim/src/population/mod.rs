@@ -1,8 +1,0 @@
-//! A population around a scenario: people, tissues and links drawn at random.
-
-mod draw;
-mod settings;
-
-pub(crate) use draw::log_normal;
-pub use draw::{DIMENSIONS, Draw};
-pub use settings::{Arms, DelayRange, Delays, PeopleSettings, PopulationSettings, TissueSpread, Tissues};
