@@ -72,14 +72,23 @@ impl OwnEngine {
 /// ```
 #[derive(Default)]
 pub struct OwnParts {
+    /// The operator of one's own, if there is one.
     pub operator: Option<Box<dyn Operator<f64> + Send>>,
+    /// The tissue of one's own, if there is one.
     pub tissue: Option<Box<dyn Tissue<f64> + Send>>,
+    /// The estimator of one's own, if there is one.
     pub estimator: Option<Box<dyn Estimator<f64> + Send>>,
+    /// The detector of one's own, if there is one.
     pub detector: Option<Box<dyn Detector<f64> + Send>>,
+    /// The distance of the detector of one's own, if there is one.
     pub distance: Option<Box<dyn Distance<f64> + Send>>,
+    /// The architecture of one's own, if there is one.
     pub architecture: Option<Box<dyn Architecture<f64> + Send>>,
+    /// The passivity scheme of one's own, if there is one.
     pub scheme: Option<Box<dyn PassivityScheme<f64> + Send>>,
+    /// The motion law of one's own, if there is one.
     pub motion_law: Option<Box<dyn MotionLaw<f64> + Send>>,
+    /// The force law of one's own, if there is one.
     pub force_law: Option<Box<dyn ForceLaw<f64> + Send>>,
 }
 

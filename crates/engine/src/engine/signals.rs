@@ -67,13 +67,21 @@ pub struct Signals<L: Lane> {
 /// What happens at a tick, of its [`Signals`]: few, as every signal that an observer may receive stays live in every tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Happening<L: Lane> {
+    /// The tick.
     pub tick: u64,
+    /// Position that the operator intends, in m.
     pub intended_position_m: L,
+    /// `x_e` in m.
     pub slave_position_m: L,
+    /// `e` in N.
     pub residual_n: L,
+    /// `g`, in the unit of the distance.
     pub decision: L,
+    /// 0 teleoperation, 1 augmented, 2 re-engaging.
     pub mode: L,
+    /// Whether a layer ruptures at this tick.
     pub ruptured: L::Mask,
+    /// Whether the detector raises an alarm at this tick.
     pub alarm: L::Mask,
 }
 

@@ -252,8 +252,11 @@ pub struct DetectorSample {
     pub distance: f64,
     /// `g`, in the unit of the distance.
     pub decision: f64,
+    /// What an alarm needs besides a large `g`.
     pub conditions: AlarmConditions<f64>,
+    /// Depth of the needle, in m.
     pub depth_m: f64,
+    /// Its velocity, in m/s.
     pub velocity_m_per_s: f64,
 }
 
@@ -330,6 +333,7 @@ pub struct MissRule<'a> {
     pub start_s: f64,
     /// How long after a rupture its alarm may come, in s.
     pub window_s: f64,
+    /// The settings of the detector.
     pub detector: &'a DetectorSettings,
     /// Time in s after an event in which the supervisor ignores alarms.
     pub refractory_s: f64,

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::{RunError, measure, observe};
 use trocar_core::lane::{LANES, Lane, of_each};
 use trocar_engine::engine::{
-    Additional, EventObserver, ExactPlants, GatheredPlants, Happening, InSet, InstructionSet, Wide, Wired,
+    Additional, EventObserver, ExactPlants, GatheredPlants, InSet, InstructionSet, Wide, Wired,
 };
 #[cfg(target_arch = "x86_64")]
 use trocar_engine::engine::{Avx2, Avx512};
