@@ -87,17 +87,20 @@
 //! ```
 //!
 //! # The layers
-//! A module depends only on modules of the same or a lower layer. `tests/it/layering` checks this.
+//! A package depends only on packages of a lower layer.
 //!
 //! | layer | package | modules |
 //! |---|---|---|
-//! | 7 | `trocar`, `trocar-report` | the command line, the page and its server; [`report`] (tables, CSV, JSON, figures; no other layer draws or prints) |
-//! | 6 | `trocar-sim` | [`run`], [`compare`], [`detect`], [`roc`], [`sweep`], [`stability_check`] (comparison of the linear analysis with simulations) |
-//! | 5 | `trocar-sim` | [`scenario`] (TOML, validated, resolved and echoed), [`metrics`] (numbers from observers), [`stability`] (the linear loop, without the engine) |
-//! | 4 | `trocar-sim` | [`engine`] (one tick, N ticks, observers) |
-//! | 3 | `trocar-sim` | [`teleoperation`] (architectures, recovery, passivity) |
-//! | 2 | `trocar-sim` | [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`], [`recording`], [`population`] (people, tissues and links drawn at random): siblings never import each other |
-//! | 1 | `trocar-sim` | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
+//! | 8 | `trocar` | the command line, the page and its server |
+//! | 7 | `trocar-report` | [`report`] (tables, CSV, JSON, figures; no lower layer draws or prints) |
+//! | 6 | `trocar-studies` | [`run`], [`compare`], [`detect`], [`roc`], [`sweep`], [`stability_check`] (comparison of the linear analysis with simulations) |
+//! | 5 | `trocar-stability` | [`stability`] (the linear loop, without the engine) |
+//! | 5 | `trocar-link` | the two sides of an insertion as two processes |
+//! | 4 | `trocar-scenario` | [`scenario`] (TOML, validated, resolved and echoed), [`population`] (people, tissues and links drawn at random) |
+//! | 3 | `trocar-engine` | [`engine`] (one tick, N ticks, observers), [`metrics`] (numbers from observers), [`teleoperation`] (architectures, recovery, passivity), [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`] |
+//! | 2 | `trocar-lti` | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
+//! | 2 | `trocar-recording` | [`recording`] (recordings from files of several formats) |
+//! | 1 | `trocar-base` | [`warning`], quantiles, work on several threads |
 //! | core | `trocar-core` | [`rig`] (one step of a real controller), [`chain`] (estimator, distance, decision), [`augmentation`], [`detection`], [`estimation`], [`settings`], [`time`], [`lane`], [`error`] |
 
 pub use trocar_base::warning;

@@ -20,7 +20,7 @@ def test_there_is_no_server_and_no_terminal_in_it():
     command = ["cargo", "tree", "--package", "trocar-python", "--edges", "normal", "--prefix", "none", "--format", "{p}"]
     done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=True)
     crates = {line.split()[0] for line in done.stdout.splitlines() if line}
-    assert {"trocar-python", "trocar-sim", "pyo3"} <= crates
+    assert {"trocar-python", "trocar-studies", "pyo3"} <= crates
     assert not crates & UNWANTED
 
 

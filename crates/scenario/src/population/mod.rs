@@ -3,6 +3,5 @@
 mod draw;
 mod settings;
 
-pub use draw::log_normal;
-pub use draw::{DIMENSIONS, Draw};
+pub use draw::{DIMENSIONS, Draw, log_normal};
 pub use settings::{Arms, DelayRange, Delays, PeopleSettings, PopulationSettings, TissueSpread, Tissues};
