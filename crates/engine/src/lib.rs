@@ -12,3 +12,11 @@ pub mod plant;
 pub mod sensor;
 pub mod teleoperation;
 pub mod tissue;
+
+/// Lanes of wide instructions, for the packages that run engines side by side. Values may only be made where
+/// [`engine::InstructionSet::is_available`] holds, so the package `trocar` does not re-export them.
+#[cfg(target_arch = "x86_64")]
+#[doc(hidden)]
+pub mod wide_lanes {
+    pub use crate::engine::eight::{Avx2, Avx512};
+}

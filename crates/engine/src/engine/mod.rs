@@ -17,7 +17,7 @@
 mod built_in_or;
 mod column;
 #[cfg(target_arch = "x86_64")]
-mod eight;
+pub(crate) mod eight;
 mod error;
 mod exact;
 mod instruction_set;
@@ -40,8 +40,7 @@ mod wired;
 pub use built_in_or::BuiltInOr;
 pub use column::{ColumnValues, TraceColumn};
 #[cfg(target_arch = "x86_64")]
-#[doc(hidden)]
-pub use eight::{Avx2, Avx512};
+pub(crate) use eight::{Avx2, Avx512};
 pub use error::{EngineError, InvalidPart};
 pub use exact::{ExactPlants, GatheredPlants};
 pub use instruction_set::{InSet, InstructionSet, Wide};

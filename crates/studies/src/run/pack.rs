@@ -8,7 +8,7 @@ use trocar_engine::engine::{
     Additional, EventObserver, ExactPlants, GatheredPlants, InSet, InstructionSet, Wide, Wired,
 };
 #[cfg(target_arch = "x86_64")]
-use trocar_engine::engine::{Avx2, Avx512};
+use trocar_engine::wide_lanes::{Avx2, Avx512};
 use trocar_engine::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use trocar_engine::sensor::NoiseBank;
 use trocar_scenario::{Scenario, ScenarioEngine};
