@@ -188,7 +188,7 @@ async fn map(page: Page) -> Page {
     let near = |key: &str, value: f64| (set[key].as_f64().expect("a number") / value - 1.0).abs() < 0.05;
     assert!(near("scaling.force", 8.0) && near("tissue.stiffness_n_per_m", 1500.0), "{set}");
     // Beyond the boundary in this corner of the map, according to `trocar stability`.
-    page.wait("return document.getElementById('map-text').textContent.includes('unstable')").await;
+    page.wait("return document.getElementById('map-text').textContent.includes(': not stable in contact')").await;
     assert_eq!(page.evaluate(ends).await, before, "the map stays where it is");
     let address = page.client.current_url().await.expect("there");
     let state = address.fragment().expect("the state").to_owned();
