@@ -453,7 +453,7 @@ fn a_browser_draws_the_pages() {
     let folder = TestFolder::new();
     folder.good(&["compare", "--report", "--quiet"]);
     folder.good(&["stability", "--report", "--quiet", "--z-width", "0:50:6", "--absolute", "channel.delay_s=0:0.1:5"]);
-    for page in ["out/report.html", "out/classical/report.html"] {
+    for page in ["out/report.html", "out/depth-classical/report.html"] {
         let html = folder.text(page);
         let profile = tempfile::tempdir().expect("a folder");
         let output = Command::new(browser)
