@@ -147,7 +147,7 @@ pub(super) enum CliError {
     Unit(UnitError),
     /// The library of units is not there.
     #[error(
-        "{path}: {source}: build it with cargo build --release -p trocar-fmu, and give its path with --library if it is elsewhere"
+        "{path}: {source}: run `cargo build --release`, which makes the library of units beside trocar, or give its path with --library"
     )]
     NoLibrary {
         /// The expected file.

@@ -377,7 +377,7 @@ fn the_command_says_what_is_missing() {
     let outcome = folder.trocar(&["export", "fmu", "paper/augmented", "--library", "none.so"]);
     assert_eq!(outcome.code, 2);
     assert!(
-        outcome.err.contains("none.so") && outcome.err.contains("cargo build --release -p trocar-fmu"),
+        outcome.err.contains("none.so") && outcome.err.contains("cargo build --release"),
         "{}",
         outcome.err
     );

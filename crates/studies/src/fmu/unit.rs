@@ -48,7 +48,7 @@ pub enum UnitError {
 const PAGE: &str = "<!DOCTYPE html><html lang=\"en\"><meta charset=\"utf-8\"><title>trocar</title>\n\
     <p>This unit was written by <code>trocar export fmu</code>. Its scenario is in <code>resources</code>, and runs with \
     <code>trocar run</code> too. The source of its library is the package <code>trocar-fmu</code> of trocar, of the version in \
-    <code>modelDescription.xml</code>: <code>cargo build --release -p trocar-fmu</code>.\n\
+    <code>modelDescription.xml</code>: <code>cargo build --release</code> makes it.\n\
     <p>A step from t to t + h reads the inputs of t; after it, the outputs are those of the last tick before t + h. A step is a \
     whole number of ticks. Parameters are the keys of scenarios, with their values as defaults. What is derived from a changed \
     parameter, and is not changed itself, follows it.\n";
