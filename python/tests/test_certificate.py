@@ -10,13 +10,16 @@ from conftest import REPOSITORY
 CONCEPTS = REPOSITORY / "docs" / "src" / "concepts"
 SCRIPT = CONCEPTS / "verify_certificate.py"
 
+# A spring and damper in place of the recorded force, which closes no loop.
+TISSUE = ["--set", "tissue.stiffness_n_per_m=200", "--set", "tissue.damping_n_s_per_m=5"]
+
 
 @pytest.fixture(scope="module")
 def written(cli, tmp_path_factory):
     """certificate.json of the shipped scenario."""
     folder = tmp_path_factory.mktemp("certificate")
     small = ["--x", "scaling.force=0.1:10:4", "--y", "tissue.stiffness_n_per_m=10:2000:4"]
-    done = cli("stability", "paper/augmented", *small, "--quiet", "--out", folder)
+    done = cli("stability", "paper/augmented", *TISSUE, "--tissue", "50:600", *small, "--quiet", "--out", folder)
     assert done.returncode == 0, done.stderr
     return json.loads((folder / "augmented" / "certificate.json").read_text())
 
@@ -44,7 +47,7 @@ def test_a_kept_gap_is_verified_by_a_script_of_its_own(cli, tmp_path):
     assert len(script.read_text().splitlines()) <= 80
     small = ["--x", "scaling.position=0.9:1:2", "--y", "tissue.stiffness_n_per_m=100:200:2"]
     changes = ["--set", "augmentation.reengage=clutch", "--set", "channel.delay_s=0.005"]
-    done = cli("stability", "paper/augmented", *small, *changes, "--quiet", "--out", tmp_path)
+    done = cli("stability", "paper/augmented", *TISSUE, "--tissue", "50:600", *small, *changes, "--quiet", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     proof = json.loads((tmp_path / "augmented" / "certificate.json").read_text())["certificates"]["kept_gap"]
     verify = runpy.run_path(str(script))["verify"]
@@ -105,7 +108,7 @@ CASES = [
 def test_an_independent_solver_agrees_on_the_dwell(cli, tmp_path, settings, tissue, limit_ms):
     small = ["--x", "scaling.position=0.9:1:2", "--y", "tissue.stiffness_n_per_m=100:200:2", "--tissue", tissue]
     changes = [word for setting in settings for word in ("--set", setting)]
-    done = cli("stability", "paper/augmented", *small, *changes, "--quiet", "--out", tmp_path)
+    done = cli("stability", "paper/augmented", *TISSUE, *small, *changes, "--quiet", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     certificate = json.loads((tmp_path / "augmented" / "certificate.json").read_text())["certificates"]["shortest_dwell"]
     assert 1e3 * certificate["dwell_s"] <= limit_ms

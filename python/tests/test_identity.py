@@ -156,9 +156,9 @@ def test_sweep_of_a_file_and_of_arguments(cli, tmp_path):
 def test_stability(cli, tmp_path):
     axes = "scaling.force=0.1:20:12", "tissue.stiffness_n_per_m=10:4000:15"
     done = cli("stability", "--x", axes[0], "--y", axes[1], "--simulate", "--json", "--out", tmp_path)
-    stability = trocar.stability("paper/classical", *axes, simulate=True)
+    stability = trocar.stability(x=axes[0], y=axes[1], simulate=True)
     assert stability.report == json.loads(done.stdout)
-    rows = rows_of(tmp_path / "classical" / "stability_map.csv")
+    rows = rows_of(tmp_path / "depth-classical" / "stability_map.csv")
     assert stability.stable.shape == (15, 12)
     assert [str(int(stable)) for stable in stability.stable.ravel()] == rows["stable"]
     words = {1: "decays", 0: "grows", -1: "undecided"}

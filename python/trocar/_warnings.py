@@ -103,7 +103,7 @@ class UnmodelledWarning(TrocarWarning):
 
 
 class TissueNotCoveredWarning(TrocarWarning):
-    """The tissue of the scenario is outside the range of stiffness of the certificate."""
+    """The certificate does not cover the whole tissue of the scenario."""
 
     code = "tissue-not-covered"
 

@@ -94,6 +94,9 @@ impl Quadratic {
     }
 }
 
+/// The stiffness in N/m of a spring that keeps the position from drifting, and nothing else.
+const WEAKEST_N_PER_M: f64 = 0.01;
+
 impl Terminations {
     /// Whether no hand between `r` and the range's maximum has a pole at a frequency with a tissue of the range.
     fn excludes(&self, hybrid: &Hybrid, omega: f64, r: f64) -> bool {
@@ -126,7 +129,9 @@ impl Terminations {
         other.arm.m_h_kg = 1.0;
         other.arm.k_h_n_per_m = 1e6;
         other.arm.b_h_n_s_per_m = 1e4;
-        other.stiffness_n_per_m = 0.5 * (self.stiffness_n_per_m.0 + self.stiffness_n_per_m.1);
+        // Between dampers alone the position drifts, which is a pole at 1 and no growth: a weak spring removes it.
+        let stiffness_n_per_m = 0.5 * (self.stiffness_n_per_m.0 + self.stiffness_n_per_m.1);
+        other.stiffness_n_per_m = stiffness_n_per_m.max(WEAKEST_N_PER_M);
         other.damping_n_s_per_m = 0.5 * (self.damping_n_s_per_m.0 + self.damping_n_s_per_m.1);
         other
     }
