@@ -107,7 +107,7 @@ impl<L: Lane> HeldReference<L> {
         };
         Self {
             freeze,
-            hold: AnyHold::Frozen,
+            hold: AnyHold::new(&HoldSettings::Frozen, tick_s),
             reengage,
             force: L::zero(),
             min_force: L::zero(),

@@ -56,24 +56,23 @@ macro_rules! gather {
     };
 }
 
-/// Implements `Gather` for an enum. All values must be the same variant, with one field or none. With `stored`, also
+/// Implements `Gather` for an enum. All values must be the same variant. Each variant has one field. With `stored`, also
 /// `Stored`: the variant follows from the settings.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather_variants {
-    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? } $(empty { $($Empty:ident),* })? stored) => {
-        $crate::gather_variants!($Type $([$N])? { $($Variant),* } $(empty { $($Empty),* })?);
+    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? } stored) => {
+        $crate::gather_variants!($Type $([$N])? { $($Variant),* });
 
         impl $(<const $N: usize>)? $crate::lane::Stored for $Type<f64 $(, $N)?> {
             fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
                 match self {
                     $(Self::$Variant(part) => $crate::lane::Stored::numbers(part, with),)*
-                    $($(Self::$Empty => {})*)?
                 }
             }
         }
     };
-    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? } $(empty { $($Empty:ident),* })?) => {
+    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? }) => {
         impl $(<const $N: usize>)? $crate::lane::Gather for $Type<f64 $(, $N)?> {
             type Of<L: $crate::lane::Lane> = $Type<L $(, $N)?>;
 
@@ -86,9 +85,6 @@ macro_rules! gather_variants {
                         });
                         $crate::lane::Gather::gather::<L>(inner).map($Type::$Variant)
                     })*
-                    $($(Self::$Empty => {
-                        all.iter().all(|one| matches!(one, Self::$Empty)).then(|| $Type::$Empty)
-                    })*)?
                 }
             }
         }
