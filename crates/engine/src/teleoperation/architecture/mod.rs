@@ -1,19 +1,21 @@
 //! The architectures: what each side sends, and how it uses what it receives.
 
 mod accelerometer;
+mod any;
 pub(super) mod four_channel;
 mod frozen;
 mod gains;
 pub(super) mod local_force;
-pub(super) mod position_force;
+mod position_force;
 pub(super) mod position_position;
 
+pub use any::{AnyArchitecture, ControllerKind, ControllerSettings};
 pub use gains::{MasterGains, SlaveGains};
 
 use trocar_core::settings::Key;
 
+use super::Machines;
 use super::connection::{AtMaster, AtSlave};
-use super::{ControllerSettings, Machines};
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
