@@ -1,128 +1,59 @@
 //! The registry of a role: its built-in parts, their words in scenarios, and static dispatch over them.
 
-/// Declares the built-in parts of a role, one row each: the word in scenarios, the kind, its settings in parentheses if it
-/// alone has them, and the path of the part.
+/// Declares the built-in parts of a role, one row each: the word in scenarios, the kind, in parentheses the settings of
+/// this kind alone, and the path of the part.
 ///
-/// ```
-/// # use trocar_core::lane::Lane;
-/// mod spring {
-///     trocar_core::settings! {
-///         /// A spring.
-///         #[derive(Debug, Clone, Copy, PartialEq)]
-///         pub struct SpringSettings in "toy." {
-///             /// Its stiffness.
-///             stiffness_n_per_m: f64 [POSITIVE] = 100.0,
-///         }
-///     }
-///     #[derive(Debug, Clone)]
-///     pub struct Spring<L>(pub L);
-///     trocar_core::lane::gather!(Spring { 0 } stored);
-/// }
-/// mod nothing {
-///     #[derive(Debug, Clone)]
-///     pub struct Nothing<L>(pub core::marker::PhantomData<L>);
-///     trocar_core::lane::gather_nothing!(Nothing);
-/// }
-/// use spring::SpringSettings;
-///
-/// /// What all parts of the role do.
-/// trait Toy<L: Lane> {
-///     fn force_n(&self, position_m: L) -> L;
-/// }
-/// impl<L: Lane> Toy<L> for spring::Spring<L> {
-///     fn force_n(&self, position_m: L) -> L {
-///         self.0 * position_m
-///     }
-/// }
-/// impl<L: Lane> Toy<L> for nothing::Nothing<L> {
-///     fn force_n(&self, _position_m: L) -> L {
-///         L::zero()
-///     }
-/// }
-///
-/// /// What the registry needs besides.
-/// trait BuiltIn {
-///     type Settings;
-///     const NAME: &'static str;
-///     fn build(settings: &Self::Settings) -> Self;
-/// }
-/// impl<L: Lane> BuiltIn for spring::Spring<L> {
-///     type Settings = SpringSettings;
-///     const NAME: &'static str = "a spring";
-///     fn build(settings: &SpringSettings) -> Self {
-///         Self(L::splat(settings.stiffness_n_per_m))
-///     }
-/// }
-/// impl<L> BuiltIn for nothing::Nothing<L> {
-///     type Settings = ();
-///     const NAME: &'static str = "nothing";
-///     fn build(_settings: &()) -> Self {
-///         Self(core::marker::PhantomData)
-///     }
-/// }
-///
-/// trocar_core::registry! {
-///     /// The toy.
+/// ```text
+/// registry! {
+///     /// What holds the slave during an event.
 ///     #[derive(Debug, Clone, Copy, PartialEq)]
-///     pub enum ToySettings at "toy.kind" = Spring;
-///     /// Any of the built-in toys.
-///     pub enum AnyToy<L> by (each, of_kind) stored;
+///     pub enum HoldSettings at "augmentation.hold" = Frozen;
+///     /// Any of the built-in holds.
+///     pub enum AnyHold<L> by (each, of_kind) stored;
 ///
-///     "spring" => Spring(SpringSettings) = spring::Spring,
-///     "none" => Nothing = nothing::Nothing,
+///     "freeze" => Frozen = freeze::Frozen,
+///     "speed-limit" => SpeedLimit(SpeedLimitSettings) = speed_limit::SpeedLimit,
 /// }
-///
-/// impl<L: Lane> Toy<L> for AnyToy<L> {
-///     fn force_n(&self, position_m: L) -> L {
-///         each!(self, toy => toy.force_n(position_m))
-///     }
-/// }
-/// impl<L: Lane> AnyToy<L> {
-///     fn new(settings: &ToySettings) -> Self {
-///         of_kind!(settings, Part(own) => Part::build(own).into())
-///     }
-/// }
-/// let toy = AnyToy::<f64>::new(&ToySettings::DEFAULT);
-/// assert_eq!(toy.force_n(0.02), 2.0);
-/// assert_eq!(of_kind!(ToySettings::Nothing, Part => Part::<f64>::NAME), "nothing");
-/// assert_eq!(of_kind!([WORD, Part] => (WORD, Part::<f64>::NAME)), [("spring", "a spring"), ("none", "nothing")]);
 /// ```
 ///
-/// expands to the [`choice!`](crate::choice!) of the words, `enum ToySettings { Spring(SpringSettings), Nothing }`, and to
+/// expands to the [`choice!`](crate::choice!) `HoldSettings { Frozen, SpeedLimit(SpeedLimitSettings) }` with these words, to
 ///
 /// ```text
-/// pub enum AnyToy<L> {
-///     Spring(spring::Spring<L>),
-///     Nothing(nothing::Nothing<L>),
+/// pub enum AnyHold<L> {
+///     Frozen(freeze::Frozen<L>),
+///     SpeedLimit(speed_limit::SpeedLimit<L>),
 /// }
-/// impl<L: Lane> From<spring::Spring<L>> for AnyToy<L> { … }      // one for each part
-/// gather_variants!(AnyToy { Spring, Nothing } stored);
-/// macro_rules! each { … }
-/// macro_rules! of_kind { … }
+/// impl<L: Lane> From<freeze::Frozen<L>> for AnyHold<L> { … }      // and from each other part
+/// gather_variants!(AnyHold { Frozen, SpeedLimit } stored);        // Gather, and with `stored` also Stored
 /// ```
 ///
-/// The two local macros are a `match` with an arm for each part. The calls above expand to
+/// and to two macros for the module, with the names in `by (…)`. `each!` runs an expression on the part, and `of_kind!` on
+/// the type of the part, for one kind or for all:
 ///
 /// ```text
-/// match self {                                                    // each!(self, toy => toy.force_n(position_m))
-///     AnyToy::Spring(toy) => toy.force_n(position_m),
-///     AnyToy::Nothing(toy) => toy.force_n(position_m),
-/// }
-/// match settings {                                                // of_kind!(settings, Part(own) => …)
-///     ToySettings::Spring(own) => { use spring::Spring as Part; Part::build(own).into() }
-///     ToySettings::Nothing => { use nothing::Nothing as Part; let own = &(); Part::build(own).into() }
-/// }
-/// match ToySettings::Nothing {                                    // of_kind!(…, Part => Part::<f64>::NAME)
-///     ToySettings::Spring { .. } => { use spring::Spring as Part; Part::<f64>::NAME }
-///     ToySettings::Nothing { .. } => { use nothing::Nothing as Part; Part::<f64>::NAME }
-/// }
-/// [                                                               // of_kind!([WORD, Part] => …)
-///     { use spring::Spring as Part; const WORD: &str = "spring"; (WORD, Part::<f64>::NAME) },
-///     { use nothing::Nothing as Part; const WORD: &str = "none"; (WORD, Part::<f64>::NAME) },
-/// ]
+/// each!(self, hold => hold.reference_m(now))
+///     match self {
+///         AnyHold::Frozen(hold) => hold.reference_m(now),
+///         AnyHold::SpeedLimit(hold) => hold.reference_m(now),
+///     }
+/// of_kind!(kind, Part => Part::<f64>::NAME)
+///     match kind {
+///         HoldSettings::Frozen { .. } => { use freeze::Frozen as Part; Part::<f64>::NAME }
+///         HoldSettings::SpeedLimit { .. } => { use speed_limit::SpeedLimit as Part; Part::<f64>::NAME }
+///     }
+/// of_kind!(settings, Part(own) => Part::build(own).into())        // own: the settings of the kind, or &()
+///     match settings {
+///         HoldSettings::Frozen => { use freeze::Frozen as Part; let own = &(); Part::build(own).into() }
+///         HoldSettings::SpeedLimit(own) => { use speed_limit::SpeedLimit as Part; Part::build(own).into() }
+///     }
+/// of_kind!([WORD, Part] => (WORD, Part::<f64>::NAME))
+///     [
+///         { use freeze::Frozen as Part; const WORD: &str = "freeze"; (WORD, Part::<f64>::NAME) },
+///         { use speed_limit::SpeedLimit as Part; const WORD: &str = "speed-limit"; (WORD, Part::<f64>::NAME) },
+///     ]
 /// ```
 ///
-/// Without words and `at`, the kinds are an ordinary enum. `stored` also implements [`Stored`](crate::lane::Stored).
+/// Without `at` and words, the kinds are an ordinary enum.
 #[macro_export]
 macro_rules! registry {
     (

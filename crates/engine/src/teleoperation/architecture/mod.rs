@@ -16,6 +16,7 @@ use trocar_core::settings::Key;
 
 use super::Machines;
 use super::connection::{AtMaster, AtSlave};
+use trocar_core::augmentation::Modes;
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
@@ -66,8 +67,8 @@ pub struct ArrivedAtMaster<L> {
     pub sample: SlaveSample<L>,
     /// The sample's force in N, or the passivity scheme's replacement.
     pub force_n: L,
-    /// The slave's mode: 0 teleoperation, 1 augmented (the slave is frozen), 2 re-engaging.
-    pub mode: L,
+    /// The slave's mode.
+    pub mode: Modes<L>,
 }
 
 /// What each side sends, and how it uses what it receives.
