@@ -10,6 +10,7 @@ pub use amplify::{Amplify, AmplifySettings};
 pub use damp::{Damp, DampSettings};
 pub use decay::{Decay, DecaySettings};
 
+use super::BuiltIn;
 use crate::lane::Lane;
 
 /// Inputs of a force law at a tick.
@@ -47,15 +48,6 @@ impl<L: Lane, F: ForceLaw<L> + ?Sized> ForceLaw<L> for alloc::boxed::Box<F> {
     }
 }
 
-/// A built-in force law, built from settings.
-trait BuiltIn<L: Lane>: ForceLaw<L> {
-    /// Its settings.
-    type Settings;
-
-    /// The law of the settings on ticks `tick_s` apart (s).
-    fn build(settings: &Self::Settings, tick_s: f64) -> Self;
-}
-
 crate::registry! {
     /// Let the feedback force decay, scale its variation, or add damping of the master.
     ///
@@ -74,7 +66,7 @@ impl<L: Lane> AnyForceLaw<L> {
     /// The law of the settings, on ticks `tick_s` apart (s).
     #[must_use]
     pub fn new(settings: &ForceLawSettings, tick_s: f64) -> Self {
-        of_kind!(settings, Part(own) => <Part<L> as BuiltIn<L>>::build(own, tick_s).into())
+        of_kind!(settings, Part(own) => Part::<L>::build(own, tick_s).into())
     }
 }
 

@@ -12,6 +12,7 @@ pub use forbidden_region::{ForbiddenRegion, ForbiddenRegionSettings};
 pub use freeze::Frozen;
 pub use speed_limit::{SpeedLimit, SpeedLimitSettings};
 
+use super::BuiltIn;
 use crate::lane::Lane;
 
 /// Inputs of a hold at a tick. All positions are in m, on the slave's scale.
@@ -29,15 +30,6 @@ pub struct HeldTick<L> {
 pub trait Hold<L: Lane> {
     /// The slave's reference in m.
     fn reference_m(&self, now: &HeldTick<L>) -> L;
-}
-
-/// A built-in hold, built from settings.
-trait BuiltIn<L: Lane>: Hold<L> {
-    /// Its settings.
-    type Settings;
-
-    /// The hold of the settings on ticks `tick_s` apart (s).
-    fn build(settings: &Self::Settings, tick_s: f64) -> Self;
 }
 
 crate::registry! {
@@ -61,7 +53,7 @@ impl<L: Lane> AnyHold<L> {
     /// The hold of the settings, on ticks `tick_s` apart (s).
     #[must_use]
     pub fn new(settings: &HoldSettings, tick_s: f64) -> Self {
-        of_kind!(settings, Part(own) => <Part<L> as BuiltIn<L>>::build(own, tick_s).into())
+        of_kind!(settings, Part(own) => Part::<L>::build(own, tick_s).into())
     }
 }
 

@@ -62,6 +62,15 @@ crate::settings! {
     }
 }
 
+/// A force law or a hold that is built from its settings.
+trait BuiltIn {
+    /// Its settings.
+    type Settings;
+
+    /// The part of the settings on ticks `tick_s` apart (s).
+    fn build(settings: &Self::Settings, tick_s: f64) -> Self;
+}
+
 /// Inputs of the supervisor at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Situation<L: Lane> {

@@ -103,6 +103,7 @@ pub enum AnyTissue<L: Lane> {
     Moving(Box<Moving<L>>),
 }
 
+trocar_core::variants!(either of AnyTissue { Still, Moving });
 trocar_core::lane::gather_variants!(AnyTissue { Still, Moving });
 
 impl<L: Lane, T: Into<StillTissue<L>>> From<T> for AnyTissue<L> {
@@ -114,24 +115,15 @@ impl<L: Lane, T: Into<StillTissue<L>>> From<T> for AnyTissue<L> {
 impl<L: Lane> Tissue<L> for AnyTissue<L> {
     #[inline(always)]
     fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
-        match self {
-            Self::Still(tissue) => tissue.react(tick, position_m, velocity_m_per_s),
-            Self::Moving(tissue) => tissue.react(tick, position_m, velocity_m_per_s),
-        }
+        either!(self, tissue => tissue.react(tick, position_m, velocity_m_per_s))
     }
 
     #[inline(always)]
     fn shaft_force_n(&self) -> L {
-        match self {
-            Self::Still(tissue) => tissue.shaft_force_n(),
-            Self::Moving(tissue) => tissue.shaft_force_n(),
-        }
+        either!(self, tissue => tissue.shaft_force_n())
     }
 
     fn failure(&self) -> Option<&TissueFailure> {
-        match self {
-            Self::Still(tissue) => tissue.failure(),
-            Self::Moving(tissue) => tissue.failure(),
-        }
+        either!(self, tissue => tissue.failure())
     }
 }

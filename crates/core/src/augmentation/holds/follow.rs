@@ -9,7 +9,7 @@ use crate::lane::Lane;
 #[derive(Debug, Clone)]
 pub struct Following<L>(PhantomData<L>);
 
-impl<L: Lane> BuiltIn<L> for Following<L> {
+impl<L: Lane> BuiltIn for Following<L> {
     type Settings = ();
 
     fn build(_settings: &(), _tick_s: f64) -> Self {

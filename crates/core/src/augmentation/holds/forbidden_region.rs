@@ -18,7 +18,7 @@ pub struct ForbiddenRegion<L> {
     margin: L,
 }
 
-impl<L: Lane> BuiltIn<L> for ForbiddenRegion<L> {
+impl<L: Lane> BuiltIn for ForbiddenRegion<L> {
     type Settings = ForbiddenRegionSettings;
 
     fn build(settings: &ForbiddenRegionSettings, _tick_s: f64) -> Self {

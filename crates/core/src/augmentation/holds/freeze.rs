@@ -9,7 +9,7 @@ use crate::lane::Lane;
 #[derive(Debug, Clone)]
 pub struct Frozen<L>(PhantomData<L>);
 
-impl<L: Lane> BuiltIn<L> for Frozen<L> {
+impl<L: Lane> BuiltIn for Frozen<L> {
     type Settings = ();
 
     fn build(_settings: &(), _tick_s: f64) -> Self {

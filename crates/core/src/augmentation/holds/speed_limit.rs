@@ -18,7 +18,7 @@ pub struct SpeedLimit<L> {
     step: L,
 }
 
-impl<L: Lane> BuiltIn<L> for SpeedLimit<L> {
+impl<L: Lane> BuiltIn for SpeedLimit<L> {
     type Settings = SpeedLimitSettings;
 
     fn build(settings: &SpeedLimitSettings, tick_s: f64) -> Self {
