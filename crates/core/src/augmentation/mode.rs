@@ -87,17 +87,8 @@ impl<L: Lane> Modes<L> {
         Self { code: self.code.with_lane(index, f64::from(mode.code())) }
     }
 
-    /// The modes of one lane, as those of a single run.
     #[inline(always)]
-    #[must_use]
-    pub fn of_lane(self, index: usize) -> Modes<f64> {
-        Modes { code: self.code.lane(index) }
-    }
-
-    /// Lanes whose mode is `which`.
-    #[inline(always)]
-    #[must_use]
-    pub fn is(self, which: Mode) -> L::Mask {
+    fn is(self, which: Mode) -> L::Mask {
         (self.code - Self::splat(which).code).abs().lt(L::splat(0.5))
     }
 

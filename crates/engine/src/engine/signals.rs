@@ -214,7 +214,7 @@ impl<L: Lane> Signals<L> {
             residual_n: self.residual_n.lane(index),
             distance: self.distance.lane(index),
             decision: self.decision.lane(index),
-            mode: self.mode.of_lane(index),
+            mode: Modes::splat(self.mode.lane(index)),
             ruptured: self.ruptured.lane(index),
             noticed: self.noticed.lane(index),
             alarm: self.alarm.lane(index),

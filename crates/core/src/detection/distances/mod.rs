@@ -11,7 +11,6 @@ mod mean_change;
 mod moving_average;
 mod page_hinkley;
 mod parameter_change;
-mod squared_drop;
 mod squared_residual;
 mod tail;
 mod variance_change;
@@ -25,7 +24,6 @@ pub use mean_change::MeanChange;
 pub use moving_average::MovingAverage;
 pub use page_hinkley::PageHinkley;
 pub use parameter_change::ParameterChange;
-pub use squared_drop::SquaredDrop;
 pub use squared_residual::SquaredResidual;
 pub use tail::RateSettings;
 pub use variance_change::VarianceChange;
@@ -101,7 +99,7 @@ trait BuiltIn {
 }
 
 crate::registry! {
-    /// The distance: e², e² of drops only, eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the
+    /// The distance: e², eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the
     /// likelihood ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline:
     /// moving average, windowed derivative, linear fit.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,7 +108,6 @@ crate::registry! {
     pub enum AnyDistance<L> by (each, of_kind) stored;
 
     "squared-residual" => SquaredResidual = squared_residual::SquaredResidual,
-    "squared-drop" => SquaredDrop = squared_drop::SquaredDrop,
     "mean-change" => MeanChange = mean_change::MeanChange,
     "variance-change" => VarianceChange = variance_change::VarianceChange,
     "parameter-change" => ParameterChange = parameter_change::ParameterChange,
@@ -245,15 +242,6 @@ mod tests {
 
     fn log_density(e: f64, mean: f64, std: f64) -> f64 {
         -(e - mean).powi(2) / (2.0 * std * std) - std.ln()
-    }
-
-    #[test]
-    fn a_drop_is_a_resisting_force_that_falls_short() {
-        let distance = |residual: f64, predicted: f64| {
-            let distance = DistanceSettings { kind: DistanceKind::SquaredDrop, ..DistanceSettings::DEFAULT };
-            AnyDistance::<f64>::new(&distance, 1e-3).update(&evidence(residual, predicted))
-        };
-        assert_eq!([distance(-0.5, 2.0), distance(0.5, 2.0), distance(-0.5, -2.0)], [0.25, 0.0, 0.0]);
     }
 
     #[test]
