@@ -7,7 +7,7 @@ use numpy::PyReadonlyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyTuple};
-use trocar_core::augmentation::{AugmentedTick, ForceLaw, Modes, MotionLaw};
+use trocar_core::augmentation::{AugmentedTick, ForceLaw, Mode, ModeChange, MotionLaw};
 use trocar_core::detection::{Decision, Detector, Evidence};
 use trocar_core::estimation::{Estimate, Estimator};
 use trocar_engine::engine::OwnParts;
@@ -331,8 +331,8 @@ struct OwnMotionLaw {
 }
 
 impl OwnMotionLaw {
-    fn reference_m(&mut self, mode: f64, hand_m: f64, slave_m: f64) -> f64 {
-        let [reference_m, is_blended] = self.part.call([mode, hand_m, slave_m]);
+    fn reference_m(&mut self, mode: Mode, hand_m: f64, slave_m: f64) -> f64 {
+        let [reference_m, is_blended] = self.part.call([f64::from(mode.code()), hand_m, slave_m]);
         self.is_blended = flag(is_blended);
         reference_m
     }
@@ -340,11 +340,11 @@ impl OwnMotionLaw {
 
 impl MotionLaw<f64> for OwnMotionLaw {
     fn follow(&mut self, hand_m: f64, slave_m: f64) -> f64 {
-        self.reference_m(0.0, hand_m, slave_m)
+        self.reference_m(Mode::Teleoperation, hand_m, slave_m)
     }
 
-    fn update(&mut self, modes: Modes<f64>, hand_m: f64, slave_m: f64) -> f64 {
-        self.reference_m(modes.now, hand_m, slave_m)
+    fn update(&mut self, modes: ModeChange<f64>, hand_m: f64, slave_m: f64) -> f64 {
+        self.reference_m(modes.now.lane(0), hand_m, slave_m)
     }
 
     fn is_blended(&self) -> bool {

@@ -132,7 +132,7 @@ impl HapticController {
         Command {
             slave_reference_m: command.slave_reference_m,
             master_force_n: command.master_force_n,
-            mode: command.mode as u8,
+            mode: command.mode.code(),
             alarm: command.alarm,
             alarm_taken: command.alarm_taken,
             stiffness_n_per_m: command.stiffness_n_per_m,

@@ -13,7 +13,7 @@ use trocar_report::{
     filled, run_lengths_text, to_json,
 };
 use trocar_scenario::{DetectionSpec, Values};
-use trocar_studies::detect::calibration::{Calibration, CalibrationRequest, RunLength, Tails, calibrate};
+use trocar_studies::detect::calibration::{Calibration, CalibrationRequest, RunLength, calibrate};
 use trocar_studies::detect::{Detection, DetectionReport, detect};
 
 /// Compute settings of estimator and detector from the beginning of a recording.
@@ -181,17 +181,13 @@ fn run_lengths(args: &CalibrateArgs) -> Result<(), CliError> {
     let request = CalibrationRequest { variance_ratio: args.variance_ratio, ..CalibrationRequest::default() };
     request.validate()?;
     let drift = request.drift();
-    let lengths =
-        || [Tails::Both, Tails::Lower].into_iter().flat_map(|tails| RUN_LENGTHS.map(|length| (tails, length)));
-    let bar = progress::bar(
-        lengths().map(|(_, (length, alarms))| (length * alarms as f64 / 1e6) as usize).sum(),
-        args.output.quiet,
-    );
+    let samples = RUN_LENGTHS.map(|(length, alarms)| (length * alarms as f64 / 1e6) as usize);
+    let bar = progress::bar(samples.iter().sum(), args.output.quiet);
     bar.set_message("simulating, million samples");
-    let check = |(tails, (length, alarms)): (Tails, (f64, u64))| {
-        RunLength::check(tails, drift, length, alarms, || bar.inc((length * 32.0 / 1e6) as u64))
+    let check = |(length, alarms): (f64, u64)| {
+        RunLength::check(drift, length, alarms, || bar.inc((length * 32.0 / 1e6) as u64))
     };
-    let lengths: Vec<RunLength> = lengths().map(check).collect();
+    let lengths = RUN_LENGTHS.map(check);
     bar.finish_and_clear();
     if args.output.quiet { Ok(()) } else { terminal::print(&run_lengths_text(&lengths)) }
 }

@@ -274,7 +274,7 @@ impl Observer<f64> for Pacer {
             (1e3 * s.slave_position_m) as f32,
             s.tissue_force_n as f32,
             s.feedback_force_n as f32,
-            s.mode as f32,
+            f32::from(s.mode.lane(0).code()),
             s.operator_force_n as f32,
         ]);
         if s.ruptured {

@@ -131,7 +131,7 @@ fn the_detector_is_adaptive_unless_a_setting_asks_for_another() {
     {
         assert_eq!(kind(&[setting]), DistanceKind::SquaredResidual, "{setting}");
     }
-    assert_eq!(kind(&["detector.distance=squared-drop"]), DistanceKind::SquaredDrop);
+    assert_eq!(kind(&["detector.distance=mean-change"]), DistanceKind::MeanChange);
 }
 
 #[test]

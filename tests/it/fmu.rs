@@ -103,7 +103,7 @@ fn assert_same_commands(unit: &Unpacked, settings: &Settings, samples: &[Sample]
             command.residual_n.to_bits(),
             command.distance.to_bits(),
             command.decision.to_bits(),
-            command.mode.code() as u64,
+            u64::from(command.mode.code()),
             u64::from(command.alarm),
             u64::from(command.faulty_samples),
         ];

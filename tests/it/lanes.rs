@@ -21,7 +21,7 @@ impl Seen {
             s.residual_n,
             s.extra_parameter,
             s.decision,
-            s.mode,
+            s.mode.codes(),
             s.allowed_force_step_n,
         ];
         let masks = [s.ruptured, s.alarm, s.alarm_taken].map(|mask| u64::from(mask.lane(lane)));

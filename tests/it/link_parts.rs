@@ -132,7 +132,7 @@ impl Architecture<f64> for OwnSpring {
 
     fn master_force(&mut self, arrived: &ArrivedAtMaster<f64>, master: &AtMaster<f64>) -> f64 {
         let slave = &arrived.sample;
-        if arrived.mode == 1.0 {
+        if arrived.mode.is_augmented() {
             return self.unfrozen.0 + (slave.force_n - self.unfrozen.1);
         }
         let force_n = self.stiffness * (master.position_m - slave.position_m)

@@ -1,6 +1,6 @@
 //! User-defined parts: the examples run, and copies of built-in parts are identical to them, bit for bit.
 
-use trocar::augmentation::{AugmentedTick, ForceLaw, HeldReference, Modes, MotionLaw};
+use trocar::augmentation::{AugmentedTick, ForceLaw, HeldReference, ModeChange, MotionLaw};
 use trocar::detection::{CusumDetector, Decision, Detector, Distance, Evidence};
 use trocar::engine::{OwnParts, Trace};
 use trocar::estimation::{AnyEstimator, Estimate, Estimator};
@@ -119,7 +119,7 @@ impl<T: MotionLaw<f64>> MotionLaw<f64> for Copied<T> {
         self.0.follow(hand_m, slave_m)
     }
 
-    fn update(&mut self, modes: Modes<f64>, hand_m: f64, slave_m: f64) -> f64 {
+    fn update(&mut self, modes: ModeChange<f64>, hand_m: f64, slave_m: f64) -> f64 {
         self.0.update(modes, hand_m, slave_m)
     }
 

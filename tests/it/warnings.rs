@@ -199,7 +199,7 @@ fn removal(reason: &MissReason, threshold: &mut f64) -> String {
             "augmentation.enabled=false".into()
         }
         MissReason::AlarmOfAnother { .. } => "detector.settle_s=0".into(),
-        MissReason::NotReady { .. } | MissReason::NoFall => "detector.distance=squared-drop".into(),
+        MissReason::NotReady { .. } | MissReason::NoFall => "detector.distance=squared-residual".into(),
     }
 }
 

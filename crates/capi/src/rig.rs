@@ -4,7 +4,6 @@ use core::ffi::{CStr, c_char, c_void};
 use core::fmt::Write as _;
 use core::mem::{align_of, needs_drop, size_of};
 
-use trocar_core::augmentation::Mode;
 use trocar_core::rig::{self, HapticController};
 
 use crate::error_text::ErrorText;
@@ -103,11 +102,7 @@ impl From<rig::Command> for Command {
             distance: command.distance,
             decision: command.decision,
             slave_velocity_m_per_s: command.slave_velocity_m_per_s,
-            mode: match command.mode {
-                Mode::Teleoperation => 0,
-                Mode::Augmented => 1,
-                Mode::Reengaging => 2,
-            },
+            mode: u32::from(command.mode.code()),
             alarm: u32::from(command.alarm),
             alarm_taken: u32::from(command.alarm_taken),
             faults: u32::from(faults.master_position)

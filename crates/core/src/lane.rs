@@ -16,7 +16,7 @@ pub use gather::{Gather, LANES, gather_mask};
 pub use stored::Stored;
 
 #[doc(hidden)]
-pub use crate::{by_index, gather, gather_nothing, gather_variants, of_each};
+pub use crate::{by_index, gather, gather_nothing, gather_variants, of_each, of_one_variant};
 
 use core::fmt::Debug;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

@@ -21,6 +21,7 @@ pub mod detection;
 pub mod error;
 pub mod estimation;
 pub mod lane;
+mod registry;
 pub mod rig;
 pub mod settings;
 pub mod time;

@@ -56,7 +56,7 @@ pub fn calibration_toml(calibration: &Calibration) -> String {
     line("reset_threshold", number(estimator.reset_threshold));
     line("dead_zone_n", number(estimator.dead_zone_n));
     line("contact_m", number(contact_m));
-    line("\n[detector]\ndistance", "\"squared-drop\"".into());
+    line("\n[detector]\ndistance", format!("{:?}", detector.distance.kind.word()));
     line("quiet_std_n", number(hypotheses.quiet_std_n));
     line("rupture_std_n", number(hypotheses.rupture_std_n));
     line("threshold", number(cusum.threshold));
@@ -234,7 +234,7 @@ pub fn calibration_object(name: &str, calibration: &Calibration) -> Json {
                 "contact_m": contact_m,
             },
             "detector": {
-                "distance": "squared-drop",
+                "distance": detector.distance.kind.word(),
                 "quiet_std_n": detector.distance.hypotheses.quiet_std_n,
                 "rupture_std_n": detector.distance.hypotheses.rupture_std_n,
                 "threshold": detector.cusum.threshold,
@@ -251,11 +251,10 @@ pub fn calibration_object(name: &str, calibration: &Calibration) -> Json {
 /// Returns a table of predicted and simulated run lengths.
 #[must_use]
 pub fn run_lengths_text(lengths: &[RunLength]) -> String {
-    let heading = ["distance", "ν / σ_0²", "γ / σ_0²", "predicted", "simulated", "alarms", "simulated / predicted"];
+    let heading = ["ν / σ_0²", "γ / σ_0²", "predicted", "simulated", "alarms", "simulated / predicted"];
     let mut table = Table::new(heading);
     for length in lengths {
         table.row([
-            length.tails.distance().to_owned(),
             significant(length.drift),
             significant(length.threshold),
             format!("{:.4e}", length.predicted),

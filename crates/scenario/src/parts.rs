@@ -17,7 +17,7 @@ use trocar_engine::engine::{Any, AnyDetector, Engine, OwnParts, OwnWiring, Parts
 use trocar_engine::operator::{HumanOperator, Motion, Ramp, Reflex, Replay};
 use trocar_engine::sensor::{AnySensor, ForceSensor, PerfectSensor};
 use trocar_engine::teleoperation::{DirectLink, Lines, Link, PAYLOAD};
-use trocar_engine::tissue::{AnyTissue, DepthReplay, Fmu, RecordedForce};
+use trocar_engine::tissue::{AnyTissue, DepthReplay, Fmu, RecordedForce, Recording, StillTissue};
 
 /// Separate the random streams of the two directions from all others with the same seed.
 const FORWARD: u64 = 0x66_6f72_7761_7264;
@@ -50,6 +50,7 @@ impl Scenario {
 
     /// The engine around `plants`, compiled for its parts if they are a frequent combination.
     pub(super) fn wired<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Wired<L, P>, ScenarioError> {
+        use AnyTissue::Still;
         let link: Link<L> = self.link(first_stream)?;
         if !link.is_direct() {
             return self.general(plants, first_stream).map(Wired::Any);
@@ -64,18 +65,24 @@ impl Scenario {
         let force_sensor = || ForceSensor::new(&self.sensor, self.grid.tick_s(), self.seed, first_stream);
         let reads_exactly = self.sensor.reads_force_exactly();
         Ok(match (self.replay().filter(|_| is_common), self.any_tissue()?) {
-            (Some(operator), AnyTissue::Recording(tissue)) if is_papers && reads_exactly => Wired::Paper(
-                self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)),
-            ),
-            (Some(operator), AnyTissue::Recording(tissue)) if is_papers => Wired::NoisyRecording(
-                self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.paper_chain(), link)),
-            ),
-            (Some(operator), AnyTissue::Layers(tissue)) => Wired::NoisyLayers(
+            (Some(operator), Still(StillTissue::Recording(Recording::Time(tissue)))) if is_papers && reads_exactly => {
+                Wired::Paper(
+                    self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)),
+                )
+            }
+            (Some(operator), Still(StillTissue::Recording(Recording::Time(tissue)))) if is_papers => {
+                Wired::NoisyRecording(
+                    self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.paper_chain(), link)),
+                )
+            }
+            (Some(operator), Still(StillTissue::Layers(tissue))) => Wired::NoisyLayers(
                 self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.rls_chain(), link)),
             ),
-            (Some(operator), AnyTissue::Depth(tissue)) if is_papers && reads_exactly => Wired::Depth(
-                self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)),
-            ),
+            (Some(operator), Still(StillTissue::Recording(Recording::Depth(tissue)))) if is_papers && reads_exactly => {
+                Wired::Depth(
+                    self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)),
+                )
+            }
             (_, tissue) => {
                 let parts = (self.operator(first_stream)?, tissue, self.any_sensor(first_stream)?);
                 Wired::AnyDirect(self.engine_of(plants, self.parts(parts, self.any_chain(), link)))
@@ -180,20 +187,21 @@ impl Scenario {
         let start_m = self.reference_m();
         let tissue = match &self.tissue {
             TissueSpec::Recording { force_n, rupture_ticks } => {
-                Ok(AnyTissue::Recording(RecordedForce::new(force_n.clone(), rupture_ticks.clone())))
+                Ok(Recording::Time(RecordedForce::new(force_n.clone(), rupture_ticks.clone())).into())
             }
             TissueSpec::Depth { curves, rupture_depths_m, presliding_m } => {
                 let ruptures = rupture_depths_m.clone();
-                DepthReplay::new(curves.clone(), ruptures, *presliding_m, start_m).map(AnyTissue::Depth)
+                DepthReplay::new(curves.clone(), ruptures, *presliding_m, start_m)
+                    .map(|tissue| Recording::Depth(tissue).into())
             }
             TissueSpec::Model(settings) => self.moved(settings.build(self.grid.tick_s(), start_m)),
-            TissueSpec::Unit(tissue) => self.moved(Ok(AnyTissue::Fmu(Box::new(Fmu::new(tissue.clone()))))),
+            TissueSpec::Unit(tissue) => self.moved(Ok(Fmu::new(tissue.clone()).into())),
         };
         tissue.map_err(|error| self.values().out_of_range(&error))
     }
 
     /// A tissue with the motion of the organs.
-    fn moved<L: Lane>(&self, tissue: Result<AnyTissue<L>, InvalidValue>) -> Result<AnyTissue<L>, InvalidValue> {
+    fn moved<L: Lane>(&self, tissue: Result<StillTissue<L>, InvalidValue>) -> Result<AnyTissue<L>, InvalidValue> {
         tissue.and_then(|tissue| self.organ_motion.applied_to(tissue, self.grid.tick_s()))
     }
 

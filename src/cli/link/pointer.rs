@@ -8,6 +8,7 @@ use std::time::Duration;
 use super::MasterArgs;
 use crate::cli::error::{CliError, LinkError};
 use crate::explore::{Field, serve_field};
+use trocar_core::augmentation::{Mode, Modes};
 use trocar_link::{MasterEnd, SideSummary};
 use trocar_report::DrawnTissue;
 use trocar_scenario::{Scenario, TissueSpec, Value};
@@ -54,7 +55,7 @@ pub(super) struct Pointer {
     tissue: DrawnTissue,
     tick_s: f64,
     /// The mode in the last row.
-    mode: f64,
+    mode: Mode,
     alarms: u32,
 }
 
@@ -74,7 +75,7 @@ impl Pointer {
             let _ = open::that_detached(page);
         }
         let tissue = DrawnTissue::of_scenario(scenario);
-        Ok(Self { field, tissue, tick_s: scenario.grid.tick_s(), mode: 0.0, alarms: 0 })
+        Ok(Self { field, tissue, tick_s: scenario.grid.tick_s(), mode: Mode::Teleoperation, alarms: 0 })
     }
 
     /// Waits until the person is ready.
@@ -104,7 +105,8 @@ impl Pointer {
         let [force_n, position_m, _, _, mode] = end.received();
         let time_s = last(&trace.time_s);
         // The slave's alarm is known by its mode.
-        let is_alarm = self.mode == 0.0 && mode != 0.0;
+        let mode = Modes::from_codes(mode).lane(0);
+        let is_alarm = self.mode == Mode::Teleoperation && mode != Mode::Teleoperation;
         self.mode = mode;
         if is_alarm {
             self.alarms += 1;
@@ -118,7 +120,7 @@ impl Pointer {
             (1e3 * position_m) as f32,
             force_n as f32,
             last(&trace.feedback_force_n) as f32,
-            mode as f32,
+            f32::from(mode.code()),
             last(&trace.operator_force_n) as f32,
         ];
         self.field.add(row, is_alarm.then_some((time_s, "alarm")), &self.tissue);

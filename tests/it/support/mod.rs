@@ -137,7 +137,7 @@ impl ClosedLoop {
             plants,
             parts: Parts {
                 operator: HumanOperator::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, tick_s).expect("valid"))),
-                tissue: AnyTissue::KelvinVoigt(tissue),
+                tissue: AnyTissue::from(tissue),
                 sensor: AnySensor::new(&SensorSettings::default(), tick_s, (0, 0)).expect("valid"),
                 chain: Chain {
                     contact_m: 0.0,

@@ -157,7 +157,7 @@ impl Case {
                 command.distance.to_bits(),
                 command.decision.to_bits(),
                 command.slave_velocity_m_per_s.to_bits(),
-                command.mode.code() as u64,
+                u64::from(command.mode.code()),
                 u64::from(command.alarm),
                 u64::from(command.alarm_taken),
                 u64::from(faults.master_position)

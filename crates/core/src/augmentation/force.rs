@@ -2,8 +2,9 @@
 //!
 //! It is continuous at both ends: each command states the allowed change per tick.
 
-use super::automaton::{Mode, Modes, blend_ticks, is};
+use super::automaton::blend_ticks;
 use super::force_laws::{AugmentedTick, ForceLaw};
+use super::mode::{Mode, ModeChange, Modes};
 use crate::lane::{Gather, LANES, Lane, Mask, Stored, of_each};
 
 /// `u² (3 - 2u)`: the weight of the final value of a cross-fade at the progress `u` from 0 to 1.
@@ -32,7 +33,7 @@ pub(super) struct ForceFeedback<L, F> {
     /// The last tick's force. Not updated in teleoperation, where it is the measured force.
     fed_back: L,
     measured: L,
-    mode: L,
+    mode: Modes<L>,
 }
 
 impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
@@ -40,7 +41,7 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         Self {
             law,
             blend_step: L::splat(1.0 / blend_ticks(blend_s, tick_s)),
-            mode: L::splat(Mode::Teleoperation.code()),
+            mode: Modes::splat(Mode::Teleoperation),
             anchor: L::zero(),
             augmented: L::zero(),
             progress: L::splat(1.0),
@@ -55,41 +56,37 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
     /// If a link has lost a change of mode, the force passes through the modes between: it returns to the measured
     /// force only through the complete cross-fade.
     #[inline(always)]
-    pub(super) fn update(&mut self, mode: L, force: L, velocity: L) -> (L, L) {
-        let teleoperation = Mode::Teleoperation;
-        if (is(self.mode, teleoperation) & is(mode, teleoperation)).all() {
+    pub(super) fn update(&mut self, mode: Modes<L>, force: L, velocity: L) -> (L, L) {
+        if (self.mode.is_teleoperation() & mode.is_teleoperation()).all() {
             let allowed = (force - self.measured).abs();
             self.measured = force;
             return (force, allowed);
         }
         let before = self.mode;
-        let code = |mode: Mode| L::splat(mode.code());
-        let unblended = is(before, Mode::Reengaging) & self.progress.lt(L::splat(1.0));
-        let skips_back = is(mode, teleoperation) & (is(before, Mode::Augmented) | unblended);
-        let nothing_to_blend = is(mode, Mode::Reengaging) & is(before, teleoperation);
-        let mode = L::select(skips_back, code(Mode::Reengaging), mode);
-        let mode = L::select(nothing_to_blend, code(teleoperation), mode);
-        self.mode = mode;
-        self.change(Modes { before, now: mode }, force, velocity)
+        let unblended = before.is_reengaging() & self.progress.lt(L::splat(1.0));
+        let skips_back = mode.is_teleoperation() & (before.is_augmented() | unblended);
+        let nothing_to_blend = mode.is_reengaging() & before.is_teleoperation();
+        self.mode = mode.set_where(skips_back, Mode::Reengaging).set_where(nothing_to_blend, Mode::Teleoperation);
+        self.change(ModeChange { before, now: self.mode }, force, velocity)
     }
 
     /// The force in any mode, and its allowed change.
     #[inline(always)]
-    fn change(&mut self, modes: Modes<L>, force: L, velocity: L) -> (L, L) {
+    fn change(&mut self, modes: ModeChange<L>, force: L, velocity: L) -> (L, L) {
         let zero = L::zero();
         let one = L::splat(1.0);
         let moved = (force - self.measured).abs();
         let begins = modes.has_become(Mode::Augmented);
-        if modes.any_changed() {
+        if modes.any() {
             core::hint::cold_path();
-            self.fed_back = L::select(modes.was(Mode::Teleoperation), self.measured, self.fed_back);
+            self.fed_back = L::select(modes.before.is_teleoperation(), self.measured, self.fed_back);
             self.anchor = L::select(begins, self.fed_back, self.anchor);
             let starting = modes.has_become(Mode::Reengaging);
             self.progress = L::select(starting, zero, self.progress);
             self.weight = L::select(starting, zero, self.weight);
         }
 
-        let is_augmented = modes.is(Mode::Augmented);
+        let is_augmented = modes.now.is_augmented();
         let (mut augmented, mut augmented_step) = (self.augmented, zero);
         if is_augmented.any() {
             (augmented, augmented_step) = self.law.augmented(&AugmentedTick {
@@ -103,7 +100,7 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         }
         self.augmented = L::select(is_augmented, augmented, self.augmented);
 
-        let is_reengaging = modes.is(Mode::Reengaging);
+        let is_reengaging = modes.now.is_reengaging();
         let progress = (self.progress + self.blend_step).min(one);
         // The last step is exactly 1, despite the rounding of the sum.
         let progress = L::select(progress.ge(one - L::splat(0.5) * self.blend_step), one, progress);
@@ -141,8 +138,9 @@ impl<F: Stored> Stored for ForceFeedback<f64, F> {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
         let Self { law, blend_step, anchor, augmented, progress, weight, fed_back, measured, mode } = self;
         law.numbers(with);
-        for number in [blend_step, anchor, augmented, progress, weight, fed_back, measured, mode] {
+        for number in [blend_step, anchor, augmented, progress, weight, fed_back, measured] {
             number.numbers(with);
         }
+        mode.numbers(with);
     }
 }

@@ -1,6 +1,6 @@
 //! The role of the force law, and the built-in laws: the feedback force while the slave is frozen.
 //!
-//! A built-in law is one file of this folder and one line of [`force_laws!`].
+//! A built-in law is one file of this folder and one line of the registry below.
 
 mod amplify;
 mod damp;
@@ -10,6 +10,7 @@ pub use amplify::{Amplify, AmplifySettings};
 pub use damp::{Damp, DampSettings};
 pub use decay::{Decay, DecaySettings};
 
+use super::BuiltIn;
 use crate::lane::Lane;
 
 /// Inputs of a force law at a tick.
@@ -47,62 +48,31 @@ impl<L: Lane, F: ForceLaw<L> + ?Sized> ForceLaw<L> for alloc::boxed::Box<F> {
     }
 }
 
-/// A built-in force law, built from settings.
-trait BuiltIn<L>: ForceLaw<L>
-where
-    L: Lane,
-{
-    /// Its settings.
-    type Settings;
+crate::registry! {
+    /// Let the feedback force decay, scale its variation, or add damping of the master.
+    ///
+    /// `F*` is the feedback force just before the alarm.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub enum ForceLawSettings at "augmentation.force_law" = Decay;
+    /// Any of the built-in force laws.
+    pub enum AnyForceLaw<L> by (each, of_kind) stored;
 
-    /// The law of the settings on ticks `tick_s` apart (s).
-    fn build(settings: &Self::Settings, tick_s: f64) -> Self;
+    "decay" => Decay(DecaySettings) = decay::Decay,
+    "amplify" => Amplify(AmplifySettings) = amplify::Amplify,
+    "damp" => Damp(DampSettings) = damp::Damp,
 }
 
-/// Defines the settings and the enum of the built-in force laws, one line each: word, type, type of the settings.
-macro_rules! force_laws {
-    ($($word:literal => $Law:ident($Settings:ident),)*) => {
-        crate::choice! {
-            /// Let the feedback force decay, scale its variation, or add damping of the master.
-            ///
-            /// `F*` is the feedback force just before the alarm.
-            #[derive(Debug, Clone, Copy, PartialEq)]
-            pub enum ForceLawSettings at "augmentation.force_law" = Decay {
-                $($word => $Law($Settings),)*
-            }
-        }
-
-        /// Any of the built-in force laws.
-        #[derive(Debug, Clone)]
-        pub enum AnyForceLaw<L> {
-            $(#[doc = concat!("See [`", stringify!($Law), "`].")] $Law($Law<L>),)*
-        }
-
-        impl<L: Lane> AnyForceLaw<L> {
-            /// The law of the settings, on ticks `tick_s` apart (s).
-            #[must_use]
-            pub fn new(settings: &ForceLawSettings, tick_s: f64) -> Self {
-                match settings {
-                    $(ForceLawSettings::$Law(settings) => Self::$Law(BuiltIn::build(settings, tick_s)),)*
-                }
-            }
-        }
-
-        impl<L: Lane> ForceLaw<L> for AnyForceLaw<L> {
-            #[inline(always)]
-            fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L) {
-                match self {
-                    $(Self::$Law(law) => law.augmented(now),)*
-                }
-            }
-        }
-
-        crate::lane::gather_variants!(AnyForceLaw { $($Law),* } stored);
-    };
+impl<L: Lane> AnyForceLaw<L> {
+    /// The law of the settings, on ticks `tick_s` apart (s).
+    #[must_use]
+    pub fn new(settings: &ForceLawSettings, tick_s: f64) -> Self {
+        of_kind!(settings, Part(own) => Part::<L>::build(own, tick_s).into())
+    }
 }
 
-force_laws! {
-    "decay" => Decay(DecaySettings),
-    "amplify" => Amplify(AmplifySettings),
-    "damp" => Damp(DampSettings),
+impl<L: Lane> ForceLaw<L> for AnyForceLaw<L> {
+    #[inline(always)]
+    fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L) {
+        each!(self, law => law.augmented(now))
+    }
 }

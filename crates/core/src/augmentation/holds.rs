@@ -1,6 +1,6 @@
 //! The role of the hold, and the built-in holds: the slave's reference during an event.
 //!
-//! A built-in hold is one file of this folder and one line of [`holds!`].
+//! A built-in hold is one file of this folder and one line of the registry below.
 
 mod follow;
 mod forbidden_region;
@@ -12,6 +12,7 @@ pub use forbidden_region::{ForbiddenRegion, ForbiddenRegionSettings};
 pub use freeze::Frozen;
 pub use speed_limit::{SpeedLimit, SpeedLimitSettings};
 
+use super::BuiltIn;
 use crate::lane::Lane;
 
 /// Inputs of a hold at a tick. All positions are in m, on the slave's scale.
@@ -31,65 +32,34 @@ pub trait Hold<L: Lane> {
     fn reference_m(&self, now: &HeldTick<L>) -> L;
 }
 
-/// Defines the settings and the enum of the built-in holds, one line each: word and type, of those with settings also
-/// their type.
-macro_rules! holds {
-    (
-        plain { $($(#[doc = $plain_doc:literal])* $plain_word:literal => $Plain:ident,)* }
-        set { $($(#[doc = $doc:literal])* $word:literal => $Hold:ident($Settings:ident),)* }
-    ) => {
-        crate::choice! {
-            /// What holds the slave during an event: a freeze, a speed limit, a region that it must not enter, or nothing.
-            #[derive(Debug, Clone, Copy, PartialEq)]
-            pub enum HoldSettings at "augmentation.hold" = Frozen {
-                $($(#[doc = $plain_doc])* $plain_word => $Plain,)*
-                $($(#[doc = $doc])* $word => $Hold($Settings),)*
-            }
-        }
+crate::registry! {
+    /// What holds the slave during an event: a freeze, a speed limit, a region that it must not enter, or nothing.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub enum HoldSettings at "augmentation.hold" = Frozen;
+    /// Any of the built-in holds.
+    pub enum AnyHold<L> by (each, of_kind) stored;
 
-        /// Any of the built-in holds.
-        #[derive(Debug, Clone)]
-        pub enum AnyHold<L> {
-            $(#[doc = concat!("See [`", stringify!($Plain), "`].")] $Plain,)*
-            $(#[doc = concat!("See [`", stringify!($Hold), "`].")] $Hold($Hold<L>),)*
-        }
-
-        impl<L: Lane> AnyHold<L> {
-            /// The hold of the settings, on ticks `tick_s` apart (s).
-            #[must_use]
-            pub fn new(settings: &HoldSettings, tick_s: f64) -> Self {
-                match settings {
-                    $(HoldSettings::$Plain => Self::$Plain,)*
-                    $(HoldSettings::$Hold(settings) => Self::$Hold($Hold::new(settings, tick_s)),)*
-                }
-            }
-        }
-
-        impl<L: Lane> Hold<L> for AnyHold<L> {
-            #[inline(always)]
-            fn reference_m(&self, now: &HeldTick<L>) -> L {
-                match self {
-                    $(Self::$Plain => $Plain.reference_m(now),)*
-                    $(Self::$Hold(hold) => hold.reference_m(now),)*
-                }
-            }
-        }
-
-        crate::lane::gather_variants!(AnyHold { $($Hold),* } empty { $($Plain),* } stored);
-    };
+    /// It is frozen.
+    "freeze" => Frozen = freeze::Frozen,
+    /// It follows the hand.
+    "none" => Following = follow::Following,
+    /// It follows the hand at a bounded speed.
+    "speed-limit" => SpeedLimit(SpeedLimitSettings) = speed_limit::SpeedLimit,
+    /// It follows the hand, but not beyond where it was at the alarm.
+    "forbidden-region" => ForbiddenRegion(ForbiddenRegionSettings) = forbidden_region::ForbiddenRegion,
 }
 
-holds! {
-    plain {
-        /// It is frozen.
-        "freeze" => Frozen,
-        /// It follows the hand.
-        "none" => Following,
+impl<L: Lane> AnyHold<L> {
+    /// The hold of the settings, on ticks `tick_s` apart (s).
+    #[must_use]
+    pub fn new(settings: &HoldSettings, tick_s: f64) -> Self {
+        of_kind!(settings, Part(own) => Part::<L>::build(own, tick_s).into())
     }
-    set {
-        /// It follows the hand at a bounded speed.
-        "speed-limit" => SpeedLimit(SpeedLimitSettings),
-        /// It follows the hand, but not beyond where it was at the alarm.
-        "forbidden-region" => ForbiddenRegion(ForbiddenRegionSettings),
+}
+
+impl<L: Lane> Hold<L> for AnyHold<L> {
+    #[inline(always)]
+    fn reference_m(&self, now: &HeldTick<L>) -> L {
+        each!(self, hold => hold.reference_m(now))
     }
 }

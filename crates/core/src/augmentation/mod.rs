@@ -8,9 +8,10 @@ mod automaton;
 mod force;
 mod force_laws;
 mod holds;
+mod mode;
 mod position;
 
-pub use automaton::{AutomatonSettings, Mode, Modes};
+pub use automaton::AutomatonSettings;
 pub use force::cross_fade;
 pub use force_laws::{
     Amplify, AmplifySettings, AnyForceLaw, AugmentedTick, Damp, DampSettings, Decay, DecaySettings, ForceLaw,
@@ -20,11 +21,12 @@ pub use holds::{
     AnyHold, Following, ForbiddenRegion, ForbiddenRegionSettings, Frozen, HeldTick, Hold, HoldSettings, SpeedLimit,
     SpeedLimitSettings,
 };
+pub use mode::{Mode, ModeChange, Modes};
 pub use position::{Freeze, HeldReference, MotionLaw, Reengage};
 
 use crate::lane::{Gather, LANES, Lane, Mask, Stored, gather_mask, of_each};
 use crate::settings::ActsFor;
-use automaton::{Automaton, is};
+use automaton::Automaton;
 use force::ForceFeedback;
 
 /// With augmentation only, as the keys of an event.
@@ -60,6 +62,15 @@ crate::settings! {
     }
 }
 
+/// A force law or a hold that is built from its settings.
+trait BuiltIn {
+    /// Its settings.
+    type Settings;
+
+    /// The part of the settings on ticks `tick_s` apart (s).
+    fn build(settings: &Self::Settings, tick_s: f64) -> Self;
+}
+
 /// Inputs of the supervisor at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Situation<L: Lane> {
@@ -80,8 +91,8 @@ pub struct Situation<L: Lane> {
 /// Commands of the supervisor at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Command<L: Lane> {
-    /// 0 teleoperation, 1 augmented, 2 re-engaging (see [`Mode`]).
-    pub mode: L,
+    /// The mode.
+    pub mode: Modes<L>,
     /// The slave's reference in m.
     pub slave_reference_m: L,
     /// The feedback force in N.
@@ -96,7 +107,7 @@ pub struct Command<L: Lane> {
 #[derive(Debug, Clone, Copy)]
 pub struct SlaveCommand<L: Lane> {
     /// As in [`Command`].
-    pub mode: L,
+    pub mode: Modes<L>,
     /// The slave's reference in m.
     pub slave_reference_m: L,
     /// As in [`Command`].
@@ -156,7 +167,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
     pub fn decide(&mut self, now: &Situation<L>) -> SlaveCommand<L> {
         if self.is_quiet_tick(now.alarm) {
             return SlaveCommand {
-                mode: L::splat(Mode::Teleoperation.code()),
+                mode: Modes::splat(Mode::Teleoperation),
                 slave_reference_m: self.motion.follow(now.hand_m, now.slave_m),
                 alarm_taken: now.alarm,
             };
@@ -164,7 +175,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         let before = self.automaton.mode();
         // Lanes without augmentation may run beside lanes with it: their alarms are reported but have no effect.
         let mode = self.automaton.step(now.tick, now.alarm & self.enabled, now.decision, self.motion.is_blended());
-        let modes = Modes { before, now: mode };
+        let modes = ModeChange { before, now: mode };
         self.motion.sense(now.force_n);
         SlaveCommand {
             mode,
@@ -176,14 +187,14 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
     /// The feedback force (N) and its largest allowed change from the last tick (N), on the master's side, given the
     /// mode that has arrived there, the force without augmentation (N) and the master's velocity (m/s).
     #[inline(always)]
-    pub fn feedback_force(&mut self, mode: L, force_n: L, velocity_m_per_s: L) -> (L, L) {
+    pub fn feedback_force(&mut self, mode: Modes<L>, force_n: L, velocity_m_per_s: L) -> (L, L) {
         self.feedback.update(mode, force_n, velocity_m_per_s)
     }
 
     /// Whether a cue is on, on the master's side, given the mode that has arrived there.
     #[inline(always)]
-    pub fn cue(&self, mode: L) -> L::Mask {
-        self.gives_cue & is(mode, Mode::Augmented)
+    pub fn cue(&self, mode: Modes<L>) -> L::Mask {
+        self.gives_cue & mode.is_augmented()
     }
 
     /// Whether all lanes are in teleoperation and stay there at a tick with this alarm.

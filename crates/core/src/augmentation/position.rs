@@ -1,7 +1,7 @@
 //! The slave's reference: following the hand, frozen, or returning to it.
 
-use super::automaton::{Mode, Modes};
 use super::holds::{AnyHold, HeldTick, Hold, HoldSettings};
+use super::mode::{Mode, ModeChange};
 use crate::lane::Lane;
 
 crate::choice! {
@@ -49,7 +49,7 @@ pub trait MotionLaw<L: Lane> {
     fn follow(&mut self, hand_m: L, slave_m: L) -> L;
 
     /// The slave's reference in m in any mode, for a slave measured at `slave_m` (m).
-    fn update(&mut self, modes: Modes<L>, hand_m: L, slave_m: L) -> L;
+    fn update(&mut self, modes: ModeChange<L>, hand_m: L, slave_m: L) -> L;
 
     /// Receives the measured force (N) at a tick of an event, before [`update`](MotionLaw::update).
     fn sense(&mut self, _force_n: L) {}
@@ -64,7 +64,7 @@ impl<L: Lane, M: MotionLaw<L> + ?Sized> MotionLaw<L> for alloc::boxed::Box<M> {
         (**self).follow(hand_m, slave_m)
     }
 
-    fn update(&mut self, modes: Modes<L>, hand_m: L, slave_m: L) -> L {
+    fn update(&mut self, modes: ModeChange<L>, hand_m: L, slave_m: L) -> L {
         (**self).update(modes, hand_m, slave_m)
     }
 
@@ -107,7 +107,7 @@ impl<L: Lane> HeldReference<L> {
         };
         Self {
             freeze,
-            hold: AnyHold::Frozen,
+            hold: AnyHold::new(&HoldSettings::Frozen, tick_s),
             reengage,
             force: L::zero(),
             min_force: L::zero(),
@@ -160,9 +160,9 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
     }
 
     #[inline(always)]
-    fn update(&mut self, modes: Modes<L>, hand: L, slave: L) -> L {
+    fn update(&mut self, modes: ModeChange<L>, hand: L, slave: L) -> L {
         let mut reengaging = self.gap - self.gap.clamp(-self.closing_step, self.closing_step);
-        if modes.any_changed() {
+        if modes.any() {
             core::hint::cold_path();
             let held = match self.freeze {
                 Freeze::Measured => slave,
@@ -181,14 +181,14 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
             self.min_force = L::select(modes.has_become(Mode::Reengaging), self.force, self.min_force);
         }
         self.min_force = self.force.min(self.min_force);
-        let keeps_gap = self.is_loaded() & modes.was(Mode::Reengaging);
+        let keeps_gap = self.is_loaded() & modes.before.is_reengaging();
         // Once stopped, the ramp does not go on.
         self.min_force = L::select(keeps_gap, L::splat(f64::NEG_INFINITY), self.min_force);
         reengaging = L::select(keeps_gap, self.gap, reengaging);
-        self.gap = L::select(modes.is(Mode::Reengaging), reengaging, self.gap);
+        self.gap = L::select(modes.now.is_reengaging(), reengaging, self.gap);
         let followed = hand + self.gap;
         let held = self.held(followed);
-        self.last = L::select(modes.is(Mode::Augmented), held, followed);
+        self.last = L::select(modes.now.is_augmented(), held, followed);
         self.last
     }
 }

@@ -50,7 +50,7 @@ impl Timeline {
 fn modes(commands: &[Command<f64>]) -> Vec<(usize, u8)> {
     let mut changes = vec![];
     for (tick, command) in commands.iter().enumerate() {
-        let mode = command.mode as u8;
+        let mode = command.mode.lane(0).code();
         if changes.last().is_none_or(|&(_, last)| last != mode) {
             changes.push((tick, mode));
         }
@@ -177,16 +177,19 @@ fn damping_is_added_to_the_measured_force_and_a_cue_touches_nothing() {
     let supervisor = timeline.supervisor.clone();
     let commands = timeline.run(800, |tick| 1e-3 * tick as f64);
     // Afterwards the feedback force is blended from that of the end of the event.
-    let during = commands.iter().enumerate().filter(|(_, c)| c.mode == 1.0);
+    let during = commands.iter().enumerate().filter(|(_, c)| c.mode.is_augmented());
     assert!(during.clone().count() > 100 && during.into_iter().all(|(k, c)| c.feedback_force_n == 1e-3 * k as f64));
-    assert_eq!([0.0, 1.0, 2.0].map(|mode| supervisor.cue(mode)), [false, true, false]);
+    assert_eq!(
+        [Mode::Teleoperation, Mode::Augmented, Mode::Reengaging].map(|mode| supervisor.cue(Modes::splat(mode))),
+        [false, true, false]
+    );
 }
 
 #[test]
 fn disabled_it_is_the_classical_scheme() {
     let settings = AugmentationSettings { enabled: false, ..settings() };
     let commands = Timeline::new(settings).alarm_at(100).run(400, |tick| tick as f64);
-    assert!(commands.iter().enumerate().all(|(k, c)| c.mode == 0.0 && c.feedback_force_n == k as f64));
+    assert!(commands.iter().enumerate().all(|(k, c)| c.mode.is_teleoperation() && c.feedback_force_n == k as f64));
 }
 
 #[test]

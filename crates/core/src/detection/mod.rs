@@ -9,8 +9,8 @@ pub use arming::{AlarmConditions, ArmingSettings, Motion};
 pub use cusum::CusumSettings;
 pub use distances::{
     Adaptive, AnyDistance, Distance, DistanceKind, DistanceSettings, ForceDerivative, LikelihoodRatio, LinearFit,
-    MAX_WINDOW_SAMPLES, MeanChange, MovingAverage, PageHinkley, ParameterChange, RateSettings, SquaredDrop,
-    SquaredResidual, VarianceChange, WindowSettings, WindowedDerivative,
+    MAX_WINDOW_SAMPLES, MeanChange, MovingAverage, PageHinkley, ParameterChange, RateSettings, SquaredResidual,
+    VarianceChange, WindowSettings, WindowedDerivative,
 };
 pub use hypotheses::Hypotheses;
 

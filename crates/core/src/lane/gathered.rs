@@ -56,40 +56,46 @@ macro_rules! gather {
     };
 }
 
-/// Implements `Gather` for an enum. All values must be the same variant, with one field or none. With `stored`, also
+/// In a function that returns an option: combines the fields of eight values of one variant, and puts the result into the
+/// same variant; `None` if the variants differ.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! of_one_variant {
+    ($all:expr, $Type:ident { $($Variant:ident),* $(,)? }, |$fields:ident| $gathered:expr) => {
+        match $all[0] {
+            $($Type::$Variant(_) => {
+                let $fields = $crate::of_each!($all, |one| {
+                    let $Type::$Variant(field) = one else { return None };
+                    field
+                });
+                $gathered.map($Type::$Variant)
+            })*
+        }
+    };
+}
+
+/// Implements `Gather` for an enum. All values must be the same variant. Each variant has one field. With `stored`, also
 /// `Stored`: the variant follows from the settings.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather_variants {
-    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? } $(empty { $($Empty:ident),* })? stored) => {
-        $crate::gather_variants!($Type $([$N])? { $($Variant),* } $(empty { $($Empty),* })?);
+    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? } stored) => {
+        $crate::gather_variants!($Type $([$N])? { $($Variant),* });
 
         impl $(<const $N: usize>)? $crate::lane::Stored for $Type<f64 $(, $N)?> {
             fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
                 match self {
                     $(Self::$Variant(part) => $crate::lane::Stored::numbers(part, with),)*
-                    $($(Self::$Empty => {})*)?
                 }
             }
         }
     };
-    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? } $(empty { $($Empty:ident),* })?) => {
+    ($Type:ident $([$N:ident])? { $($Variant:ident),* $(,)? }) => {
         impl $(<const $N: usize>)? $crate::lane::Gather for $Type<f64 $(, $N)?> {
             type Of<L: $crate::lane::Lane> = $Type<L $(, $N)?>;
 
             fn gather<L: $crate::lane::Lane>(all: [&Self; $crate::lane::LANES]) -> Option<Self::Of<L>> {
-                match all[0] {
-                    $(Self::$Variant(_) => {
-                        let inner = $crate::of_each!(all, |one| {
-                            let Self::$Variant(inner) = one else { return None };
-                            inner
-                        });
-                        $crate::lane::Gather::gather::<L>(inner).map($Type::$Variant)
-                    })*
-                    $($(Self::$Empty => {
-                        all.iter().all(|one| matches!(one, Self::$Empty)).then(|| $Type::$Empty)
-                    })*)?
-                }
+                $crate::of_one_variant!(all, $Type { $($Variant),* }, |fields| $crate::lane::Gather::gather::<L>(fields))
             }
         }
     };

@@ -44,7 +44,7 @@ mod settings;
 pub use sample::{Command, Faults, Sample};
 pub use settings::{Limits, Settings, VelocitySource};
 
-use crate::augmentation::{Mode, Situation, Supervisor};
+use crate::augmentation::{Situation, Supervisor};
 use crate::chain::{Chain, Insight, Reading};
 use crate::detection::CusumDetector;
 use crate::error::InvalidValue;
@@ -190,7 +190,7 @@ impl HapticController {
             slave_reference_m: command.slave_reference_m,
             master_force_n: command.feedback_force_n,
             allowed_force_step_n: command.allowed_step_n,
-            mode: mode_of(command.mode),
+            mode: command.mode.lane(0),
             alarm: decision.alarm,
             alarm_taken: command.alarm_taken,
             stiffness_n_per_m: estimate.stiffness_n_per_m,
@@ -293,15 +293,5 @@ impl Stored for HapticController {
         parameters.numbers(with);
         faulty_samples.numbers(with);
         is_disturbed.numbers(with);
-    }
-}
-
-fn mode_of(code: f64) -> Mode {
-    if code < 0.5 {
-        Mode::Teleoperation
-    } else if code < 1.5 {
-        Mode::Augmented
-    } else {
-        Mode::Reengaging
     }
 }

@@ -4,7 +4,7 @@ use super::{IntegrationError, MasterReading, Plants, SlaveReading};
 use crate::operator::Operator;
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
 use crate::tissue::{Reaction, Tissue, TissueFailure};
-use trocar_core::augmentation::{AugmentedTick, ForceLaw, Modes, MotionLaw};
+use trocar_core::augmentation::{AugmentedTick, ForceLaw, ModeChange, Modes, MotionLaw};
 use trocar_core::detection::{Decision, Detector, Evidence};
 use trocar_core::estimation::{Estimate, Estimator};
 
@@ -15,6 +15,8 @@ pub enum BuiltInOr<B, D: ?Sized> {
     /// One of the user's own.
     Own(Box<D>),
 }
+
+trocar_core::variants!(each of BuiltInOr { BuiltIn, Own });
 
 /// Implements a trait for a built-in part or another one by the methods of the one that is there.
 macro_rules! by_the_part_that_is_there {
@@ -29,16 +31,10 @@ macro_rules! by_the_part_that_is_there {
         }
     };
     (@call $name:ident(&mut $self:ident) ($($argument:ident),*)) => {
-        match $self {
-            Self::BuiltIn(part) => part.$name($($argument),*),
-            Self::Own(part) => part.$name($($argument),*),
-        }
+        each!($self, part => part.$name($($argument),*))
     };
     (@call $name:ident(&$self:ident) ($($argument:ident),*)) => {
-        match $self {
-            Self::BuiltIn(part) => part.$name($($argument),*),
-            Self::Own(part) => part.$name($($argument),*),
-        }
+        each!($self, part => part.$name($($argument),*))
     };
 }
 
@@ -70,7 +66,7 @@ by_the_part_that_is_there!(Connection {
     fn force_scale(&self)() -> f64;
     fn to_slave(&mut self)(master: &AtMaster<f64>, slave: &AtSlave<f64>) -> f64;
     fn limit_reference(&mut self)(reference_m: f64, slave: &AtSlave<f64>) -> f64;
-    fn to_master(&mut self)(mode: f64, slave: &AtSlave<f64>, master: &AtMaster<f64>) -> (f64, f64);
+    fn to_master(&mut self)(mode: Modes<f64>, slave: &AtSlave<f64>, master: &AtMaster<f64>) -> (Modes<f64>, f64);
     fn limit(&mut self)(force_n: f64, master: &AtMaster<f64>) -> f64;
     fn apply_compliance(&self)(reference_m: f64, tissue_force_n: f64) -> f64;
     fn report(&self)(index: usize) -> Option<LinkReport>;
@@ -78,7 +74,7 @@ by_the_part_that_is_there!(Connection {
 
 by_the_part_that_is_there!(MotionLaw {
     fn follow(&mut self)(hand_m: f64, slave_m: f64) -> f64;
-    fn update(&mut self)(modes: Modes<f64>, hand_m: f64, slave_m: f64) -> f64;
+    fn update(&mut self)(modes: ModeChange<f64>, hand_m: f64, slave_m: f64) -> f64;
     fn sense(&mut self)(force_n: f64);
     fn is_blended(&self)() -> bool;
 });

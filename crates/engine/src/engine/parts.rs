@@ -8,7 +8,9 @@ use crate::operator::Operator;
 use crate::sensor::{NoiseBank, Sensor};
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
 use crate::tissue::Tissue;
-use trocar_core::augmentation::{AnyForceLaw, ForceLaw, HeldReference, MotionLaw, Situation, SlaveCommand, Supervisor};
+use trocar_core::augmentation::{
+    AnyForceLaw, ForceLaw, HeldReference, Modes, MotionLaw, Situation, SlaveCommand, Supervisor,
+};
 use trocar_core::chain::Chain;
 use trocar_core::detection::Detector;
 use trocar_core::estimation::Estimator;
@@ -124,7 +126,7 @@ where
 
     /// Step 6, after mode and force (N) have arrived: the feedback force.
     #[inline(always)]
-    pub(super) fn feed_back(&mut self, mode: L, force_n: L, at_master: &AtMaster<L>) -> FedBack<L> {
+    pub(super) fn feed_back(&mut self, mode: Modes<L>, force_n: L, at_master: &AtMaster<L>) -> FedBack<L> {
         let (commanded_n, allowed_step_n) = self.supervisor.feedback_force(mode, force_n, at_master.velocity_m_per_s);
         FedBack { commanded_n, allowed_step_n, force_n: self.link.limit(commanded_n, at_master) }
     }
@@ -141,7 +143,7 @@ where
 
     /// The desired position at the next tick, in m.
     #[inline(always)]
-    pub(super) fn next_desired_m(&mut self, tick: u64, arrived_mode: L, master: &MasterReading<L>) -> L {
+    pub(super) fn next_desired_m(&mut self, tick: u64, arrived_mode: Modes<L>, master: &MasterReading<L>) -> L {
         self.operator.cue(self.supervisor.cue(arrived_mode));
         self.operator.master(master.position_m);
         self.operator.desired_position_m(tick + 1, master.hand_force_n)

@@ -3,7 +3,7 @@
 use super::{MasterReading, SlaveReading};
 use crate::teleoperation::AtSlave;
 use crate::tissue::Reaction;
-use trocar_core::augmentation::SlaveCommand;
+use trocar_core::augmentation::{Mode, Modes, SlaveCommand};
 use trocar_core::chain::Insight;
 use trocar_core::detection::Decision;
 use trocar_core::estimation::Estimate;
@@ -48,8 +48,8 @@ pub struct Signals<L: Lane> {
     pub distance: L,
     /// `g`, in the unit of the distance.
     pub decision: L,
-    /// 0 teleoperation, 1 augmented, 2 re-engaging.
-    pub mode: L,
+    /// The mode of the supervisor.
+    pub mode: Modes<L>,
     /// Whether a layer ruptures at this tick: ground truth.
     pub ruptured: L::Mask,
     /// Whether the operator notices a change of the felt force at this tick.
@@ -77,8 +77,8 @@ pub struct Happening<L: Lane> {
     pub residual_n: L,
     /// `g`, in the unit of the distance.
     pub decision: L,
-    /// 0 teleoperation, 1 augmented, 2 re-engaging.
-    pub mode: L,
+    /// The mode of the supervisor.
+    pub mode: Modes<L>,
     /// Whether a layer ruptures at this tick.
     pub ruptured: L::Mask,
     /// Whether the detector raises an alarm at this tick.
@@ -148,7 +148,7 @@ pub(super) fn at_rest() -> (AtMasterSide<f64>, AtSlaveSide<f64>) {
         insight: Insight { depth_m: 0.0, estimate, decision: Decision { distance: 0.0, decision: 0.0, alarm: false } },
         at_slave: AtSlave { position_m: 0.0, velocity_m_per_s: 0.0, force_n: 0.0 },
     };
-    let command = SlaveCommand { mode: 0.0, slave_reference_m: 0.0, alarm_taken: false };
+    let command = SlaveCommand { mode: Modes::splat(Mode::Teleoperation), slave_reference_m: 0.0, alarm_taken: false };
     let slave = SlaveReading { position_m: 0.0, velocity_m_per_s: 0.0 };
     ((desired, master, fed_back), (slave, sensed, command))
 }
@@ -214,7 +214,7 @@ impl<L: Lane> Signals<L> {
             residual_n: self.residual_n.lane(index),
             distance: self.distance.lane(index),
             decision: self.decision.lane(index),
-            mode: self.mode.lane(index),
+            mode: Modes::splat(self.mode.lane(index)),
             ruptured: self.ruptured.lane(index),
             noticed: self.noticed.lane(index),
             alarm: self.alarm.lane(index),

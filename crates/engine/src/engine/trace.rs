@@ -163,7 +163,7 @@ trace! {
     /// Decision, g: an alarm is raised above detector.threshold.
     decision: f64, "N²";
     /// Mode of the supervisor: 0 teleoperation, 1 augmented, 2 re-engaging.
-    mode: u8, "" => |s, _, _| s.mode as u8;
+    mode: u8, "" => |s, _, _| s.mode.lane(0).code();
     /// Work of the hand on the master so far, ∫ F_h dx_h.
     hand_energy_j: f64, "J" => |_, _, ports| ports.hand_j;
     /// Work of the hand on the feedback force so far, Σ F_ed Δx_h: E_m.

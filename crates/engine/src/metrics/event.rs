@@ -158,29 +158,33 @@ impl EventWindow {
 
     /// Processes a tick; returns whether the event is still open.
     pub(super) fn observe(&mut self, s: &Signals<f64>, step_n: f64) -> bool {
-        if s.mode == Mode::Augmented.code() {
-            self.extremes.observe_frozen(s);
-        } else if s.mode == Mode::Reengaging.code() {
-            if self.released.is_none() {
-                self.released = Some(s.tick);
-                self.extremes.master_end_m = s.master_position_m;
-                self.exit_step_n = Some([step_n, s.allowed_force_step_n]);
+        match s.mode.lane(0) {
+            Mode::Augmented => self.extremes.observe_frozen(s),
+            Mode::Reengaging => {
+                if self.released.is_none() {
+                    self.released = Some(s.tick);
+                    self.extremes.master_end_m = s.master_position_m;
+                    self.exit_step_n = Some([step_n, s.allowed_force_step_n]);
+                }
+                self.extremes.observe_reengaging(s);
             }
-            self.extremes.observe_reengaging(s);
-        } else {
-            self.ended = Some(s.tick);
-            return false;
+            Mode::Teleoperation => {
+                self.ended = Some(s.tick);
+                return false;
+            }
         }
         true
     }
 
     /// Takes over the values of `mode` that several lanes have kept side by side.
-    pub(super) fn take(&mut self, mode: f64, kept: &EventExtremes<f64>) {
-        if mode == Mode::Augmented.code() {
-            self.extremes.master_end_m = kept.master_end_m;
-            self.extremes.frozen_motion_m = kept.frozen_motion_m;
-        } else if mode == Mode::Reengaging.code() {
-            self.extremes.peak_speed_m_per_s = kept.peak_speed_m_per_s;
+    pub(super) fn take(&mut self, mode: Mode, kept: &EventExtremes<f64>) {
+        match mode {
+            Mode::Augmented => {
+                self.extremes.master_end_m = kept.master_end_m;
+                self.extremes.frozen_motion_m = kept.frozen_motion_m;
+            }
+            Mode::Reengaging => self.extremes.peak_speed_m_per_s = kept.peak_speed_m_per_s,
+            Mode::Teleoperation => {}
         }
         self.extremes.force_change_n = kept.force_change_n;
     }

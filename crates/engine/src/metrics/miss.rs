@@ -292,8 +292,8 @@ impl SupervisorHistory {
     }
 
     /// Adds a tick; the ticks are in order.
-    pub fn push(&mut self, tick: u64, mode: f64, alarm: bool, is_taken: bool) {
-        if mode != Mode::Teleoperation.code() {
+    pub fn push(&mut self, tick: u64, mode: Mode, alarm: bool, is_taken: bool) {
+        if mode != Mode::Teleoperation {
             match self.events.last_mut() {
                 Some((_, end)) if *end == tick => *end = tick + 1,
                 _ => self.events.push((tick, tick + 1)),

@@ -92,7 +92,7 @@ struct History {
     false_alarms: u64,
     ignored_alarms: u64,
     false_notices: u64,
-    mode: f64,
+    mode: Mode,
     mode_ticks: [u64; 3],
     mode_switches: u64,
     step_excess_n: f64,
@@ -112,7 +112,7 @@ impl History {
             false_alarms: 0,
             ignored_alarms: 0,
             false_notices: 0,
-            mode: Mode::Teleoperation.code(),
+            mode: Mode::Teleoperation,
             mode_ticks: [0; 3],
             mode_switches: 0,
             step_excess_n: 0.0,
@@ -150,7 +150,7 @@ impl History {
         } else if s.alarm {
             self.ignored_alarms += 1;
         }
-        self.mode_ticks[s.mode as usize] += 1;
+        self.mode_ticks[s.mode.lane(0) as usize] += 1;
         self.observe_mode(s, force_step_n, is_false, intent);
         if s.noticed {
             self.attribute_notice(s.tick, intent);
@@ -173,13 +173,11 @@ impl History {
 
     #[inline(always)]
     fn observe_mode(&mut self, s: &Signals<f64>, step: f64, is_false: bool, intent: &Intent) {
-        if self.is_event_open || s.mode != self.mode {
+        let mode = s.mode.lane(0);
+        if self.is_event_open || mode != self.mode {
             self.step_excess_n = self.step_excess_n.max(step - s.allowed_force_step_n);
         }
-        if s.mode == Mode::Augmented.code()
-            && self.mode == Mode::Teleoperation.code()
-            && self.events.len() < MAX_RECORDED
-        {
+        if mode == Mode::Augmented && self.mode == Mode::Teleoperation && self.events.len() < MAX_RECORDED {
             // A matched alarm is of the latest rupture.
             let first_rupture = if is_false { self.ruptures.len() } else { self.ruptures.len().saturating_sub(1) };
             self.events.push(EventWindow::open(s, step, Beginning { first_rupture, is_false, gap_m: intent.gap_m }));
@@ -194,8 +192,8 @@ impl History {
                 }
             }
         }
-        self.mode_switches += u64::from(s.mode != self.mode);
-        self.mode = s.mode;
+        self.mode_switches += u64::from(mode != self.mode);
+        self.mode = mode;
     }
 }
 
@@ -351,7 +349,7 @@ impl<L: Lane> MetricsObserver<L> {
         let valid = s.master_position_m.abs().le(bound_m)
             & s.slave_position_m.abs().le(bound_m)
             & s.measured_force_n.abs().le(bound_n);
-        let following = s.mode.lt(L::splat(0.5));
+        let following = s.mode.is_teleoperation();
         let running = windows.running();
         let diverging = running & !valid;
         let running = running & valid;
@@ -437,7 +435,7 @@ impl<L: Lane> MetricsObserver<L> {
         let valid = s.master_position_m.abs().le(bound_m)
             & s.slave_position_m.abs().le(bound_m)
             & s.measured_force_n.abs().le(bound_n);
-        let following = s.mode.lt(L::splat(0.5));
+        let following = s.mode.is_teleoperation();
         let sample = sample(&s);
         let (before, now) = (self.last(s.tick), Last::of(&sample));
         if s.tick == 0 {
@@ -473,20 +471,20 @@ impl<L: Lane> Observer<L> for MetricsObserver<L> {
     #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
         // Fast path: most ticks only add to the sums. All other ticks take the general path, out of line. `bound` is
-        // below 1 only in teleoperation and far from divergence; the general path distinguishes the rest.
+        // below 1 only far from divergence; the general path distinguishes the rest.
         let bound = (s.master_position_m.abs() + s.slave_position_m.abs()) * L::splat(1.0 / DIVERGED_M)
-            + (s.measured_force_n.abs() * L::splat(1.0 / DIVERGED_N) + s.mode);
+            + s.measured_force_n.abs() * L::splat(1.0 / DIVERGED_N);
+        let quiet = s.mode.is_teleoperation() & bound.lt(L::splat(1.0));
         self.is_horizon_due = self.pursuit.follow(s.tick, s.intended_position_m, s.slave_position_m);
         let is_quiet = !(self.next_is_event | self.is_horizon_due | (s.ruptured | s.alarm | s.noticed).any());
         if L::WIDTH > 1 {
-            let quiet = bound.lt(L::splat(1.0));
             let ended = if self.running < L::WIDTH { self.ended() } else { L::Mask::splat(false) };
             if is_quiet && (quiet | ended).all() {
                 self.push_side_by_side(s);
             } else {
                 self.observe_side_by_side(without_estimates(s));
             }
-        } else if is_quiet && bound.lt(L::splat(1.0)).all() {
+        } else if is_quiet && quiet.all() {
             self.sums.push(s.tick, sample(s));
         } else {
             self.observe_event(without_estimates(s));

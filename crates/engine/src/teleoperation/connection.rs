@@ -1,5 +1,6 @@
 //! The interface between the two sides at a tick.
 
+use trocar_core::augmentation::Modes;
 use trocar_core::lane::Lane;
 
 /// The master's measurements at a tick.
@@ -67,7 +68,7 @@ pub trait Connection<L: Lane> {
     fn limit_reference(&mut self, reference_m: L, slave: &AtSlave<L>) -> L;
 
     /// From the slave, in `mode`, to the master: the received mode, and the feedback force (N) before the force law.
-    fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L);
+    fn to_master(&mut self, mode: Modes<L>, slave: &AtSlave<L>, master: &AtMaster<L>) -> (Modes<L>, L);
 
     /// The feedback force (N), given the force law's `force_n`.
     fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L;
@@ -97,7 +98,7 @@ impl<L: Lane, K: Connection<L> + ?Sized> Connection<L> for Box<K> {
         (**self).limit_reference(reference_m, slave)
     }
 
-    fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L) {
+    fn to_master(&mut self, mode: Modes<L>, slave: &AtSlave<L>, master: &AtMaster<L>) -> (Modes<L>, L) {
         (**self).to_master(mode, slave, master)
     }
 

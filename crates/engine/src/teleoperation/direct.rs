@@ -1,6 +1,7 @@
 //! The paper's link without delay.
 
 use super::connection::{AtMaster, AtSlave, Connection, LinkReport};
+use trocar_core::augmentation::Modes;
 use trocar_core::lane::Lane;
 
 /// Position and force arrive in the tick that sends them, scaled. Identical, bit for bit, to a [`Link`](super::Link)
@@ -41,7 +42,7 @@ impl<L: Lane> Connection<L> for DirectLink<L> {
     }
 
     #[inline(always)]
-    fn to_master(&mut self, mode: L, slave: &AtSlave<L>, _master: &AtMaster<L>) -> (L, L) {
+    fn to_master(&mut self, mode: Modes<L>, slave: &AtSlave<L>, _master: &AtMaster<L>) -> (Modes<L>, L) {
         (mode, self.force_scale * slave.force_n)
     }
 

@@ -8,6 +8,7 @@ use super::recovery::{Receiver, RecoverySettings};
 use super::{AnyArchitecture, AnyScheme, ControllerKind, LinkSettings};
 use crate::channel::{Arrival, Delay};
 use crate::plant::SlaveStep;
+use trocar_core::augmentation::Modes;
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
@@ -234,17 +235,18 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
 
     /// At the slave, after its reference: what it sends in `mode`.
     #[inline(always)]
-    pub fn slave_sends(&mut self, mode: L, slave: &AtSlave<L>) -> ToMaster<L> {
+    pub fn slave_sends(&mut self, mode: Modes<L>, slave: &AtSlave<L>) -> ToMaster<L> {
         let payload = self.scheme.slave_sends();
         let SlaveSample { force_n, position_m, velocity_m_per_s, acceleration_m_per_s2 } =
             self.architecture.slave_sends(slave, self.scales.force_scale * slave.force_n);
-        Message { sample: [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode], payload }
+        Message { sample: [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode.codes()], payload }
     }
 
     /// At the master: the received mode and the feedback force (N) before the force law, from what has arrived.
     #[inline(always)]
-    pub fn master_receives(&mut self, received: &Received<L, 5>, master: &AtMaster<L>) -> (L, L) {
+    pub fn master_receives(&mut self, received: &Received<L, 5>, master: &AtMaster<L>) -> (Modes<L>, L) {
         let [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode] = received.sample;
+        let mode = Modes::from_codes(mode);
         let received_n = if self.scheme.sends_payload() {
             self.scheme.receive_force(force_n, &received.payload(), master.velocity_m_per_s)
         } else {
@@ -315,7 +317,7 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
     }
 
     #[inline(always)]
-    fn to_master(&mut self, mode: L, slave: &AtSlave<L>, master: &AtMaster<L>) -> (L, L) {
+    fn to_master(&mut self, mode: Modes<L>, slave: &AtSlave<L>, master: &AtMaster<L>) -> (Modes<L>, L) {
         let sent = self.slave_sends(mode, slave);
         let arrival = self.lines.backward.exchange(sent.sample);
         let payload = if self.scheme.sends_payload() {

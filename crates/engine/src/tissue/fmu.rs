@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use trocar_fmu_import::{Causality, Fmu as Unit, FmuError, Instance, Variable};
 
-use super::{Reaction, Tissue, TissueFailure};
+use super::model::NEEDS_FILE;
+use super::{Model, Reaction, Tissue, TissueFailure};
+use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Gather, LANES, Lane};
 use trocar_core::time::whole_ticks;
 
@@ -334,6 +336,14 @@ impl<L: Lane> Clone for Fmu<L> {
 }
 
 /// Units run one by one.
+impl<L: Lane> Model for Fmu<L> {
+    type Settings = FmuSettings;
+
+    fn build(_settings: &FmuSettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
+        Err(NEEDS_FILE)
+    }
+}
+
 impl Gather for Fmu<f64> {
     type Of<L: Lane> = Fmu<L>;
 

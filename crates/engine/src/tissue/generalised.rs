@@ -119,8 +119,8 @@ impl<L: Lane> Model for Generalised<L> {
         Self::new(settings)
     }
 
-    fn surface_m(settings: &GeneralisedSettings) -> f64 {
-        settings.surface.contact_m
+    fn surface_m(settings: &GeneralisedSettings) -> Option<f64> {
+        Some(settings.surface.contact_m)
     }
 
     fn springs(settings: &GeneralisedSettings, depth_m: Option<f64>) -> Option<Springs> {

@@ -67,8 +67,8 @@ impl<L: Lane> Model for HuntCrossley<L> {
         Self::new(settings)
     }
 
-    fn surface_m(settings: &HuntCrossleySettings) -> f64 {
-        settings.surface.contact_m
+    fn surface_m(settings: &HuntCrossleySettings) -> Option<f64> {
+        Some(settings.surface.contact_m)
     }
 
     fn springs(settings: &HuntCrossleySettings, depth_m: Option<f64>) -> Option<Springs> {

@@ -58,8 +58,8 @@ impl<L: Lane> Model for KelvinVoigt<L> {
         Self::new(settings)
     }
 
-    fn surface_m(settings: &KelvinVoigtSettings) -> f64 {
-        settings.surface.contact_m
+    fn surface_m(settings: &KelvinVoigtSettings) -> Option<f64> {
+        Some(settings.surface.contact_m)
     }
 
     fn springs(settings: &KelvinVoigtSettings, _depth_m: Option<f64>) -> Option<Springs> {

@@ -2,7 +2,7 @@
 
 use trocar_core::settings::{Key, Source, count, joined};
 
-use super::layer::{LAYER_KEYS, LAYER_NAMES, LAYERS, LayerParameters};
+use super::layer::{LAYER_KEYS, LAYER_NAMES, LAYERED_KEYS, LAYERS, LayerParameters};
 use super::literature::{Outside, outside};
 use super::model::{Model, Springs};
 use super::shaft::{Shaft, ShaftParameters};
@@ -334,13 +334,14 @@ impl<L: Lane> Tissue<L> for Layers<L> {
 
 impl<L: Lane> Model for Layers<L> {
     type Settings = LayersParameters;
+    const LAST_KEYS: &'static [Key] = LAYERED_KEYS.as_flattened();
 
     fn build(settings: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::new(settings, tick_s, start_m)
     }
 
-    fn surface_m(settings: &LayersParameters) -> f64 {
-        settings.contact_m
+    fn surface_m(settings: &LayersParameters) -> Option<f64> {
+        Some(settings.contact_m)
     }
 
     /// From 0, of a layer that the needle cuts, to the slope of the stiffest layer just before it ruptures or while it is cut.

@@ -2,6 +2,11 @@
 
 use super::literature::Outside;
 use trocar_core::error::InvalidValue;
+use trocar_core::settings::Key;
+
+/// The error of a tissue that is not built from its settings alone.
+pub(super) const NEEDS_FILE: InvalidValue =
+    InvalidValue { name: "tissue.kind", value: 0.0, requirement: "built with its file" };
 
 /// The springs, in a linear loop, that a tissue shows between its ruptures. Ranges are the smallest and the largest slope of the
 /// force over the position, in N/m, without damping and sliding friction.
@@ -15,15 +20,19 @@ pub enum Springs {
     Layers((f64, f64)),
 }
 
-/// A tissue that is built from settings alone.
+/// What the registry needs of a tissue besides the trait.
 pub trait Model: Sized {
     /// Its settings.
     type Settings;
+    /// Its keys that follow those of all other parts.
+    const LAST_KEYS: &'static [Key] = &[];
+    /// Its keys of a layer in the list of layers.
+    const LIST_KEYS: &'static [Key] = &[];
 
     /// The tissue of the settings on ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
     ///
     /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
+    /// [`InvalidValue`] naming the setting out of range; also if the tissue needs a file.
     fn build(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue>;
 
     /// The names of its layers that rupture, from the surface down: each ruptures at most once, and in this order.
@@ -31,11 +40,16 @@ pub trait Model: Sized {
         vec![]
     }
 
-    /// The surface of the undeformed tissue, in m.
-    fn surface_m(settings: &Self::Settings) -> f64;
+    /// The surface of the undeformed tissue, in m; `None` if it is unknown.
+    fn surface_m(_settings: &Self::Settings) -> Option<f64> {
+        None
+    }
 
-    /// The springs that it shows down to a depth in m below the surface; `None` if they depend on an unknown depth.
-    fn springs(settings: &Self::Settings, depth_m: Option<f64>) -> Option<Springs>;
+    /// The springs that it shows down to a depth in m below the surface; `None` if they are unknown, or depend on an
+    /// unknown depth.
+    fn springs(_settings: &Self::Settings, _depth_m: Option<f64>) -> Option<Springs> {
+        None
+    }
 
     /// Its properties outside the range of the measurements.
     fn outside_measured(_settings: &Self::Settings) -> Vec<Outside> {

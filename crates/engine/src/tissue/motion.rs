@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use trocar_core::settings::ActsFor;
 
-use super::{AnyTissue, Reaction, Tissue, TissueFailure, TissueSettings};
+use super::{AnyTissue, Reaction, StillTissue, Tissue, TissueFailure, TissueSettings};
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
@@ -42,10 +42,10 @@ impl OrganMotion {
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.
-    pub fn applied_to<L: Lane>(&self, tissue: AnyTissue<L>, tick_s: f64) -> Result<AnyTissue<L>, InvalidValue> {
+    pub fn applied_to<L: Lane>(&self, tissue: StillTissue<L>, tick_s: f64) -> Result<AnyTissue<L>, InvalidValue> {
         self.validate()?;
         if !self.moves() {
-            return Ok(tissue);
+            return Ok(AnyTissue::Still(tissue));
         }
         let breathing = Cycle::new(self.breathing_amplitude_m, self.breathing_period_s, tick_s);
         let heartbeat = Cycle::new(self.heartbeat_amplitude_m, self.heartbeat_period_s, tick_s);
@@ -109,7 +109,7 @@ impl<L: Lane> Cycle<L> {
 /// and velocity relative to it. A moving tissue gives energy to the needle, as a patient does.
 #[derive(Debug, Clone)]
 pub struct Moving<L: Lane> {
-    tissue: AnyTissue<L>,
+    tissue: StillTissue<L>,
     breathing: Cycle<L>,
     heartbeat: Cycle<L>,
 }
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn a_needle_at_rest_in_a_moving_spring_gets_the_motion_as_force() {
         let settings = KelvinVoigtSettings { stiffness_n_per_m: 1000.0, damping_n_s_per_m: 1.0, ..Default::default() };
-        let spring = AnyTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&settings).expect("valid"));
+        let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&settings).expect("valid"));
         let motion = OrganMotion {
             breathing_amplitude_m: 4e-3,
             breathing_period_s: 3.0,
@@ -182,8 +182,8 @@ mod tests {
 
     #[test]
     fn without_amplitudes_the_tissue_is_itself() {
-        let spring = AnyTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
+        let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
         let tissue = OrganMotion::DEFAULT.applied_to(spring, 1e-3).expect("valid");
-        assert!(matches!(tissue, AnyTissue::KelvinVoigt(_)));
+        assert!(matches!(tissue, AnyTissue::Still(StillTissue::KelvinVoigt(_))));
     }
 }

@@ -1,4 +1,9 @@
-//! Settings of a recording replayed as a tissue.
+//! A recording replayed as a tissue, and its settings.
+
+use super::model::NEEDS_FILE;
+use super::{DepthReplay, Model, Reaction, RecordedForce, Tissue};
+use trocar_core::error::InvalidValue;
+use trocar_core::lane::Lane;
 
 trocar_core::settings! {
     /// Settings of a replayed recording.
@@ -23,3 +28,32 @@ trocar_core::choice! {
         },
     }
 }
+
+/// A replayed recording.
+#[derive(Debug, Clone)]
+pub enum Recording<L> {
+    /// By time.
+    Time(RecordedForce),
+    /// By depth.
+    Depth(DepthReplay<L>),
+}
+
+impl<L: Lane> Model for Recording<L> {
+    type Settings = ReplaySettings;
+
+    fn build(_settings: &ReplaySettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
+        Err(NEEDS_FILE)
+    }
+}
+
+impl<L: Lane> Tissue<L> for Recording<L> {
+    #[inline(always)]
+    fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
+        match self {
+            Self::Time(replay) => replay.react(tick, position_m, velocity_m_per_s),
+            Self::Depth(replay) => replay.react(tick, position_m, velocity_m_per_s),
+        }
+    }
+}
+
+trocar_core::lane::gather_variants!(Recording { Time, Depth });

@@ -283,13 +283,14 @@ impl<L: Lane> Tissue<L> for Tearing<L> {
 
 impl<L: Lane> Model for Tearing<L> {
     type Settings = TearingSettings;
+    const LIST_KEYS: &'static [Key] = TearingLayer::KEYS;
 
     fn build(settings: &TearingSettings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::new(settings, tick_s, start_m)
     }
 
-    fn surface_m(settings: &TearingSettings) -> f64 {
-        settings.surface.contact_m
+    fn surface_m(settings: &TearingSettings) -> Option<f64> {
+        Some(settings.surface.contact_m)
     }
 
     /// From 0, of a layer that the needle cuts, to the slope of a fast deflection of the stiffest layer just before it

@@ -216,7 +216,7 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
         needed: y.clone(),
         of_arm: x.clone(),
     };
-    let detectors = ["squared-residual", "squared-drop", "mean-change", "variance-change", "parameter-change"];
+    let detectors = ["squared-residual", "mean-change", "variance-change", "parameter-change"];
     let detectors = detectors.into_iter().chain(["force-derivative", "likelihood-ratio", "page-hinkley", "adaptive"]);
     let curve = |name| CharacteristicView {
         name,

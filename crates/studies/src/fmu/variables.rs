@@ -133,7 +133,7 @@ pub(super) fn rig_outputs(command: &rig::Command) -> [Scalar; RIG_OUTPUTS.len()]
         Scalar::Real(command.distance),
         Scalar::Real(command.decision),
         Scalar::Real(command.slave_velocity_m_per_s),
-        Scalar::Integer(command.mode.code() as i64),
+        Scalar::Integer(i64::from(command.mode.code())),
         Scalar::Boolean(command.alarm),
         Scalar::Boolean(command.alarm_taken),
         Scalar::Integer(faults),

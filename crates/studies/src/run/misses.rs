@@ -62,7 +62,7 @@ impl UntilWindow {
 
 impl Observer<f64> for UntilWindow {
     fn observe(&mut self, s: &Signals<f64>) {
-        self.supervisor.push(s.tick, s.mode, s.alarm, s.alarm_taken);
+        self.supervisor.push(s.tick, s.mode.lane(0), s.alarm, s.alarm_taken);
         if s.ruptured && self.to_come > 0 {
             self.to_come -= 1;
             if self.to_come == 0 {

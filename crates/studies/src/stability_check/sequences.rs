@@ -67,7 +67,7 @@ impl Observer<f64> for EventRecord {
     fn observe(&mut self, signals: &Signals<f64>) {
         self.slave_m = self.slave_m.max(signals.slave_position_m.abs());
         self.force_n = self.force_n.max(signals.feedback_force_n.abs());
-        let is_augmented = signals.mode > 0.5 && signals.mode < 1.5;
+        let is_augmented = signals.mode.is_augmented();
         if is_augmented && !self.is_augmented {
             self.events += 1;
             self.at_events_m.push(signals.slave_position_m);

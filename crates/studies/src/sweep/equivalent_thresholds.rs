@@ -144,8 +144,8 @@ impl<L: Lane> EquivalentThresholds<L> {
 
     /// Evaluates a tick at which a `g` is above its threshold or a mode is not teleoperation.
     #[inline(always)]
-    fn observe_event(&mut self, s: &Happening<L>, above: L::Mask, not_teleoperation: L::Mask) {
-        let is_augmented = not_teleoperation & s.mode.lt(L::splat(1.5));
+    fn observe_event(&mut self, s: &Happening<L>, above: L::Mask) {
+        let is_augmented = s.mode.is_augmented();
         self.augmented_ticks = L::select(is_augmented, self.augmented_ticks + L::splat(1.0), L::zero());
         let is_delayed = self.augmented_ticks.gt(self.max_augmented_ticks);
         if !(above | is_delayed).any() {
@@ -169,9 +169,9 @@ impl<L: Lane> EventObserver<L> for EquivalentThresholds<L> {
     #[inline(always)]
     fn observe(&mut self, s: &Happening<L>) {
         let above = s.decision.gt(self.threshold);
-        let not_teleoperation = s.mode.gt(L::splat(0.5));
+        let not_teleoperation = !s.mode.is_teleoperation();
         if (above | not_teleoperation).any() {
-            self.observe_event(s, above, not_teleoperation);
+            self.observe_event(s, above);
         }
     }
 }

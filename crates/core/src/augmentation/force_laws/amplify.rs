@@ -22,7 +22,7 @@ pub struct Amplify<L> {
     gain: L,
 }
 
-impl<L: Lane> BuiltIn<L> for Amplify<L> {
+impl<L: Lane> BuiltIn for Amplify<L> {
     type Settings = AmplifySettings;
 
     fn build(settings: &AmplifySettings, _tick_s: f64) -> Self {

@@ -26,7 +26,7 @@ pub struct Damp<L> {
     braking: L,
 }
 
-impl<L: Lane> BuiltIn<L> for Damp<L> {
+impl<L: Lane> BuiltIn for Damp<L> {
     type Settings = DampSettings;
 
     fn build(settings: &DampSettings, tick_s: f64) -> Self {

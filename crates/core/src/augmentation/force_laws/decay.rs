@@ -24,7 +24,7 @@ pub struct Decay<L> {
     keep: L,
 }
 
-impl<L: Lane> BuiltIn<L> for Decay<L> {
+impl<L: Lane> BuiltIn for Decay<L> {
     type Settings = DecaySettings;
 
     fn build(settings: &DecaySettings, tick_s: f64) -> Self {

@@ -1,15 +1,27 @@
 //! The slave follows the hand as before: only the force or a cue tells of the event.
 
-use super::{HeldTick, Hold};
+use core::marker::PhantomData;
+
+use super::{BuiltIn, HeldTick, Hold};
 use crate::lane::Lane;
 
 /// `x_ref = hand`.
-#[derive(Debug, Clone, Copy)]
-pub struct Following;
+#[derive(Debug, Clone)]
+pub struct Following<L>(PhantomData<L>);
 
-impl<L: Lane> Hold<L> for Following {
+impl<L: Lane> BuiltIn for Following<L> {
+    type Settings = ();
+
+    fn build(_settings: &(), _tick_s: f64) -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<L: Lane> Hold<L> for Following<L> {
     #[inline(always)]
     fn reference_m(&self, now: &HeldTick<L>) -> L {
         now.hand_m
     }
 }
+
+crate::lane::gather_nothing!(Following);

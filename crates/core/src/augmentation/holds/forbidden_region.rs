@@ -1,6 +1,6 @@
 //! The slave follows the hand, but not into the region behind the layer.
 
-use super::{HeldTick, Hold};
+use super::{BuiltIn, HeldTick, Hold};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -18,10 +18,10 @@ pub struct ForbiddenRegion<L> {
     margin: L,
 }
 
-impl<L: Lane> ForbiddenRegion<L> {
-    /// The region of the settings; it does not depend on the tick.
-    #[must_use]
-    pub fn new(settings: &ForbiddenRegionSettings, _tick_s: f64) -> Self {
+impl<L: Lane> BuiltIn for ForbiddenRegion<L> {
+    type Settings = ForbiddenRegionSettings;
+
+    fn build(settings: &ForbiddenRegionSettings, _tick_s: f64) -> Self {
         Self { margin: L::splat(settings.margin_m) }
     }
 }

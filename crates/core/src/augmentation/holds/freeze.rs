@@ -1,15 +1,27 @@
 //! The slave does not move: the freeze of section 5.1.
 
-use super::{HeldTick, Hold};
+use core::marker::PhantomData;
+
+use super::{BuiltIn, HeldTick, Hold};
 use crate::lane::Lane;
 
 /// `x_ref = anchor`.
-#[derive(Debug, Clone, Copy)]
-pub struct Frozen;
+#[derive(Debug, Clone)]
+pub struct Frozen<L>(PhantomData<L>);
 
-impl<L: Lane> Hold<L> for Frozen {
+impl<L: Lane> BuiltIn for Frozen<L> {
+    type Settings = ();
+
+    fn build(_settings: &(), _tick_s: f64) -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<L: Lane> Hold<L> for Frozen<L> {
     #[inline(always)]
     fn reference_m(&self, now: &HeldTick<L>) -> L {
         now.anchor_m
     }
 }
+
+crate::lane::gather_nothing!(Frozen);

@@ -1,6 +1,6 @@
 //! The slave follows the hand at a bounded speed.
 
-use super::{HeldTick, Hold};
+use super::{BuiltIn, HeldTick, Hold};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -18,10 +18,10 @@ pub struct SpeedLimit<L> {
     step: L,
 }
 
-impl<L: Lane> SpeedLimit<L> {
-    /// The limit of the settings, on ticks `tick_s` apart (s).
-    #[must_use]
-    pub fn new(settings: &SpeedLimitSettings, tick_s: f64) -> Self {
+impl<L: Lane> BuiltIn for SpeedLimit<L> {
+    type Settings = SpeedLimitSettings;
+
+    fn build(settings: &SpeedLimitSettings, tick_s: f64) -> Self {
         Self { step: L::splat(settings.speed_m_per_s * tick_s) }
     }
 }

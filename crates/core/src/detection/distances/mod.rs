@@ -1,7 +1,7 @@
 //! The distances of a sample from the hypothesis of no rupture (eq. 22, 23, 26, the paper's choices and two textbook
 //! tests).
 //!
-//! A distance is one file of this folder and one line of [`distances!`].
+//! A distance is one file of this folder and one line of the registry below.
 
 mod adaptive;
 mod force_derivative;
@@ -11,7 +11,6 @@ mod mean_change;
 mod moving_average;
 mod page_hinkley;
 mod parameter_change;
-mod squared_drop;
 mod squared_residual;
 mod tail;
 mod variance_change;
@@ -25,7 +24,6 @@ pub use mean_change::MeanChange;
 pub use moving_average::MovingAverage;
 pub use page_hinkley::PageHinkley;
 pub use parameter_change::ParameterChange;
-pub use squared_drop::SquaredDrop;
 pub use squared_residual::SquaredResidual;
 pub use tail::RateSettings;
 pub use variance_change::VarianceChange;
@@ -100,155 +98,117 @@ trait BuiltIn {
     fn new(settings: &DistanceSettings, tick_s: f64) -> Self;
 }
 
-/// Defines the kinds of distance, their settings and their enum, one line each: the word in scenarios, the type, and in
-/// braces its settings besides the hypotheses.
-macro_rules! distances {
-    ($($word:literal => $Part:ident $({ $field:ident: $Settings:ident })?,)*) => {
-        crate::choice! {
-            /// The distance: e², e² of drops only, eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the
-            /// likelihood ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline:
-            /// moving average, windowed derivative, linear fit.
-            #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-            pub enum DistanceKind at "detector.distance" = SquaredResidual {
-                $($word => $Part,)*
-            }
-        }
+crate::registry! {
+    /// The distance: e², eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the
+    /// likelihood ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline:
+    /// moving average, windowed derivative, linear fit.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum DistanceKind at "detector.distance" = SquaredResidual;
+    /// Any of the built-in distances.
+    pub enum AnyDistance<L> by (each, of_kind) stored;
 
-        crate::settings! {
-            /// A kind of distance with the hypotheses that scale it.
-            #[derive(Debug, Clone, Copy, PartialEq)]
-            pub struct DistanceSettings in "detector." {
-                /// The kind of distance.
-                kind: DistanceKind,
-                /// The compared hypotheses.
-                hypotheses: Hypotheses,
-                $($(
-                    /// The settings of this kind. As the hypotheses, they act for every kind: a study compares all kinds.
-                    $field: $Settings,
-                )?)*
-            }
-        }
-
-        impl DistanceKind {
-            /// Whether the distance is accumulated (eq. 27); a distance with a window is not.
-            #[must_use]
-            pub fn accumulates(self) -> bool {
-                match self {
-                    $(Self::$Part => $Part::<f64>::ACCUMULATES,)*
-                }
-            }
-
-            /// Whether only a shift of the mean with the sign of `m_1` counts.
-            #[must_use]
-            pub fn is_one_sided(self) -> bool {
-                match self {
-                    $(Self::$Part => $Part::<f64>::IS_ONE_SIDED,)*
-                }
-            }
-
-            /// Whether it is a baseline: a few lines without a model of the tissue.
-            #[must_use]
-            pub fn is_baseline(self) -> bool {
-                match self {
-                    $(Self::$Part => $Part::<f64>::IS_BASELINE,)*
-                }
-            }
-
-            /// What a distance that arms itself waits for; `None` for those that
-            /// [`ArmingSettings`](super::ArmingSettings) arms.
-            #[must_use]
-            pub fn waits_for(self) -> Option<&'static str> {
-                match self {
-                    $(Self::$Part => $Part::<f64>::WAITS_FOR,)*
-                }
-            }
-
-            /// The unit of the distance, of its threshold and its drift.
-            #[must_use]
-            pub fn unit(self) -> &'static str {
-                match self {
-                    $(Self::$Part => $Part::<f64>::UNIT,)*
-                }
-            }
-        }
-
-        impl Hypotheses {
-            /// Threshold γ and drift ν for a kind of distance, in its unit.
-            ///
-            /// The drift is halfway between the two hypotheses, and the threshold is the contribution of one sample
-            /// after the change: for the squared residual `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2` (4.6). A
-            /// log-likelihood ratio includes its drift.
-            #[must_use]
-            pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
-                match kind {
-                    $(DistanceKind::$Part => $Part::<f64>::tuning(self),)*
-                }
-            }
-        }
-
-        /// Any of the built-in distances.
-        #[derive(Debug, Clone)]
-        pub enum AnyDistance<L> {
-            $(#[doc = concat!("The distance `", $word, "`.")] $Part($Part<L>),)*
-        }
-
-        impl<L: Lane> AnyDistance<L> {
-            /// The distance of the settings before the first sample, for samples `tick_s` apart (s).
-            #[must_use]
-            pub fn new(settings: &DistanceSettings, tick_s: f64) -> Self {
-                match settings.kind {
-                    $(DistanceKind::$Part => Self::$Part(BuiltIn::new(settings, tick_s)),)*
-                }
-            }
-        }
-
-        impl<L: Lane> Distance<L> for AnyDistance<L> {
-            #[inline(always)]
-            fn update(&mut self, evidence: &Evidence<L>) -> L {
-                match self {
-                    $(Self::$Part(part) => part.update(evidence),)*
-                }
-            }
-
-            #[inline(always)]
-            fn reset(&mut self, mask: L::Mask) {
-                match self {
-                    $(Self::$Part(part) => part.reset(mask),)*
-                }
-            }
-
-            #[inline(always)]
-            fn accumulates(&self) -> bool {
-                match self {
-                    $(Self::$Part(part) => part.accumulates(),)*
-                }
-            }
-
-            #[inline(always)]
-            fn is_ready(&self) -> Option<L::Mask> {
-                match self {
-                    $(Self::$Part(part) => part.is_ready(),)*
-                }
-            }
-        }
-
-        crate::lane::gather_variants!(AnyDistance { $($Part),* } stored);
-    };
+    "squared-residual" => SquaredResidual = squared_residual::SquaredResidual,
+    "mean-change" => MeanChange = mean_change::MeanChange,
+    "variance-change" => VarianceChange = variance_change::VarianceChange,
+    "parameter-change" => ParameterChange = parameter_change::ParameterChange,
+    "force-derivative" => ForceDerivative = force_derivative::ForceDerivative,
+    "likelihood-ratio" => LikelihoodRatio = likelihood_ratio::LikelihoodRatio,
+    "page-hinkley" => PageHinkley = page_hinkley::PageHinkley,
+    "adaptive" => Adaptive = adaptive::Adaptive,
+    "moving-average" => MovingAverage = moving_average::MovingAverage,
+    "windowed-derivative" => WindowedDerivative = windowed_derivative::WindowedDerivative,
+    "linear-fit" => LinearFit = linear_fit::LinearFit,
 }
 
-distances! {
-    "squared-residual" => SquaredResidual,
-    "squared-drop" => SquaredDrop,
-    "mean-change" => MeanChange,
-    "variance-change" => VarianceChange,
-    "parameter-change" => ParameterChange,
-    "force-derivative" => ForceDerivative,
-    "likelihood-ratio" => LikelihoodRatio { window: WindowSettings },
-    "page-hinkley" => PageHinkley,
-    "adaptive" => Adaptive { rate: RateSettings },
-    "moving-average" => MovingAverage,
-    "windowed-derivative" => WindowedDerivative,
-    "linear-fit" => LinearFit,
+crate::settings! {
+    /// A kind of distance with the hypotheses that scale it. The settings of a kind act for every kind: a study
+    /// compares all kinds.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct DistanceSettings in "detector." {
+        /// The kind of distance.
+        kind: DistanceKind,
+        /// The compared hypotheses.
+        hypotheses: Hypotheses,
+        /// The window of the likelihood ratio.
+        window: WindowSettings,
+        /// The rate of false alarms of the adaptive distance.
+        rate: RateSettings,
+    }
+}
+
+impl DistanceKind {
+    /// Whether the distance is accumulated (eq. 27); a distance with a window is not.
+    #[must_use]
+    pub fn accumulates(self) -> bool {
+        of_kind!(self, Part => Part::<f64>::ACCUMULATES)
+    }
+
+    /// Whether only a shift of the mean with the sign of `m_1` counts.
+    #[must_use]
+    pub fn is_one_sided(self) -> bool {
+        of_kind!(self, Part => Part::<f64>::IS_ONE_SIDED)
+    }
+
+    /// Whether it is a baseline: a few lines without a model of the tissue.
+    #[must_use]
+    pub fn is_baseline(self) -> bool {
+        of_kind!(self, Part => Part::<f64>::IS_BASELINE)
+    }
+
+    /// What a distance that arms itself waits for; `None` for those that
+    /// [`ArmingSettings`](super::ArmingSettings) arms.
+    #[must_use]
+    pub fn waits_for(self) -> Option<&'static str> {
+        of_kind!(self, Part => Part::<f64>::WAITS_FOR)
+    }
+
+    /// The unit of the distance, of its threshold and its drift.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        of_kind!(self, Part => Part::<f64>::UNIT)
+    }
+}
+
+impl Hypotheses {
+    /// Threshold γ and drift ν for a kind of distance, in its unit.
+    ///
+    /// The drift is halfway between the two hypotheses, and the threshold is the contribution of one sample
+    /// after the change: for the squared residual `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2` (4.6). A
+    /// log-likelihood ratio includes its drift.
+    #[must_use]
+    pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
+        of_kind!(kind, Part => Part::<f64>::tuning(self))
+    }
+}
+
+impl<L: Lane> AnyDistance<L> {
+    /// The distance of the settings before the first sample, for samples `tick_s` apart (s).
+    #[must_use]
+    pub fn new(settings: &DistanceSettings, tick_s: f64) -> Self {
+        of_kind!(settings.kind, Part => <Part<L> as BuiltIn>::new(settings, tick_s).into())
+    }
+}
+
+impl<L: Lane> Distance<L> for AnyDistance<L> {
+    #[inline(always)]
+    fn update(&mut self, evidence: &Evidence<L>) -> L {
+        each!(self, distance => distance.update(evidence))
+    }
+
+    #[inline(always)]
+    fn reset(&mut self, mask: L::Mask) {
+        each!(self, distance => distance.reset(mask));
+    }
+
+    #[inline(always)]
+    fn accumulates(&self) -> bool {
+        each!(self, distance => distance.accumulates())
+    }
+
+    #[inline(always)]
+    fn is_ready(&self) -> Option<L::Mask> {
+        each!(self, distance => distance.is_ready())
+    }
 }
 
 impl DistanceSettings {
@@ -282,15 +242,6 @@ mod tests {
 
     fn log_density(e: f64, mean: f64, std: f64) -> f64 {
         -(e - mean).powi(2) / (2.0 * std * std) - std.ln()
-    }
-
-    #[test]
-    fn a_drop_is_a_resisting_force_that_falls_short() {
-        let distance = |residual: f64, predicted: f64| {
-            let distance = DistanceSettings { kind: DistanceKind::SquaredDrop, ..DistanceSettings::DEFAULT };
-            AnyDistance::<f64>::new(&distance, 1e-3).update(&evidence(residual, predicted))
-        };
-        assert_eq!([distance(-0.5, 2.0), distance(0.5, 2.0), distance(-0.5, -2.0)], [0.25, 0.0, 0.0]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::engine::Signals;
 use crate::metrics::FALLEN_SHARE;
 use crate::metrics::event::EventExtremes;
 use crate::metrics::rupture::Extremes;
-use trocar_core::augmentation::Mode;
+use trocar_core::augmentation::{Mode, Modes};
 use trocar_core::lane::{Lane, Mask};
 
 /// Maximum open ruptures of a lane that are held over lanes; a lane with more observes every tick by its history.
@@ -105,7 +105,7 @@ pub(super) struct OpenWindows<L: Lane> {
     is_open: L,
     /// 1 if there are more windows than slots.
     is_crowded: L,
-    mode: L,
+    mode: Modes<L>,
     /// Values of the open event; only those of the present mode are valid.
     event: EventExtremes<L>,
     step_excess_n: L,
@@ -123,7 +123,7 @@ impl<L: Lane> OpenWindows<L> {
             runs: L::splat(1.0),
             is_open: zero,
             is_crowded: zero,
-            mode: L::splat(Mode::Teleoperation.code()),
+            mode: Modes::splat(Mode::Teleoperation),
             event: EventExtremes::at(zero, zero, zero),
             step_excess_n: zero,
         }
@@ -145,8 +145,7 @@ impl<L: Lane> OpenWindows<L> {
     #[inline(always)]
     pub(super) fn needs_history(&self, now: L, s: &Signals<L>, eventful: L::Mask) -> L::Mask {
         let half = L::splat(0.5);
-        let mut needs_history =
-            s.ruptured | s.alarm | s.noticed | self.is_crowded.gt(half) | (s.mode - self.mode).abs().gt(half);
+        let mut needs_history = s.ruptured | s.alarm | s.noticed | self.is_crowded.gt(half) | s.mode.differs(self.mode);
         for slot in &self.slots[..self.max_in_use] {
             needs_history = needs_history | slot.needs_history(now, s);
         }
@@ -180,7 +179,7 @@ impl<L: Lane> OpenWindows<L> {
         let set = |all: &mut L, value: f64| *all = all.with_lane(lane, value);
         set(&mut self.is_open, flag(history.has_open_window()));
         set(&mut self.is_crowded, flag(open.len() > SLOTS));
-        set(&mut self.mode, history.mode);
+        self.mode = self.mode.with_lane(lane, history.mode);
         set(&mut self.step_excess_n, history.step_excess_n);
         if let Some(event) = history.events.last() {
             self.event = self.event.with_lane(lane, &event.extremes);
@@ -190,7 +189,7 @@ impl<L: Lane> OpenWindows<L> {
     /// Stores lane `lane`'s values up to `tick` to its history.
     pub(super) fn store(&self, lane: usize, history: &mut History, tick: u64) {
         let ticks = tick.saturating_sub(self.since[lane]);
-        if ticks == 0 || self.is_open.lane(lane) == 0.0 && history.mode == Mode::Teleoperation.code() {
+        if ticks == 0 || self.is_open.lane(lane) == 0.0 && history.mode == Mode::Teleoperation {
             return;
         }
         for (slot, window) in self.slots.iter().zip(&mut history.ruptures[history.first_open..]) {

@@ -22,7 +22,7 @@ impl<L: Lane> FrozenForce<L> {
     /// The feedback force in N, given the law's `force_n`.
     #[inline(always)]
     pub(super) fn update(&mut self, force_n: L, arrived: &ArrivedAtMaster<L>) -> L {
-        let is_frozen = (arrived.mode - L::splat(1.0)).abs().lt(L::splat(0.5));
+        let is_frozen = arrived.mode.is_augmented();
         let tissue_n = arrived.sample.force_n;
         let held_n = self.whole_n + (tissue_n - self.tissue_n);
         self.whole_n = L::select(is_frozen, self.whole_n, force_n);

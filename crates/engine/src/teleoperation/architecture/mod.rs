@@ -1,19 +1,22 @@
 //! The architectures: what each side sends, and how it uses what it receives.
 
 mod accelerometer;
+mod any;
 pub(super) mod four_channel;
 mod frozen;
 mod gains;
 pub(super) mod local_force;
-pub(super) mod position_force;
+mod position_force;
 pub(super) mod position_position;
 
+pub use any::{AnyArchitecture, ControllerKind, ControllerSettings};
 pub use gains::{MasterGains, SlaveGains};
 
 use trocar_core::settings::Key;
 
+use super::Machines;
 use super::connection::{AtMaster, AtSlave};
-use super::{ControllerSettings, Machines};
+use trocar_core::augmentation::Modes;
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
@@ -64,8 +67,8 @@ pub struct ArrivedAtMaster<L> {
     pub sample: SlaveSample<L>,
     /// The sample's force in N, or the passivity scheme's replacement.
     pub force_n: L,
-    /// The slave's mode: 0 teleoperation, 1 augmented (the slave is frozen), 2 re-engaging.
-    pub mode: L,
+    /// The slave's mode.
+    pub mode: Modes<L>,
 }
 
 /// What each side sends, and how it uses what it receives.

@@ -9,19 +9,21 @@
 //! pays for the motion of the needle, the master's for the force on the hand.
 
 mod account;
+mod any;
 mod budget;
 mod force_limit;
 mod hand_yield;
 mod limits;
-pub(super) mod no_scheme;
+mod no_scheme;
 mod port;
 mod reference_limit;
 mod sides;
 mod slave_motion;
 pub(super) mod tank;
-pub(super) mod time_domain;
+mod time_domain;
 pub(super) mod waves;
 
+pub use any::{AnyScheme, PassivitySettings, Scheme};
 pub use limits::{BudgetSettings, CatchUpSettings, DampingSettings};
 pub(super) use port::Port;
 pub use port::SlavePort;
@@ -29,7 +31,6 @@ pub(super) use slave_motion::SlaveMotion;
 
 use trocar_core::settings::Key;
 
-use super::PassivitySettings;
 use trocar_core::lane::Lane;
 
 /// The share of an account that pays for what its limits cannot foresee: the hand's force and the tissue's may change within

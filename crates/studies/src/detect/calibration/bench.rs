@@ -3,7 +3,7 @@
 use super::contact::{ContactRule, contact};
 use super::excursions::{excursions, is_rupture};
 use super::probe::{Fall, delays};
-use super::run_length::{Tails, WANTED, average_run_length, threshold_for};
+use super::run_length::{WANTED, average_run_length, threshold_for};
 use super::signal::{Residuals, Signal};
 use super::spread::{median, min_step, noise_std, quantile, root_mean_square};
 use super::{Calibration, CalibrationError, CalibrationRequest, Candidate, MIN_SAMPLES, Whiteness};
@@ -112,7 +112,7 @@ impl<'a> CandidateBench<'a> {
                 (VELOCITY_STDS * noise_std(signal.velocity_m_per_s)).max(MIN_WITHDRAWAL_M_PER_S),
             ),
             drift,
-            threshold: threshold_for(Tails::Lower, drift, samples),
+            threshold: threshold_for(drift, samples),
             signal,
         })
     }
@@ -144,7 +144,7 @@ impl<'a> CandidateBench<'a> {
         let segment = longest_run(&quiet.usable);
         let second = |sample: usize| sample as f64 * interval_s;
         let variance = quiet.std_n * quiet.std_n;
-        let run_length = average_run_length(Tails::Lower, self.drift, settings.detector.cusum.threshold / variance);
+        let run_length = average_run_length(self.drift, settings.detector.cusum.threshold / variance);
         let whiteness = segment.clone().and_then(|range| Whiteness::of(&quiet.residuals.residual_n[range]));
         let is_predictable = quiet.blocks > 0 && whiteness.is_some_and(|test| !test.is_rejected());
         let usable = quiet.usable.iter().filter(|usable| **usable).count();
@@ -188,7 +188,7 @@ impl<'a> CandidateBench<'a> {
         let detector = DetectorSettings {
             cusum: CusumSettings { threshold, drift, cap: rounded(CAP_THRESHOLDS * threshold) },
             arming: ArmingSettings { withdrawal_speed_m_per_s: self.withdrawal_m_per_s, ..ArmingSettings::default() },
-            ..DetectorSettings::for_kind(DistanceKind::SquaredDrop, hypotheses)
+            ..DetectorSettings::for_kind(DistanceKind::SquaredResidual, hypotheses)
         };
         let candidate = Candidate {
             memory_updates,

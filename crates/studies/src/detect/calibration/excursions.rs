@@ -19,7 +19,7 @@ const MIN_DROP_N: f64 = 0.5;
 /// Maximum withdrawal of the needle during the drop, in m.
 const MAX_WITHDRAWAL_M: f64 = 0.2e-3;
 
-/// An excursion of the decision on squared drops.
+/// An excursion of the decision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Excursion {
     /// The first sample above 0, and the first one back at 0.
@@ -32,8 +32,8 @@ pub(super) struct Excursion {
     pub(super) peak_at: usize,
 }
 
-/// Returns the excursions of a CUSUM on squared drops with a drift and a threshold in N², without arming. Excursions
-/// that cannot raise an alarm (out of contact, or withdrawing faster than `withdrawal_m_per_s`) are omitted.
+/// Returns the excursions of a CUSUM on squared residuals with a drift and a threshold in N², without arming. Excursions
+/// that cannot raise an alarm (no drop, out of contact, or withdrawing faster than `withdrawal_m_per_s`) are omitted.
 pub(super) fn excursions(
     signal: &Signal<'_>,
     residuals: &Residuals,
@@ -46,7 +46,7 @@ pub(super) fn excursions(
     let count = residuals.residual_n.len();
     for sample in 0..count {
         interrupt::check_at(sample as u64);
-        let added = residuals.squared_drop(sample);
+        let added = residuals.residual_n[sample] * residuals.residual_n[sample];
         decision = (decision + added - drift).clamp(0.0, CAP_THRESHOLDS * threshold);
         if decision == 0.0 {
             found.extend(open.take().map(|excursion| Excursion { to: sample, ..excursion }));
@@ -58,7 +58,7 @@ pub(super) fn excursions(
             excursion.crossing.get_or_insert(sample);
         }
         let inserting = signal.velocity_m_per_s[sample] >= -withdrawal_m_per_s;
-        if added > 0.0 && decision > excursion.peak && residuals.depth_m[sample] > 0.0 && inserting {
+        if residuals.is_drop(sample) && decision > excursion.peak && residuals.depth_m[sample] > 0.0 && inserting {
             (excursion.peak, excursion.peak_at) = (decision, sample);
         }
     }

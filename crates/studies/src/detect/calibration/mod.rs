@@ -21,8 +21,7 @@
 //! 7. *Withdrawal speed*, above which no sample counts: three standard deviations of the velocity noise, at least 1
 //!    mm/s.
 //!
-//! The distance is the squared drop. The residual of a tissue that stiffens is also large, and would disarm a detector
-//! with the distance e².
+//! The distance is the paper's e².
 
 mod bench;
 mod contact;
@@ -36,7 +35,7 @@ mod whiteness;
 
 pub use contact::ContactRule;
 pub use request::CalibrationRequest;
-pub use run_length::{RunLength, Tails};
+pub use run_length::RunLength;
 pub use whiteness::{LAGS, Whiteness};
 
 use super::{is_even, position_step_m, samples};

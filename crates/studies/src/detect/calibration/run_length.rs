@@ -20,43 +20,10 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use trocar_base::parallel::map;
-use trocar_core::detection::DistanceKind;
-
-/// The samples of a symmetric noise that add to the decision.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Tails {
-    /// All samples: `s = x²`.
-    Both,
-    /// The samples below 0: `s = x²` for `x < 0`, else 0.
-    Lower,
-}
-
-impl Tails {
-    /// Returns the share of samples that add to the decision.
-    fn share(self) -> f64 {
-        match self {
-            Self::Both => 1.0,
-            Self::Lower => 0.5,
-        }
-    }
-}
-
-impl Tails {
-    /// Returns the name of the corresponding distance.
-    #[must_use]
-    pub fn distance(self) -> &'static str {
-        match self {
-            Self::Both => DistanceKind::SquaredResidual.word(),
-            Self::Lower => DistanceKind::SquaredDrop.word(),
-        }
-    }
-}
 
 /// A predicted and a simulated run length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunLength {
-    /// Samples that add to the decision.
-    pub tails: Tails,
     /// Drift, in variances.
     pub drift: f64,
     /// Threshold, in variances.
@@ -76,20 +43,20 @@ impl RunLength {
     /// Predicts the run length of the threshold for a wanted one, and simulates `alarms` runs (a multiple of 32) in
     /// parallel. `done` is called after every 32 of them.
     #[must_use]
-    pub fn check(tails: Tails, drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
-        let threshold = threshold_for(tails, drift, wanted);
+    pub fn check(drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
+        let threshold = threshold_for(drift, wanted);
         let chunks = alarms.div_ceil(RUNS_PER_STREAM);
         let samples = map(chunks as usize, |chunk| {
             // Every chunk of every run length has its own stream.
-            let seed = (wanted as u64).wrapping_mul(2) + u64::from(tails == Tails::Lower) + ((chunk as u64) << 40);
-            let samples = simulate(tails, drift, threshold, RUNS_PER_STREAM, seed);
+            let seed = (wanted as u64).wrapping_mul(2) + ((chunk as u64) << 40);
+            let samples = simulate(drift, threshold, RUNS_PER_STREAM, seed);
             done();
             samples
         });
         let samples: u64 = samples.into_iter().sum();
         let alarms = chunks * RUNS_PER_STREAM;
-        let predicted = average_run_length(tails, drift, threshold);
-        Self { tails, drift, threshold, predicted, simulated: samples as f64 / alarms as f64, alarms }
+        let predicted = average_run_length(drift, threshold);
+        Self { drift, threshold, predicted, simulated: samples as f64 / alarms as f64, alarms }
     }
 }
 
@@ -114,24 +81,19 @@ fn chi_square(u: f64) -> (f64, f64) {
 
 /// Returns the average run length in samples for a drift `ν > 0` and a threshold `γ > 0`, at most [`LONGEST`].
 #[must_use]
-pub fn average_run_length(tails: Tails, drift: f64, threshold: f64) -> f64 {
+pub fn average_run_length(drift: f64, threshold: f64) -> f64 {
     let elements = (threshold * NODES_PER_UNIT).ceil().clamp(NODES.0, NODES.1) as usize;
-    on_elements(tails, drift, threshold, elements)
+    on_elements(drift, threshold, elements)
 }
 
 /// [`average_run_length`] with a given number of elements.
-fn on_elements(tails: Tails, drift: f64, threshold: f64, elements: usize) -> f64 {
+fn on_elements(drift: f64, threshold: f64, elements: usize) -> f64 {
     let width = threshold / elements as f64;
-    let share = tails.share();
     let mut equations = DMatrix::<f64>::identity(elements + 1, elements + 1);
     for row in 0..=elements {
         let from = row as f64 * width;
         // The s for which the next decision is at a node, and the distribution and moment below it.
-        let at = |node: usize| {
-            let s = node as f64 * width - from + drift;
-            let (below, mean) = chi_square(s);
-            (share * below + (1.0 - share) * f64::from(u8::from(s >= 0.0)), share * mean)
-        };
+        let at = |node: usize| chi_square(node as f64 * width - from + drift);
         let mut lower = at(0);
         equations[(row, 0)] -= lower.0;
         for element in 0..elements {
@@ -153,16 +115,16 @@ fn on_elements(tails: Tails, drift: f64, threshold: f64, elements: usize) -> f64
 
 /// Returns the threshold whose average run length is `samples` (of [`WANTED`]), with a relative error of 1e-4.
 #[must_use]
-pub fn threshold_for(tails: Tails, drift: f64, samples: f64) -> f64 {
+pub fn threshold_for(drift: f64, samples: f64) -> f64 {
     let (mut low, mut high) = (1e-3_f64, 1.0_f64);
-    while average_run_length(tails, drift, high) < samples && high < 1e6 {
+    while average_run_length(drift, high) < samples && high < 1e6 {
         low = high;
         high *= 2.0;
     }
     while high / low > 1.0001 {
         trocar_base::interrupt::check();
         let middle = (low * high).sqrt();
-        if average_run_length(tails, drift, middle) < samples {
+        if average_run_length(drift, middle) < samples {
             low = middle;
         } else {
             high = middle;
@@ -174,7 +136,7 @@ pub fn threshold_for(tails: Tails, drift: f64, samples: f64) -> f64 {
 /// Returns the total number of samples of `alarms` runs on simulated noise: divided by `alarms`, it is the average run
 /// length. The same seed gives the same count.
 #[must_use]
-pub fn simulate(tails: Tails, drift: f64, threshold: f64, alarms: u64, seed: u64) -> u64 {
+pub fn simulate(drift: f64, threshold: f64, alarms: u64, seed: u64) -> u64 {
     let mut noise = ChaCha8Rng::seed_from_u64(seed);
     let mut samples = 0;
     for _ in 0..alarms {
@@ -182,8 +144,7 @@ pub fn simulate(tails: Tails, drift: f64, threshold: f64, alarms: u64, seed: u64
         let mut decision = 0.0_f64;
         while decision <= threshold {
             let x: f64 = StandardNormal.sample(&mut noise);
-            let adds = tails == Tails::Both || x < 0.0;
-            decision = (decision + if adds { x * x } else { 0.0 } - drift).max(0.0);
+            decision = (decision + x * x - drift).max(0.0);
             samples += 1;
         }
     }
@@ -199,20 +160,16 @@ mod tests {
         // One sample above the drift raises an alarm.
         let drift = 1.7;
         let exceeds = 1.0 - chi_square(drift).0;
-        for (tails, exceeds) in [(Tails::Both, exceeds), (Tails::Lower, exceeds / 2.0)] {
-            let length = average_run_length(tails, drift, 1e-9);
-            assert!((length * exceeds - 1.0).abs() < 1e-6, "{tails:?}: {length}, {}", 1.0 / exceeds);
-        }
+        let length = average_run_length(drift, 1e-9);
+        assert!((length * exceeds - 1.0).abs() < 1e-6, "{length}, {}", 1.0 / exceeds);
     }
 
     #[test]
     fn four_times_the_elements_hardly_change_it() {
-        for (tails, drift, threshold) in
-            [(Tails::Lower, 4.65, 21.0), (Tails::Both, 2.56, 30.0), (Tails::Both, 1.5, 40.0)]
-        {
-            let length = average_run_length(tails, drift, threshold);
+        for (drift, threshold) in [(4.65, 21.0), (2.56, 30.0), (1.5, 40.0)] {
+            let length = average_run_length(drift, threshold);
             let elements = 4 * (threshold * NODES_PER_UNIT) as usize;
-            let finer = on_elements(tails, drift, threshold, elements);
+            let finer = on_elements(drift, threshold, elements);
             assert!((length / finer - 1.0).abs() < 0.01, "{drift} {threshold}: {length} {finer}");
         }
     }
@@ -220,20 +177,18 @@ mod tests {
     #[test]
     fn predicted_and_simulated_run_lengths_agree_within_10_percent() {
         // With 2000 alarms, the standard error of the simulated mean is 2.2 %.
-        for tails in [Tails::Both, Tails::Lower] {
-            for (drift, wanted) in [(1.5, 1e3), (2.56, 1e3), (4.65, 1e4)] {
-                let threshold = threshold_for(tails, drift, wanted);
-                let predicted = average_run_length(tails, drift, threshold);
-                let simulated = simulate(tails, drift, threshold, 2000, 7) as f64 / 2000.0;
-                assert!((predicted / wanted - 1.0).abs() < 0.01, "{predicted}");
-                assert!((simulated / predicted - 1.0).abs() < 0.1, "{tails:?} {drift}: {predicted} {simulated}");
-            }
+        for (drift, wanted) in [(1.5, 1e3), (2.56, 1e3), (4.65, 1e4)] {
+            let threshold = threshold_for(drift, wanted);
+            let predicted = average_run_length(drift, threshold);
+            let simulated = simulate(drift, threshold, 2000, 7) as f64 / 2000.0;
+            assert!((predicted / wanted - 1.0).abs() < 0.01, "{predicted}");
+            assert!((simulated / predicted - 1.0).abs() < 0.1, "{drift}: {predicted} {simulated}");
         }
     }
 
     #[test]
     fn it_grows_with_threshold_and_drift_and_ends_at_the_longest() {
-        let length = |drift, threshold| average_run_length(Tails::Both, drift, threshold);
+        let length = |drift, threshold| average_run_length(drift, threshold);
         assert!(length(2.0, 10.0) < length(2.0, 12.0) && length(2.0, 12.0) < length(3.0, 12.0));
         assert_eq!(length(50.0, 50.0), LONGEST);
     }

@@ -55,10 +55,9 @@ impl Residuals {
         residuals
     }
 
-    /// Returns the squared drop of a sample, in N².
-    pub(super) fn squared_drop(&self, sample: usize) -> f64 {
-        let residual = self.residual_n[sample];
-        if residual < 0.0 && self.predicted_n[sample] > 0.0 { residual * residual } else { 0.0 }
+    /// Returns whether the force of a sample falls short of a predicted resisting force.
+    pub(super) fn is_drop(&self, sample: usize) -> bool {
+        self.residual_n[sample] < 0.0 && self.predicted_n[sample] > 0.0
     }
 
     /// Returns the samples at which a detector alarms.

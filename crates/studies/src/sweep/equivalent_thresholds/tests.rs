@@ -1,5 +1,5 @@
 use super::*;
-use trocar_core::augmentation::Mode;
+use trocar_core::augmentation::{Mode, Modes};
 use trocar_core::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
 use trocar_scenario::Source;
 
@@ -46,7 +46,7 @@ fn happening(tick: u64, residual_n: f64, decision: f64, alarm: bool) -> Happenin
         slave_position_m: 0.0,
         residual_n,
         decision,
-        mode: Mode::Teleoperation.code(),
+        mode: Modes::splat(Mode::Teleoperation),
         ruptured: false,
         alarm,
     }
@@ -139,7 +139,7 @@ fn a_phase_that_lasts_longer_than_the_minimum_hold_drops_all() {
                 300..900 | 1200.. => Mode::Reengaging,
                 0..300 | 900..1200 => Mode::Teleoperation,
             };
-            observer.observe(&Happening { mode: mode.code(), ..happening(tick, 0.0, 0.0, false) });
+            observer.observe(&Happening { mode: Modes::splat(mode), ..happening(tick, 0.0, 0.0, false) });
         }
         observer.thresholds(0).count()
     };

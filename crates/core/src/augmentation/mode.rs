@@ -1,0 +1,165 @@
+//! The mode of the supervisor: of one run, and of several lanes.
+
+use crate::lane::{Lane, Mask};
+
+/// Mode of the supervisor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Mode {
+    /// The slave follows the hand; the measured force is fed back.
+    Teleoperation = 0,
+    /// The slave is frozen; the felt force drop is exaggerated.
+    Augmented = 1,
+    /// Slave and force return to teleoperation.
+    Reengaging = 2,
+}
+
+impl Mode {
+    /// Code of the mode in a trace and in a message: 0, 1, 2.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+}
+
+/// The mode in each lane.
+///
+/// ```
+/// use trocar_core::augmentation::{Mode, Modes};
+///
+/// let modes = Modes::<f64>::splat(Mode::Augmented);
+/// assert!(modes.is_augmented() && !modes.is_teleoperation());
+/// assert_eq!(modes.lane(0), Mode::Augmented);
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Modes<L> {
+    /// [`Mode::code`] in each lane.
+    code: L,
+}
+
+impl<L: Lane> Modes<L> {
+    /// The same mode in every lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn splat(mode: Mode) -> Self {
+        Self { code: L::splat(f64::from(mode.code())) }
+    }
+
+    /// The modes of a message, which contains [`Modes::codes`].
+    #[inline(always)]
+    #[must_use]
+    pub fn from_codes(code: L) -> Self {
+        Self { code }
+    }
+
+    /// [`Mode::code`] in each lane, for a message.
+    #[inline(always)]
+    #[must_use]
+    pub fn codes(self) -> L {
+        self.code
+    }
+
+    /// `mode` in the lanes of the mask, unchanged elsewhere.
+    #[inline(always)]
+    #[must_use]
+    pub fn set_where(self, mask: L::Mask, mode: Mode) -> Self {
+        Self { code: L::select(mask, Self::splat(mode).code, self.code) }
+    }
+
+    /// The mode in lane `index`.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(self, index: usize) -> Mode {
+        let code = self.code.lane(index);
+        if code < 0.5 {
+            Mode::Teleoperation
+        } else if code < 1.5 {
+            Mode::Augmented
+        } else {
+            Mode::Reengaging
+        }
+    }
+
+    /// These modes, with that of lane `index` replaced.
+    #[inline(always)]
+    #[must_use]
+    pub fn with_lane(self, index: usize, mode: Mode) -> Self {
+        Self { code: self.code.with_lane(index, f64::from(mode.code())) }
+    }
+
+    #[inline(always)]
+    fn is(self, which: Mode) -> L::Mask {
+        (self.code - Self::splat(which).code).abs().lt(L::splat(0.5))
+    }
+
+    /// Lanes in teleoperation.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_teleoperation(self) -> L::Mask {
+        self.code.lt(L::splat(0.5))
+    }
+
+    /// Lanes in which the slave is held and the force is augmented.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_augmented(self) -> L::Mask {
+        self.is(Mode::Augmented)
+    }
+
+    /// Lanes that return to teleoperation.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_reengaging(self) -> L::Mask {
+        self.is(Mode::Reengaging)
+    }
+
+    /// Lanes whose modes differ.
+    #[inline(always)]
+    #[must_use]
+    pub fn differs(self, other: Self) -> L::Mask {
+        (self.code - other.code).abs().gt(L::splat(0.5))
+    }
+}
+
+crate::lane::gather!(Modes { code } stored);
+
+/// The modes of the tick before and of this one.
+#[derive(Debug, Clone, Copy)]
+pub struct ModeChange<L> {
+    /// At the tick before.
+    pub before: Modes<L>,
+    /// Now.
+    pub now: Modes<L>,
+}
+
+impl<L: Lane> ModeChange<L> {
+    /// Lanes whose mode has just become `which`.
+    #[inline(always)]
+    #[must_use]
+    pub fn has_become(&self, which: Mode) -> L::Mask {
+        self.now.is(which) & !self.before.is(which)
+    }
+
+    /// Whether the mode of any lane has changed.
+    #[inline(always)]
+    #[must_use]
+    pub fn any(&self) -> bool {
+        self.now.differs(self.before).any()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mode_is_recognised_alone() {
+        for mode in [Mode::Teleoperation, Mode::Augmented, Mode::Reengaging] {
+            let modes = Modes::<f64>::splat(mode);
+            let found = [modes.is_teleoperation(), modes.is_augmented(), modes.is_reengaging()];
+            assert_eq!(found.map(usize::from).iter().sum::<usize>(), 1);
+            assert!(found[usize::from(mode.code())] && modes.is(mode));
+            assert_eq!((modes.lane(0), Modes::from_codes(modes.codes()).lane(0)), (mode, mode));
+        }
+    }
+}

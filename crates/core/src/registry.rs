@@ -1,0 +1,190 @@
+//! The registry of a role: its built-in parts, their words in scenarios, and static dispatch over them.
+
+/// Declares the built-in parts of a role, one row each: the word in scenarios, the kind, in parentheses the settings of
+/// this kind alone, and the path of the part.
+///
+/// ```text
+/// registry! {
+///     /// What holds the slave during an event.
+///     #[derive(Debug, Clone, Copy, PartialEq)]
+///     pub enum HoldSettings at "augmentation.hold" = Frozen;
+///     /// Any of the built-in holds.
+///     pub enum AnyHold<L> by (each, of_kind) stored;
+///
+///     "freeze" => Frozen = freeze::Frozen,
+///     "speed-limit" => SpeedLimit(SpeedLimitSettings) = speed_limit::SpeedLimit,
+/// }
+/// ```
+///
+/// expands to the [`choice!`](crate::choice!) `HoldSettings { Frozen, SpeedLimit(SpeedLimitSettings) }` with these words, to
+///
+/// ```text
+/// pub enum AnyHold<L> {
+///     Frozen(freeze::Frozen<L>),
+///     SpeedLimit(speed_limit::SpeedLimit<L>),
+/// }
+/// impl<L: Lane> From<freeze::Frozen<L>> for AnyHold<L> { … }      // and from each other part
+/// gather_variants!(AnyHold { Frozen, SpeedLimit } stored);        // Gather, and with `stored` also Stored
+/// ```
+///
+/// and to two macros for the module, with the names in `by (…)`. `each!` runs an expression on the part, and `of_kind!` on
+/// the type of the part, for one kind or for all:
+///
+/// ```text
+/// each!(self, hold => hold.reference_m(now))
+///     match self {
+///         AnyHold::Frozen(hold) => hold.reference_m(now),
+///         AnyHold::SpeedLimit(hold) => hold.reference_m(now),
+///     }
+/// of_kind!(kind, Part => Part::<f64>::NAME)
+///     match kind {
+///         HoldSettings::Frozen { .. } => { use freeze::Frozen as Part; Part::<f64>::NAME }
+///         HoldSettings::SpeedLimit { .. } => { use speed_limit::SpeedLimit as Part; Part::<f64>::NAME }
+///     }
+/// of_kind!(settings, Part(own) => Part::build(own).into())        // own: the settings of the kind, or &()
+///     match settings {
+///         HoldSettings::Frozen => { use freeze::Frozen as Part; let own = &(); Part::build(own).into() }
+///         HoldSettings::SpeedLimit(own) => { use speed_limit::SpeedLimit as Part; Part::build(own).into() }
+///     }
+/// of_kind!([WORD, Part] => (WORD, Part::<f64>::NAME))
+///     [
+///         { use freeze::Frozen as Part; const WORD: &str = "freeze"; (WORD, Part::<f64>::NAME) },
+///         { use speed_limit::SpeedLimit as Part; const WORD: &str = "speed-limit"; (WORD, Part::<f64>::NAME) },
+///     ]
+/// ```
+///
+/// Without `at` and words, the kinds are an ordinary enum.
+#[macro_export]
+macro_rules! registry {
+    (
+        $(#[doc = $about:literal])*
+        #[derive($($derive:ident),*)]
+        $kind_vis:vis enum $Kind:ident at $path:literal = $default:ident $(no $without:ident)?;
+        $(#[doc = $any_about:literal])*
+        $vis:vis enum $Any:ident<$L:ident $(: $Bound:ident)?> by ($each:ident, $of_kind:ident) $($stored:ident)?;
+        $(
+            $(#[doc = $doc:literal])*
+            $word:literal => $Name:ident $(($Settings:ident))? = $($part:ident)::+,
+        )*
+    ) => {
+        $crate::choice! {
+            $(#[doc = $about])*
+            #[derive($($derive),*)]
+            $kind_vis enum $Kind at $path = $default $(no $without)? {
+                $($(#[doc = $doc])* $word => $Name $(($Settings))?,)*
+            }
+        }
+
+        $crate::registry! {
+            @parts ($) $Kind
+            $(#[doc = $any_about])*
+            $vis enum $Any<$L $(: $Bound)?> by ($each, $of_kind) $($stored)?;
+            $($word => $Name $(($Settings))? = $($part)::+,)*
+        }
+    };
+    (
+        $(#[$about:meta])*
+        $kind_vis:vis enum $Kind:ident;
+        $(#[doc = $any_about:literal])*
+        $vis:vis enum $Any:ident<$L:ident $(: $Bound:ident)?> by ($each:ident, $of_kind:ident) $($stored:ident)?;
+        $(
+            $(#[doc = $doc:literal])*
+            $Name:ident = $($part:ident)::+,
+        )*
+    ) => {
+        $(#[$about])*
+        $kind_vis enum $Kind {
+            $($(#[doc = $doc])* $Name,)*
+        }
+
+        $crate::registry! {
+            @parts ($) $Kind
+            $(#[doc = $any_about])*
+            $vis enum $Any<$L $(: $Bound)?> by ($each, $of_kind) $($stored)?;
+            $("" => $Name = $($part)::+,)*
+        }
+    };
+    // `$d` stands for the `$` of the two local macros.
+    (
+        @parts ($d:tt) $Kind:ident
+        $(#[doc = $any_about:literal])*
+        $vis:vis enum $Any:ident<$L:ident $(: $Bound:ident)?> by ($each:ident, $of_kind:ident) $($stored:ident)?;
+        $($word:literal => $Name:ident $(($Settings:ident))? = $($part:ident)::+,)*
+    ) => {
+        $(#[doc = $any_about])*
+        #[derive(Debug, Clone)]
+        $vis enum $Any<$L $(: $Bound)?> {
+            $(#[doc = concat!("`", stringify!($($part)::+), "`.")] $Name($($part)::+<$L>),)*
+        }
+
+        $(impl<$L: $crate::lane::Lane> From<$($part)::+<$L>> for $Any<$L> {
+            fn from(part: $($part)::+<$L>) -> Self {
+                Self::$Name(part)
+            }
+        })*
+
+        $crate::gather_variants!($Any { $($Name),* } $($stored)?);
+
+        $crate::variants!($each of $Any { $($Name),* });
+
+        #[allow(unused_macros, unused_macro_rules, reason = "no role needs all forms")]
+        macro_rules! $of_kind {
+            ([$d WORD:ident, $d Part:ident] => $d body:expr) => {
+                [$({ use $($part)::+ as $d Part; const $d WORD: &str = $word; $d body }),*]
+            };
+            ($d kind:expr, $d Part:ident => $d body:expr) => {
+                match $d kind {
+                    $($Kind::$Name { .. } => { use $($part)::+ as $d Part; $d body })*
+                }
+            };
+            ($d settings:expr, $d Part:ident($d own:ident) => $d body:expr) => {
+                match $d settings {
+                    $($Kind::$Name $(($crate::registry!(@first $d own $Settings)))? => {
+                        use $($part)::+ as $d Part;
+                        $crate::registry!(@unless_given $d own $($Settings)?);
+                        $d body
+                    })*
+                }
+            };
+        }
+    };
+    (@first $own:ident $Settings:ident) => { $own };
+    (@unless_given $own:ident $Settings:ident) => {};
+    (@unless_given $own:ident) => { let $own = &(); };
+}
+
+/// Defines a local macro, named by the caller, that runs an expression on the field of an enum's variant.
+///
+/// ```
+/// enum Number {
+///     Whole(u8),
+///     Real(f64),
+/// }
+/// trocar_core::variants!(each of Number { Whole, Real });
+///
+/// assert_eq!(each!(Number::Whole(3), number => f64::from(number)), 3.0);
+/// ```
+///
+/// The call expands to
+///
+/// ```text
+/// match Number::Whole(3) {
+///     Number::Whole(number) => f64::from(number),
+///     Number::Real(number) => f64::from(number),
+/// }
+/// ```
+#[macro_export]
+macro_rules! variants {
+    ($each:ident of $Enum:ident { $($Variant:ident),* $(,)? }) => {
+        $crate::variants!(@define ($) $each $Enum $($Variant)*);
+    };
+    (@define ($d:tt) $each:ident $Enum:ident $($Variant:ident)*) => {
+        macro_rules! $each {
+            ($d value:expr, $d field:ident => $d body:expr) => {
+                match $d value {
+                    $($Enum::$Variant($d field) => $d body,)*
+                }
+            };
+        }
+    };
+}
