@@ -229,3 +229,5 @@ proptest! {
         }
     }
 }
+
+mod event;

@@ -81,6 +81,11 @@ impl<L: Lane> Tail<L> {
         self.level
     }
 
+    #[cfg(test)]
+    pub(super) fn sums(&self) -> [L; 3] {
+        self.sums
+    }
+
     /// Adds the distance of a bin.
     #[inline(always)]
     pub(super) fn add(&mut self, value: L) {
