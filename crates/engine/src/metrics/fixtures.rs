@@ -149,3 +149,24 @@ pub(super) fn assert_close(value: Option<f64>, expected: f64) {
     let is_close = value.is_some_and(|value| (value - expected).abs() <= 1e-12 + 1e-9 * expected.abs());
     assert!(is_close, "{value:?} instead of {expected}");
 }
+
+/// Eight signals of the same tick, side by side.
+#[cfg(target_arch = "x86_64")]
+pub(super) fn side_by_side<L: trocar_core::lane::Lane>(all: &[Signals<f64>; 8]) -> Signals<L> {
+    macro_rules! gathered {
+        (numbers { $($number:ident)* } masks { $($mask:ident)* }) => {
+            Signals {
+                tick: all[0].tick,
+                $($number: L::from_lanes(|lane| all[lane].$number),)*
+                $($mask: trocar_core::lane::gather_mask::<L>(std::array::from_fn(|lane| all[lane].$mask)),)*
+            }
+        };
+    }
+    gathered! {
+        numbers { desired_position_m intended_position_m master_position_m master_velocity_m_per_s operator_force_n
+            slave_reference_m slave_position_m slave_velocity_m_per_s tissue_force_n measured_force_n feedback_force_n
+            stiffness_n_per_m damping_n_s_per_m extra_parameter residual_n distance decision mode commanded_force_n
+            allowed_force_step_n }
+        masks { ruptured noticed alarm alarm_taken }
+    }
+}

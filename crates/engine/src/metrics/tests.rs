@@ -630,3 +630,94 @@ fn every_metric_reads_the_field_of_its_name() {
     }
     assert!(compared > 45, "{compared}");
 }
+
+/// Runs of which each has something that the others have not: overlapping ruptures and events, more open ruptures than are
+/// held side by side, forces that fall, notices, false alarms, and divergences at several places.
+#[cfg(target_arch = "x86_64")]
+fn eight_insertions() -> [Insertion; 8] {
+    let varied = |number: u64| {
+        Insertion::of_ticks(6000).with(move |s| {
+            let t = TICK_S * s.tick as f64;
+            let swing = (t * (7.0 + number as f64)).sin();
+            s.slave_position_m = 0.01 * t + 1e-3 * swing;
+            s.slave_reference_m = 0.01 * t + 2e-4;
+            s.slave_velocity_m_per_s = 0.01 + 7e-3 * (t * 5.0).cos();
+            s.master_velocity_m_per_s = 0.01 * (t * 3.0).cos();
+            s.residual_n = 0.02 * swing;
+            (s.tissue_force_n, s.operator_force_n) = (2.0 + swing, 1.5 + 0.5 * (t * 11.0).sin());
+            (s.feedback_force_n, s.commanded_force_n) = (1.0 + 0.2 * swing, 1.0 + 0.3 * swing);
+            s.allowed_force_step_n = 1e-3;
+        })
+    };
+    [
+        varied(0),
+        varied(1).rupture_at(1000).event([1010, 1400, 1600]).by(Some(1.0), true).noticed_at(1100),
+        varied(2).rupture_at(1000).rupture_at(1005).rupture_at(1010).rupture_at(1015).rupture_at(1020).rupture_at(1300),
+        varied(3).event([500, 900, 1000]).rupture_at(700).rupture_at(2500).alarm_at(2510).by(Some(0.5), false),
+        varied(4)
+            .rupture_at(1000)
+            .event([1010, 1400, 1600])
+            .from(1200, |s| s.slave_position_m = 3.0)
+            .by(Some(1.0), true),
+        varied(5)
+            .rupture_at(2000)
+            .alarm_at(2100)
+            .from(2080, |s| s.feedback_force_n = 0.0)
+            .from(2090, |s| s.operator_force_n = 0.01)
+            .from(4000, |s| s.measured_force_n = f64::NAN),
+        varied(6).by(Some(1.2), true).event([100, 200, 300]).event([3000, 3300, 3301]).noticed_at(50).noticed_at(3100),
+        varied(7).ignored_alarm_at(10).rupture_at(5800).event([5900, 7000, 8000]).by(None, true).alarm_at(3),
+    ]
+}
+
+#[cfg(target_arch = "x86_64")]
+fn metrics_side_by_side<L: trocar_core::lane::Lane>(all: &[Insertion; 8]) -> [Metrics; 8] {
+    use crate::engine::Observer as _;
+    let ticks = all[0].ticks();
+    let grid = trocar_core::time::TickGrid::new(TICK_S, TICK_S * ticks as f64).expect("a grid");
+    let mut observer = MetricsObserver::<L>::new(grid, 4).of_operators(|lane| all[lane].operator());
+    for tick in 0..ticks {
+        let signals = std::array::from_fn(|lane| all[lane].signals(tick));
+        observer.observe(&super::fixtures::side_by_side::<L>(&signals));
+        assert!(!observer.is_done(), "some still run");
+    }
+    std::array::from_fn(|lane| observer.metrics(lane))
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn eight_runs_side_by_side_have_the_metrics_of_each_alone() {
+    use crate::engine::{Avx2, Avx512, InstructionSet};
+    let all = eight_insertions();
+    let alone: Vec<Metrics> = all.iter().map(Insertion::metrics).collect();
+    // What the lanes differ in: without it the comparison would say little.
+    assert_eq!(alone.iter().map(|metrics| metrics.ruptures.len()).collect::<Vec<_>>(), [0, 1, 6, 2, 1, 1, 0, 1]);
+    assert_eq!(alone.iter().map(|metrics| metrics.events.len()).collect::<Vec<_>>(), [0, 1, 0, 1, 1, 0, 2, 1]);
+    assert!(alone[4].outcome != Outcome::Completed && alone[5].outcome != Outcome::Completed);
+    if InstructionSet::Avx2.is_available() {
+        assert_eq!(metrics_side_by_side::<Avx2>(&all).to_vec(), alone);
+    }
+    if InstructionSet::Avx512.is_available() {
+        assert_eq!(metrics_side_by_side::<Avx512>(&all).to_vec(), alone);
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn eight_runs_end_once_all_have_diverged() {
+    use crate::engine::{Avx2, InstructionSet, Observer as _};
+    if !InstructionSet::Avx2.is_available() {
+        return;
+    }
+    let all: [Insertion; 8] =
+        std::array::from_fn(|lane| Insertion::of_ticks(100).from(10 + lane as u64, |s| s.slave_position_m = 9.0));
+    let grid = trocar_core::time::TickGrid::new(TICK_S, 0.1).expect("a grid");
+    let mut observer = MetricsObserver::<Avx2>::new(grid, 0);
+    for tick in 0..=17 {
+        assert!(!observer.is_done(), "{tick}");
+        observer.observe(&super::fixtures::side_by_side(&std::array::from_fn(|lane| all[lane].signals(tick))));
+    }
+    assert!(observer.is_done());
+    let ticks: [u64; 8] = std::array::from_fn(|lane| observer.metrics(lane).ticks);
+    assert_eq!(ticks, [10, 11, 12, 13, 14, 15, 16, 17]);
+}
