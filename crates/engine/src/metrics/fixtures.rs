@@ -139,7 +139,7 @@ impl Insertion {
 }
 
 /// A mode as signals have it.
-pub(super) fn in_mode(mode: Mode) -> f64 {
+pub(crate) fn in_mode(mode: Mode) -> f64 {
     mode.code()
 }
 

@@ -7,7 +7,7 @@
 pub mod catalogue;
 mod event;
 #[cfg(test)]
-mod fixtures;
+pub(crate) mod fixtures;
 mod intent;
 mod miss;
 mod observer;
