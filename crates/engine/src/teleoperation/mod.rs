@@ -44,3 +44,6 @@ schemes! {
     "wave-variables" => WaveVariables = waves::Waves { waves: WavesSettings } shared { budget: BudgetSettings },
     "energy-tank" => EnergyTank = tank::Tank { tank: TankSettings } shared { catch_up: CatchUpSettings },
 }
+
+#[cfg(test)]
+mod tests;

@@ -351,8 +351,8 @@ mod tests {
         let payload = waves.slave_sends();
         assert!((payload[WAVE] - back).abs() < 1e-15, "{payload:?}");
         assert!((payload[WAVE_ENERGY] - 0.5 * back * back / TICK_S).abs() < 1e-15, "{payload:?}");
-        // u² - v² = 2 F T Δx: the waves carry the power.
-        let power = force * moved * 2.0;
+        // u² - v² = 2 T F Δx: the waves carry the work.
+        let power = 2.0 * TICK_S * force * moved;
         assert!((wave * wave - back * back - power).abs() < 1e-15, "{power}");
     }
 
