@@ -81,11 +81,6 @@ impl<L: Lane> Tail<L> {
         self.level
     }
 
-    #[cfg(test)]
-    pub(super) fn sums(&self) -> [L; 3] {
-        self.sums
-    }
-
     /// Adds the distance of a bin.
     #[inline(always)]
     pub(super) fn add(&mut self, value: L) {
@@ -161,6 +156,13 @@ fn level(times: f64, [first, second]: [f64; 2]) -> (f64, [f64; 2]) {
 }
 
 crate::lane::gather!(Tail { peak, sums, level, beyond, credit } same { wanted_hz, block_bins, bins, block_s, time_s } stored);
+
+#[cfg(test)]
+impl<L: Lane> Tail<L> {
+    pub(super) fn sums(&self) -> [L; 3] {
+        self.sums
+    }
+}
 
 #[cfg(test)]
 mod tests {
