@@ -305,3 +305,6 @@ fn mode_of(code: f64) -> Mode {
         Mode::Reengaging
     }
 }
+
+#[cfg(test)]
+mod tests;
