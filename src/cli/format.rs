@@ -58,3 +58,35 @@ impl FormatArgs {
         vec!["--format".to_owned(), words.join(",")]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Debug, Parser)]
+    struct Only {
+        #[command(flatten)]
+        format: FormatArgs,
+    }
+
+    fn parsed(words: &[&str]) -> FormatArgs {
+        Only::try_parse_from(std::iter::once(&"trocar").chain(words)).expect("valid").format
+    }
+
+    #[test]
+    fn the_default_is_csv_and_has_no_flag() {
+        assert_eq!(parsed(&[]).format, [ColumnFormat::Csv]);
+        assert_eq!(parsed(&[]).format, FormatArgs::default().format);
+        assert!(parsed(&[]).flags().is_empty());
+    }
+
+    #[test]
+    fn formats_keep_their_order_and_csv_comes_first_where_it_is_needed() {
+        let both = parsed(&["--format", "mat,csv"]);
+        assert_eq!(both.flags(), ["--format", "mat,csv"]);
+        assert_eq!(both.with_csv().flags(), ["--format", "csv,mat"]);
+        assert_eq!(parsed(&["--format", "mat"]).with_csv().flags(), ["--format", "csv,mat"]);
+        assert!(FormatArgs::default().with_csv().flags().is_empty());
+    }
+}

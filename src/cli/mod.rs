@@ -282,3 +282,6 @@ pub fn main() -> ExitCode {
         Err(error) => error.report(),
     }
 }
+
+#[cfg(test)]
+mod tests;

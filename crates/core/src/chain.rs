@@ -132,3 +132,143 @@ impl<E: crate::lane::Stored, D: crate::lane::Stored> crate::lane::Stored for Cha
         detector.numbers(with);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detection::{DetectorSettings, SquaredResidual};
+    use crate::estimation::{Rls, RlsSettings};
+
+    /// Estimates a force of 100 N/m, and counts the samples and the gaps.
+    #[derive(Clone, Default)]
+    struct Hundred {
+        samples: u32,
+        gaps: u32,
+    }
+
+    impl Estimator<f64> for Hundred {
+        fn update(&mut self, force_n: f64, depth_m: f64, velocity_m_per_s: f64) -> Estimate<f64> {
+            self.samples += 1;
+            let predicted_force_n = 100.0 * depth_m;
+            Estimate {
+                predicted_force_n,
+                residual_n: force_n - predicted_force_n,
+                correction: [1.0, 2.0],
+                stiffness_n_per_m: 100.0,
+                damping_n_s_per_m: velocity_m_per_s,
+                extra_parameter: 0.0,
+            }
+        }
+        fn skip(&mut self) {
+            self.gaps += 1;
+        }
+    }
+
+    /// Keeps the evidence, and raises an alarm at every sample.
+    #[derive(Clone, Default)]
+    struct Always(Vec<Evidence<f64>>);
+
+    impl Detector<f64> for Always {
+        fn update(&mut self, evidence: &Evidence<f64>) -> Decision<f64> {
+            self.0.push(*evidence);
+            Decision { distance: 3.0, decision: 4.0, alarm: true }
+        }
+    }
+
+    const READING: Reading<f64> = Reading { force_n: 1.75, position_m: 0.03, velocity_m_per_s: 0.5 };
+
+    fn chain() -> Chain<f64, Hundred, Always> {
+        Chain { contact_m: 0.02, estimator: Hundred::default(), detector: Always::default() }
+    }
+
+    #[test]
+    fn a_sample_goes_through_the_estimator_at_its_depth_and_its_evidence_to_the_detector() {
+        let mut chain = chain();
+        let insight = chain.step(&READING);
+        assert!((insight.depth_m - 0.01).abs() < 1e-15 && (insight.estimate.residual_n - 0.75).abs() < 1e-12);
+        assert!(insight.decision.alarm && insight.estimate.damping_n_s_per_m == 0.5);
+        let evidence = chain.detector.0[0];
+        assert_eq!((evidence.force_n, evidence.velocity_m_per_s, evidence.in_contact), (1.75, 0.5, true));
+        assert!((evidence.depth_m - 0.01).abs() < 1e-15 && (evidence.residual_n - 0.75).abs() < 1e-12);
+        let mut outside = self::chain();
+        outside.step(&Reading { position_m: 0.01, ..READING });
+        assert!(!outside.detector.0[0].in_contact);
+    }
+
+    #[test]
+    fn a_missing_sample_is_a_gap_for_the_estimator_a_loss_of_contact_for_the_detector_and_no_alarm() {
+        let mut chain = chain();
+        let decision = chain.skip(2.5, -0.25);
+        assert!(!decision.alarm && decision.decision == 4.0);
+        assert_eq!((chain.estimator.samples, chain.estimator.gaps), (0, 1));
+        let evidence = chain.detector.0[0];
+        assert_eq!((evidence.force_n, evidence.velocity_m_per_s, evidence.in_contact), (2.5, -0.25, false));
+        assert_eq!((evidence.residual_n, evidence.predicted_force_n, evidence.depth_m), (0.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn the_first_sample_after_a_gap_counts_as_missing_and_is_learnt_from() {
+        let mut chain = chain();
+        assert!(!chain.resume(&READING).alarm);
+        assert_eq!((chain.estimator.samples, chain.estimator.gaps), (1, 1));
+        assert_eq!((chain.detector.0.len(), chain.detector.0[0].in_contact), (1, false));
+    }
+
+    #[test]
+    fn the_conditions_are_those_before_the_sample() {
+        let settings = DetectorSettings::default();
+        let chain = || Chain {
+            contact_m: 0.0,
+            estimator: Rls::<f64>::new(&RlsSettings::default()),
+            detector: CusumDetector::<f64, SquaredResidual<f64>>::with_distance(
+                SquaredResidual::new(),
+                &settings,
+                1e-3,
+            ),
+        };
+        let (mut with, mut without) = (chain(), chain());
+        for k in 0..400 {
+            let depth_m = 0.01 + 1e-5 * f64::from(k);
+            let force_n = 200.0 * depth_m - if k >= 300 { 1.0 } else { 0.0 };
+            let reading = Reading { force_n, position_m: depth_m, velocity_m_per_s: 0.01 };
+            let (insight, conditions) = with.step_with_conditions(&reading);
+            let plain = without.step(&reading);
+            assert_eq!(insight.decision.alarm, plain.decision.alarm, "{k}");
+            assert_eq!(insight.estimate.residual_n, plain.estimate.residual_n);
+            assert_eq!(insight.decision.alarm, k == 300, "{k}");
+            if k == 300 {
+                assert!(conditions.all(), "an alarm needs all of them");
+            }
+        }
+    }
+
+    #[cfg(feature = "alloc")]
+    #[test]
+    fn a_chain_continues_from_its_stored_state_and_gathers_with_others() {
+        use crate::lane::{Gather, Stored};
+        let new = |contact_m| Chain {
+            contact_m,
+            estimator: Rls::<f64>::new(&RlsSettings::default()),
+            detector: CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3),
+        };
+        let reading = |k: u32| {
+            let position_m = 0.02 + 1e-5 * f64::from(k);
+            let force_n = 3.0 + 0.02 * f64::from(k * k % 7) - if k % 500 == 450 { 1.0 } else { 0.0 };
+            Reading { force_n, position_m, velocity_m_per_s: 0.01 }
+        };
+        let shown = |insight: Insight<f64>| (insight.depth_m, insight.estimate.residual_n, insight.decision.decision);
+        let (mut used, mut restored) = (new(0.01), new(0.01));
+        for k in 0..600 {
+            used.step(&reading(k));
+        }
+        restored.restore(&used.state()).expect("the same settings");
+        let other = new(0.0);
+        let all = [&used, &other, &other, &other, &other, &other, &other, &other];
+        let mut gathered = <Chain<f64, Rls<f64>, CusumDetector<f64>> as Gather>::gather::<f64>(all).expect("alike");
+        for k in 600..1200 {
+            let expected = shown(used.step(&reading(k)));
+            assert_eq!(shown(restored.step(&reading(k))), expected, "{k}");
+            assert_eq!(shown(gathered.step(&reading(k))), expected, "{k}");
+        }
+    }
+}

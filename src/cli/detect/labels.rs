@@ -94,3 +94,66 @@ impl LabelRows {
         Ok(timed.into_iter().map(|(time_s, row)| Label { time_s, kind: row.kind.clone() }).collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(time_s: Option<f64>, line: u64) -> LabelRow {
+        LabelRow { file: None, time_s, kind: Some(format!("kind {line}")), line }
+    }
+
+    /// The labels of rows for a recording from 1 s to 5 s.
+    fn labels(rows: Vec<LabelRow>) -> Result<Vec<Label>, DetectError> {
+        LabelRows { file: "labels.csv".into(), rows }.labels(1.0, 5.0)
+    }
+
+    #[test]
+    fn labels_are_in_order_of_time_with_their_kinds() {
+        let found = labels(vec![row(Some(5.0), 2), row(Some(1.0), 3), row(Some(2.5), 4)]).expect("valid");
+        assert_eq!(found.iter().map(|label| label.time_s).collect::<Vec<_>>(), [1.0, 2.5, 5.0]);
+        assert_eq!(found[0].kind.as_deref(), Some("kind 3"));
+        assert!(labels(vec![row(None, 2)]).expect("no rupture").is_empty());
+    }
+
+    #[test]
+    fn labels_that_cannot_be_are_refused_with_their_line() {
+        let refused = |rows| labels(rows).expect_err("refused").to_string();
+        let text = refused(vec![row(Some(2.0), 2), row(Some(5.1), 3)]);
+        assert!(
+            text.starts_with("labels.csv line 3: the rupture at 5.1 s is outside") && text.contains("from 1 to 5 s"),
+            "{text}"
+        );
+        assert!(refused(vec![row(Some(0.9), 7)]).contains("line 7"));
+        let text = refused(vec![row(Some(2.0), 2), row(Some(3.0), 3), row(Some(2.0), 4)]);
+        assert!(text.starts_with("labels.csv line 4: ") && text.contains("already on line 2"), "{text}");
+        let text = refused(vec![row(Some(2.0), 2), row(None, 3)]);
+        assert!(text.starts_with("labels.csv line 3: ") && text.contains("line 2 labels one"), "{text}");
+    }
+
+    #[test]
+    fn a_label_names_its_recording_by_the_given_path_or_by_a_file_name_of_its_own() {
+        let input = |given: &str| Input {
+            given: given.to_owned(),
+            folder: String::new(),
+            values: trocar_scenario::Values::load(&trocar_scenario::Source::parse("paper/classical"), &[]),
+            guess: None,
+        };
+        let inputs = ["a/x.csv", "b/x.csv", "b/y.csv", "builtin:punch"].map(input);
+        let index = |name| named(name, &inputs).ok();
+        assert_eq!(
+            [index("a/x.csv"), index("b/x.csv"), index("y.csv"), index("punch")],
+            [Some(0), Some(1), Some(2), Some(3)]
+        );
+        assert!(matches!(named("x.csv", &inputs), Err(LabelProblem::Ambiguous { .. })));
+        assert!(matches!(named("z.csv", &inputs), Err(LabelProblem::Unknown { .. })));
+    }
+
+    #[test]
+    fn the_labels_beside_a_recording_have_its_name() {
+        let beside = |recording: &str| sidecar(recording).map(|path| path.display().to_string());
+        assert_eq!(beside("a/x.csv"), Some(format!("a/x{SIDECAR_END}")));
+        assert_eq!(beside("a/x.CSV"), Some(format!("a/x{SIDECAR_END}")));
+        assert_eq!([beside("builtin:x.csv"), beside("a/x"), beside("a/x.toml")], [None, None, None]);
+    }
+}

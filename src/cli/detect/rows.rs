@@ -98,3 +98,70 @@ impl<W: Write> RowWriter<W> {
         self.out.flush()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trocar_core::chain::Reading;
+    use trocar_core::detection::{AlarmConditions, Decision};
+    use trocar_core::estimation::Estimate;
+    use trocar_studies::detect::Step;
+
+    /// A tick of which no two numbers are alike.
+    fn tick() -> LiveStep {
+        LiveStep {
+            time_s: 0.25,
+            sample: 7,
+            reading: Reading { force_n: 1.5, position_m: 0.02, velocity_m_per_s: 99.0 },
+            step: Step {
+                velocity_m_per_s: -0.01,
+                depth_m: 0.003,
+                estimate: Estimate {
+                    predicted_force_n: 98.0,
+                    residual_n: 0.125,
+                    correction: [97.0; 2],
+                    stiffness_n_per_m: 300.0,
+                    damping_n_s_per_m: 4.5,
+                    extra_parameter: 96.0,
+                },
+                decision: Decision { distance: 95.0, decision: 0.0625, alarm: true },
+                conditions: AlarmConditions {
+                    in_contact: true,
+                    armed: true,
+                    is_drop: true,
+                    moves_as_required: true,
+                    is_deep: true,
+                    quiet_samples: 94.0,
+                },
+            },
+        }
+    }
+
+    fn written(format: Format) -> String {
+        let mut out = vec![];
+        let mut rows = RowWriter::begin(&mut out, format).expect("memory");
+        rows.tick("alarm", &tick()).expect("memory");
+        assert_eq!(rows.is_json(), format == Format::Json);
+        String::from_utf8(out).expect("text")
+    }
+
+    #[test]
+    fn a_row_of_csv_has_its_numbers_below_their_names() {
+        let text = written(Format::Csv);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[1], "alarm,0.25,7,0.02,0.003,-0.01,1.5,0.125,300.0,4.5,0.0625");
+        assert_eq!((lines.len(), lines[0]), (2, COLUMNS));
+    }
+
+    #[test]
+    fn an_object_of_json_has_the_columns_of_csv() {
+        let (json, csv) = (written(Format::Json), written(Format::Csv));
+        let object: serde_json::Value = serde_json::from_str(&json).expect("one object");
+        let (names, values) = csv.trim().split_once('\n').expect("two lines");
+        assert_eq!(names.split(',').count(), object.as_object().expect("an object").len());
+        for (name, value) in names.split(',').zip(values.split(',')) {
+            let shown = object[name].as_str().map_or_else(|| object[name].to_string(), str::to_owned);
+            assert_eq!(shown, value, "{name}");
+        }
+    }
+}

@@ -129,3 +129,104 @@ impl<L: Lane> Arming<L> {
 }
 
 crate::lane::gather!(Arming { settle_ticks, quiet_ticks, min_velocity, minimum_depth } same { drop_only } stored);
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixtures::{QUIET, with_residual};
+    use super::*;
+
+    /// Conditions that hold for a drop, after 4 ticks of quiet contact.
+    const ARMING: ArmingSettings = ArmingSettings { settle_s: 4e-3, ..ArmingSettings::DEFAULT };
+
+    fn arming(settings: ArmingSettings) -> Arming<f64> {
+        Arming::new(&settings, 1e-3)
+    }
+
+    /// The ticks, from 0, at which a drop with `g` above the threshold is an alarm, of samples that are above or not.
+    fn alarms(mut arming: Arming<f64>, samples: &[(bool, Evidence<f64>)]) -> Vec<usize> {
+        let mut is_alarm = |(above, evidence): &(bool, Evidence<f64>)| arming.update(*above, evidence);
+        samples.iter().enumerate().filter_map(|(k, sample)| is_alarm(sample).then_some(k)).collect()
+    }
+
+    #[test]
+    fn a_crossing_counts_after_exactly_the_settling_time_in_contact() {
+        let drop = (true, with_residual(-0.5));
+        let quiet = (false, QUIET);
+        assert_eq!(alarms(arming(ARMING), &[quiet, quiet, quiet, drop]), [0_usize; 0]);
+        assert_eq!(alarms(arming(ARMING), &[quiet, quiet, quiet, quiet, drop]), [4]);
+    }
+
+    #[test]
+    fn a_crossing_and_a_loss_of_contact_restart_the_settling_time() {
+        let (drop, quiet) = ((true, with_residual(-0.5)), (false, QUIET));
+        let outside = (false, Evidence { in_contact: false, ..QUIET });
+        let after = |between| {
+            let mut samples = vec![quiet; 4];
+            samples.push(between);
+            samples.extend([quiet; 3]);
+            samples.extend([drop, quiet, quiet, quiet, quiet, drop]);
+            alarms(arming(ARMING), &samples)
+        };
+        assert_eq!(after(quiet), [8, 13], "without a break");
+        assert_eq!(after(drop), [4, 13], "a rupture");
+        assert_eq!(after((true, with_residual(0.5))), [13], "a crossing that is no drop");
+        assert_eq!(after(outside), [13], "a loss of contact");
+        assert_eq!(after((true, Evidence { in_contact: false, ..with_residual(-0.5) })), [13], "a drop out of contact");
+    }
+
+    #[test]
+    fn the_count_of_quiet_samples_is_that_of_the_samples_before() {
+        let mut arming = arming(ARMING);
+        for quiet in 0..6 {
+            let conditions = arming.conditions(&QUIET);
+            assert_eq!((conditions.quiet_samples, conditions.armed), (f64::from(quiet), quiet >= 4));
+            arming.update(false, &QUIET);
+        }
+    }
+
+    #[test]
+    fn a_drop_is_a_force_below_a_predicted_resisting_force() {
+        let is_drop = |residual_n, predicted_force_n, drop_only| {
+            let arming = arming(ArmingSettings { drop_only, ..ARMING });
+            arming.conditions(&Evidence { residual_n, predicted_force_n, ..QUIET }).is_drop
+        };
+        assert!(is_drop(-0.1, 2.0, true));
+        assert!(!is_drop(0.1, 2.0, true), "a rise");
+        assert!(!is_drop(0.0, 2.0, true), "no change");
+        assert!(!is_drop(-0.1, -2.0, true), "a force that pulls");
+        assert!(!is_drop(-0.1, 0.0, true), "nothing predicted");
+        assert!(is_drop(0.1, -2.0, false), "any crossing counts without drop_only");
+    }
+
+    #[test]
+    fn without_a_minimum_depth_every_depth_counts() {
+        let is_deep = |minimum_depth_m, depth_m| {
+            let arming = arming(ArmingSettings { minimum_depth_m, ..ARMING });
+            arming.conditions(&Evidence { depth_m, ..QUIET }).is_deep
+        };
+        assert_eq!([is_deep(0.0, -0.01), is_deep(0.0, 0.01)], [true; 2]);
+        assert_eq!([is_deep(5e-3, -0.01), is_deep(5e-3, 4.9e-3), is_deep(5e-3, 5e-3)], [false, false, true]);
+    }
+
+    #[test]
+    fn an_alarm_needs_every_condition() {
+        let all = AlarmConditions::<f64> {
+            in_contact: true,
+            armed: true,
+            is_drop: true,
+            moves_as_required: true,
+            is_deep: true,
+            quiet_samples: 0.0,
+        };
+        assert!(all.all());
+        for one in [
+            AlarmConditions { in_contact: false, ..all },
+            AlarmConditions { armed: false, ..all },
+            AlarmConditions { is_drop: false, ..all },
+            AlarmConditions { moves_as_required: false, ..all },
+            AlarmConditions { is_deep: false, ..all },
+        ] {
+            assert!(!one.all(), "{one:?}");
+        }
+    }
+}

@@ -98,4 +98,36 @@ mod tests {
         let settings = CusumSettings { threshold: 2.0, drift: 1.0, cap: 1.0 };
         assert_eq!(settings.validate().expect_err("cap").name, "detector.cap");
     }
+
+    #[test]
+    fn a_decision_that_is_not_accumulated_forgets_the_samples_before() {
+        let mut cusum = cusum();
+        assert_eq!(
+            [4.0, 2.0, 0.5, 225.0].map(|s| cusum.hold(s)),
+            [(3.0, true), (1.0, false), (0.0, false), (10.0, true)]
+        );
+    }
+
+    #[test]
+    fn a_decision_at_the_threshold_is_not_above_it() {
+        assert_eq!(cusum().update(3.0), (2.0, false));
+        assert_eq!(cusum().hold(3.0), (2.0, false));
+    }
+
+    #[test]
+    fn a_reset_sets_the_decision_to_0_where_it_is_asked_for() {
+        let mut cusum = cusum();
+        cusum.update(6.0);
+        cusum.reset(false);
+        assert_eq!(cusum.update(1.0).0, 5.0);
+        cusum.reset(true);
+        assert_eq!(cusum.update(1.5).0, 0.5);
+    }
+
+    #[test]
+    fn another_threshold_and_cap_replace_those_of_the_settings() {
+        let mut cusum = cusum();
+        cusum.set_thresholds(5.0, 7.0);
+        assert_eq!([5.5, 2.0, 9.0].map(|s| cusum.update(s)), [(4.5, false), (5.5, true), (7.0, true)]);
+    }
 }

@@ -32,3 +32,29 @@ impl Hypotheses {
         ((changed - quiet) / 2.0, (changed + quiet) / 2.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rupture_must_widen_the_residual_and_shift_its_mean() {
+        let refused = |hypotheses: Hypotheses| hypotheses.validate().err().map(|error| error.name);
+        assert_eq!(refused(Hypotheses::default()), None);
+        assert_eq!(
+            refused(Hypotheses { rupture_std_n: 0.02, ..Hypotheses::default() }),
+            Some("detector.rupture_std_n")
+        );
+        assert_eq!(
+            refused(Hypotheses { rupture_mean_n: 0.0, ..Hypotheses::default() }),
+            Some("detector.rupture_mean_n")
+        );
+    }
+
+    #[test]
+    fn the_tuning_of_a_square_is_half_the_difference_and_half_the_sum_of_the_variances() {
+        let hypotheses = Hypotheses { quiet_std_n: 0.1, rupture_std_n: 0.3, ..Hypotheses::default() };
+        let (threshold, drift) = hypotheses.squared_tuning();
+        assert!((threshold - 0.04).abs() < 1e-15 && (drift - 0.05).abs() < 1e-15, "{threshold} {drift}");
+    }
+}

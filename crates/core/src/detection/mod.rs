@@ -211,6 +211,9 @@ impl<D: crate::lane::Stored> crate::lane::Stored for CusumDetector<f64, D> {
 }
 
 #[cfg(test)]
+mod fixtures;
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -330,6 +333,160 @@ mod tests {
             let quiet = (0..500).filter(|_| detector.update(&sample(-0.001)).alarm).count();
             let found = (0..5).filter(|k| detector.update(&sample(-0.5 * f64::from(*k))).alarm).count();
             assert_eq!((quiet, found), (0, 1), "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn the_evidence_of_a_sample_has_its_fields_in_their_places() {
+        let estimate = Estimate {
+            predicted_force_n: 1.0,
+            residual_n: 2.0,
+            correction: [3.0, 4.0],
+            stiffness_n_per_m: 5.0,
+            damping_n_s_per_m: 6.0,
+            extra_parameter: 7.0,
+        };
+        let evidence = Evidence::<f64>::new(8.0, 0.9, 10.0, &estimate);
+        assert_eq!((evidence.force_n, evidence.depth_m, evidence.velocity_m_per_s), (8.0, 0.9, 10.0));
+        assert_eq!((evidence.predicted_force_n, evidence.residual_n, evidence.correction), (1.0, 2.0, [3.0, 4.0]));
+        let is_in_contact = |depth_m| Evidence::<f64>::new(8.0, depth_m, 10.0, &estimate).in_contact;
+        assert_eq!([1e-9, 0.0, -1e-9].map(is_in_contact), [true, false, false]);
+    }
+
+    #[test]
+    fn the_detector_of_a_kind_has_its_kind_its_hypotheses_and_a_cap_of_ten_thresholds() {
+        let hypotheses = Hypotheses { rupture_mean_n: -0.4, ..Hypotheses::default() };
+        for kind in DistanceKind::ALL {
+            let settings = DetectorSettings::for_kind(kind, hypotheses);
+            assert_eq!((settings.distance.kind, settings.distance.hypotheses), (kind, hypotheses));
+            assert_eq!(settings.distance.tuning(), (settings.cusum.threshold, settings.cusum.drift), "{kind:?}");
+            assert!((settings.cusum.cap / settings.cusum.threshold - 10.0).abs() < 1e-12, "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn a_positive_mean_of_a_one_sided_distance_is_refused_where_only_drops_count() {
+        let refused = |kind, rupture_mean_n, drop_only| {
+            let mut settings = DetectorSettings::for_kind(kind, Hypotheses { rupture_mean_n, ..Hypotheses::default() });
+            settings.arming.drop_only = drop_only;
+            settings.validate().err().map(|error| error.name)
+        };
+        assert_eq!(refused(DistanceKind::MeanChange, 0.2, true), Some("detector.rupture_mean_n"));
+        assert_eq!(refused(DistanceKind::MeanChange, -0.2, true), None);
+        assert_eq!(refused(DistanceKind::MeanChange, 0.2, false), None);
+        assert_eq!(refused(DistanceKind::SquaredResidual, 0.2, true), None, "a square has no direction");
+    }
+
+    #[test]
+    fn an_alarm_resets_the_decision_and_the_distance() {
+        let mut detector = CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3);
+        for _ in 0..200 {
+            detector.update(&evidence(0.0, 0.01));
+        }
+        let ruptured = detector.update(&evidence(-0.5, 0.01));
+        assert!(ruptured.alarm);
+        assert!((ruptured.distance - 0.25).abs() < 1e-12, "{ruptured:?}");
+        assert!((ruptured.decision - 0.198).abs() < 1e-9, "the decision is that before the reset: {ruptured:?}");
+        assert_eq!(detector.update(&evidence(-0.1, 0.01)).decision, 0.0, "0.01 N² is below the drift");
+
+        let settings = DetectorSettings::for_kind(DistanceKind::LikelihoodRatio, Hypotheses::default());
+        let mut detector = CusumDetector::<f64>::new(&settings, 1e-3);
+        for _ in 0..200 {
+            detector.update(&evidence(0.0, 0.01));
+        }
+        assert!(detector.update(&evidence(-1.0, 0.01)).alarm);
+        // e² / (2 σ_0²) of the sample itself: its window has forgotten the rupture.
+        assert!((detector.update(&evidence(-0.1, 0.01)).distance - 12.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_distance_that_arms_itself_needs_no_contact_and_no_settling_time() {
+        let settings = DetectorSettings::for_kind(DistanceKind::WindowedDerivative, Hypotheses::default());
+        let outside = |force_n: f64, velocity_m_per_s: f64| Evidence {
+            force_n,
+            depth_m: -1.0,
+            in_contact: false,
+            velocity_m_per_s,
+            ..fixtures::QUIET
+        };
+        let run = |samples: u32, velocity_m_per_s: f64| {
+            let mut detector = CusumDetector::<f64>::new(&settings, 1e-3);
+            for k in 0..samples {
+                let sample = outside(5.0 + 0.01 * f64::from(k % 2), velocity_m_per_s);
+                assert!(!detector.update(&sample).alarm, "{k}");
+                let conditions = detector.conditions(&sample);
+                assert!(conditions.in_contact && conditions.is_drop);
+            }
+            detector.update(&outside(3.0, velocity_m_per_s)).alarm
+        };
+        assert!(run(100, 0.01));
+        assert!(!run(30, 0.01), "within 50 ms the noise is not known");
+        assert!(!run(100, -0.03), "the motion is required of every distance");
+    }
+
+    #[test]
+    fn thresholds_of_lanes_replace_those_of_the_settings() {
+        let alarm_at = |threshold: f64, residual: f64| {
+            let detector = CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3);
+            let mut detector = detector.with_thresholds(threshold, 10.0 * threshold);
+            for _ in 0..200 {
+                detector.update(&evidence(0.0, 0.01));
+            }
+            detector.update(&evidence(residual, 0.01)).alarm
+        };
+        assert_eq!([alarm_at(0.1, -0.4), alarm_at(0.2, -0.4)], [true, false]);
+    }
+
+    /// A drop, with noise around it.
+    fn drop_in_noise(samples: u64, seed: u64) -> Vec<Evidence<f64>> {
+        let mut noise = fixtures::Noise(seed);
+        let sample = |k: u64| {
+            let residual = 0.01 * noise.next() - if k % 400 == 350 { 0.6 } else { 0.0 };
+            let force_n = 2.0 + 1e-3 * k as f64 + residual;
+            Evidence {
+                force_n,
+                depth_m: 0.01 + 1e-5 * k as f64,
+                correction: [residual / 0.02, 0.1 * residual],
+                ..evidence(residual, 0.01)
+            }
+        };
+        (0..samples).map(sample).collect()
+    }
+
+    #[test]
+    fn a_gathered_detector_decides_as_the_one_in_its_first_lane() {
+        for kind in DistanceKind::ALL {
+            let one = |mean: f64| {
+                let hypotheses = Hypotheses { rupture_mean_n: mean, ..Hypotheses::default() };
+                CusumDetector::<f64>::new(&DetectorSettings::for_kind(kind, hypotheses), 1e-3)
+            };
+            let (mut first, other) = (one(-0.3), one(-0.2));
+            let all = [&first, &other, &other, &other, &other, &other, &other, &other];
+            let mut gathered = <CusumDetector<f64> as crate::lane::Gather>::gather::<f64>(all).expect("alike");
+            for evidence in drop_in_noise(800, 5) {
+                let (a, b) = (first.update(&evidence), gathered.update(&evidence));
+                assert_eq!((a.distance, a.decision, a.alarm), (b.distance, b.decision, b.alarm), "{kind:?}");
+            }
+        }
+    }
+
+    #[cfg(feature = "alloc")]
+    #[test]
+    fn a_detector_continues_from_its_stored_state() {
+        use crate::lane::Stored;
+        for kind in DistanceKind::ALL {
+            let new = || CusumDetector::<f64>::new(&DetectorSettings::for_kind(kind, Hypotheses::default()), 1e-3);
+            let samples = drop_in_noise(1600, 9);
+            let mut used = new();
+            for evidence in &samples[..700] {
+                used.update(evidence);
+            }
+            let mut restored = new();
+            restored.restore(&used.state()).expect("the same settings");
+            for evidence in &samples[700..] {
+                let (a, b) = (used.update(evidence), restored.update(evidence));
+                assert_eq!((a.distance, a.decision, a.alarm), (b.distance, b.decision, b.alarm), "{kind:?}");
+            }
         }
     }
 }

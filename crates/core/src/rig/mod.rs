@@ -295,3 +295,6 @@ impl Stored for HapticController {
         is_disturbed.numbers(with);
     }
 }
+
+#[cfg(test)]
+mod tests;

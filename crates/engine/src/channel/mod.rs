@@ -169,4 +169,87 @@ mod tests {
         assert_eq!(arrivals(1), [9.0, 1.0, 2.0, 3.0]);
         assert_eq!(arrivals(3), [9.0, 9.0, 9.0, 1.0]);
     }
+
+    #[test]
+    fn a_delay_is_immediate_without_ticks_and_without_irregularity() {
+        let regular = |ticks| Delay::<f64, 1>::new(ticks, [0.0]);
+        let irregular = |ticks, irregularity: &Irregularity, schedule: &Schedule| {
+            regular(ticks).irregular(irregularity, schedule, 1e-3, [0.0], (1, 0))
+        };
+        let none = Irregularity::default();
+        let (jitter, loss) = (Irregularity { jitter_s: 2e-3, ..none }, Irregularity { loss: 0.1, ..none });
+        let outage = Schedule::new(std::sync::Arc::default(), std::iter::once(1..2).collect());
+        assert!(regular(0).is_immediate() && irregular(0, &none, &Schedule::default()).is_immediate());
+        assert!(!regular(1).is_immediate());
+        for (irregularity, schedule) in
+            [(&jitter, &Schedule::default()), (&loss, &Schedule::default()), (&none, &outage)]
+        {
+            assert!(!irregular(0, irregularity, schedule).is_immediate());
+        }
+        assert_eq!((regular(3).longest_ticks(), irregular(3, &jitter, &Schedule::default()).longest_ticks()), (3, 5));
+        assert!(none.is_none() && !jitter.is_none() && !loss.is_none());
+        assert_eq!([jitter, none].map(|one| one.jitter_ticks(1e-3)), [2, 0]);
+    }
+
+    #[test]
+    fn a_jitter_of_too_many_ticks_is_refused() {
+        let refused = |jitter_s, tick_s| Irregularity { jitter_s, loss: 0.0 }.validate_on_ticks(tick_s).is_err();
+        assert_eq!([refused(100.0, 1e-3), refused(100.1, 1e-3), refused(1.0, 1e-6)], [false, true, true]);
+    }
+
+    #[test]
+    fn every_number_of_a_sample_arrives_in_its_place() {
+        let mut delay = Delay::new(2, [0.1, 0.2, 0.3]);
+        delay.exchange([1.0, 2.0, 3.0]);
+        assert_eq!(delay.exchange([4.0, 5.0, 6.0]).sample, [0.1, 0.2, 0.3]);
+        let arrival = delay.exchange([7.0, 8.0, 9.0]);
+        assert_eq!((arrival.sample, arrival.is_fresh), ([1.0, 2.0, 3.0], true));
+    }
+
+    #[test]
+    fn the_delays_of_both_ways_have_their_keys() {
+        let settings = DelaySettings { delay_s: 0.0, forward_delay_s: 0.01, backward_delay_s: 0.02 };
+        let ways = [("channel.forward_delay_s", 0.01), ("channel.backward_delay_s", 0.02)];
+        assert_eq!(settings.of_each_way(), ways);
+        assert!(
+            ways.iter().all(|(key, _)| DelaySettings::is_one_way(key))
+                && !DelaySettings::is_one_way(DelaySettings::BOTH)
+        );
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn lanes_with_different_delays_receive_what_each_would_alone() {
+        use crate::engine::{Avx2, InstructionSet};
+        use trocar_core::lane::Gather;
+        if !InstructionSet::Avx2.is_available() {
+            return;
+        }
+        let uneven = Irregularity { jitter_s: 4e-3, loss: 0.2 };
+        for is_irregular in [false, true] {
+            let new = |lane: usize| {
+                let ticks = if is_irregular { 2 } else { 1 + 3 * lane as u64 % 7 };
+                let initial = [-(lane as f64), 0.5];
+                let delay = Delay::<f64, 2>::new(ticks, initial);
+                let random = (5, lane as u64);
+                if is_irregular { delay.irregular(&uneven, &Schedule::default(), 1e-3, initial, random) } else { delay }
+            };
+            let mut alone: [Delay<f64, 2>; 8] = std::array::from_fn(new);
+            let mut together: Delay<Avx2, 2> =
+                Gather::gather(std::array::from_fn(|lane| &alone[lane])).expect("at rest");
+            for tick in 0..200 {
+                let sample = |lane: usize, place: usize| (tick * 10 + lane) as f64 + 0.25 * place as f64;
+                let sent = std::array::from_fn(|place| Avx2::from_lanes(|lane| sample(lane, place)));
+                let arrival = together.exchange(sent);
+                for (lane, delay) in alone.iter_mut().enumerate() {
+                    let expected = delay.exchange([sample(lane, 0), sample(lane, 1)]);
+                    assert_eq!(arrival.sample.map(|number| number.lane(lane)), expected.sample, "{tick} {lane}");
+                    assert_eq!(arrival.is_fresh.lane(lane), expected.is_fresh, "{tick} {lane}");
+                }
+            }
+            let all: [&Delay<f64, 2>; 8] = std::array::from_fn(|lane| &alone[lane]);
+            let used: Option<Delay<Avx2, 2>> = Gather::gather(all);
+            assert!(used.is_none() || is_irregular, "samples under way are not gathered");
+        }
+    }
 }

@@ -115,3 +115,6 @@ fn gather<L: trocar_core::lane::Lane, P, Q, W: Gather>(
         parts: W::gather(of_each!(all, |one| &one.parts))?,
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -260,3 +260,71 @@ macro_rules! metrics {
     (@read $name:ident) => { |of| $crate::metrics::catalogue::Value::value(&of.$name) };
     (@read $name:ident $read:expr) => { $read };
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DECLARATION: Declaration = Declaration {
+        scope: Scope::Rupture,
+        name: "detection_delay_s",
+        former_name: Some("delay_s"),
+        label: "detection delay",
+        unit: Unit::Second,
+        is_signed: false,
+        better: Better::Lower,
+        shown: Shown::Main,
+        meaning: "",
+    };
+
+    #[test]
+    fn the_key_and_the_label_have_the_prefix_of_their_scope() {
+        let of = |scope| {
+            let declaration = Declaration { scope, ..DECLARATION };
+            (declaration.key(2), declaration.full_label(2))
+        };
+        let named = |key: &str, label: &str| (key.to_owned(), label.to_owned());
+        assert_eq!(of(Scope::Run), named("detection_delay_s", "detection delay"));
+        assert_eq!(of(Scope::Rupture), named("rupture_2_detection_delay_s", "rupture 2: detection delay"));
+        assert_eq!(of(Scope::Event), named("event_2_detection_delay_s", "event 2: detection delay"));
+        assert_eq!(of(Scope::Link), named("link_detection_delay_s", "link: detection delay"));
+        assert_eq!(of(Scope::Port), named("port_detection_delay_s", "port: detection delay"));
+        assert_eq!(of(Scope::Loop), named("stability_detection_delay_s", "stability: detection delay"));
+        assert_eq!(of(Scope::Noise), named("in_noise_detection_delay_s", "in noise: detection delay"));
+    }
+
+    #[test]
+    fn words_are_those_of_json() {
+        for scope in [Scope::Run, Scope::Rupture, Scope::Event, Scope::Link, Scope::Port, Scope::Loop, Scope::Noise] {
+            assert_eq!(serde_json::to_value(scope).expect("a word"), scope.word());
+        }
+        for better in [Better::Lower, Better::Higher, Better::Neither] {
+            assert_eq!(serde_json::to_value(better).expect("a word"), better.word());
+        }
+    }
+
+    #[test]
+    fn a_metric_answers_to_its_name_and_to_its_former_one() {
+        assert_eq!(
+            ["detection_delay_s", "delay_s", "delay"].map(|name| DECLARATION.is_called(name)),
+            [true, true, false]
+        );
+        let new = Declaration { former_name: None, ..DECLARATION };
+        assert!(!new.is_called("delay_s"));
+    }
+
+    #[test]
+    fn the_short_table_has_the_main_metrics() {
+        let shown =
+            [Shown::Main, Shown::MainWhereDefined, Shown::Always, Shown::WhereDefined, Shown::First, Shown::Never];
+        assert_eq!(shown.map(Shown::is_main), [true, true, false, false, false, false]);
+    }
+
+    #[test]
+    fn a_field_is_a_number_or_undefined() {
+        assert_eq!(
+            [2.5.value(), 3_u64.value(), Some(4.5).value(), None::<u64>.value()],
+            [Some(2.5), Some(3.0), Some(4.5), None]
+        );
+    }
+}

@@ -435,3 +435,265 @@ impl MissRule<'_> {
         all.into_iter().filter(|(holds, _)| !holds).map(|(_, reason)| reason).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trocar_core::detection::{DistanceKind, Hypotheses};
+
+    /// A rule on ticks of 1 ms: a window of 10 ms, γ = 2, a settling time of 100 ms and a refractory period of 50 ms.
+    fn explain(
+        tick: u64,
+        samples: &[DetectorSample],
+        supervisor: &SupervisorHistory,
+        kind: DistanceKind,
+    ) -> Option<Miss> {
+        let mut detector = DetectorSettings::for_kind(kind, Hypotheses::default());
+        detector.cusum.threshold = 2.0;
+        let rule = MissRule { tick_s: 1e-3, start_s: 5.0, window_s: 0.01, detector: &detector, refractory_s: 0.05 };
+        let samples: Vec<_> = (tick..).zip(samples.iter().copied()).collect();
+        rule.explain(tick, &samples, supervisor)
+    }
+
+    /// The reasons of a rupture at tick 100, without a supervisor.
+    fn reasons(samples: &[DetectorSample]) -> Vec<MissReason> {
+        let miss =
+            explain(100, samples, &SupervisorHistory::default(), DistanceKind::SquaredResidual).expect("a reason");
+        miss.reasons().copied().collect()
+    }
+
+    const ALL: AlarmConditions<f64> = AlarmConditions {
+        in_contact: true,
+        armed: true,
+        is_drop: true,
+        moves_as_required: true,
+        is_deep: true,
+        quiet_samples: 30.0,
+    };
+
+    /// A sample with every condition of an alarm.
+    fn sample(decision: f64) -> DetectorSample {
+        DetectorSample { distance: 0.5, decision, conditions: ALL, depth_m: 0.02, velocity_m_per_s: 0.01 }
+    }
+
+    fn with(decision: f64, conditions: AlarmConditions<f64>) -> DetectorSample {
+        DetectorSample { conditions, ..sample(decision) }
+    }
+
+    #[test]
+    fn a_failed_condition_of_a_large_g_is_the_reason() {
+        let of = |conditions| reasons(&[sample(0.0), with(3.0, conditions), sample(0.5)]);
+        let not_armed = MissReason::NotArmed { quiet_s: 0.03, settle_s: 0.1 };
+        assert_eq!(of(AlarmConditions { armed: false, ..ALL }), [not_armed]);
+        assert_eq!(of(AlarmConditions { is_drop: false, ..ALL }), [MissReason::NoDrop]);
+        let motion = MissReason::WrongMotion { velocity_m_per_s: 0.01 };
+        assert_eq!(of(AlarmConditions { moves_as_required: false, ..ALL }), [motion]);
+        assert_eq!(of(AlarmConditions { is_deep: false, ..ALL }), [MissReason::TooShallow { depth_m: 0.02 }]);
+        let both = AlarmConditions { armed: false, is_drop: false, ..ALL };
+        assert_eq!(of(both), [not_armed, MissReason::NoDrop]);
+        let outside = AlarmConditions { in_contact: false, ..both };
+        assert_eq!(of(outside), [MissReason::NotInContact { depth_m: 0.02 }], "which explains the others");
+    }
+
+    #[test]
+    fn of_several_large_g_the_first_that_fails_the_fewest_conditions_decides() {
+        let not_armed = AlarmConditions { armed: false, ..ALL };
+        let two = AlarmConditions { is_drop: false, ..not_armed };
+        let shallow = AlarmConditions { is_deep: false, ..ALL };
+        let found = reasons(&[sample(0.0), with(9.0, two), with(3.0, not_armed), with(3.0, shallow)]);
+        assert_eq!(found, [MissReason::NotArmed { quiet_s: 0.03, settle_s: 0.1 }]);
+    }
+
+    #[test]
+    fn a_needle_above_the_contact_at_the_rupture_is_the_only_reason() {
+        let outside = with(9.0, AlarmConditions { in_contact: false, ..ALL });
+        let outside = DetectorSample { depth_m: -1e-3, ..outside };
+        assert_eq!(reasons(&[outside, sample(3.0)]), [MissReason::NotInContact { depth_m: -1e-3 }]);
+    }
+
+    #[test]
+    fn a_small_g_is_told_with_what_it_reached_and_what_else_would_have_failed() {
+        assert_eq!(reasons(&[sample(0.1), sample(0.5), sample(0.2)]), [MissReason::BelowThreshold { reached: 0.25 }]);
+        // Samples within a tenth of the largest g count as near it.
+        let no_drop = AlarmConditions { is_drop: false, ..ALL };
+        assert_eq!(
+            reasons(&[sample(0.1), with(1.0, no_drop), with(0.95, no_drop), sample(0.85)]),
+            [MissReason::BelowThreshold { reached: 0.5 }, MissReason::NoDrop]
+        );
+    }
+
+    #[test]
+    fn a_g_that_stays_at_0_is_below_the_drift() {
+        let small = |distance| DetectorSample { distance, ..sample(0.0) };
+        // Half of the largest distance as drift leaves half of it in g: 0.15 of 2.
+        let expected = [MissReason::BelowDrift { largest: 0.3 }, MissReason::BelowThreshold { reached: 0.075 }];
+        assert_eq!(reasons(&[small(0.1), small(0.3), small(0.2)]), expected);
+        assert_eq!(reasons(&[small(4.0)]), [MissReason::BelowDrift { largest: 4.0 }], "half of it reaches γ");
+    }
+
+    #[test]
+    fn a_detector_that_arms_itself_waits_or_sees_no_fall() {
+        let none = SupervisorHistory::default();
+        let of = |samples: &[DetectorSample]| {
+            let miss = explain(100, samples, &none, DistanceKind::WindowedDerivative).expect("a reason");
+            miss.reasons().copied().collect::<Vec<_>>()
+        };
+        assert_eq!(of(&[sample(0.0)]), [MissReason::NoFall]);
+        let waits_for = DistanceKind::WindowedDerivative.waits_for().expect("it arms itself");
+        assert_eq!(of(&[with(3.0, AlarmConditions { armed: false, ..ALL })]), [MissReason::NotReady { waits_for }]);
+    }
+
+    /// A supervisor with an event from tick 50 to 80, and an alarm at a tick.
+    fn supervisor(alarm: u64, is_taken: bool) -> SupervisorHistory {
+        let mut history = SupervisorHistory::default();
+        for tick in 0..200 {
+            let mode = if (50..80).contains(&tick) { Mode::Augmented } else { Mode::Teleoperation };
+            history.push(tick, crate::metrics::fixtures::in_mode(mode), tick == alarm, is_taken);
+        }
+        history
+    }
+
+    #[test]
+    fn an_alarm_that_the_supervisor_ignored_came_in_an_event_or_just_after_it() {
+        let of =
+            |alarm: u64| explain(alarm - 5, &[sample(3.0)], &supervisor(alarm, false), DistanceKind::SquaredResidual);
+        let only = |reason| Some(Miss { reason, also: vec![] });
+        assert_eq!(of(79), only(MissReason::EventUnderWay { begin_s: 5.05 }));
+        assert_eq!(of(80), only(MissReason::Refractory { end_s: 5.08 }));
+        assert_eq!(of(129), only(MissReason::Refractory { end_s: 5.08 }));
+        assert_eq!(of(130), None, "it would have been taken");
+        assert_eq!(of(50), None, "the event began at this tick");
+    }
+
+    #[test]
+    fn the_event_under_way_is_told_beside_the_conditions() {
+        let quiet = supervisor(199, false);
+        let not_armed = with(3.0, AlarmConditions { armed: false, ..ALL });
+        let miss = explain(70, &[sample(0.0), not_armed], &quiet, DistanceKind::SquaredResidual).expect("a reason");
+        assert_eq!(
+            miss.reasons().copied().collect::<Vec<_>>(),
+            [MissReason::NotArmed { quiet_s: 0.03, settle_s: 0.1 }, MissReason::EventUnderWay { begin_s: 5.05 }]
+        );
+    }
+
+    #[test]
+    fn an_alarm_in_the_window_that_counts_for_another_rupture_hides_what_comes_after_it() {
+        let of = |tick, samples: &[DetectorSample]| {
+            let history = SupervisorHistory::of_alarms(&[105]);
+            explain(tick, samples, &history, DistanceKind::SquaredResidual).map(|miss| miss.reason)
+        };
+        let another = Some(MissReason::AlarmOfAnother { alarm_s: 5.105 });
+        assert_eq!(of(105, &[sample(3.0)]), another);
+        assert_eq!(of(100, &[sample(0.5); 10]), another);
+        let not_armed = AlarmConditions { armed: false, ..ALL };
+        let before = [sample(0.0), with(3.0, not_armed), sample(0.0), sample(0.0), sample(0.0), sample(9.0)];
+        assert_eq!(of(100, &before), Some(MissReason::NotArmed { quiet_s: 0.03, settle_s: 0.1 }));
+        // The window ends with its tenth tick.
+        assert_eq!(of(94, &[sample(0.5); 10]), Some(MissReason::BelowThreshold { reached: 0.25 }));
+        assert_eq!(of(95, &[sample(0.5); 10]), another);
+    }
+
+    #[test]
+    fn the_history_of_a_supervisor_knows_every_alarm() {
+        for is_taken in [true, false] {
+            let history = supervisor(120, is_taken);
+            let has = [120..=120, 110..=130, 100..=119, 121..=140].map(|ticks| history.has_alarm(ticks));
+            assert_eq!(has, [true, true, false, false]);
+        }
+        assert_eq!(supervisor(120, true).alarms, [120]);
+        assert_eq!(supervisor(120, false).ignored_alarms, [120]);
+        assert_eq!(supervisor(120, false).events, [(50, 80)]);
+    }
+
+    #[test]
+    fn every_reason_has_its_word_its_key_and_a_remedy_that_removes_it() {
+        let (mut contact_m, mut detector, mut augmentation) =
+            (0.5, DetectorSettings::default(), AugmentationSettings::default());
+        detector.cusum.threshold = 2.0;
+        detector.arming.minimum_depth_m = 0.01;
+        let cases = [
+            (MissReason::NotInContact { depth_m: -1e-3 }, "not-in-contact", "estimator.contact_m"),
+            (MissReason::NotArmed { quiet_s: 0.03, settle_s: 0.1 }, "not-armed", "detector.settle_s"),
+            (MissReason::NoDrop, "no-drop", "detector.drop_only"),
+            (MissReason::WrongMotion { velocity_m_per_s: 0.0 }, "wrong-motion", "detector.motion"),
+            (MissReason::TooShallow { depth_m: 1e-3 }, "too-shallow", "detector.minimum_depth_m"),
+            (MissReason::BelowThreshold { reached: 0.5 }, "below-threshold", "detector.threshold"),
+            (MissReason::BelowDrift { largest: 0.3 }, "below-drift", "detector.drift"),
+            (MissReason::EventUnderWay { begin_s: 1.0 }, "event-under-way", "augmentation.max_hold_s"),
+            (MissReason::Refractory { end_s: 1.0 }, "refractory", "augmentation.refractory_s"),
+            (MissReason::EarlierEvent, "earlier-event", "augmentation.enabled"),
+            (MissReason::NotReady { waits_for: "noise" }, "not-ready", "detector.distance"),
+            (MissReason::NoFall, "no-fall", "detector.distance"),
+            (MissReason::AlarmOfAnother { alarm_s: 1.0 }, "alarm-of-another", "detector.settle_s"),
+        ];
+        for (reason, word, key) in cases {
+            assert_eq!((reason.word().as_str(), reason.key()), (word, key));
+            assert!(reason.remedy().len() > 20, "{word}");
+            reason.remove(&mut contact_m, &mut detector, &mut augmentation);
+        }
+        assert!(contact_m < -1.0 && !augmentation.enabled);
+        let arming = &detector.arming;
+        assert_eq!(
+            (arming.settle_s, arming.drop_only, arming.motion, arming.minimum_depth_m),
+            (0.0, false, Motion::Any, 0.0)
+        );
+        assert!((detector.cusum.threshold - 0.9).abs() < 1e-12 && (detector.cusum.drift - 0.15).abs() < 1e-12);
+    }
+
+    #[test]
+    fn reasons_are_told_in_milliseconds_millimetres_and_per_cent() {
+        let told = |reason: MissReason| reason.to_string();
+        assert!(told(MissReason::NotInContact { depth_m: -1.234e-3 }).contains("was 1.23 mm above"));
+        let text = told(MissReason::NotArmed { quiet_s: 0.01234, settle_s: 0.1 });
+        assert!(text.contains("for 12.3 ms") && text.contains("is 100 ms"), "{text}");
+        assert!(told(MissReason::WrongMotion { velocity_m_per_s: -0.0123 }).contains("at -12.3 mm/s"));
+        assert!(told(MissReason::TooShallow { depth_m: 4.5e-3 }).contains("at 4.5 mm"));
+        assert!(told(MissReason::BelowThreshold { reached: 0.1239 }).contains("reached 12.4 %"));
+        assert!(told(MissReason::BelowThreshold { reached: 1.26e-5 }).contains("reached 1e-3 %"));
+        assert!(told(MissReason::BelowDrift { largest: 0.0012 }).contains("exceeded 1.200e-3"));
+        assert!(told(MissReason::EventUnderWay { begin_s: 1.5 }).contains("1.500 s"));
+        assert!(told(MissReason::Refractory { end_s: 2.25 }).contains("2.250 s"));
+        assert!(told(MissReason::AlarmOfAnother { alarm_s: 3.0 }).contains("3.000 s"));
+        assert!(told(MissReason::NotReady { waits_for: "the noise" }).contains("waits for the noise"));
+        assert!(told(MissReason::NoFall).contains("no fall") && told(MissReason::NoDrop).contains("drop_only"));
+        assert!(told(MissReason::EarlierEvent).contains("an earlier alarm"));
+    }
+
+    #[test]
+    fn a_threshold_to_set_is_rounded_down() {
+        let told = |reached| MissReason::BelowThreshold { reached }.remedy().into_owned();
+        assert!(told(0.1239).contains("below 12.3 %"), "{}", told(0.1239));
+        assert!(told(1.26e-5).contains("below 1e-3 %") && told(0.0).contains("below 0 %"));
+    }
+
+    #[test]
+    fn the_warning_tells_the_rupture_all_reasons_and_the_key() {
+        let miss = Miss { reason: MissReason::NoDrop, also: vec![MissReason::TooShallow { depth_m: 1e-3 }] };
+        assert!(miss.to_string().ends_with("; also detector.minimum_depth_m: the needle was at 1 mm"), "{miss}");
+        let warning = miss.warning(2, 1.25);
+        assert!(warning.message.contains("rupture 2 at 1.250 s missed: "), "{warning:?}");
+        assert_eq!(warning.place.as_deref(), Some("detector.drop_only"));
+        assert_eq!(warning.remedy.as_deref(), Some("set detector.drop_only = false"));
+    }
+
+    #[test]
+    fn a_sample_of_a_detector_has_the_conditions_before_its_update() {
+        let mut detector = CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3);
+        let evidence = |residual_n: f64| Evidence {
+            force_n: 5.0 + residual_n,
+            predicted_force_n: 5.0,
+            residual_n,
+            correction: [0.0; 2],
+            depth_m: 0.02,
+            velocity_m_per_s: 0.03,
+            in_contact: true,
+        };
+        for _ in 0..150 {
+            DetectorSample::update(&mut detector, &evidence(0.0));
+        }
+        let (decision, sample) = DetectorSample::update(&mut detector, &evidence(-0.5));
+        assert!(decision.alarm && sample.conditions.armed && sample.conditions.is_drop);
+        assert_eq!((sample.distance, sample.decision), (decision.distance, decision.decision));
+        assert_eq!((sample.depth_m, sample.velocity_m_per_s, sample.distance), (0.02, 0.03, 0.25));
+    }
+}

@@ -6,6 +6,8 @@
 #[doc(hidden)]
 pub mod catalogue;
 mod event;
+#[cfg(test)]
+pub(crate) mod fixtures;
 mod intent;
 mod miss;
 mod observer;
@@ -43,3 +45,6 @@ pub const FALLEN_SHARE: f64 = 0.05;
 
 /// A run has diverged once a position exceeds this bound in m, or is NaN.
 pub const DIVERGED_M: f64 = crate::operator::MAX_POSITION_M;
+
+#[cfg(test)]
+mod tests;

@@ -143,4 +143,46 @@ mod tests {
         }
         assert_eq!((balance.generated(), balance.largest_fall, balance.now), (3.0, 8.0, -1.0));
     }
+
+    #[test]
+    fn each_part_between_the_ports_has_the_balance_of_its_ports() {
+        // Two units of energy at the slave are three at the master.
+        let columns = PortColumns {
+            time_s: &[0.0, 0.1, 0.2, 0.3],
+            needle_m: &[0.01, 0.02, 0.03, 0.04],
+            hand_j: &[0.0, 5.0, 4.0, 6.0],
+            master_j: &[0.0, 6.0, 2.0, 3.0],
+            reference_j: &[0.0, 2.0, 4.0, 1.0],
+            needle_j: &[0.0, 3.0, 4.0, 0.5],
+        };
+        let metrics = PortMetrics::of(&columns, 1.5).expect("ticks");
+        let last =
+            (metrics.hand_energy_j, metrics.master_energy_j, metrics.reference_energy_j, metrics.needle_energy_j);
+        assert_eq!(last, (6.0, 3.0, 1.0, 0.5));
+        // Master: 0, -1, 2, 3.
+        assert_eq!((metrics.master_generated_j, metrics.master_stored_j, metrics.master_kept_j), (1.0, 1.0, 3.0));
+        // Link: 0, 3, -4, 1.5.
+        assert_eq!((metrics.link_generated_j, metrics.link_stored_j, metrics.link_kept_j), (4.0, 7.0, 1.5));
+        // Slave: 0, -1, 0, 0.5.
+        assert_eq!((metrics.slave_generated_j, metrics.slave_stored_j, metrics.slave_kept_j), (1.0, 1.0, 0.5));
+        // Hand's side to needle: 0, 1.5, -4, 2.25.
+        assert_eq!((metrics.generated_j, metrics.generated_at_s, metrics.generated_at_m), (4.0, 0.2, 0.03));
+    }
+
+    #[test]
+    fn without_a_tick_there_are_no_energies_and_without_generation_the_largest_is_0() {
+        let nothing =
+            PortColumns { time_s: &[], needle_m: &[], hand_j: &[], master_j: &[], reference_j: &[], needle_j: &[] };
+        assert!(PortMetrics::of(&nothing, 1.0).is_none());
+        let columns = PortColumns {
+            time_s: &[0.0, 0.1],
+            needle_m: &[0.01, 0.02],
+            hand_j: &[0.0, 3.0],
+            master_j: &[0.0, 2.0],
+            reference_j: &[0.0, 1.0],
+            needle_j: &[0.0, 0.5],
+        };
+        let metrics = PortMetrics::of(&columns, 1.0).expect("ticks");
+        assert_eq!((metrics.generated_j, metrics.generated_at_s, metrics.link_stored_j), (0.0, 0.0, 0.0));
+    }
 }

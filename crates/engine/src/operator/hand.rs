@@ -73,4 +73,19 @@ mod tests {
         hand.step(1e-3);
         assert!(hand.position_m() < 0.051, "still where it was");
     }
+
+    #[test]
+    fn near_its_aim_a_hand_moves_by_a_fraction_of_the_way() {
+        let hand = Hand::new(0.1);
+        hand.aim(0.104);
+        hand.step(1e-3);
+        // 60 per s, for 1 ms.
+        assert!((hand.position_m() - 0.10024).abs() < 1e-15, "{}", hand.position_m());
+        hand.step(1.0);
+        assert_eq!(hand.position_m(), 0.104, "at most all of it");
+        hand.aim(-1.0);
+        hand.step(1e-3);
+        assert!((hand.position_m() - 0.1035).abs() < 1e-15, "at its largest speed in either direction");
+        assert!(hand != Hand::new(0.0) && Hand::new(0.2) == Hand::new(0.2));
+    }
 }

@@ -344,4 +344,137 @@ mod tests {
         assert!((at(0.02, 0.0, 500) - 0.015).abs() < 1e-15);
         assert_eq!(at(0.02, 0.0, 5000), 0.0);
     }
+
+    /// A ramp of 10 mm/s from 0 to 20 mm, on ticks of 1 ms.
+    fn ramp() -> HumanOperator<f64> {
+        HumanOperator::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, 1e-3).expect("valid")))
+    }
+
+    #[test]
+    fn a_speed_has_no_sign_and_must_be_finite() {
+        let backwards = Ramp::<f64>::new(0.0, 0.02, -0.01, 1e-3).expect("valid");
+        let position = HumanOperator::new(Motion::Ramp(backwards)).desired_position_m(500, 0.0);
+        assert!((position - 0.005).abs() < 1e-15);
+        for (start, end, speed, name) in [
+            (f64::NAN, 0.0, 0.0, "operator.start_m"),
+            (0.0, f64::INFINITY, 0.0, "operator.end_m"),
+            (0.0, 0.0, f64::NAN, "operator.speed_m_per_s"),
+        ] {
+            assert_eq!(Ramp::<f64>::new(start, end, speed, 1e-3).expect_err("not finite").name, name);
+        }
+    }
+
+    #[test]
+    fn a_recorded_motion_is_held_after_its_end() {
+        let positions: Arc<[f64]> = Arc::from([0.5, 0.25, 0.75]);
+        let mut operator = HumanOperator::<f64>::new(Motion::Recording(positions.clone()));
+        let mut replay = Replay(positions);
+        for (tick, expected) in [(0, 0.5), (1, 0.25), (2, 0.75), (3, 0.75), (99, 0.75)] {
+            assert_eq!(operator.desired_position_m(tick, 0.0), expected);
+            assert_eq!(Operator::<f64>::desired_position_m(&mut replay, tick, 0.0), expected);
+        }
+        assert_eq!(recorded::<f64>(&[], 5), 0.0);
+        assert!(!Operator::<f64>::notices(&replay) && Operator::<f64>::intended_position_m(&replay, 0.1) == 0.1);
+    }
+
+    #[test]
+    fn a_tremor_is_added_to_the_motion_and_not_intended() {
+        let mut operator = ramp().trembling(Arc::from([1e-4, -2e-4]));
+        let positions: Vec<f64> = (0..3).map(|tick| operator.desired_position_m(tick, 0.0)).collect();
+        assert!((positions[0] - 1e-4).abs() < 1e-15 && (positions[1] - (1e-5 - 2e-4)).abs() < 1e-15, "{positions:?}");
+        assert!((positions[2] - 2e-5).abs() < 1e-15, "after the end of the tremor there is none");
+        assert!((operator.intended_position_m(9.0) - 2e-5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn reflexes_and_grip_answer_to_how_far_the_master_is_beyond_the_intended_position() {
+        let stretch = StretchSettings {
+            long_gain_n_per_m: 100.0,
+            long_delay_s: 0.0,
+            activation_s: 0.0,
+            ..StretchSettings::default()
+        };
+        let stiffening = StiffeningSettings { per_n: 0.5, limit: 1.0, time_s: 0.0 };
+        let shift = |stretch: &StretchSettings, stiffening: &StiffeningSettings| {
+            let mut operator = ramp().tensing(stretch, stiffening, 500.0, 1e-3);
+            operator.desired_position_m(100, 0.0);
+            operator.master(0.003);
+            // 2 mm beyond 1 mm; felt 1 N.
+            operator.desired_position_m(101, 1.0) - 1.01e-3
+        };
+        let none = (StretchSettings::default(), StiffeningSettings::default());
+        assert!(shift(&none.0, &none.1).abs() < 1e-15);
+        // 100 N/m of 2 mm through 500 N/m: back by 0.4 mm. Half as stiff again: back by 1 mm.
+        assert!((shift(&stretch, &none.1) + 4e-4).abs() < 1e-15, "{}", shift(&stretch, &none.1));
+        assert!((shift(&none.0, &stiffening) + 1e-3).abs() < 1e-15, "{}", shift(&none.0, &stiffening));
+        assert!((shift(&stretch, &stiffening) + 1.4e-3).abs() < 1e-15);
+    }
+
+    fn reacting(reflex: Reflex) -> HumanOperator<f64> {
+        let settings = ReflexSettings { reflex, reaction_min_s: 0.1, reaction_max_s: 0.1, ..ReflexSettings::default() };
+        ramp().reacting(&settings, &Perception::None, (1, 0), 1e-3)
+    }
+
+    /// The desired positions of an operator who feels a drop from 2 N to 1 N at tick 500.
+    fn after_a_drop(mut operator: HumanOperator<f64>) -> Vec<f64> {
+        (0..1500).map(|tick| operator.desired_position_m(tick, if tick < 501 { 2.0 } else { 1.0 })).collect()
+    }
+
+    #[test]
+    fn an_operator_who_stops_pauses_a_reaction_time_after_the_drop_and_goes_on() {
+        let positions = after_a_drop(reacting(Reflex::Stop));
+        assert!((positions[601] - 6.01e-3).abs() < 1e-12, "{}", positions[601]);
+        assert!((602..=1101).all(|tick| positions[tick] == positions[601]), "0.5 s");
+        assert!((positions[1200] - 7e-3).abs() < 2e-5, "{}", positions[1200]);
+        let unmoved = after_a_drop(reacting(Reflex::None));
+        assert!((unmoved[1499] - 0.01499).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_operator_who_withdraws_goes_back() {
+        let positions = after_a_drop(reacting(Reflex::Withdraw { distance_m: 0.002, speed_m_per_s: 0.02 }));
+        let deepest = positions[601];
+        assert!((positions[651] - (deepest - 1e-3)).abs() < 1e-12, "20 mm/s for 50 ms: {}", positions[651]);
+        assert!((positions[1101] - (deepest - 2e-3)).abs() < 1e-12, "2 mm in all");
+    }
+
+    #[test]
+    fn an_operator_tells_when_a_drop_is_noticed() {
+        let mut operator = reacting(Reflex::Stop);
+        let mut noticed = vec![];
+        for tick in 0..1500 {
+            operator.desired_position_m(tick, if tick < 501 { 2.0 } else { 1.0 });
+            if operator.notices() {
+                noticed.push(tick);
+            }
+        }
+        assert_eq!(noticed, [501]);
+        assert!(!ramp().notices(), "without a reaction nothing is noticed");
+    }
+
+    #[test]
+    fn an_operator_who_rests_stays_at_the_last_desired_position() {
+        let mut operator = reacting(Reflex::Stop).trembling(Arc::from([0.0, 0.0, 3e-4]));
+        let last = (0..3).map(|tick| operator.desired_position_m(tick, 2.0)).last().expect("ticks");
+        operator.rest(2);
+        assert!((last - 3.2e-4).abs() < 1e-15);
+        for tick in 3..1000 {
+            assert!((operator.desired_position_m(tick, 0.0) - last).abs() < 1e-15, "{tick}");
+        }
+        assert!(!operator.notices());
+    }
+
+    #[test]
+    fn the_positions_of_a_motion_are_those_of_its_settings() {
+        let (start, end) = (StartSettings { start_m: 0.01 }, EndSettings { end_m: 0.03 });
+        let movement = MovementSettings { movement_s: 0.5 };
+        let jerk = MinimumJerkSettings { start, end, movement }.positions_m(1e-3, 600);
+        assert_eq!((jerk.len(), jerk[0], jerk[599]), (600, 0.01, 0.03));
+        assert!((jerk[250] - 0.02).abs() < 1e-12);
+        let both = InsertionExtractionSettings { start, end, movement, pushes: 2, hold_s: 0.1, withdrawal_s: 0.4 };
+        let both = both.positions_m(1e-3, 1100);
+        assert!((both[250] - 0.02).abs() < 1e-12 && both[550] == 0.03 && (both[800] - 0.02).abs() < 1e-12);
+        let sine = SineSettings { start, amplitude_m: 0.002, frequency_hz: 5.0 }.positions_m(1e-3, 100);
+        assert!((sine[50] - 0.012).abs() < 1e-12 && sine[0] == 0.01);
+    }
 }

@@ -88,4 +88,14 @@ mod tests {
         assert_eq!(way[0], 0.01);
         assert!((way[50] - 0.012).abs() < 1e-12 && (way[150] - 0.008).abs() < 1e-12 && (way[400] - 0.01).abs() < 1e-12);
     }
+
+    #[test]
+    fn a_minimum_jerk_movement_is_its_polynomial() {
+        let way = minimum_jerk(0.01, 0.03, 0.8, 1e-3, 900);
+        for tick in [0, 100, 200, 333, 700, 800, 899] {
+            let tau = (tick as f64 * 1e-3 / 0.8).min(1.0);
+            let share = 10.0 * tau.powi(3) - 15.0 * tau.powi(4) + 6.0 * tau.powi(5);
+            assert!((way[tick] - (0.01 + 0.02 * share)).abs() < 1e-15, "{tick}");
+        }
+    }
 }

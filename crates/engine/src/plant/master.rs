@@ -352,4 +352,37 @@ mod tests {
         let error = master_system(&master, &ArmParameters::default(), ControlTiming::Continuous).expect_err("negative");
         assert_eq!(error.to_string(), "master.mass_kg is -1, must be a positive, finite number");
     }
+
+    #[test]
+    fn a_firm_grip_is_twice_as_stiff_at_the_same_damping_ratio_and_roles_exchange_the_springs() {
+        use std::f64::consts::SQRT_2;
+        assert_eq!(Grip::Firm.stiffness_factor() / Grip::Paper.stiffness_factor(), 2.0);
+        assert_eq!(Grip::Relaxed.stiffness_factor() / Grip::Paper.stiffness_factor(), 0.5);
+        for grip in [Grip::Paper, Grip::Relaxed, Grip::Firm] {
+            assert!((grip.damping_factor().powi(2) - grip.stiffness_factor()).abs() < 1e-15, "{grip:?}");
+        }
+        assert_eq!(Grip::Firm.damping_factor(), SQRT_2);
+        assert_eq!((ArmRoles::AsPrinted.at_master(1.0, 2.0), ArmRoles::DeVlugt.at_master(1.0, 2.0)), (1.0, 2.0));
+    }
+
+    #[test]
+    fn the_force_of_the_hand_is_that_of_the_spring_and_the_damper_between_arm_and_master() {
+        let step =
+            MasterStep::new(&MasterParameters::default(), &ArmParameters::default(), ControlTiming::Continuous, 1e-3)
+                .expect("valid");
+        assert_eq!(step.hand_force, [-733.0, -37.3, 733.0, 37.3, 0.0]);
+    }
+
+    #[test]
+    fn a_held_motor_without_a_lag_is_the_feedback_of_the_machine() {
+        let (master, arm) = (MasterParameters::default(), ArmParameters::default());
+        let machine = MasterStep::of_machine(&master, &arm, 1e-3).expect("valid");
+        let motor = MasterStep::of_motor(&master, &arm, 1e-3, 0.0).expect("valid");
+        for i in 0..MASTER_STATES {
+            assert!((motor.from_command[i] - machine.feedback[i]).abs() < 1e-15, "{i}");
+            assert_eq!(motor.from_actual[i], 0.0);
+        }
+        let lagging = MasterStep::of_motor(&master, &arm, 1e-3, 5e-3).expect("valid");
+        assert!((lagging.kept - (-0.2_f64).exp()).abs() < 1e-12 && (lagging.kept + lagging.gained - 1.0).abs() < 1e-12);
+    }
 }

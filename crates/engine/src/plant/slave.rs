@@ -218,4 +218,41 @@ mod tests {
         let message = slave_system(&slave, ControlTiming::Continuous).expect_err("first order").to_string();
         assert!(message.contains("degree 1"), "{message}");
     }
+
+    #[test]
+    fn the_command_is_the_controller_of_eq_31() {
+        let slave = |damping| SlaveParameters { damping, ..SlaveParameters::default() };
+        assert_eq!(slave(Damping::Velocity).control(), [1300.0, -1300.0, -15.0]);
+        assert_eq!(slave(Damping::AsPrinted).control(), [1300.0, -1315.0, 0.0]);
+    }
+
+    #[test]
+    fn a_slow_motion_takes_the_first_terms_of_the_inverse_transfer_function() {
+        // (2 s² + 6 s + 3) / (s + 4) = 3/4 + (6 - 3/4)/4 s + (2 - (6 - 3/4)/4)/4 s² + ...
+        let slave = |numerator: &[f64], denominator: &[f64]| SlaveParameters {
+            numerator: numerator.into(),
+            denominator: denominator.into(),
+            ..SlaveParameters::default()
+        };
+        let drag = (6.0 - 0.75) / 4.0;
+        let (found, inertia) = slave(&[1.0, 4.0], &[1.0, 2.0, 6.0, 3.0]).slow_motion().expect("valid");
+        assert!((found - drag).abs() < 1e-12, "{found}");
+        assert!((inertia - (2.0 - drag) / 4.0).abs() < 1e-12, "{inertia}");
+        let error = slave(&[1.0, 0.0], &[1.0, 2.0, 6.0, 3.0]).slow_motion().expect_err("no slow motion");
+        assert!(error.to_string().contains("slave.numerator"), "{error}");
+    }
+
+    #[test]
+    fn a_slave_whose_numerator_is_too_fast_is_refused() {
+        let degrees = |numerator: usize, denominator: usize| {
+            let slave = SlaveParameters {
+                numerator: vec![1.0; numerator + 1],
+                denominator: vec![1.0; denominator + 1],
+                ..SlaveParameters::default()
+            };
+            slave_system(&slave, ControlTiming::Continuous).is_ok()
+        };
+        assert_eq!([degrees(0, 2), degrees(0, 3), degrees(1, 3)], [true; 3]);
+        assert_eq!([degrees(1, 2), degrees(2, 3), degrees(0, 1), degrees(1, 4)], [false; 4]);
+    }
 }

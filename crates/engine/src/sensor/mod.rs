@@ -339,4 +339,52 @@ mod tests {
         assert_eq!(reading.force_n, 1.5);
         assert!((reading.position_m - 0.012).abs() < 1e-15);
     }
+
+    #[test]
+    fn a_sensor_at_the_tip_excludes_the_shaft() {
+        let at = |at_tip| {
+            AnySensor::<f64>::new(&SensorSettings { at_tip, ..Default::default() }, TICK_S, (0, 0)).expect("valid")
+        };
+        assert!(at(true).excludes_shaft() && !at(false).excludes_shaft());
+        assert!(!Sensor::<f64>::excludes_shaft(&PerfectSensor));
+        let boxed: Box<dyn Sensor<f64>> = Box::new(at(true));
+        assert!(boxed.excludes_shaft());
+    }
+
+    #[test]
+    fn an_ideal_sensor_reads_what_is_there() {
+        for mut sensor in [
+            Box::new(PerfectSensor) as Box<dyn Sensor<f64>>,
+            Box::new(AnySensor::<f64>::new(&SensorSettings::default(), TICK_S, (0, 0)).expect("valid")),
+            Box::new(ForceSensor::<f64>::new(&SensorSettings::default(), TICK_S, 0, 0)),
+        ] {
+            let reading = sensor.read(1.5, 0.25, -0.75);
+            assert_eq!((reading.force_n, reading.position_m, reading.velocity_m_per_s), (1.5, 0.25, -0.75));
+        }
+    }
+
+    #[test]
+    fn with_an_encoder_the_velocity_is_that_of_its_filter() {
+        let settings = SensorSettings { position_resolution_m: 1e-5, ..Default::default() };
+        let mut sensor = AnySensor::<f64>::new(&settings, TICK_S, (0, 0)).expect("valid");
+        let mut filter = VelocityFilter::<f64>::new(TICK_S, 1e-5, settings.acceleration_std_m_per_s2).expect("valid");
+        for tick in 0..200 {
+            let position = 3.7e-5 * f64::from(tick);
+            let reading = sensor.read(0.0, position, 99.0);
+            assert_eq!(reading.velocity_m_per_s, filter.update(reading.position_m));
+        }
+    }
+
+    #[test]
+    fn a_silenced_sensor_reads_without_noise_and_a_bank_changes_nothing() {
+        let settings = SensorSettings { force_noise_std_n: 0.1, force_bias_n: 0.25, ..Default::default() };
+        let new = || AnySensor::<f64>::new(&settings, TICK_S, (3, 1)).expect("valid");
+        let (mut own, mut shared, mut silenced) = (new(), new(), new());
+        shared.share_noise(&mut NoiseBank::new(1000), 500);
+        silenced.silence();
+        for _ in 0..500 {
+            assert_eq!(own.read(1.0, 0.0, 0.0).force_n, shared.read(1.0, 0.0, 0.0).force_n);
+            assert_eq!(silenced.read(1.0, 0.0, 0.0).force_n, 1.25);
+        }
+    }
 }

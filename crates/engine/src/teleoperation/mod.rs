@@ -29,3 +29,6 @@ pub use passivity::{
 };
 pub use recovery::{Recovery, RecoverySettings};
 pub use settings::{ComplianceSettings, LinkSettings, Machines, Scales};
+
+#[cfg(test)]
+mod tests;

@@ -235,4 +235,36 @@ mod tests {
         assert!((tissue().react(0, 0.5, 0.0).force_n - 0.4).abs() < 1e-9);
         assert!((tissue().react(0, -0.5, 0.0).force_n + 0.2).abs() < 1e-9, "a retreat from the start is a way out");
     }
+
+    #[test]
+    fn the_steepest_rise_is_over_half_a_millimetre() {
+        // 1 N over 2 mm, with a step of 0.1 N in it.
+        let position: Vec<f64> = (0..=200).map(|k| 1e-5 * f64::from(k)).collect();
+        let force: Vec<f64> = position.iter().map(|p| 500.0 * p + if *p > 1e-3 { 0.1 } else { 0.0 }).collect();
+        let curves = DepthCurves::new(&position, &force).expect("valid");
+        let rise = curves.steepest_rise_n_per_m();
+        assert!((rise - (500.0 + 0.1 / RISE_M)).abs() < 1e-6, "{rise}");
+    }
+
+    #[test]
+    fn the_tables_have_the_force_when_each_depth_is_first_reached() {
+        // In to 3 steps, back by 2, in to 5; then out with half of the force.
+        let position = [0.0, 1e-5, 3e-5, 1e-5, 5e-5, 0.0];
+        let force = [1.0, 2.0, 4.0, 9.0, 8.0, 0.5];
+        let curves = DepthCurves::new(&position, &force).expect("valid");
+        let [way_in, way_out] = curves.tables_n();
+        let is_close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
+        // 4 and 5 steps are reached on the way from 3 steps at 4 N to 5 at 8 N.
+        assert!(is_close(&way_in[..6], &[1.0, 2.0, 3.0, 4.0, 6.0, 8.0]), "{way_in:?}");
+        // On the way out each depth is left last between 5 steps at 8 N and 0 at 0.5 N, and not above the way in.
+        assert!(is_close(&way_out[..6], &[0.5, 2.0, 3.0, 4.0, 6.0, 8.0]), "{way_out:?}");
+    }
+
+    #[test]
+    fn a_recording_of_more_than_10_m_is_refused() {
+        assert!(DepthCurves::new(&[0.0, 9.9], &[0.0, 1.0]).is_ok());
+        assert_eq!(DepthCurves::new(&[0.0, 10.1], &[0.0, 1.0]).expect_err("too long").name, "tissue.index");
+        assert!(DepthCurves::new(&[0.0, f64::NAN], &[0.0, 1.0]).is_ok(), "the extremes ignore what is no number");
+        assert!(DepthCurves::new(&[], &[]).is_err());
+    }
 }

@@ -209,4 +209,19 @@ mod tests {
         assert_eq!(refused(&[0.0, 0.1], &[1.0]), "tissue.mus");
         assert_eq!(refused(&[0.0, 0.1], &[1.0, -1.0]), "tissue.mus");
     }
+
+    #[test]
+    fn lists_that_cannot_be_are_refused() {
+        let refused = |depths_m: &[f64], mus: &[f64], lambdas: &[f64]| {
+            Generalised::<f64>::new(&settings(depths_m, mus, lambdas, 1.0, 0.0)).err().map(|error| error.name)
+        };
+        assert_eq!(refused(&[0.0, 0.01], &[1.0, 2.0], &[3.0, 4.0]), None);
+        assert_eq!(refused(&[], &[], &[]), Some("tissue.depths_m"));
+        let (depths_m, ones): (Vec<f64>, [f64; 17]) = ((0..17).map(|k| 1e-3 * f64::from(k)).collect(), [1.0; 17]);
+        assert_eq!(refused(&depths_m, &ones, &ones), Some("tissue.depths_m"));
+        assert_eq!(refused(&depths_m[..16], &ones[..16], &ones[..16]), None);
+        assert_eq!(refused(&[0.0, 0.0], &[1.0; 2], &[1.0; 2]), Some("tissue.depths_m"), "not ascending");
+        assert_eq!(refused(&[0.0, 0.01], &[1.0], &[1.0; 2]), Some("tissue.mus"));
+        assert_eq!(refused(&[0.0, 0.01], &[1.0; 2], &[1.0, -1.0]), Some("tissue.lambdas"));
+    }
 }

@@ -105,4 +105,23 @@ mod tests {
     fn a_power_between_quarters_is_refused() {
         assert_eq!(tissue(1.0, 1.0, 1.3, 0.0).expect_err("no").name, "tissue.power");
     }
+
+    #[test]
+    fn its_spring_stiffens_from_the_surface_down_to_the_depth() {
+        let settings = HuntCrossleySettings { mu: 500.0, power: PowerSettings { power: 2.0 }, ..Default::default() };
+        let Some(Springs::ToDepth((low, high))) = HuntCrossley::<f64>::springs(&settings, Some(0.02)) else {
+            panic!("a depth is known")
+        };
+        assert!(low == 0.0 && (high - 20.0).abs() < 1e-9, "{low} {high}");
+        assert_eq!(HuntCrossley::<f64>::springs(&settings, None), None);
+        let surface = Surface { contact_m: 0.013 };
+        assert_eq!(HuntCrossley::<f64>::surface_m(&HuntCrossleySettings { surface, ..settings }), 0.013);
+    }
+
+    #[test]
+    fn a_needle_that_retreats_faster_than_the_tissue_is_pulled() {
+        let mut tissue = tissue(300.0, 20.0, 1.0, 0.0).expect("valid");
+        assert!((tissue.react(0, 0.01, -20.0).force_n + 1.0).abs() < 1e-12);
+        assert!(!tissue.react(0, 0.01, 1.0).ruptured);
+    }
 }

@@ -87,4 +87,19 @@ mod tests {
             KelvinVoigt::<f64>::new(&KelvinVoigtSettings { stiffness_n_per_m: -1.0, ..Default::default() }).is_err()
         );
     }
+
+    #[test]
+    fn it_is_a_spring_and_a_damper_at_any_depth() {
+        let settings = KelvinVoigtSettings {
+            stiffness_n_per_m: 123.0,
+            damping_n_s_per_m: 4.5,
+            surface: Surface { contact_m: 0.013 },
+        };
+        assert_eq!(KelvinVoigt::<f64>::springs(&settings, None), Some(Springs::SpringDamper(123.0, 4.5)));
+        assert_eq!(KelvinVoigt::<f64>::surface_m(&settings), 0.013);
+        let mut tissue = KelvinVoigt::<f64>::new(&settings).expect("valid");
+        let reaction = tissue.react(0, 0.023, 0.2);
+        assert!((reaction.force_n - (1.23 + 0.9)).abs() < 1e-12 && !reaction.ruptured);
+        assert_eq!((tissue.shaft_force_n(), tissue.failure().is_none()), (0.0, true));
+    }
 }

@@ -186,4 +186,28 @@ mod tests {
         let tissue = OrganMotion::DEFAULT.applied_to(spring, 1e-3).expect("valid");
         assert!(matches!(tissue, AnyTissue::Still(StillTissue::KelvinVoigt(_))));
     }
+
+    #[test]
+    fn organs_that_are_stopped_stay_where_they_are() {
+        let settings = KelvinVoigtSettings { stiffness_n_per_m: 1000.0, damping_n_s_per_m: 1.0, ..Default::default() };
+        let spring = AnyTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&settings).expect("valid"));
+        let motion = OrganMotion { breathing_amplitude_m: 4e-3, heartbeat_amplitude_m: 3e-4, ..OrganMotion::DEFAULT };
+        let mut tissue = motion.applied_to(spring, 1e-3).expect("valid");
+        let mut force = |tick| tissue.react(tick, 0.01, 0.0).force_n;
+        (0..700).for_each(|tick| {
+            force(tick);
+        });
+        let moving = force(700);
+        tissue.stop_organs();
+        let (first, later) = (tissue.react(701, 0.01, 0.0).force_n, tissue.react(2000, 0.01, 0.0).force_n);
+        assert!((first - later).abs() < 1e-12 && (first - moving).abs() > 1e-6, "{moving} {first} {later}");
+    }
+
+    #[test]
+    fn either_amplitude_moves_the_tissue() {
+        let moves = |breathing_amplitude_m, heartbeat_amplitude_m| {
+            OrganMotion { breathing_amplitude_m, heartbeat_amplitude_m, ..OrganMotion::DEFAULT }.moves()
+        };
+        assert_eq!([moves(0.0, 0.0), moves(1e-3, 0.0), moves(0.0, 1e-3)], [false, true, true]);
+    }
 }

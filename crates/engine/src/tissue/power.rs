@@ -80,3 +80,42 @@ impl trocar_core::lane::Gather for QuarterPower<f64> {
         Some(QuarterPower { parts: std::array::from_fn(part) })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn power(power: f64) -> QuarterPower<f64> {
+        QuarterPower::new(&PowerSettings { power }).expect("a multiple of a quarter")
+    }
+
+    #[test]
+    fn every_quarter_up_to_7_75_is_a_power() {
+        for quarters in 0..=31 {
+            let exponent = 0.25 * f64::from(quarters);
+            for depth in [0.25, 1.0, 2.0, 1e-3] {
+                let expected = f64::powf(depth, exponent);
+                assert!((power(exponent).of(depth) / expected - 1.0).abs() < 1e-12, "{depth} to {exponent}");
+            }
+        }
+        let refused = |power| QuarterPower::<f64>::new(&PowerSettings { power }).is_err();
+        assert_eq!([-0.25, 8.0, 1.3, f64::NAN].map(refused), [true; 4]);
+    }
+
+    #[test]
+    fn the_slopes_are_those_of_the_derivative_down_to_the_depth() {
+        let is_close =
+            |(a, b): (f64, f64), (c, d): (f64, f64)| (a - c).abs() < 1e-9 * c.abs() + 1e-12 && (b - d).abs() < 1e-9 * d;
+        // μ p²: from 0 to 2 μ p.
+        assert!(is_close(slopes_n_per_m(|_| (500.0, 0.0), 2.0, 0.02), (0.0, 20.0)));
+        // μ p: everywhere μ, and 0 nowhere.
+        assert!(is_close(slopes_n_per_m(|_| (500.0, 0.0), 1.0, 0.02), (500.0, 500.0)));
+        // √p: steepest half a millimetre below the surface.
+        let steepest = 0.5 * 3.0 / MIN_DEPTH_M.sqrt();
+        assert!(is_close(slopes_n_per_m(|_| (3.0, 0.0), 0.5, 0.02), (0.5 * 3.0 / 0.02_f64.sqrt(), steepest)));
+        // (1000 - 20000 p) p: 1000 - 40000 p.
+        let falling = slopes_n_per_m(|p| (1000.0 - 2e4 * p, -2e4), 1.0, 0.03);
+        assert!(is_close(falling, (-200.0, 1000.0 - 4e4 * MIN_DEPTH_M)), "{falling:?}");
+        assert_eq!(slopes_n_per_m(|_| (500.0, 0.0), 1.0, MIN_DEPTH_M), (0.0, 0.0));
+    }
+}

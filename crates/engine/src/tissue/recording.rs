@@ -73,4 +73,14 @@ mod tests {
             (0..5).map(|k| Tissue::<f64>::react(&mut tissue, k, 0.0, 0.0)).map(|r| (r.force_n, r.ruptured)).collect();
         assert_eq!(reactions, [(1.0, false), (2.0, true), (3.0, false), (3.0, false), (3.0, false)]);
     }
+
+    #[test]
+    fn every_labelled_rupture_is_told_once() {
+        let mut tissue = RecordedForce::new(Arc::from([0.0; 10]), Arc::from([0, 3, 4, 12]));
+        let ruptures: Vec<u64> = (0..20).filter(|&k| Tissue::<f64>::react(&mut tissue, k, 0.0, 0.0).ruptured).collect();
+        assert_eq!(ruptures, [0, 3, 4, 12]);
+        let mut empty = RecordedForce::new(Arc::from([]), Arc::from([]));
+        let reaction = Tissue::<f64>::react(&mut empty, 0, 0.0, 0.0);
+        assert_eq!((reaction.force_n, reaction.ruptured), (0.0, false));
+    }
 }

@@ -95,3 +95,69 @@ impl<L: Lane> Shaft<L> {
 }
 
 trocar_core::lane::gather!(Shaft { stiffness, compliance, static_ratio, stick_speed, damping, position, force } masks { is_stuck });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PARAMETERS: ShaftParameters = ShaftParameters {
+        stiffness_n_per_m: 400.0,
+        static_ratio: 1.5,
+        stick_speed_m_per_s: 1e-3,
+        damping_n_s_per_m2: 0.0,
+    };
+
+    #[test]
+    fn the_shaft_drags_the_tissue_until_it_slips_at_the_static_and_slides_at_the_kinetic_friction() {
+        let mut shaft = Shaft::<f64>::new(&PARAMETERS, 0.01);
+        let mut at = |position| shaft.friction_n(position, 0.01, 2.0, 0.0);
+        assert!((at(0.015) - 2.0).abs() < 1e-12, "400 N/m over 5 mm");
+        assert!((at(0.0174) - 2.96).abs() < 1e-12, "above the kinetic friction it still sticks");
+        assert_eq!(at(0.02), 3.0, "1.5 times 2 N");
+        assert_eq!(at(0.0201), 2.0, "it slides");
+        assert_eq!(at(0.0301), 2.0);
+    }
+
+    #[test]
+    fn a_reversal_sticks_again_and_slides_the_other_way() {
+        let mut shaft = Shaft::<f64>::new(&PARAMETERS, 0.0);
+        for step in 1..=20 {
+            shaft.friction_n(1e-3 * f64::from(step), 0.01, 2.0, 0.0);
+        }
+        assert!((shaft.drag_m() - 2.0 / 400.0).abs() < 1e-15, "the tissue is dragged by F/σ");
+        let back = shaft.friction_n(0.0175, -0.01, 2.0, 0.0);
+        assert!((back - 1.0).abs() < 1e-12, "{back}");
+        assert_eq!(shaft.friction_n(0.005, -0.01, 2.0, 0.0), -3.0, "it sticks, so that the static friction counts");
+        assert_eq!(shaft.friction_n(0.004, -0.01, 2.0, 0.0), -2.0);
+    }
+
+    #[test]
+    fn a_slow_shaft_sticks() {
+        let slide = |speed: f64| {
+            let mut shaft = Shaft::<f64>::new(&PARAMETERS, 0.0);
+            shaft.friction_n(0.1, 0.01, 2.0, 0.0);
+            shaft.friction_n(0.2, speed, 2.0, 0.0);
+            shaft.friction_n(0.3, 0.01, 2.0, 0.0)
+        };
+        assert_eq!([slide(1e-3), slide(0.99e-3), slide(-0.99e-3), slide(-1e-3)], [2.0, 3.0, 3.0, 2.0]);
+    }
+
+    #[test]
+    fn viscous_friction_is_added_per_length() {
+        let mut shaft = Shaft::<f64>::new(&ShaftParameters { damping_n_s_per_m2: 10.0, ..PARAMETERS }, 0.0);
+        let friction = shaft.friction_n(1e-3, 0.02, 2.0, 0.05);
+        assert!((friction - (0.4 + 10.0 * 0.05 * 0.02)).abs() < 1e-12, "{friction}");
+        assert!((shaft.drag_m() - 1e-3).abs() < 1e-15, "it drags nothing");
+    }
+
+    #[test]
+    fn each_parameter_has_its_own_range_of_measurements() {
+        let measured = PARAMETERS.measured();
+        assert_eq!(measured.map(|(_, value, _)| value), [400.0, 1.5, 1e-3, 0.0]);
+        let keys = ["shaft_stiffness_n_per_m", "static_ratio", "stick_speed_m_per_s", "shaft_damping_n_s_per_m2"];
+        for ((key, value, bounds), expected) in measured.into_iter().zip(keys) {
+            assert_eq!(key, format!("tissue.{expected}"));
+            assert!(bounds.contains(value), "{key}");
+        }
+    }
+}

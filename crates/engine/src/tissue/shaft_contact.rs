@@ -24,3 +24,15 @@ impl<L: Lane> ShaftContact<L> {
 }
 
 trocar_core::lane::gather!(ShaftContact { kinetic_n, length_m });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_friction_of_layers_adds_up_and_one_without_length_has_no_grip() {
+        let contact = ShaftContact::<f64>::none().and(10.0, 0.5, 0.02).and(30.0, 0.25, 0.01).and(99.0, 9.0, 0.0);
+        assert!((contact.kinetic_n - (0.2 + 0.5 + 0.3 + 0.25)).abs() < 1e-12, "{contact:?}");
+        assert!((contact.length_m - 0.03).abs() < 1e-15);
+    }
+}

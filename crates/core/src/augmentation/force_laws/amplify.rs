@@ -39,3 +39,28 @@ impl<L: Lane> ForceLaw<L> for Amplify<L> {
 }
 
 crate::lane::gather!(Amplify { gain } stored);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_variation_is_scaled_down_to_0_or_to_a_force_that_already_pulls() {
+        let mut law = Amplify::<f64>::build(&AmplifySettings { gain: 3.0 }, 1e-3);
+        let mut at = |anchor_n, measured_n| {
+            law.augmented(&AugmentedTick {
+                anchor_n,
+                last_n: 100.0,
+                measured_n,
+                moved_n: 0.5,
+                velocity_m_per_s: 1.0,
+                begins: false,
+            })
+        };
+        assert_eq!(at(4.0, 3.5), (2.5, 1.5));
+        assert_eq!(at(4.0, 5.0), (7.0, 1.5), "a rise too");
+        assert_eq!(at(4.0, 2.0), (0.0, 1.5), "floored at 0");
+        assert_eq!(at(-1.0, -2.0), (-1.0, 1.5), "floored at the force that pulls");
+        assert_eq!(at(-1.0, 1.0), (5.0, 1.5));
+    }
+}

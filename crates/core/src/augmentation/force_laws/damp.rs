@@ -47,3 +47,35 @@ impl<L: Lane> ForceLaw<L> for Damp<L> {
 }
 
 crate::lane::gather!(Damp { damping, keep, risen, braking } stored);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_damping_rises_with_its_time_constant_from_the_alarm_on() {
+        let mut law = Damp::<f64>::build(&DampSettings { damping_n_s_per_m: 80.0, time_constant_s: 0.02 }, 1e-3);
+        let mut at = |velocity_m_per_s, begins| {
+            law.augmented(&AugmentedTick {
+                anchor_n: 100.0,
+                last_n: 100.0,
+                measured_n: 2.0,
+                moved_n: 0.25,
+                velocity_m_per_s,
+                begins,
+            })
+        };
+        for _ in 0..2 {
+            // In a second event it rises from 0 again, and its braking too.
+            let mut braking_before = 0.0;
+            for tick in 1..=40 {
+                let velocity = if tick % 2 == 0 { 0.01 } else { -0.03 };
+                let braking = 80.0 * (1.0 - (-f64::from(tick) * 0.05_f64).exp()) * velocity;
+                let (force_n, allowed_n) = at(velocity, tick == 1);
+                assert!((force_n - (2.0 + braking)).abs() < 1e-12, "{tick}: {force_n}");
+                assert!((allowed_n - (0.25 + f64::abs(braking - braking_before))).abs() < 1e-12, "{tick}: {allowed_n}");
+                braking_before = braking;
+            }
+        }
+    }
+}

@@ -42,3 +42,28 @@ impl<L: Lane> ForceLaw<L> for Decay<L> {
 }
 
 crate::lane::gather!(Decay { ratio, keep } stored);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_force_goes_to_its_share_of_the_anchor_and_may_change_by_what_decays_in_a_tick() {
+        let mut law = Decay::<f64>::build(&DecaySettings { ratio: 0.25, time_constant_s: 0.02 }, 1e-3);
+        // A force that is not the anchor, so that both count.
+        let now = AugmentedTick {
+            anchor_n: 4.0,
+            last_n: 3.0,
+            measured_n: 9.0,
+            moved_n: 7.0,
+            velocity_m_per_s: 1.0,
+            begins: false,
+        };
+        let (keep, (force_n, allowed_n)) = ((-0.05_f64).exp(), law.augmented(&now));
+        assert!((force_n - (1.0 + 2.0 * keep)).abs() < 1e-12, "{force_n}");
+        assert!((allowed_n - 2.0 * (1.0 - keep)).abs() < 1e-12, "{allowed_n}");
+        let below = law.augmented(&AugmentedTick { last_n: -1.0, ..now });
+        assert!((below.0 - (1.0 - 2.0 * keep)).abs() < 1e-12, "from below: {below:?}");
+        assert!((below.1 - allowed_n).abs() < 1e-12, "a magnitude: {below:?}");
+    }
+}

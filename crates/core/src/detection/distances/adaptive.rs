@@ -698,4 +698,363 @@ mod tests {
             assert!(windows[WINDOWS_S.len() - 1] + reference < BINS && stiffness < BINS, "{tick_s}");
         }
     }
+
+    /// The definition in the doc comment, over the whole history of a signal without alarms, on bins of `bin_s` (s). Before the
+    /// first bin the force and the position were the first ones, and nothing was unexplained.
+    struct Definition {
+        bin_s: f64,
+        force: Vec<f64>,
+        position: Vec<f64>,
+        surplus: Vec<f64>,
+        speed: Vec<f64>,
+        scales: [f64; 5],
+        squares: f64,
+        products: f64,
+        stiffest: f64,
+        load: f64,
+    }
+
+    /// The value of a signal `ago` bins before its end; its first one before that.
+    fn ago(signal: &[f64], ago: usize) -> f64 {
+        signal[signal.len().saturating_sub(1 + ago)]
+    }
+
+    /// The same of a signal that was 0 before its first value.
+    fn ago_or_0(signal: &[f64], ago: usize) -> f64 {
+        if ago < signal.len() { signal[signal.len() - 1 - ago] } else { 0.0 }
+    }
+
+    impl Definition {
+        fn bins(&self, time_s: f64) -> usize {
+            ((time_s / self.bin_s).round() as usize).max(1)
+        }
+
+        fn moved(signal: &[f64], bins: usize) -> f64 {
+            ago(signal, 0) - ago(signal, bins)
+        }
+
+        /// The distance at a bin, for the position of the bin after it and the steps of encoder and sensor.
+        fn update(&mut self, force: f64, position: f64, next_position: f64, steps: [f64; 2]) -> f64 {
+            self.force.push(force);
+            self.position.push(position);
+            let [eight, reference, instant] = [8e-3, 15e-3, 4e-3].map(|time_s| self.bins(time_s));
+            let is_loaded = ago(&self.force, eight) > 6.0 * self.scales[0];
+            if is_loaded {
+                let (rise, advance) = (Self::moved(&self.force, eight), Self::moved(&self.position, eight));
+                let share = self.bin_s / 0.3;
+                self.squares += (advance * advance - self.squares) * share;
+                self.products += (advance * rise - self.products) * share;
+            }
+            let stiffness = if self.squares > 0.0 { (self.products / self.squares).max(0.0) } else { 0.0 };
+            let unexplained = Self::moved(&self.force, 1) - stiffness * Self::moved(&self.position, 1);
+            self.surplus.push(ago_or_0(&self.surplus, 0) + unexplained);
+            let per = |bins: usize| 1.0 / (bins as f64 * self.bin_s);
+            let mean = Self::moved(&self.position, reference) * per(reference);
+            self.speed.push(mean.max((Self::moved(&self.position, instant) - steps[0]) * per(instant)));
+
+            let over = |signal: &[f64], from: usize, to: usize, more: fn(f64, f64) -> f64| {
+                (from..=to).map(|bins| ago(signal, bins)).reduce(more).expect("a bin")
+            };
+            let surplus_over = |from: usize, to: usize| {
+                (from..=to).map(|bins| ago_or_0(&self.surplus, bins)).reduce(f64::min).expect("a bin")
+            };
+            // Four references, which are longer than the longest window and the reference before it.
+            let whole = 4 * reference - 1;
+            let retreat = over(&self.position, 0, whole, f64::max) - position + steps[0];
+            let released = stiffness.max(self.stiffest) * retreat;
+            let velocity = (next_position - ago(&self.position, instant - 1)) * per(instant);
+            let mut largest = 0.0_f64;
+            for (index, window_s) in [2e-3, 4e-3, 8e-3, 16e-3, 32e-3].into_iter().enumerate() {
+                let window = self.bins(window_s);
+                if Self::moved(&self.position, window) < 0.0 {
+                    continue;
+                }
+                let peak = over(&self.force, window, window + reference - 1, f64::max);
+                let speed = ago_or_0(&self.speed, window);
+                let lost = ((speed - velocity) / speed.max(2e-3)).min(1.0);
+                let (last, lowest) = (surplus_over(window, window + 1), surplus_over(window, window + reference - 1));
+                let goes_through = lost < 0.1 && velocity > 5e-3 && last - lowest >= 0.1 * peak;
+                let before = if goes_through { last } else { lowest };
+                let falling = ago_or_0(&self.surplus, window + reference) - ago_or_0(&self.surplus, window);
+                let continued = falling.max(0.0) * window as f64 / reference as f64;
+                let fall = (before - ago(&self.surplus, 0) - continued).min(peak - force - released);
+                let least = (0.1_f64.max(0.7 * lost) * peak).max(0.05 * self.load);
+                if fall > least {
+                    let scale = self.scales[index].max(0.5 * steps[1]).max(1e-9);
+                    largest = largest.max(fall.min(peak) / scale);
+                }
+            }
+            let is_at_rest = steps[0] < 1e-4 && Self::moved(&self.position, BINS - 1) <= 1e-9;
+            let has_fallen = force < 0.9 * over(&self.force, 0, whole, f64::max);
+
+            let count = self.force.len() as f64;
+            let share = (1.0 / count).max((self.bin_s / 1.0).min(1.0));
+            for (index, window_s) in [2e-3, 4e-3, 8e-3, 16e-3, 32e-3].into_iter().enumerate() {
+                let window = self.bins(window_s).max(3);
+                let rise = Self::moved(&self.force, window);
+                let change = rise.abs().min((rise - stiffness * Self::moved(&self.position, window)).abs());
+                let clipped = if count >= 50.0 { change.min(3.0 * self.scales[index]) } else { change };
+                self.scales[index] += (clipped - self.scales[index]) * share;
+            }
+            self.load = (self.load * (-self.bin_s / 0.3).exp()).max(force);
+            let longest = self.bins(32e-3).max(3);
+            let (rise, advance) = (Self::moved(&self.force, longest), Self::moved(&self.position, longest));
+            let is_load = rise > 6.0 * self.scales[4] && advance >= -steps[0];
+            let load = if is_load { rise / advance.max(steps[0]).max(1e-9) } else { 0.0 };
+            self.stiffest = load.max(self.stiffest * (-self.bin_s / 5.0).exp());
+            if count >= 50.0 && has_fallen && !is_at_rest { largest } else { 0.0 }
+        }
+    }
+
+    /// Compares the distance with its definition; returns the number of samples at which it is above 0.
+    fn compare(tick_s: f64, samples: usize, mut signal: impl FnMut(f64) -> (f64, f64)) -> usize {
+        let mut adaptive = Adaptive::<f64>::new(&DistanceSettings::DEFAULT, tick_s);
+        let in_bin = (1e-3 / tick_s - 1e-9).ceil().max(1.0) as usize;
+        let mut definition = Definition {
+            bin_s: in_bin as f64 * tick_s,
+            force: vec![],
+            position: vec![],
+            surplus: vec![],
+            speed: vec![],
+            scales: [0.0; 5],
+            squares: 0.0,
+            products: 0.0,
+            stiffest: 0.0,
+            load: 0.0,
+        };
+        let (mut last, mut steps, mut bin) = (None::<[f64; 2]>, [1e-4, f64::MAX], vec![]);
+        let (mut forces, mut positions): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
+        let (mut expected, mut above) = (0.0, 0);
+        for sample in 0..samples {
+            let (force, position) = signal(sample as f64 * tick_s);
+            if let Some([x, f]) = last {
+                for (step, (change, rounding)) in steps.iter_mut().zip([(position - x, 1e-9), (force - f, 1e-6)]) {
+                    let change: f64 = change;
+                    if change.abs() > rounding {
+                        *step = step.min(change.abs());
+                    }
+                }
+            } else {
+                (forces, positions) = (vec![force; 2], vec![position]);
+            }
+            last = Some([position, force]);
+            bin.push((force, position));
+            if bin.len() == in_bin {
+                let share = 1.0 / in_bin as f64;
+                forces.push(bin.iter().map(|sample| sample.0).sum::<f64>() * share);
+                positions.push(bin.iter().map(|sample| sample.1).sum::<f64>() * share);
+                bin.clear();
+                let mut three = [ago(&forces, 0), ago(&forces, 1), ago(&forces, 2)];
+                three.sort_by(f64::total_cmp);
+                expected = definition.update(three[1], ago(&positions, 1), ago(&positions, 0), steps);
+            }
+            let evidence = Evidence { force_n: force, depth_m: position, ..super::super::super::fixtures::QUIET };
+            let distance = adaptive.update(&evidence);
+            assert!(
+                (distance - expected).abs() <= 1e-6 * expected.abs(),
+                "{tick_s} s, sample {sample}: {distance} instead of {expected}"
+            );
+            above += usize::from(expected > 0.0);
+        }
+        above
+    }
+
+    /// An insertion with loads of several stiffnesses, falls of several lengths, impacts, stops, and retreats.
+    fn eventful(seed: u64, encoder_m: f64, noise_n: f64) -> impl FnMut(f64) -> (f64, f64) {
+        let mut noise = super::super::super::fixtures::Noise(seed);
+        let (mut position, mut load, mut stiffness, mut speed, mut fall, mut phase) = (0.0, 0.5, 300.0, 0.01, 1.0, 0);
+        let mut last_s = 0.0;
+        move |time_s| {
+            let passed_s = time_s - last_s;
+            last_s = time_s;
+            let next = (time_s / 0.1) as u32;
+            if next != phase {
+                phase = next;
+                stiffness = 800.0 * (1.0 + noise.next());
+                speed = [0.01, 0.03, 0.0, 0.012, -0.01, 0.02, 0.006][phase as usize % 7] * (1.0 + 0.2 * noise.next());
+                fall = if phase % 2 == 0 { 0.1 + 0.6 * noise.next().abs() } else { 0.0 };
+            }
+            // In the first ten milliseconds of every other phase a share of the load is lost.
+            if time_s - 0.1 * f64::from(phase) < 0.01 {
+                load *= 1.0 - fall * (passed_s / 0.01).min(1.0);
+            }
+            position += speed * passed_s;
+            load += stiffness * speed * passed_s;
+            let spike = if phase % 5 == 3 && time_s - 0.1 * f64::from(phase) > 0.05 { 0.3 * load } else { 0.0 };
+            let read_m = if encoder_m > 0.0 { (position / encoder_m).round() * encoder_m } else { position };
+            (load + spike + 2.0 * speed + noise_n * noise.next(), read_m)
+        }
+    }
+
+    #[test]
+    fn it_is_the_definition_of_its_doc_comment_at_every_sample() {
+        for tick_s in [1e-3, 5e-4, 3e-4, 2e-3, 6e-3, 0.02] {
+            let samples = (6.0 / tick_s) as usize;
+            for (seed, encoder_m, noise_n) in [(1, 0.0, 0.01), (2, 2e-6, 0.02), (3, 2e-4, 0.005), (4, 0.0, 0.1)] {
+                let above = compare(tick_s, samples, eventful(seed, encoder_m, noise_n));
+                assert!(above > samples / 500, "falls are found: {above} at {tick_s} s, {seed}");
+            }
+        }
+    }
+
+    #[test]
+    fn extremes_are_those_of_the_last_bins() {
+        let mut noise = super::super::super::fixtures::Noise(3);
+        for reference in 1..=15 {
+            let mut values = [0.0; BINS];
+            let (mut low, mut high) = (Extremes::<f64>::new(0.0), Extremes::<f64>::new(0.0));
+            let mut all: Vec<f64> = vec![0.0; BINS];
+            for bin in 1..200 {
+                let (newest, value) = (bin % BINS, noise.next());
+                (values[newest], all) = (value, {
+                    all.push(value);
+                    all
+                });
+                low.update(&values, newest, reference, Lane::min);
+                high.update(&values, newest, reference, Lane::max);
+                let last = |count: usize| all[all.len() - count..].iter().copied();
+                assert_eq!(low.whole[newest], last(reference).fold(f64::INFINITY, f64::min), "{reference} {bin}");
+                assert_eq!(high.whole[newest], last(reference).fold(f64::NEG_INFINITY, f64::max), "{reference} {bin}");
+                assert_eq!(low.twos[newest], last(2).fold(f64::INFINITY, f64::min), "{bin}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_forgotten_was_always_as_it_is_now() {
+        let mut extremes = Extremes::<f64>::new(3.0);
+        extremes.forget(false, 1.0);
+        assert!(extremes.whole.iter().chain(&extremes.twos).all(|&value| value == 3.0));
+        extremes.forget(true, 1.0);
+        assert!(extremes.whole.iter().chain(&extremes.twos).all(|&value| value == 1.0));
+        assert!(extremes.fours.iter().chain(&extremes.eights).all(|&value| value == 1.0));
+    }
+
+    #[test]
+    fn a_bin_is_the_mean_of_its_samples_and_the_median_of_three_bins() {
+        let mut bin = Bin::<f64>::new(2);
+        let mut add = |force, position| bin.add(force, position);
+        assert_eq!(add(1.0, 0.5), None);
+        // The bins before the first one have its first force and position.
+        assert_eq!(add(3.0, 1.5), Some((1.0, 0.5)));
+        assert_eq!((add(4.0, 2.0), add(6.0, 4.0)), (None, Some((2.0, 1.0))));
+        assert_eq!((add(0.0, 5.0), add(1.0, 5.0)), (None, Some((2.0, 3.0))), "an outlier is dropped");
+        assert_eq!((add(3.0, 6.0), add(3.0, 6.0)), (None, Some((3.0, 5.0))));
+    }
+
+    #[test]
+    fn the_steps_of_the_sensors_are_the_least_changes_above_rounding() {
+        let mut bin = Bin::<f64>::new(1);
+        bin.add(1.0, 0.0);
+        assert_eq!(bin.steps, [MAX_RESOLUTION_M, f64::MAX], "before any change");
+        bin.add(1.5, 3e-5);
+        bin.add(1.25, 1e-5);
+        bin.add(1.25 + 1e-7, 1e-5 + 1e-10);
+        bin.add(2.25, -1.0);
+        assert!((bin.steps[0] - 2e-5).abs() < 1e-15 && bin.steps[1] == 0.25, "{:?}", bin.steps);
+    }
+
+    #[test]
+    fn a_force_that_does_not_change_is_stuck_after_a_fifth_of_a_second() {
+        for tick_s in [1e-3, 5e-4] {
+            let mut adaptive = Adaptive::<f64>::new(&DistanceSettings::DEFAULT, tick_s);
+            let mut ready = |force_n| {
+                adaptive.update(&super::super::super::fixtures::with_force(force_n));
+                adaptive.is_ready() == Some(true)
+            };
+            let per_bin = (1e-3 / tick_s).round() as u32;
+            let known = (1..).find(|&sample| ready(f64::from(sample % 2)));
+            assert_eq!(known, Some(50 * per_bin), "after 50 bins the scales are known");
+            let stuck = (1..).find(|_| !ready(0.5));
+            // A force that has just changed counts as changed until the end of its bin.
+            assert!(stuck.is_some_and(|samples| (201 * per_bin..=202 * per_bin).contains(&samples)), "{stuck:?}");
+            assert!(ready(1.0), "it has changed");
+        }
+    }
+
+    fn hold() -> (Hold<f64>, Times) {
+        (Hold { lowest: 0.0, since_lowest: -1.0, bins: 0.0 }, Times::of(1e-3))
+    }
+
+    /// The bins, from 1, after which a fall that begins at 4 N ends, for the forces of the bins after it.
+    fn ends_after(scale: f64, force: impl Fn(u32) -> f64) -> u32 {
+        let (mut hold, times) = hold();
+        assert!(!hold.update(4.0, scale, &times).was_holding, "not before an alarm");
+        hold.begin(false, 4.0);
+        assert!(!hold.update(4.0, scale, &times).was_holding, "in another lane");
+        hold.begin(true, 4.0);
+        for bin in 1..500 {
+            let held = hold.update(force(bin), scale, &times);
+            assert!(held.was_holding, "{bin}");
+            if held.ended == Some(true) {
+                assert!(!hold.update(force(bin), scale, &times).was_holding, "it has ended");
+                return bin;
+            }
+            assert_eq!(held.ended, None);
+        }
+        panic!("it does not end");
+    }
+
+    #[test]
+    fn a_held_fall_ends_after_two_references_without_a_further_fall() {
+        assert_eq!(ends_after(0.01, |_| 4.0), 30);
+        // At 20 bins it loses a quarter more, which begins the 30 bins anew.
+        assert_eq!(ends_after(0.01, |bin| if bin < 20 { 4.0 } else { 3.0 }), 50);
+        // Less than a tenth of the force, or less than the scale, is no further fall.
+        assert_eq!(ends_after(0.01, |bin| if bin < 20 { 4.0 } else { 3.7 }), 30);
+        assert_eq!(ends_after(2.0, |bin| if bin < 20 { 4.0 } else { 3.0 }), 30);
+    }
+
+    #[test]
+    fn a_held_fall_ends_at_the_latest_after_150_ms() {
+        assert_eq!(ends_after(1e-30, |bin| 4.0 * 0.85_f64.powi(bin as i32)), 150);
+    }
+
+    #[test]
+    fn a_new_load_ends_a_held_fall_once_it_has_been_there_for_two_bins() {
+        // Ten scales above the lowest force.
+        assert_eq!(ends_after(0.01, |bin| if bin < 5 { 4.0 } else { 4.11 }), 5);
+        assert_eq!(ends_after(0.01, |_| 4.11), 2, "not in the first bin");
+        assert_eq!(ends_after(0.01, |_| 4.09), 30, "a smaller rise is no load");
+    }
+
+    #[test]
+    fn the_times_are_whole_bins() {
+        let times = Times::of(2e-3);
+        assert_eq!((times.windows, times.reference, times.stiffness, times.instant), ([1, 2, 4, 8, 16], 8, 4, 2));
+        assert_eq!((times.hold, times.stuck), (75.0, 100.0));
+        assert_eq!(times.trends, [0.125, 0.25, 0.5, 1.0, 2.0]);
+        let is_close = |a: f64, b: f64| (a - b).abs() < 1e-9 * b;
+        assert!(is_close(times.per_reference, 1.0 / 16e-3) && is_close(times.per_instant, 1.0 / 4e-3), "{times:?}");
+        assert!(is_close(times.scale_share, 2e-3) && is_close(times.stiffness_share, 2e-3 / 0.3), "{times:?}");
+        assert!(
+            is_close(times.stiffest_decay, (-4e-4_f64).exp()) && is_close(times.load_decay, (-2e-3_f64 / 0.3).exp())
+        );
+        let slow = Times::of(3.0);
+        assert_eq!((slow.scale_share, slow.stiffness_share, slow.windows), (1.0, 1.0, [1; 5]));
+    }
+
+    #[test]
+    fn a_wanted_rate_scales_the_distance_by_the_threshold_over_its_level() {
+        let rate = |false_alarms_per_min| {
+            let rate = super::super::RateSettings { false_alarms_per_min };
+            Adaptive::<f64>::new(&DistanceSettings { rate, ..DistanceSettings::DEFAULT }, 1e-3)
+        };
+        let (mut plain, mut rated) = (rate(None), rate(Some(0.1)));
+        let mut signal = eventful(7, 0.0, 0.02);
+        let mut above = 0;
+        for sample in 0..3000 {
+            let (force_n, depth_m) = signal(1e-3 * f64::from(sample));
+            let evidence = Evidence { force_n, depth_m, ..super::super::super::fixtures::QUIET };
+            let level = rated.tail.as_ref().expect("a rate is wanted").level();
+            let (value, relative) = (plain.update(&evidence), rated.update(&evidence));
+            assert!((relative - value * THRESHOLD / level).abs() < 1e-9 * value.max(1.0), "{sample}");
+            above += usize::from(value > 0.0);
+        }
+        assert!(above > 10, "{above}");
+        let credit = rated.tail.as_ref().expect("a rate is wanted").sums();
+        rated.reset(true);
+        assert_ne!(rated.tail.as_ref().expect("a rate is wanted").sums(), credit, "an alarm counts in the tail");
+        assert_eq!(rated.value, 0.0);
+    }
 }

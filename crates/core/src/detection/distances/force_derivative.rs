@@ -39,3 +39,16 @@ impl<L: Lane> Distance<L> for ForceDerivative<L> {
 }
 
 crate::lane::gather!(ForceDerivative { last_force } same { started } stored);
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::fixtures::with_force;
+    use super::*;
+
+    #[test]
+    fn it_is_the_square_of_the_change_and_0_at_the_first_sample() {
+        let mut derivative = ForceDerivative::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
+        let distances = [3.0, 3.5, 1.5, 1.5].map(|force_n| derivative.update(&with_force(force_n)));
+        assert_eq!(distances, [0.0, 0.25, 4.0, 0.0]);
+    }
+}

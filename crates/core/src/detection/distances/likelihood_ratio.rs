@@ -160,4 +160,23 @@ mod tests {
         }
         assert!((ratio.ratio(0.02) - 1.5).abs() < 1e-12);
     }
+
+    #[test]
+    fn the_length_of_the_window_is_bounded() {
+        let samples = |samples| LikelihoodRatio::<f64>::over(samples, 0.02).samples;
+        assert_eq!([0, 1, 64, 65].map(samples), [1, 1, 64, 64]);
+        let refused = |window_samples| WindowSettings { window_samples }.validate().is_err();
+        assert_eq!([0, 1, 64, 65].map(refused), [true, false, false, true]);
+    }
+
+    #[test]
+    fn only_the_asked_lane_is_reset() {
+        let mut ratio = LikelihoodRatio::<f64>::over(3, 0.5);
+        ratio.ratio(1.0);
+        ratio.reset(false);
+        // (1 + 1)² / (2 · 0.25 · 2) over both, 1 / (2 · 0.25) over one.
+        assert_eq!(ratio.ratio(1.0), 4.0);
+        ratio.reset(true);
+        assert_eq!(ratio.ratio(1.0), 2.0);
+    }
 }

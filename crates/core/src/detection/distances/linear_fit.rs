@@ -92,4 +92,38 @@ mod tests {
         }
         assert!((at(3.5 - 0.4) - 0.16).abs() < 1e-12);
     }
+
+    #[test]
+    fn its_window_is_20_ms_within_its_bounds() {
+        let length = |tick_s| LinearFit::<f64>::new(&DistanceSettings::DEFAULT, tick_s).length;
+        assert_eq!([1e-3, 2e-3, 0.1, 1e-5].map(length), [20, 10, MIN_SAMPLES, MAX_SAMPLES]);
+    }
+
+    #[test]
+    fn an_outlier_pulls_the_line_by_its_weight_in_the_least_squares() {
+        use super::super::super::fixtures::with_force;
+        // Through n samples, the weight of the sample of age a in the prediction is 1/n + (m + 1)(m - a)/S, with
+        // m = (n-1)/2 and S = n(n²-1)/12: at n = 20, 1/20 + 10.5 (9.5 - a)/665.
+        for age in [0, 3, 19] {
+            let mut fit = LinearFit::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
+            for sample in 0..40 {
+                fit.update(&with_force(if sample == 39 - age { 1.0 } else { 0.0 }));
+            }
+            let weight = 1.0 / 20.0 + 10.5 * (9.5 - f64::from(age)) / 665.0;
+            let fall = (-1.0 - weight).min(0.0);
+            let distance = fit.update(&with_force(-1.0));
+            assert!((distance - fall * fall).abs() < 1e-12, "{age}: {distance}");
+        }
+    }
+
+    #[test]
+    fn a_rise_and_a_window_that_is_not_full_have_no_distance() {
+        use super::super::super::fixtures::with_force;
+        let mut fit = LinearFit::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
+        let mut at = |force_n| fit.update(&with_force(force_n));
+        let filling: Vec<f64> = (0..20).map(|sample| at(-f64::from(sample % 3))).collect();
+        assert_eq!(filling, [0.0; 20]);
+        assert!(at(-9.0) > 0.0, "the window is full");
+        assert_eq!(at(9.0), 0.0, "a rise");
+    }
 }

@@ -257,4 +257,90 @@ mod tests {
             assert!((distance(DistanceKind::VarianceChange) - variance).abs() < 1e-9);
         }
     }
+
+    /// The distance of a kind at the first sample with a residual.
+    fn first(kind: DistanceKind, hypotheses: Hypotheses, residual_n: f64) -> f64 {
+        let settings = DistanceSettings { kind, hypotheses, ..DistanceSettings::DEFAULT };
+        AnyDistance::<f64>::new(&settings, 1e-3).update(&evidence(residual_n, 5.0))
+    }
+
+    #[test]
+    fn one_sample_of_a_rupture_adds_the_threshold() {
+        let hypotheses =
+            Hypotheses { quiet_std_n: 0.03, rupture_std_n: 0.4, rupture_mean_n: -0.5, ..Hypotheses::DEFAULT };
+        for (kind, residual_n) in [
+            (DistanceKind::SquaredResidual, 0.4),
+            (DistanceKind::VarianceChange, 0.4),
+            (DistanceKind::MeanChange, -0.5),
+            (DistanceKind::LikelihoodRatio, -0.5),
+            (DistanceKind::ForceDerivative, 0.4),
+            (DistanceKind::MovingAverage, 0.4),
+            (DistanceKind::LinearFit, 0.4),
+        ] {
+            let settings = DistanceSettings { kind, hypotheses, ..DistanceSettings::DEFAULT };
+            let (threshold, drift) = settings.tuning();
+            let added = if kind.is_baseline() { residual_n * residual_n } else { first(kind, hypotheses, residual_n) };
+            assert!((added - drift - threshold).abs() < 1e-9 * threshold, "{kind:?}: {added} {drift} {threshold}");
+        }
+    }
+
+    #[test]
+    fn a_sample_without_a_rupture_takes_the_threshold_away() {
+        let hypotheses =
+            Hypotheses { quiet_std_n: 0.03, rupture_std_n: 0.4, rupture_mean_n: -0.5, ..Hypotheses::DEFAULT };
+        for (kind, residual_n) in [(DistanceKind::SquaredResidual, 0.03), (DistanceKind::MeanChange, 0.0)] {
+            let (threshold, drift) = hypotheses.tuning(kind);
+            assert!((first(kind, hypotheses, residual_n) - drift + threshold).abs() < 1e-9 * threshold, "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn a_rupture_that_shifts_by_its_mean_adds_the_threshold() {
+        let hypotheses = Hypotheses { rupture_mean_n: -0.5, stiffness_change_n_per_m: 30.0, ..Hypotheses::DEFAULT };
+        let (threshold, drift) = hypotheses.tuning(DistanceKind::PageHinkley);
+        assert_eq!((threshold, drift), (0.25, 0.25), "half of the shift");
+        let (threshold, drift) = hypotheses.tuning(DistanceKind::ParameterChange);
+        assert_eq!((threshold, drift), (15.0, 15.0), "half of the correction");
+        for kind in [DistanceKind::Adaptive, DistanceKind::WindowedDerivative] {
+            assert_eq!(hypotheses.tuning(kind), (7.0, 0.0), "multiples of the noise: {kind:?}");
+        }
+    }
+
+    #[test]
+    fn the_unit_of_a_distance_is_that_of_its_formula() {
+        for kind in DistanceKind::ALL {
+            let unit = match kind {
+                DistanceKind::PageHinkley => "N",
+                DistanceKind::ParameterChange => "N/m",
+                DistanceKind::MeanChange
+                | DistanceKind::VarianceChange
+                | DistanceKind::LikelihoodRatio
+                | DistanceKind::Adaptive
+                | DistanceKind::WindowedDerivative => "1",
+                _ => "N²",
+            };
+            assert_eq!(kind.unit(), unit, "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn a_distance_accumulates_unless_it_has_a_window_of_its_own() {
+        for kind in DistanceKind::ALL {
+            let has_window = matches!(
+                kind,
+                DistanceKind::LikelihoodRatio | DistanceKind::Adaptive | DistanceKind::WindowedDerivative
+            );
+            let settings = DistanceSettings { kind, ..DistanceSettings::DEFAULT };
+            let distance = AnyDistance::<f64>::new(&settings, 1e-3);
+            assert_eq!((kind.accumulates(), distance.accumulates()), (!has_window, !has_window), "{kind:?}");
+            let arms_itself = matches!(kind, DistanceKind::Adaptive | DistanceKind::WindowedDerivative);
+            assert_eq!(
+                (kind.waits_for().is_some(), distance.is_ready().is_some()),
+                (arms_itself, arms_itself),
+                "{kind:?}"
+            );
+            let has_direction = matches!(kind, DistanceKind::MeanChange | DistanceKind::PageHinkley);
+            assert_eq!(kind.is_one_sided(), has_direction, "{kind:?}");
+        }
+    }
 }

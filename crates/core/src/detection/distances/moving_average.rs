@@ -44,3 +44,36 @@ impl<L: Lane> Distance<L> for MovingAverage<L> {
 }
 
 crate::lane::gather!(MovingAverage { average, share } same { started } stored);
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::fixtures::with_force;
+    use super::*;
+
+    #[test]
+    fn after_a_step_down_the_fall_decays_with_the_memory() {
+        for tick_s in [5e-4, 1e-3, 2e-3] {
+            let mut average = MovingAverage::<f64>::new(&DistanceSettings::DEFAULT, tick_s);
+            for _ in 0..100 {
+                assert_eq!(average.update(&with_force(3.0)), 0.0);
+            }
+            for k in 0..20 {
+                let fall = 0.5 * (-f64::from(k) * tick_s / MEMORY_S).exp();
+                let distance = average.update(&with_force(2.5));
+                assert!((distance - fall * fall).abs() < 1e-12, "{k}: {distance}");
+            }
+        }
+    }
+
+    #[test]
+    fn at_1_khz_a_sample_has_a_share_of_a_fifth() {
+        let average = MovingAverage::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
+        assert!((average.share - 0.2).abs() < 1e-3, "{}", average.share);
+    }
+
+    #[test]
+    fn a_rise_has_no_distance() {
+        let mut average = MovingAverage::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
+        assert!((0..50).all(|k| average.update(&with_force(0.1 * f64::from(k))) == 0.0));
+    }
+}

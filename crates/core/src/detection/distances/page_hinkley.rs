@@ -113,4 +113,26 @@ mod tests {
         assert_eq!((test.excess(f64::NAN), test.excess(f64::INFINITY)), (0.0, 0.0));
         assert_eq!(test.excess(0.0), 0.5);
     }
+
+    #[test]
+    fn a_shift_counts_in_the_direction_of_the_mean_of_a_rupture() {
+        for (mean_n, shift_n) in [(-0.2, -1.0), (0.2, 1.0)] {
+            let mut test = PageHinkley::<f64>::towards(mean_n);
+            test.excess(0.0);
+            // The mean of 0 and the shift is half of it.
+            assert_eq!(test.excess(shift_n), 0.5);
+        }
+    }
+
+    #[test]
+    fn after_a_reset_the_mean_begins_anew_where_it_is_asked_for() {
+        let mut test = PageHinkley::<f64>::towards(-0.2);
+        for residual in [1.0; 3] {
+            test.excess(residual);
+        }
+        test.reset(false);
+        assert_eq!(test.excess(-3.0), 3.0, "the mean of 1, 1, 1 and -3 is 0");
+        test.reset(true);
+        assert_eq!([-4.0, -6.0].map(|e| test.excess(e)), [0.0, 1.0]);
+    }
 }

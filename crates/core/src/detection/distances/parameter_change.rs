@@ -30,3 +30,16 @@ impl<L: Lane> Distance<L> for ParameterChange<L> {
 }
 
 crate::lane::gather_nothing!(ParameterChange);
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::fixtures::QUIET;
+    use super::*;
+
+    #[test]
+    fn it_is_the_magnitude_of_the_correction_of_the_stiffness_alone() {
+        let mut change = ParameterChange::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
+        let mut of = |correction| change.update(&Evidence { correction, ..QUIET });
+        assert_eq!([of([-30.0, 4.0]), of([12.0, -50.0]), of([0.0, 7.0])], [30.0, 12.0, 0.0]);
+    }
+}

@@ -43,3 +43,17 @@ impl<L: Lane> Distance<L> for SquaredResidual<L> {
 }
 
 crate::lane::gather_nothing!(SquaredResidual);
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::fixtures::with_residual;
+    use super::*;
+
+    #[test]
+    fn it_is_the_square_of_the_residual_of_either_sign() {
+        assert_eq!(
+            [-0.5, 0.5, 0.0, -2.0].map(|e| SquaredResidual::new().update(&with_residual(e))),
+            [0.25, 0.25, 0.0, 4.0]
+        );
+    }
+}

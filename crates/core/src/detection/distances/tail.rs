@@ -156,3 +156,131 @@ fn level(times: f64, [first, second]: [f64; 2]) -> (f64, [f64; 2]) {
 }
 
 crate::lane::gather!(Tail { peak, sums, level, beyond, credit } same { wanted_hz, block_bins, bins, block_s, time_s } stored);
+
+#[cfg(test)]
+impl<L: Lane> Tail<L> {
+    pub(super) fn sums(&self) -> [L; 3] {
+        self.sums
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn is_close(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-9 * b.abs().max(1.0)
+    }
+
+    #[test]
+    fn the_level_of_a_pareto_tail_is_its_quantile() {
+        // P(X > x) = (x / 3)^(-1/γ): the logarithm of X/3 is exponential with the mean γ.
+        for shape in [0.05, 0.13, 0.5, 0.9] {
+            for times in [1.0, 2.0, 50.0] {
+                let (level, beyond) = level(times, [shape, 2.0 * shape * shape]);
+                assert!(is_close(level, TAIL_FROM * f64::powf(times, shape)), "{shape} {times}: {level}");
+                // Of larger values, the logarithm is again exponential with the mean γ over that of the level.
+                let mean = shape * (times.ln() + 1.0);
+                assert!(is_close(beyond[0], mean), "{shape} {times}: {beyond:?}");
+                assert!(is_close(beyond[1], mean * mean + shape * shape), "{shape} {times}: {beyond:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_tail_with_an_end_stays_below_it() {
+        // first 0.2, second 1.5 · 0.2²: the shape is 0.2 - 0.5 = -0.3, the scale 3 · 0.2 · 1.5 = 0.9, the end 3 + 0.9 / 0.3.
+        let of = |times| level(times, [0.2, 0.06]).0;
+        assert!(is_close(of(8.0), 3.0 + 3.0 * (1.0 - f64::powf(8.0, -0.3))), "{}", of(8.0));
+        assert!(of(1e30) < 6.0 && of(1e30) > 5.999);
+    }
+
+    #[test]
+    fn a_tail_of_shape_0_is_exponential() {
+        // first 0.25, second so that the lower part of the shape is -0.25: spread 0.5 / 1.25.
+        let second = 0.0625 / (1.0 - 0.4);
+        let (level, _) = level(20.0, [0.25, second]);
+        assert!(is_close(level, 3.0 + 3.0 * 0.25 * 1.25 * 20.0_f64.ln()), "{level}");
+    }
+
+    #[test]
+    fn the_shape_is_bounded() {
+        // A lower part of -2 and an upper one of 2.
+        let (short, _) = level(100.0, [0.1, 0.012]);
+        assert!(is_close(short, 3.0 + 0.3 * 3.0 * (1.0 - 100.0_f64.powf(-0.5)) / 0.5), "{short}");
+        let (heavy, _) = level(100.0, [2.0, 8.0]);
+        assert!(is_close(heavy, 3.0 + 6.0 * 99.0), "{heavy}");
+    }
+
+    #[test]
+    fn fewer_peaks_than_wanted_need_no_level_above_the_beginning_of_the_tail() {
+        assert_eq!(level(0.2, [0.18, 0.062]).0, TAIL_FROM);
+    }
+
+    /// The level of the assumed peaks and those that are added, after a time in s.
+    fn expected(per_min: f64, time_s: f64, peaks: &[f64]) -> f64 {
+        let logs = peaks.iter().map(|peak| (peak / TAIL_FROM).ln());
+        let count = ASSUMED_PEAKS + peaks.len() as f64;
+        let first = ASSUMED_MOMENTS[0] * ASSUMED_PEAKS + logs.clone().sum::<f64>();
+        let second = ASSUMED_MOMENTS[1] * ASSUMED_PEAKS + logs.map(|log| log * log).sum::<f64>();
+        level(count / (ASSUMED_S + time_s) / (per_min / 60.0), [first / count, second / count]).0
+    }
+
+    #[test]
+    fn before_the_first_sample_the_level_is_that_of_the_assumed_peaks() {
+        assert!(is_close(Tail::<f64>::new(1.0, 1e-3).level(), expected(1.0, 0.0, &[])));
+        assert!(Tail::<f64>::new(0.1, 1e-3).level() > Tail::<f64>::new(1.0, 1e-3).level(), "a rarer alarm");
+    }
+
+    #[test]
+    fn a_block_of_a_tenth_of_a_second_counts_its_largest_value_above_3() {
+        for bin_s in [1e-3, 2e-3] {
+            let mut tail = Tail::<f64>::new(0.5, bin_s);
+            let bins = (0.1 / bin_s).round() as usize;
+            for bin in 0..bins - 1 {
+                tail.add(if bin == 7 { 4.5 } else { 2.0 });
+                assert!(is_close(tail.level(), expected(0.5, 0.0, &[])), "not before its end");
+            }
+            tail.add(4.0);
+            assert!(is_close(tail.level(), expected(0.5, 0.1, &[4.5])));
+            (0..bins).for_each(|_| tail.add(3.0));
+            assert!(is_close(tail.level(), expected(0.5, 0.2, &[4.5])), "3 is no peak");
+            (0..bins).for_each(|_| tail.add(6.0));
+            assert!(is_close(tail.level(), expected(0.5, 0.3, &[4.5, 6.0])));
+        }
+    }
+
+    #[test]
+    fn an_alarm_counts_as_false_as_far_as_the_wanted_rate_has_credit_for_it() {
+        // 300 a minute: 0.5 in a block.
+        let mut tail = Tail::<f64>::new(300.0, 0.1);
+        tail.add(0.0);
+        let beyond = tail.beyond;
+        let before = tail.sums;
+        tail.take_alarm(false);
+        assert_eq!(tail.sums, before, "no alarm");
+        tail.take_alarm(true);
+        let share = 0.5;
+        for (index, mean) in [1.0, beyond[0], beyond[1]].into_iter().enumerate() {
+            assert!(is_close(tail.sums[index], before[index] + share * mean), "{index}");
+        }
+        let before = tail.sums;
+        tail.take_alarm(true);
+        assert_eq!(tail.sums, before, "the credit is spent");
+        for _ in 0..6 {
+            tail.add(0.0);
+        }
+        let before = tail.sums[0];
+        tail.take_alarm(true);
+        assert!(is_close(tail.sums[0], before + 1.0), "an alarm counts at most once");
+    }
+
+    #[test]
+    fn the_block_of_an_alarm_has_no_peak() {
+        let mut tail = Tail::<f64>::new(1e-6, 1e-3);
+        (0..50).for_each(|_| tail.add(20.0));
+        tail.take_alarm(true);
+        (0..50).for_each(|_| tail.add(1.0));
+        assert!(is_close(tail.level(), expected(1e-6, 0.1, &[])));
+    }
+}

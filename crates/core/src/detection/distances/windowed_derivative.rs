@@ -100,3 +100,77 @@ impl<L: Lane> Distance<L> for WindowedDerivative<L> {
 }
 
 crate::lane::gather!(WindowedDerivative { window, noise, muted } same { length, newest, samples, share, known, mute } stored);
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::fixtures::with_force;
+    use super::*;
+
+    fn derivative(tick_s: f64) -> WindowedDerivative<f64> {
+        WindowedDerivative::new(&DistanceSettings::DEFAULT, tick_s)
+    }
+
+    /// A triangle wave: every change over three samples is at most 0.6 N.
+    fn force_n(k: u32) -> f64 {
+        0.2 * f64::from([0, 1, 2, 3, 2, 1][k as usize % 6])
+    }
+
+    #[test]
+    fn it_is_the_fall_over_3_ms_in_multiples_of_the_mean_change() {
+        let mut derivative = derivative(1e-3);
+        let mut changes = vec![];
+        let mut forces = vec![];
+        for k in 0..300 {
+            forces.push(force_n(k));
+            let fall = forces[forces.len().saturating_sub(4)] - force_n(k);
+            // Up to 1 s the mean is that of all changes so far.
+            let noise = STD_OF_MEAN * changes.iter().sum::<f64>() / changes.len().max(1) as f64;
+            let distance = derivative.update(&with_force(force_n(k)));
+            assert!((distance - fall / noise.max(LEAST_NOISE_N)).abs() < 1e-6 * distance.abs().max(1.0), "{k}");
+            changes.push(fall.abs());
+        }
+    }
+
+    #[test]
+    fn after_a_second_the_noise_is_forgotten_with_its_memory() {
+        let mut derivative = derivative(1e-3);
+        for k in 0..5000 {
+            derivative.update(&with_force(force_n(k)));
+        }
+        let before = derivative.noise;
+        for _ in 0..503 {
+            derivative.update(&with_force(0.2));
+        }
+        let ratio = derivative.noise / before;
+        assert!((ratio - (-0.5_f64).exp()).abs() < 5e-3, "{ratio}");
+    }
+
+    #[test]
+    fn the_noise_is_known_after_50_ms_and_an_alarm_mutes_it_for_a_tenth_of_a_second() {
+        for tick_s in [1e-3, 5e-4] {
+            let mut derivative = derivative(tick_s);
+            let known = (0..).find(|&k| {
+                derivative.update(&with_force(force_n(k)));
+                derivative.is_ready() == Some(true)
+            });
+            assert_eq!(known, Some((0.05 / tick_s) as u32 - 1));
+            derivative.reset(false);
+            let falling =
+                |derivative: &mut WindowedDerivative<f64>, k: u32| derivative.update(&with_force(-f64::from(k)));
+            assert!(falling(&mut derivative, 1) > 0.0, "no alarm, no mute");
+            derivative.reset(true);
+            let first = (1..1000).find(|&k| falling(&mut derivative, k + 1) > 0.0);
+            assert_eq!(first, Some((0.1 / tick_s) as u32));
+        }
+    }
+
+    #[test]
+    fn it_is_not_accumulated() {
+        assert!(!derivative(1e-3).accumulates());
+    }
+
+    #[test]
+    fn its_window_is_3_ms_and_at_least_a_sample() {
+        assert_eq!([1e-3, 5e-4, 1e-5, 0.1].map(|tick_s| derivative(tick_s).length), [3, 6, MAX_SAMPLES, 1]);
+    }
+}

@@ -29,3 +29,20 @@ impl<L: Lane> Accelerometer<L> {
 }
 
 trocar_core::lane::gather!(Accelerometer { weight, inverse_tick, velocity, acceleration });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_constant_acceleration_is_approached_with_the_bandwidth() {
+        for tick_s in [1e-3, 5e-4] {
+            let mut accelerometer = Accelerometer::<f64>::new(30.0, tick_s);
+            for tick in 1..=200 {
+                let acceleration = accelerometer.update(3.0 * tick_s * f64::from(tick));
+                let rest = (-std::f64::consts::TAU * 30.0 * tick_s * f64::from(tick)).exp();
+                assert!((acceleration - 3.0 * (1.0 - rest)).abs() < 1e-9, "{tick}: {acceleration}");
+            }
+        }
+    }
+}

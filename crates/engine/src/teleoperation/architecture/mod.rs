@@ -135,3 +135,6 @@ pub(super) trait BuiltInArchitecture<L: Lane>: Architecture<L> + Sized {
     /// The architecture at rest, with a tick of `tick_s` (s).
     fn build(settings: &ControllerSettings, machines: &Machines, tick_s: f64) -> Result<Self, InvalidValue>;
 }
+
+#[cfg(test)]
+mod tests;

@@ -119,3 +119,101 @@ impl<L: Lane> Budget<L> {
 }
 
 trocar_core::lane::gather!(Budget { sides, kept, share, open_at_master, open_at_slave } same { counts_under_way });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn budget(is_immediate: bool) -> Budget<f64> {
+        let context = SchemeContext { is_immediate, ..SchemeContext::<f64>::for_tests() };
+        Budget::new(&PassivitySettings::DEFAULT, &context, 0.03)
+    }
+
+    fn port(work_j: f64) -> SlavePort<f64> {
+        SlavePort { force_n: 0.0, cost_j_per_m: 0.0, work_j, position_m: 0.0, velocity_m_per_s: 0.0 }
+    }
+
+    /// A payload with running totals of energy and demand (J).
+    fn payload(energy_j: f64, demand_j: f64) -> Payload<f64> {
+        let mut payload = [0.0; 4];
+        (payload[ENERGY], payload[DEMAND]) = (energy_j, demand_j);
+        payload
+    }
+
+    fn assert_close(value: (f64, f64), expected: (f64, f64)) {
+        assert!((value.0 - expected.0).abs() < 1e-15 && (value.1 - expected.1).abs() < 1e-15, "{value:?} {expected:?}");
+    }
+
+    #[test]
+    fn what_exceeds_the_level_goes_to_the_other_side_at_once_and_half_of_it_again() {
+        let mut budget = budget(false);
+        budget.sides.force.force_n = 3.0;
+        // 3 N over 1 mm are 3 mJ above the level of 10 mJ: short -3. Nothing is asked for: (0 - short) / 2 more.
+        assert_close(budget.master_sends(1e-3), (4.5e-3, -3e-3));
+        assert!((budget.sides.master.energy_j - 8.5e-3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_side_that_asks_for_energy_gets_half_of_what_it_lacks_more() {
+        let mut budget = budget(false);
+        // The slave has asked for 4 mJ, of which nothing is under way.
+        budget.master_receives(0.0, &payload(0.0, 4e-3));
+        assert_close(budget.master_sends(0.0), (2e-3, 0.0));
+        // 2 mJ are under way: it asks for 2 mJ more, and the master lacks 2 mJ itself.
+        budget.master_receives(0.0, &payload(0.0, 4e-3));
+        assert_close(budget.master_sends(0.0), (2e-3, 2e-3));
+    }
+
+    #[test]
+    fn a_side_keeps_its_reserve() {
+        let mut budget = budget(false);
+        budget.sides.master.energy_j = 4.5e-3;
+        budget.master_receives(0.0, &payload(0.0, 0.1));
+        // The reserve is kept twice: for what it needs, and for what it cannot foresee.
+        assert_close(budget.master_sends(0.0), (0.5e-3, 5.5e-3));
+    }
+
+    #[test]
+    fn without_energy_under_way_a_share_is_sent_each_tick() {
+        let mut budget = budget(false).without_energy_under_way();
+        budget.master_receives(0.0, &payload(0.0, 0.1));
+        // 0.5 % of what is above the reserve.
+        assert_close(budget.master_sends(0.0), (0.005 * 8e-3, 0.0));
+    }
+
+    #[test]
+    fn the_slave_asks_for_the_way_to_the_hand_and_keeps_what_its_command_may_take() {
+        let mut budget = budget(false);
+        budget.slave_receives(&payload(1e-3, 2e-3), &port(4e-3));
+        assert!((budget.sides.slave.energy_j - 7e-3).abs() < 1e-15);
+        budget.sides.reference.missing_j = 5e-3;
+        budget.sides.reference.committed_j = 3e-3;
+        // Received 1, short 3, and 5 to the hand. It lacks 3 and the master only 2: nothing is evened out.
+        assert_close(budget.slave_sends(), (0.0, 9e-3));
+        budget.slave_receives(&payload(1e-3, 8e-3), &port(0.0));
+        // Of 7, 5 are needed, of which the reserve of 2 twice: nothing to spare.
+        assert_close(budget.slave_sends(), (0.0, 9e-3));
+        budget.sides.reference.committed_j = 0.0;
+        // Half of 8 - 3 would even it out.
+        assert_close(budget.slave_sends(), (2.5e-3, 9e-3));
+    }
+
+    #[test]
+    fn without_a_delay_all_but_the_reserve_is_sent() {
+        let mut budget = budget(true);
+        let (sent, _) = budget.master_sends(0.0);
+        // The need of a force that drives the hand counts only beside a level that is kept.
+        assert!((sent - 0.01).abs() < 1e-15, "{sent}");
+        let (sent, _) = budget.slave_sends();
+        assert!((sent - 8e-3).abs() < 1e-15, "the slave keeps its reserve: {sent}");
+    }
+
+    #[test]
+    fn what_nobody_has_paid_damps_the_hand() {
+        let mut budget = budget(false);
+        budget.sides.force.show(10.0);
+        budget.master_receives(0.0, &payload(0.0, 5e-3));
+        let damping = PassivitySettings::DEFAULT.damping.damping_limit_n_s_per_m;
+        assert!((budget.limit_force(1.0, 0.02) - (1.0 + 0.5 * damping * 0.02)).abs() < 1e-12);
+    }
+}

@@ -207,3 +207,6 @@ pub(super) trait BuiltInScheme<L: Lane>: PassivityScheme<L> + Sized {
     /// The scheme at rest.
     fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self;
 }
+
+#[cfg(test)]
+mod tests;

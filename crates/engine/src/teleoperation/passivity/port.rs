@@ -57,3 +57,29 @@ pub struct SlavePort<L> {
 }
 
 trocar_core::lane::gather!(Port { force, position, energy_j });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_work_of_a_held_force_is_force_times_displacement() {
+        let mut port = Port::<f64>::at(1.0);
+        assert_eq!((port.moved(1.5), port.energy_j), (0.5, 0.0), "no force yet");
+        port.hold(4.0);
+        assert_eq!((port.moved(1.25), port.energy_j), (-0.25, -1.0));
+        port.hold(-2.0);
+        assert_eq!((port.moved(0.25), port.energy_j, port.position), (-1.0, 1.0, 0.25));
+    }
+
+    #[test]
+    fn the_work_of_a_force_that_is_linear_in_the_position_is_that_of_its_mean() {
+        let mut port = Port::<f64>::at(1.0);
+        // A spring of 6 N/m: its energy is 3 x².
+        for position in [1.5, 1.2, 2.0] {
+            port.pushed(position, 6.0 * (position - 1.0));
+        }
+        assert!((port.energy_j - 3.0).abs() < 1e-12, "{}", port.energy_j);
+        assert_eq!(port.pushed(1.0, 0.0), -3.0);
+    }
+}

@@ -134,3 +134,95 @@ trocar_core::lane::gather!(ReferenceLimit {
     missing_j,
     refused_j,
 });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STIFFNESS_N_PER_M: f64 = 2e4;
+
+    fn limit(is_immediate: bool, speed_m_per_s: f64) -> ReferenceLimit<f64> {
+        let context = SchemeContext { is_immediate, ..SchemeContext::<f64>::for_tests() };
+        ReferenceLimit::new(&context, STIFFNESS_N_PER_M, speed_m_per_s)
+    }
+
+    fn port(position_m: f64, velocity_m_per_s: f64, cost_j_per_m: f64) -> SlavePort<f64> {
+        SlavePort { force_n: cost_j_per_m, cost_j_per_m, work_j: 0.0, position_m, velocity_m_per_s }
+    }
+
+    #[test]
+    fn with_enough_energy_the_reference_is_the_target_to_the_last_bit() {
+        let mut limit = limit(false, 0.03);
+        for tick in 1..100 {
+            let target = 1e-5 * f64::from(tick);
+            assert_eq!(limit.follow(target, target, &port(target, 0.01, 2.0), 1.0), target);
+        }
+        assert_eq!((limit.refused_j, limit.missing_j), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_slave_at_rest_goes_no_further_than_its_account_pays_for() {
+        for (force, energy) in [(0.0, 1e-3), (2.0, 1e-3), (5.0, 4e-3), (-2.0, 1e-3)] {
+            let mut limit = limit(true, f64::INFINITY);
+            let reference = limit.follow(0.5, 0.5, &port(0.0, 0.0, force), energy);
+            // f d + K d² / 2 = A of the travel that the command leads to.
+            let travel = limit.per_lead * limit.gain * reference;
+            let work = force * travel + 0.5 * STIFFNESS_N_PER_M * travel * travel;
+            assert!((work - energy).abs() < 1e-12 && travel > 0.0, "{force}: {work} {energy}");
+            assert!((limit.committed_j - energy).abs() < 1e-12, "all of it is committed");
+            assert!((limit.refused_j - force * (0.5 - reference)).abs() < 1e-12, "{}", limit.refused_j);
+            let hand = force * (0.5 - reference);
+            assert!((limit.missing_j - hand.max(0.0)).abs() < 1e-12, "the way to the hand");
+        }
+    }
+
+    #[test]
+    fn a_retreat_is_limited_in_the_same_way_and_paid_by_the_tissue() {
+        let mut limit = limit(true, f64::INFINITY);
+        let reference = limit.follow(-0.5, -0.5, &port(0.0, 0.0, 2.0), 1e-3);
+        let travel = limit.per_lead * limit.gain * reference;
+        let work = 2.0 * travel + 0.5 * STIFFNESS_N_PER_M * travel * travel;
+        // Back by 2 f / K for free, and further as far as the account pays.
+        assert!((work - 1e-3).abs() < 1e-12 && travel < -2.0 * 2.0 / STIFFNESS_N_PER_M, "{travel}");
+    }
+
+    #[test]
+    fn without_energy_a_slave_that_moves_is_braked() {
+        let mut limit = limit(true, f64::INFINITY);
+        let reference = limit.follow(0.5, 0.5, &port(0.01, 0.05, 0.0), 0.0);
+        let brake = limit.brake;
+        assert!((limit.gain * reference - 0.01 + brake * 0.05).abs() < 1e-12, "{reference}");
+        let mut limit = self::limit(true, f64::INFINITY);
+        let reference = limit.follow(-0.5, -0.5, &port(0.01, -0.05, 0.0), -1.0);
+        assert!((limit.gain * reference - 0.01 - brake * 0.05).abs() < 1e-12, "from the other side: {reference}");
+    }
+
+    #[test]
+    fn a_slave_that_was_held_back_catches_up_at_its_speed_beside_the_target_and_then_with_its_time_constant() {
+        let mut limit = limit(false, 0.03);
+        limit.reference = -0.02;
+        limit.target = 0.0;
+        let mut expected = -0.02_f64;
+        for tick in 1..=300 {
+            let target = 1e-5 * f64::from(tick);
+            let gap = target - expected;
+            // 30 mm/s or the gap over 0.2 s, and the target's own 10 mm/s.
+            let reach = 1e-5 + (gap / 200.0).min(3e-5);
+            expected = if gap <= reach { target } else { expected + reach };
+            let reference = limit.follow(target, target, &port(limit.reference, 0.0, 0.0), 10.0);
+            assert!((reference - expected).abs() < 1e-12, "{tick}: {reference} instead of {expected}");
+        }
+    }
+
+    #[test]
+    fn over_a_delay_the_reference_moves_against_the_force_as_long_as_the_account_lasts() {
+        let mut limit = limit(false, 0.03);
+        // |f v| β <= A, with the time constant β of the brake.
+        let energy = 1e-6;
+        let reference = limit.follow(1e-4, 1e-4, &port(0.0, 0.0, 4.0), energy);
+        let paid = energy / (4.0 * limit.brake / 1e-3);
+        assert!((reference - paid).abs() < 1e-15, "{reference} {paid}");
+        let mut with = self::limit(false, 0.03);
+        assert_eq!(with.follow(1e-4, 1e-4, &port(0.0, 0.0, -4.0), energy), 1e-4, "along the force it costs nothing");
+    }
+}

@@ -107,3 +107,54 @@ trocar_core::lane::gather!(Sides {
     force,
     reference
 });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sides(is_immediate: bool) -> Sides<f64> {
+        let context = SchemeContext { is_immediate, ..SchemeContext::<f64>::for_tests() };
+        let mut settings = PassivitySettings::DEFAULT;
+        settings.damping.damping_limit_n_s_per_m = 40.0;
+        Sides::new(&settings, &context, 0.01, 0.03)
+    }
+
+    #[test]
+    fn both_accounts_begin_with_the_level_and_promise_both() {
+        let sides = sides(false);
+        assert_eq!(
+            (sides.master.energy_j, sides.slave.energy_j, sides.energies().promised_j),
+            (0.01, 0.01, Some(0.02))
+        );
+        assert_eq!(sides.reserve, 0.002);
+        assert_eq!((sides.wanted, self::sides(true).wanted), (0.01, 0.004), "two fifths without a delay");
+    }
+
+    #[test]
+    fn work_and_what_arrives_enter_the_accounts() {
+        let mut sides = sides(false);
+        let port = SlavePort { force_n: 0.0, cost_j_per_m: 0.0, work_j: 0.004, position_m: 0.0, velocity_m_per_s: 0.0 };
+        sides.slave_receives(0.003, &port);
+        assert!((sides.slave.energy_j - 0.009).abs() < 1e-15, "the needle's work is spent");
+        sides.force.force_n = 2.0;
+        sides.master_moves(0.001);
+        assert!((sides.master.energy_j - 0.012).abs() < 1e-15, "the hand's work is received");
+        sides.master_receives(1.5, 0.005);
+        assert!((sides.master.energy_j - 0.017).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_hand_is_damped_by_the_larger_shortage_up_to_the_limit() {
+        // The tissue has shown 10 N, so that only the damping limits the force.
+        let force = |master_j: f64, unpaid_j: f64| {
+            let mut sides = sides(false);
+            sides.force.show(10.0);
+            sides.master.energy_j = master_j;
+            sides.limit_force(1.0, 0.05, unpaid_j)
+        };
+        assert_eq!(force(0.01, 0.0), 1.0, "nothing is short");
+        assert!((force(0.0075, 0.0) - (1.0 + 0.25 * 40.0 * 0.05)).abs() < 1e-12, "a quarter is short at the master");
+        assert!((force(0.0075, 0.005) - (1.0 + 0.5 * 40.0 * 0.05)).abs() < 1e-12, "a half is unpaid at the slave");
+        assert!((force(0.02, 0.05) - (1.0 + 40.0 * 0.05)).abs() < 1e-12, "at most the limit");
+    }
+}

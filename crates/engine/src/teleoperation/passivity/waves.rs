@@ -294,3 +294,132 @@ trocar_core::lane::gather!(Waves {
     force_n,
     hand,
 } same { is_immediate });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const B: f64 = 90.0;
+    const TICK_S: f64 = 1e-3;
+
+    fn waves() -> Waves<f64> {
+        waves_at(0.0)
+    }
+
+    /// Both machines at a position in m.
+    fn waves_at(position_m: f64) -> Waves<f64> {
+        let context =
+            SchemeContext { start_m: position_m, reference_m: position_m, ..SchemeContext::<f64>::for_tests() };
+        Waves::build(&PassivitySettings::DEFAULT, &context)
+    }
+
+    fn port(force_n: f64) -> SlavePort<f64> {
+        SlavePort { force_n, cost_j_per_m: force_n, work_j: 0.0, position_m: 0.0, velocity_m_per_s: 0.0 }
+    }
+
+    /// A wave that has arrived, with more energy than it takes.
+    fn arrived(wave: f64) -> Arrived<f64> {
+        let mut payload = [0.0; PAYLOAD];
+        (payload[WAVE], payload[WAVE_ENERGY]) = (wave, 1.0);
+        Arrived { payload, is_fresh: true }
+    }
+
+    #[test]
+    fn the_master_sends_the_forward_wave_and_its_energy() {
+        let mut waves = waves();
+        waves.budget.sides.force.force_n = 2.0;
+        // u = (b Δx + F T) / √(2b), u² / 2T.
+        let expected = (B * 2e-5 + 2.0 * TICK_S) / (2.0 * B).sqrt();
+        let payload = waves.master_sends(2e-5);
+        assert!((payload[WAVE] - expected).abs() < 1e-15, "{payload:?}");
+        assert!((payload[WAVE_ENERGY] - 0.5 * expected * expected / TICK_S).abs() < 1e-15, "{payload:?}");
+        let next = waves.master_sends(2e-5);
+        assert!((next[WAVE_ENERGY] - 2.0 * payload[WAVE_ENERGY]).abs() < 1e-15, "a running total");
+    }
+
+    #[test]
+    fn the_slave_moves_by_the_wave_less_what_the_force_takes_and_sends_the_rest_back() {
+        let mut waves = waves_at(0.02);
+        // Δx = √(2/b) u - f T / b; behind the hand and pushing, it is not drawn to the hand.
+        let (wave, force) = (1e-3, 1.5);
+        let moved = (2.0 / B).sqrt() * wave - force * TICK_S / B;
+        let target = waves.receive_position(0.03, &arrived(wave), &port(force));
+        assert!((target - (0.02 + moved)).abs() < 1e-15, "{target}");
+        let paid = SlavePort { position_m: target, ..port(force) };
+        assert_eq!(waves.limit_reference(target, &paid), target);
+        let back = (B * moved - force * TICK_S) / (2.0 * B).sqrt();
+        let payload = waves.slave_sends();
+        assert!((payload[WAVE] - back).abs() < 1e-15, "{payload:?}");
+        assert!((payload[WAVE_ENERGY] - 0.5 * back * back / TICK_S).abs() < 1e-15, "{payload:?}");
+        // u² - v² = 2 T F Δx: the waves carry the work.
+        let power = 2.0 * TICK_S * force * moved;
+        assert!((wave * wave - back * back - power).abs() < 1e-15, "{power}");
+    }
+
+    #[test]
+    fn without_a_force_the_slave_drifts_to_the_hand_at_a_bounded_speed() {
+        let drift = |position_m: f64| {
+            let mut waves = waves_at(0.02);
+            waves.receive_position(position_m, &arrived(0.0), &port(0.0)) - 0.02
+        };
+        // The gap over 0.2 s, and at most 30 mm/s.
+        assert!((drift(0.021) - 1e-3 / 200.0).abs() < 1e-15, "{}", drift(0.021));
+        assert!((drift(0.019) + 1e-3 / 200.0).abs() < 1e-15);
+        assert!((drift(0.05) - 3e-5).abs() < 1e-15 && (drift(0.0) + 3e-5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_pushing_needle_goes_no_deeper_than_the_hand_and_a_pulling_one_no_less_deep() {
+        let target = |hand_m: f64, wave: f64, force_n: f64| {
+            let mut waves = waves_at(0.02);
+            waves.receive_position(hand_m, &arrived(wave), &port(force_n))
+        };
+        assert_eq!(target(0.0201, 0.01, 0.5), 0.0201);
+        assert_eq!(target(0.015, 0.01, 0.5), 0.02, "ahead of the hand it stays");
+        assert_eq!(target(0.0199, -0.01, -0.5), 0.0199);
+        assert!(target(0.0201, 0.01, 0.0) > 0.0201, "a free needle is not limited");
+    }
+
+    #[test]
+    fn the_force_is_that_of_the_returned_wave_filtered_and_near_that_of_the_tissue() {
+        let mut waves = waves();
+        waves.moved = 2e-5;
+        // F = (b Δx - √(2b) v') / T, with the share T / (T + 5 ms) of the wave.
+        let wave = -2e-4;
+        let expected = (B * 2e-5 - (2.0 * B).sqrt() * wave * TICK_S / 6e-3) / TICK_S;
+        let force = waves.receive_force(10.0, &arrived(wave), 0.0);
+        assert!((force - expected).abs() < 1e-12, "{force} instead of {expected}");
+        // At most a fifth more than the tissue's force, which decays once it is gone.
+        assert!((waves.receive_force(1.0, &arrived(-1.0), 0.0) - 1.2 * 10.0 * (1.0 - TICK_S / 0.151)).abs() < 1e-12);
+        let mut free = self::waves();
+        free.moved = 2e-5;
+        assert_eq!(free.receive_force(0.0, &arrived(0.0), 0.0), 0.0, "a hand in free motion feels nothing");
+    }
+
+    #[test]
+    fn a_held_wave_is_reduced_to_what_its_energy_pays_for() {
+        let mut wave = waves().forward;
+        let energy = |wave: f64| 0.5 * wave * wave / TICK_S;
+        let budget = PassivitySettings::DEFAULT.budget.budget_j;
+        let mut payload = [0.0; PAYLOAD];
+        (payload[WAVE], payload[WAVE_ENERGY]) = (2e-3, energy(2e-3));
+        assert_eq!(wave.receive(&Arrived { payload, is_fresh: true }), 2e-3);
+        // Held over as long as received energy and budget last: 10 mJ / 2 mJ a tick.
+        payload[WAVE] = 99.0;
+        let held = Arrived { payload, is_fresh: false };
+        let ticks = (budget / energy(2e-3)) as usize;
+        for tick in 0..ticks {
+            assert!((wave.receive(&held) - 2e-3).abs() < 1e-9, "{tick}");
+        }
+        assert!(wave.receive(&held).abs() < 1e-6, "nothing is left");
+        assert!(wave.spent <= payload[WAVE_ENERGY] + budget + 1e-15);
+    }
+
+    #[test]
+    fn without_a_delay_positions_and_forces_are_sent() {
+        let context = SchemeContext { is_immediate: true, ..SchemeContext::<f64>::for_tests() };
+        let mut waves = Waves::build(&PassivitySettings::DEFAULT, &context);
+        assert_eq!(waves.receive_position(0.03, &arrived(5.0), &port(1.0)), 0.03);
+        assert_eq!(waves.receive_force(1.5, &arrived(5.0), 0.0), 1.5);
+    }
+}

@@ -1,0 +1,349 @@
+//! An event from the alarm to the return: times, forces, references.
+
+use super::*;
+
+/// Whether the slave is frozen at each tick: the hand moves on, and a snap ends the freeze with a jump to it.
+fn frozen_ticks(automaton: AutomatonSettings, timeline: impl Fn(Timeline) -> Timeline) -> Vec<usize> {
+    let settings = AugmentationSettings { automaton, reengage: Reengage::Snap, blend_s: 0.01, ..settings() };
+    let commands = timeline(Timeline::new(settings)).run(1500, |_| 4.0);
+    let hand = |tick: usize| 0.01 * tick as f64 * TICK_S;
+    (0..1500).filter(|&tick| (commands[tick].slave_reference_m - hand(tick)).abs() > 1e-12).collect()
+}
+
+/// The first and the last frozen tick of a single event.
+fn freeze(automaton: AutomatonSettings, timeline: impl Fn(Timeline) -> Timeline) -> (usize, usize) {
+    let ticks = frozen_ticks(automaton, timeline);
+    let (first, last) = (ticks[0], ticks[ticks.len() - 1]);
+    assert_eq!(ticks.len(), last - first + 1, "one event");
+    (first, last)
+}
+
+#[test]
+fn a_freeze_lasts_for_its_minimum_while_g_is_quiet() {
+    let automaton = AutomatonSettings { min_hold_s: 0.3, max_hold_s: 0.7, ..Default::default() };
+    assert_eq!(freeze(automaton, |timeline| timeline.alarm_at(100)), (100, 399));
+}
+
+#[test]
+fn a_freeze_without_a_minimum_waits_for_the_quiet_time_after_the_alarm() {
+    // g was quiet before the alarm, too; that does not count.
+    let automaton = AutomatonSettings { min_hold_s: 0.0, exit_quiet_s: 0.08, ..Default::default() };
+    assert_eq!(freeze(automaton, |timeline| timeline.alarm_at(100)), (100, 179));
+}
+
+#[test]
+fn g_is_quiet_below_its_share_of_the_threshold_and_not_at_it() {
+    let released = |decision: f64| {
+        let automaton = AutomatonSettings { min_hold_s: 0.0, max_hold_s: 0.3, exit_ratio: 0.25, ..Default::default() };
+        let settings = AugmentationSettings { automaton, reengage: Reengage::Snap, ..settings() };
+        let mut supervisor = Supervisor::new(&settings, THRESHOLD, TICK_S, 0.0);
+        let mut step = |tick: u64| {
+            let now = Situation {
+                tick,
+                alarm: tick == 100,
+                decision,
+                hand_m: 1e-5 * tick as f64,
+                slave_m: 1e-5 * tick as f64,
+                force_n: 4.0,
+            };
+            supervisor.update(&now, 4.0, 0.01).slave_reference_m == now.hand_m
+        };
+        (0..101).for_each(|tick| {
+            step(tick);
+        });
+        (101..1000).find(|&tick| step(tick))
+    };
+    // A quarter of γ = 2.
+    assert_eq!(released(0.5 - 1e-9), Some(150), "quiet: after 50 ms");
+    assert_eq!(released(0.5), Some(400), "not quiet: after the maximum");
+}
+
+#[test]
+fn the_refractory_period_begins_with_the_return_and_ends_on_its_last_tick() {
+    let automaton = AutomatonSettings { min_hold_s: 0.1, refractory_s: 0.05, ..Default::default() };
+    let events = |second: u64| {
+        // 100 ticks frozen, 10 of cross-fade: back in teleoperation at 210, refractory until 260.
+        let ticks = frozen_ticks(automaton, |timeline| timeline.alarm_at(100).alarm_at(second));
+        ticks.windows(2).filter(|pair| pair[1] > pair[0] + 1).count() + 1
+    };
+    assert_eq!([events(205), events(215), events(259), events(260)], [1, 1, 1, 2]);
+}
+
+#[test]
+fn an_alarm_is_taken_only_if_it_opens_an_event() {
+    let timeline = Timeline::new(settings()).alarm_at(100).alarm_at(300).alarm_at(860).alarm_at(1100);
+    let taken = |commands: &[Command<f64>]| -> Vec<usize> {
+        (0..commands.len()).filter(|&tick| commands[tick].alarm_taken).collect()
+    };
+    assert_eq!(taken(&timeline.run(1300, |_| 4.0)), [100, 1100], "in an event, and in the refractory period");
+    let disabled = AugmentationSettings { enabled: false, ..settings() };
+    let timeline = Timeline::new(disabled).alarm_at(100).alarm_at(300);
+    assert_eq!(taken(&timeline.run(500, |_| 4.0)), [100, 300], "without augmentation every alarm is reported");
+}
+
+#[test]
+fn the_maximum_of_a_freeze_is_at_least_its_minimum() {
+    let automaton = AutomatonSettings { min_hold_s: 0.6, max_hold_s: 0.5, ..Default::default() };
+    assert_eq!(automaton.validate().expect_err("too short").name, "augmentation.max_hold_s");
+}
+
+#[test]
+fn the_weight_of_a_cross_fade_rises_smoothly_from_0_to_1() {
+    let weights = [0.0, 0.25, 0.5, 0.75, 1.0].map(cross_fade::<f64>);
+    assert_eq!(weights, [0.0, 0.15625, 0.5, 0.84375, 1.0]);
+}
+
+/// A force that varies: 4 N, falling by 1 N per second.
+fn falling(tick: u64) -> f64 {
+    4.0 - 1e-3 * tick as f64
+}
+
+#[test]
+fn in_teleoperation_the_force_is_the_measured_one_and_may_change_as_it_does() {
+    let commands = Timeline::new(settings()).run(50, |tick| falling(tick * tick));
+    for tick in 1..50 {
+        let (now, before) = (falling((tick * tick) as u64), falling(((tick - 1) * (tick - 1)) as u64));
+        assert_eq!(commands[tick].feedback_force_n, now);
+        assert!((commands[tick].allowed_step_n - (before - now)).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn at_the_release_the_force_fades_from_the_last_augmented_one_to_the_measured_one() {
+    let force = ForceLawSettings::Decay(DecaySettings { ratio: 0.25, time_constant_s: 0.01 });
+    let settings = AugmentationSettings { force, blend_s: 0.08, ..settings() };
+    let commands = Timeline::new(settings).alarm_at(100).run(1000, falling);
+    // After 500 ms the decay has ended: a quarter of the force just before the alarm.
+    let held = 0.25 * falling(99);
+    assert!((commands[599].feedback_force_n - held).abs() < 1e-12, "{}", commands[599].feedback_force_n);
+    let mut weight_before = 0.0;
+    for step in 1..=80_u64 {
+        let tick = 599 + step;
+        let share = step as f64 / 80.0;
+        let weight = share * share * (3.0 - 2.0 * share);
+        let Command { feedback_force_n, allowed_step_n, .. } = commands[tick as usize];
+        let expected = held + weight * (falling(tick) - held);
+        assert!((feedback_force_n - expected).abs() < 1e-12, "{step}: {feedback_force_n} instead of {expected}");
+        let allowed = weight * 1e-3 + (weight - weight_before) * (falling(tick - 1) - held);
+        assert!((allowed_step_n - allowed).abs() < 1e-12, "{step}: {allowed_step_n} instead of {allowed}");
+        weight_before = weight;
+    }
+    assert_eq!(commands[679].feedback_force_n, falling(679), "exactly the measured force at the end");
+    assert!((680..1000).all(|tick| commands[tick as usize].feedback_force_n == falling(tick)));
+}
+
+/// The modes of an event with a short freeze, as the slave's side sends them: 100 ticks of teleoperation, 50 frozen, re-engaging.
+fn sent() -> (AugmentationSettings, Vec<SlaveCommand<f64>>) {
+    let automaton = AutomatonSettings { min_hold_s: 0.05, ..Default::default() };
+    let force = ForceLawSettings::Decay(DecaySettings { ratio: 0.0, time_constant_s: 1e-3 });
+    let settings = AugmentationSettings { automaton, force, reengage: Reengage::Snap, blend_s: 0.02, ..settings() };
+    let mut supervisor = Supervisor::new(&settings, THRESHOLD, TICK_S, 0.0);
+    let mut decide = |tick| {
+        let alarm = tick == 100;
+        supervisor.decide(&Situation { tick, alarm, decision: 0.0, hand_m: 0.0, slave_m: 0.0, force_n: 4.0 })
+    };
+    let sent = (0..300).map(&mut decide).collect();
+    (settings, sent)
+}
+
+/// The feedback forces for the modes of the given ticks, at a measured force of 4 N.
+fn received(ticks: impl IntoIterator<Item = usize>) -> Vec<f64> {
+    let (settings, sent) = sent();
+    let mut master = Supervisor::<f64>::new(&settings, THRESHOLD, TICK_S, 0.0);
+    ticks.into_iter().map(|tick| master.feedback_force(sent[tick].mode, 4.0, 0.0).0).collect()
+}
+
+#[test]
+fn if_the_end_of_a_freeze_is_lost_the_force_still_returns_through_the_cross_fade() {
+    // From the last frozen tick on, the modes of the re-engaging are lost.
+    let forces = received((90..150).chain(200..280));
+    let frozen = forces[59];
+    assert!(frozen < 1e-9, "{frozen}");
+    for step in 1..=20 {
+        let weight = cross_fade(f64::from(step) / 20.0);
+        assert!((forces[59 + step as usize] - 4.0 * weight).abs() < 1e-9, "{step}");
+    }
+    assert!(forces[79..].iter().all(|&force| force == 4.0));
+}
+
+#[test]
+fn if_the_re_engaging_is_cut_short_the_cross_fade_goes_on() {
+    let forces = received((90..155).chain(200..280));
+    for step in 1..=20 {
+        let weight = cross_fade(f64::from(step) / 20.0);
+        assert!((forces[59 + step as usize] - 4.0 * weight).abs() < 1e-9, "{step}");
+    }
+    assert!(forces[79..].iter().all(|&force| force == 4.0));
+}
+
+#[test]
+fn if_the_freeze_is_lost_there_is_nothing_to_fade() {
+    assert!(received((90..100).chain(150..300)).iter().all(|&force| force == 4.0));
+}
+
+#[test]
+fn a_second_event_is_anchored_at_its_own_force() {
+    let automaton = AutomatonSettings { min_hold_s: 0.05, refractory_s: 0.0, ..Default::default() };
+    let force = ForceLawSettings::Amplify(AmplifySettings { gain: 2.0 });
+    let settings = AugmentationSettings { automaton, force, reengage: Reengage::Snap, ..settings() };
+    let commands = Timeline::new(settings).alarm_at(100).alarm_at(600).run(700, falling);
+    for alarm in [100, 600] {
+        let anchor = falling(alarm - 1);
+        let expected = anchor + 2.0 * (falling(alarm + 20) - anchor);
+        assert!((commands[alarm as usize + 20].feedback_force_n - expected).abs() < 1e-12, "{alarm}");
+    }
+}
+
+#[test]
+fn a_cue_is_given_with_augmentation_alone() {
+    let (_, sent) = sent();
+    let gives = |enabled, cue| {
+        let supervisor =
+            Supervisor::<f64>::new(&AugmentationSettings { enabled, cue, ..settings() }, THRESHOLD, TICK_S, 0.0);
+        [50, 120, 155].map(|tick: usize| supervisor.cue(sent[tick].mode))
+    };
+    assert_eq!(gives(true, true), [false, true, false]);
+    assert_eq!([gives(true, false), gives(false, true), gives(false, false)], [[false; 3]; 3]);
+}
+
+/// The references of an event with a freeze of 50 ms from tick 100 on, for a hand at a position at each tick.
+fn references(reengage: Reengage, hand: impl Fn(u64) -> f64, force: impl Fn(u64) -> f64) -> Vec<f64> {
+    let automaton = AutomatonSettings { min_hold_s: 0.05, ..Default::default() };
+    let settings = AugmentationSettings { automaton, reengage, blend_s: 0.0, ..settings() };
+    let mut supervisor = Supervisor::new(&settings, THRESHOLD, TICK_S, hand(0));
+    let mut step = |tick: u64| {
+        let (hand_m, alarm) = (hand(tick), tick == 100);
+        let now = Situation { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m, force_n: force(tick) };
+        supervisor.update(&now, force(tick), 0.0).slave_reference_m
+    };
+    (0..400).map(&mut step).collect()
+}
+
+#[test]
+fn a_ramp_closes_a_gap_of_either_sign_at_its_speed() {
+    for direction in [1.0, -1.0] {
+        // The hand moves by 1 mm while the slave is frozen, and then rests.
+        let hand = |tick: u64| direction * 1e-3 * ((tick.clamp(100, 150) - 100) as f64 / 50.0);
+        let references = references(Reengage::Ramp { catch_up_speed_m_per_s: 0.02 }, hand, |_| 1.0);
+        assert!((100..=150).all(|tick| references[tick].abs() < 1e-15), "frozen, and no jump at the release");
+        for step in 1..50_u64 {
+            let expected = direction * 2e-5 * step as f64;
+            assert!((references[150 + step as usize] - expected).abs() < 1e-12, "{step}");
+        }
+        assert!(references[200..].iter().all(|reference| (reference - direction * 1e-3).abs() < 1e-12));
+    }
+}
+
+#[test]
+fn a_ramp_until_load_stops_at_its_rise_above_the_lowest_force() {
+    let hand = |tick: u64| 1e-3 * ((tick.clamp(100, 150) - 100) as f64 / 50.0);
+    let reengage = Reengage::RampUntilLoad { approach_speed_m_per_s: 0.02, stop_rise_n: 0.5 };
+    // The force falls to 1 N at tick 160, and then rises by 0.1 N a tick: by 0.5 N at 165.
+    let force = |tick: u64| if tick < 160 { 2.0 } else { 1.0 + 0.1 * (tick - 160) as f64 };
+    let references = references(reengage, hand, force);
+    assert!((references[164] - 14.0 * 2e-5).abs() < 1e-12, "{}", references[164]);
+    assert!(references[165..].iter().all(|reference| (reference - references[164]).abs() < 1e-15), "it is kept");
+}
+
+#[test]
+fn a_clutch_keeps_its_offset_in_the_next_event() {
+    let automaton = AutomatonSettings { min_hold_s: 0.05, refractory_s: 0.0, ..Default::default() };
+    let settings = AugmentationSettings { automaton, reengage: Reengage::Clutch, blend_s: 0.0, ..settings() };
+    let commands = Timeline::new(settings).alarm_at(100).alarm_at(300).run(500, |_| 4.0);
+    let gap = |tick: usize| 0.01 * tick as f64 * TICK_S - commands[tick].slave_reference_m;
+    // The freeze is at the measured position, 0.1 mm behind the hand; the hand moves by 0.5 mm in 50 ms.
+    assert!((gap(200) - 6e-4).abs() < 1e-12, "{}", gap(200));
+    assert!((gap(299) - 6e-4).abs() < 1e-12);
+    assert!(gap(499) > 0.0 && (gap(499) - gap(360)).abs() < 1e-12, "{}", gap(499));
+}
+
+#[test]
+fn a_gathered_supervisor_commands_as_the_one_in_its_first_lane() {
+    let holds = [
+        HoldSettings::Frozen,
+        HoldSettings::Following,
+        HoldSettings::SpeedLimit(SpeedLimitSettings { speed_m_per_s: 0.004 }),
+        HoldSettings::ForbiddenRegion(ForbiddenRegionSettings { margin_m: 1e-4 }),
+    ];
+    for hold in holds {
+        let new = |ratio, cue| {
+            let force = ForceLawSettings::Decay(DecaySettings { ratio, time_constant_s: 0.02 });
+            let settings = AugmentationSettings { hold, force, cue, ..settings() };
+            Supervisor::<f64>::new(&settings, THRESHOLD, TICK_S, 0.0)
+        };
+        let (mut first, other) = (new(0.5, true), new(0.1, false));
+        let all = [&first, &other, &other, &other, &other, &other, &other, &other];
+        let mut gathered = <Supervisor<f64> as Gather>::gather::<f64>(all).expect("alike");
+        for tick in 0..1200 {
+            let hand_m = 1e-5 * tick as f64;
+            let alarm = tick == 100;
+            let now = Situation { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m - 1e-4, force_n: falling(tick) };
+            let (a, b) = (first.update(&now, now.force_n, 0.01), gathered.update(&now, now.force_n, 0.01));
+            assert_eq!(a.slave_reference_m, b.slave_reference_m, "{hold:?}");
+            assert_eq!((a.feedback_force_n, a.alarm_taken), (b.feedback_force_n, b.alarm_taken), "{hold:?}");
+            assert_eq!(first.cue(a.mode), gathered.cue(b.mode), "{hold:?}");
+        }
+    }
+}
+
+#[cfg(feature = "alloc")]
+#[test]
+fn a_supervisor_continues_from_its_stored_state() {
+    let laws = [
+        ForceLawSettings::Decay(DecaySettings { ratio: 0.3, time_constant_s: 0.2 }),
+        ForceLawSettings::Amplify(AmplifySettings { gain: 2.0 }),
+        ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 50.0, time_constant_s: 0.2 }),
+    ];
+    for force in laws {
+        let settings = AugmentationSettings { force, ..settings() };
+        let step = |supervisor: &mut Supervisor<f64>, tick: u64| {
+            let hand_m = 1e-5 * tick as f64;
+            let alarm = tick == 100;
+            let now = Situation { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m - 1e-4, force_n: falling(tick) };
+            let command = supervisor.update(&now, now.force_n, 0.01);
+            (command.slave_reference_m, command.feedback_force_n, command.allowed_step_n)
+        };
+        // In the freeze, and while it re-engages.
+        for stored_at in [130, 640] {
+            let mut used = Supervisor::<f64>::new(&settings, THRESHOLD, TICK_S, 0.0);
+            for tick in 0..stored_at {
+                step(&mut used, tick);
+            }
+            let mut restored = Supervisor::<f64>::new(&settings, THRESHOLD, TICK_S, 0.0);
+            restored.restore(&used.state()).expect("the same settings");
+            for tick in stored_at..1000 {
+                assert_eq!(step(&mut used, tick), step(&mut restored, tick), "{force:?} {tick}");
+            }
+        }
+    }
+}
+
+#[cfg(feature = "alloc")]
+#[test]
+fn a_boxed_law_is_the_law_in_it() {
+    use alloc::boxed::Box;
+    let settings = settings();
+    let motion = || HeldReference::new(settings.freeze, settings.reengage, TICK_S, 0.0);
+    let force = || AnyForceLaw::<f64>::new(&settings.force, TICK_S);
+    let mut plain = Supervisor::with_laws(motion(), force(), &settings, THRESHOLD, TICK_S);
+    let boxed_motion: Box<dyn MotionLaw<f64>> = Box::new(motion());
+    let boxed_force: Box<dyn ForceLaw<f64>> = Box::new(force());
+    let mut boxed = Supervisor::with_laws(boxed_motion, boxed_force, &settings, THRESHOLD, TICK_S);
+    for tick in 0..1200 {
+        let hand_m = 1e-5 * tick as f64;
+        let alarm = tick == 100;
+        let now = Situation { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m - 1e-4, force_n: falling(tick) };
+        let (a, b) = (plain.update(&now, now.force_n, 0.01), boxed.update(&now, now.force_n, 0.01));
+        assert_eq!((a.slave_reference_m, a.feedback_force_n), (b.slave_reference_m, b.feedback_force_n), "{tick}");
+    }
+    let mut boxed: Box<dyn MotionLaw<f64>> = Box::new(HeldReference::new(
+        Freeze::Measured,
+        Reengage::RampUntilLoad { approach_speed_m_per_s: 0.1, stop_rise_n: 0.5 },
+        TICK_S,
+        0.0,
+    ));
+    assert!(boxed.is_blended());
+    assert_eq!(boxed.follow(0.3, 0.1), 0.3);
+    boxed.sense(1.0);
+    assert!(boxed.is_blended(), "a force above that of the start stops the ramp");
+}

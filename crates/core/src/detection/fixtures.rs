@@ -1,0 +1,34 @@
+//! Samples for the tests of detectors and distances.
+
+use super::Evidence;
+
+/// A sample in contact without a force, a motion and a residual.
+pub(super) const QUIET: Evidence<f64> = Evidence {
+    force_n: 0.0,
+    predicted_force_n: 0.0,
+    residual_n: 0.0,
+    correction: [0.0; 2],
+    depth_m: 0.02,
+    velocity_m_per_s: 0.0,
+    in_contact: true,
+};
+
+/// A sample with a measured force in N.
+pub(super) fn with_force(force_n: f64) -> Evidence<f64> {
+    Evidence { force_n, ..QUIET }
+}
+
+/// A sample whose force falls short of a predicted 5 N by a residual in N.
+pub(super) fn with_residual(residual_n: f64) -> Evidence<f64> {
+    Evidence { force_n: 5.0 + residual_n, predicted_force_n: 5.0, residual_n, ..QUIET }
+}
+
+/// Numbers between -1 and 1, evenly distributed, the same at every run.
+pub(super) struct Noise(pub(super) u64);
+
+impl Noise {
+    pub(super) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        2.0 * ((self.0 >> 11) as f64 / (1_u64 << 53) as f64) - 1.0
+    }
+}

@@ -1,0 +1,224 @@
+//! The exact steps against the numerical integration, which shares no code with them.
+
+use super::super::{ExactPlants, FractionalDelayPlants, GatheredPlants, IntegratedPlants, LimitedPlants, Plants};
+use crate::plant::{
+    ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, MasterStep, SlaveParameters,
+    SlaveStep,
+};
+
+const TICK_S: f64 = 1e-3;
+const START_M: f64 = 0.012;
+const REFERENCE_M: f64 = 0.006;
+
+fn exact(
+    (master, arm, slave): (&MasterParameters, &ArmParameters, &SlaveParameters),
+    timing: ControlTiming,
+) -> ExactPlants<f64> {
+    let master = MasterStep::new(master, arm, timing, TICK_S).expect("valid");
+    let slave = SlaveStep::new(slave, timing, TICK_S).expect("valid");
+    ExactPlants::new(&master, &slave, START_M, REFERENCE_M)
+}
+
+/// Desired position, feedback force and reference at a tick: ramps, steps and swings.
+fn inputs(tick: u32) -> [f64; 3] {
+    let t = TICK_S * f64::from(tick);
+    let force_n = if tick < 60 { 0.0 } else { 1.5 + (40.0 * t).sin() };
+    [START_M + 0.02 * t, force_n, REFERENCE_M + 0.004 * (25.0 * t).sin() + if tick > 100 { 2e-3 } else { 0.0 }]
+}
+
+/// Runs both side by side; returns the largest differences of position, velocity and force of the master, and of position and
+/// velocity of the slave.
+fn differences(mut a: impl Plants<f64>, mut b: impl Plants<f64>, ticks: u32) -> [f64; 5] {
+    let mut largest = [0.0_f64; 5];
+    for tick in 0..=ticks {
+        let (m, n) = (a.master(), b.master());
+        let (s, t) = (a.slave(), b.slave());
+        let now = [
+            m.position_m - n.position_m,
+            m.velocity_m_per_s - n.velocity_m_per_s,
+            m.hand_force_n - n.hand_force_n,
+            s.position_m - t.position_m,
+            s.velocity_m_per_s - t.velocity_m_per_s,
+        ];
+        largest = std::array::from_fn(|i| if now[i].is_nan() { f64::INFINITY } else { largest[i].max(now[i].abs()) });
+        let ([desired, force, reference], [next, ..]) = (inputs(tick), inputs(tick + 1));
+        a.step(desired, next, force, reference).expect("a step");
+        b.step(desired, next, force, reference).expect("a step");
+    }
+    largest
+}
+
+#[track_caller]
+fn assert_alike(differences: [f64; 5], label: &str) {
+    let bounds = [1e-11, 1e-9, 1e-8, 1e-11, 1e-9];
+    assert!((0..5).all(|i| differences[i] <= bounds[i]), "{label}: {differences:?}");
+}
+
+#[test]
+fn the_exact_step_is_that_of_the_equations_integrated_numerically() {
+    let arm = ArmParameters::default();
+    for timing in [ControlTiming::Continuous, ControlTiming::Sampled] {
+        for (coupling, damping, ticks) in [
+            (Coupling::Physical, Damping::Velocity, 250),
+            (Coupling::Physical, Damping::AsPrinted, 250),
+            // Unstable: it grows.
+            (Coupling::AsPrinted, Damping::Velocity, 40),
+        ] {
+            let master = MasterParameters { coupling, ..MasterParameters::default() };
+            let slave = SlaveParameters { damping, ..SlaveParameters::default() };
+            let machines = (&master, &arm, &slave);
+            let integrated = IntegratedPlants::new(machines, timing, TICK_S, START_M, REFERENCE_M);
+            let found = differences(exact(machines, timing), integrated, ticks);
+            assert_alike(found, &format!("{timing:?} {coupling:?} {damping:?}"));
+        }
+    }
+}
+
+#[test]
+fn a_slave_of_second_order_is_stepped_exactly_too() {
+    let (master, arm) = (MasterParameters::default(), ArmParameters::default());
+    let slave =
+        SlaveParameters { numerator: vec![0.0, 12.6], denominator: vec![2.0, 3.0, 0.5], ..SlaveParameters::default() };
+    for timing in [ControlTiming::Continuous, ControlTiming::Sampled] {
+        let machines = (&master, &arm, &slave);
+        let integrated = IntegratedPlants::new(machines, timing, TICK_S, START_M, REFERENCE_M);
+        assert_alike(differences(exact(machines, timing), integrated, 250), &format!("{timing:?}"));
+    }
+}
+
+#[test]
+fn at_the_start_the_machines_are_at_rest_where_they_were_put() {
+    let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
+    let machines = (&master, &arm, &slave);
+    let limited = LimitedPlants::<f64>::new(machines, &ActuatorLimits::NONE, TICK_S, START_M, REFERENCE_M);
+    let all: [Box<dyn Plants<f64>>; 4] = [
+        Box::new(exact(machines, ControlTiming::Continuous)),
+        Box::new(exact(machines, ControlTiming::Sampled)),
+        Box::new(IntegratedPlants::new(machines, ControlTiming::Continuous, TICK_S, START_M, REFERENCE_M)),
+        Box::new(limited.expect("valid")),
+    ];
+    for mut plants in all {
+        for _ in 0..50 {
+            let (master, slave) = (plants.master(), plants.slave());
+            assert!((master.position_m - START_M).abs() < 1e-12 && master.velocity_m_per_s.abs() < 1e-10, "{master:?}");
+            assert!(master.hand_force_n.abs() < 1e-8, "{master:?}");
+            assert!((slave.position_m - REFERENCE_M).abs() < 1e-10 && slave.velocity_m_per_s.abs() < 1e-8, "{slave:?}");
+            plants.step(START_M, START_M, 0.0, REFERENCE_M).expect("a step");
+        }
+    }
+}
+
+#[test]
+fn samples_that_arrive_within_a_tick_act_from_their_arrival_on() {
+    let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
+    let timing = ControlTiming::Continuous;
+    for (force_share, reference_share) in [(0.7, 0.2), (0.25, 0.25), (0.1, 0.9)] {
+        let rest = |share: f64| TICK_S * (1.0 - share);
+        let late_master = MasterStep::new(&master, &arm, timing, rest(force_share)).expect("valid");
+        let late_slave = SlaveStep::new(&slave, timing, rest(reference_share)).expect("valid");
+        let machines = (&master, &arm, &slave);
+        let split = FractionalDelayPlants::new(exact(machines, timing), &late_master, &late_slave, REFERENCE_M);
+        let integrated = IntegratedPlants::new(machines, timing, TICK_S, START_M, REFERENCE_M);
+        let found = differences(split, integrated.split(force_share, reference_share), 200);
+        assert_alike(found, &format!("{force_share} {reference_share}"));
+    }
+}
+
+#[test]
+fn motors_with_limits_and_lags_are_stepped_exactly() {
+    let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
+    let none = ActuatorLimits::NONE;
+    let cases = [
+        none,
+        ActuatorLimits { master_force_n: Some(1.2), slave_command: Some(0.8), ..none },
+        ActuatorLimits { master_force_rate_n_per_s: Some(20.0), slave_command_rate_per_s: Some(900.0), ..none },
+        ActuatorLimits { master_lag_s: 5e-3, ..none },
+        ActuatorLimits { slave_lag_s: 2e-3, ..none },
+        ActuatorLimits {
+            master_force_n: Some(1.5),
+            master_force_rate_n_per_s: Some(50.0),
+            slave_command_rate_per_s: Some(2000.0),
+            slave_command: Some(1.2),
+            master_lag_s: 3e-3,
+            slave_lag_s: 1e-3,
+        },
+    ];
+    for limits in cases {
+        let machines = (&master, &arm, &slave);
+        let limited = LimitedPlants::<f64>::new(machines, &limits, TICK_S, START_M, REFERENCE_M).expect("valid");
+        let integrated = IntegratedPlants::new(machines, ControlTiming::Sampled, TICK_S, START_M, REFERENCE_M);
+        assert_alike(differences(limited, integrated.limited(&limits), 250), &format!("{limits:?}"));
+    }
+}
+
+#[test]
+fn without_a_limit_motors_are_those_of_sampled_control() {
+    let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
+    let machines = (&master, &arm, &slave);
+    let limited =
+        LimitedPlants::<f64>::new(machines, &ActuatorLimits::NONE, TICK_S, START_M, REFERENCE_M).expect("valid");
+    assert_alike(differences(exact(machines, ControlTiming::Sampled), limited, 250), "sampled");
+}
+
+#[test]
+fn a_limit_holds_the_command_back() {
+    // The comparison above is of something only if the limits act.
+    let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
+    let machines = (&master, &arm, &slave);
+    for limits in [
+        ActuatorLimits { master_force_n: Some(1.2), ..ActuatorLimits::NONE },
+        ActuatorLimits { slave_command: Some(0.8), ..ActuatorLimits::NONE },
+        ActuatorLimits { slave_lag_s: 2e-3, ..ActuatorLimits::NONE },
+    ] {
+        let limited = LimitedPlants::<f64>::new(machines, &limits, TICK_S, START_M, REFERENCE_M).expect("valid");
+        let found = differences(exact(machines, ControlTiming::Sampled), limited, 250);
+        assert!(found[0] > 1e-6 || found[3] > 1e-6, "{limits:?}: {found:?}");
+    }
+}
+
+#[test]
+fn a_limit_out_of_range_is_refused() {
+    let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
+    let limits = ActuatorLimits { master_force_n: Some(-1.0), ..ActuatorLimits::NONE };
+    assert!(LimitedPlants::<f64>::new((&master, &arm, &slave), &limits, TICK_S, 0.0, 0.0).is_err());
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn eight_machines_side_by_side_move_as_each_alone() {
+    use super::super::{Avx2, InstructionSet};
+    use trocar_core::lane::Lane as _;
+    if !InstructionSet::Avx2.is_available() {
+        return;
+    }
+    let (arm, slave) = (ArmParameters::default(), SlaveParameters::default());
+    for differ in [false, true] {
+        let mut alone: [ExactPlants<f64>; 8] = std::array::from_fn(|lane| {
+            let mass_kg = if differ { 0.2 + 0.01 * lane as f64 } else { 0.245 };
+            let master = MasterParameters { mass_kg, ..MasterParameters::default() };
+            exact((&master, &arm, &slave), ControlTiming::Continuous)
+        });
+        let mut together = GatheredPlants::<Avx2>::gather(std::array::from_fn(|lane| &alone[lane])).expect("alike");
+        assert_eq!(matches!(together, GatheredPlants::Different(_)), differ);
+        for tick in 0..100 {
+            let ([desired, _, reference], [next, ..]) = (inputs(tick), inputs(tick + 1));
+            let force = |lane: usize| inputs(tick)[1] * (1.0 + lane as f64);
+            let (master, slave) = (together.master(), together.slave());
+            for (lane, plants) in alone.iter_mut().enumerate() {
+                let (m, s) = (plants.master(), plants.slave());
+                let expected = [m.position_m, m.velocity_m_per_s, m.hand_force_n, s.position_m, s.velocity_m_per_s];
+                let got = [
+                    master.position_m,
+                    master.velocity_m_per_s,
+                    master.hand_force_n,
+                    slave.position_m,
+                    slave.velocity_m_per_s,
+                ];
+                assert_eq!(got.map(|value| value.lane(lane).to_bits()), expected.map(f64::to_bits), "{tick} {lane}");
+                plants.step(desired, next, force(lane), reference).expect("a step");
+            }
+            let wide = [desired, next].map(Avx2::splat);
+            together.step(wide[0], wide[1], Avx2::from_lanes(force), Avx2::splat(reference)).expect("a step");
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Timelines of an insertion, for the tests of metrics.
+
+use super::{Metrics, MetricsObserver, OperatorTraits};
+use crate::engine::{Observer as _, Signals};
+use trocar_core::augmentation::Mode;
+use trocar_core::time::TickGrid;
+
+/// Time between two ticks in s.
+pub(super) const TICK_S: f64 = 1e-3;
+
+type Edit = Box<dyn Fn(&mut Signals<f64>)>;
+
+/// An insertion, tick by tick. The hand moves in at 10 mm/s and the slave follows without a lag; both forces are 2 N. What
+/// happens besides is added by the methods; the last one decides.
+pub(super) struct Insertion {
+    ticks: u64,
+    operator: OperatorTraits,
+    edits: Vec<Edit>,
+}
+
+impl Insertion {
+    pub(super) fn of_ticks(ticks: u64) -> Self {
+        Self { ticks, operator: OperatorTraits::UNKNOWN, edits: vec![] }
+    }
+
+    /// An operator of whom the metrics know the intention, by the slave's motion per intended motion, and the perception.
+    pub(super) fn by(mut self, intended_scale: Option<f64>, notices: bool) -> Self {
+        self.operator = OperatorTraits { intended_scale, notices };
+        self
+    }
+
+    /// Changes the signals of every tick.
+    pub(super) fn with(mut self, edit: impl Fn(&mut Signals<f64>) + 'static) -> Self {
+        self.edits.push(Box::new(edit));
+        self
+    }
+
+    /// Changes the signals from a tick on.
+    pub(super) fn from(self, tick: u64, edit: impl Fn(&mut Signals<f64>) + 'static) -> Self {
+        self.with(move |s| {
+            if s.tick >= tick {
+                edit(s);
+            }
+        })
+    }
+
+    /// Changes the signals of one tick.
+    pub(super) fn at(self, tick: u64, edit: impl Fn(&mut Signals<f64>) + 'static) -> Self {
+        self.with(move |s| {
+            if s.tick == tick {
+                edit(s);
+            }
+        })
+    }
+
+    pub(super) fn rupture_at(self, tick: u64) -> Self {
+        self.at(tick, |s| s.ruptured = true)
+    }
+
+    /// An alarm that the supervisor acts on.
+    pub(super) fn alarm_at(self, tick: u64) -> Self {
+        self.at(tick, |s| (s.alarm, s.alarm_taken) = (true, true))
+    }
+
+    /// An alarm without effect.
+    pub(super) fn ignored_alarm_at(self, tick: u64) -> Self {
+        self.at(tick, |s| s.alarm = true)
+    }
+
+    pub(super) fn noticed_at(self, tick: u64) -> Self {
+        self.at(tick, |s| s.noticed = true)
+    }
+
+    /// An event that begins with an alarm, re-engages, and ends.
+    pub(super) fn event(self, [alarm, released, ended]: [u64; 3]) -> Self {
+        self.alarm_at(alarm).with(move |s| {
+            if (alarm..released).contains(&s.tick) {
+                s.mode = in_mode(Mode::Augmented);
+            } else if (released..ended).contains(&s.tick) {
+                s.mode = in_mode(Mode::Reengaging);
+            }
+        })
+    }
+
+    /// The signals of a tick.
+    pub(super) fn signals(&self, tick: u64) -> Signals<f64> {
+        let position_m = 1e-5 * tick as f64;
+        let mut signals = Signals {
+            tick,
+            desired_position_m: position_m,
+            intended_position_m: position_m,
+            master_position_m: position_m,
+            master_velocity_m_per_s: 0.01,
+            operator_force_n: 2.0,
+            slave_reference_m: position_m,
+            slave_position_m: position_m,
+            slave_velocity_m_per_s: 0.01,
+            tissue_force_n: 2.0,
+            measured_force_n: 2.0,
+            feedback_force_n: 2.0,
+            stiffness_n_per_m: 0.0,
+            damping_n_s_per_m: 0.0,
+            extra_parameter: 0.0,
+            residual_n: 0.0,
+            distance: 0.0,
+            decision: 0.0,
+            mode: in_mode(Mode::Teleoperation),
+            ruptured: false,
+            noticed: false,
+            alarm: false,
+            alarm_taken: false,
+            commanded_force_n: 2.0,
+            allowed_force_step_n: 0.0,
+        };
+        self.edits.iter().for_each(|edit| edit(&mut signals));
+        signals
+    }
+
+    pub(super) fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    pub(super) fn operator(&self) -> OperatorTraits {
+        self.operator
+    }
+
+    /// The metrics of the whole run.
+    pub(super) fn metrics(&self) -> Metrics {
+        let grid = TickGrid::new(TICK_S, TICK_S * self.ticks as f64).expect("a grid");
+        let mut observer = MetricsObserver::<f64>::new(grid, 4).of_operators(|_| self.operator);
+        for tick in 0..self.ticks {
+            observer.observe(&self.signals(tick));
+            if observer.is_done() {
+                break;
+            }
+        }
+        observer.metrics(0)
+    }
+}
+
+/// A mode as signals have it.
+pub(crate) fn in_mode(mode: Mode) -> f64 {
+    mode.code()
+}
+
+/// Asserts that two numbers agree but for rounding.
+#[track_caller]
+pub(super) fn assert_close(value: Option<f64>, expected: f64) {
+    let is_close = value.is_some_and(|value| (value - expected).abs() <= 1e-12 + 1e-9 * expected.abs());
+    assert!(is_close, "{value:?} instead of {expected}");
+}
+
+/// Eight signals of the same tick, side by side.
+#[cfg(target_arch = "x86_64")]
+pub(super) fn side_by_side<L: trocar_core::lane::Lane>(all: &[Signals<f64>; 8]) -> Signals<L> {
+    macro_rules! gathered {
+        (numbers { $($number:ident)* } masks { $($mask:ident)* }) => {
+            Signals {
+                tick: all[0].tick,
+                $($number: L::from_lanes(|lane| all[lane].$number),)*
+                $($mask: trocar_core::lane::gather_mask::<L>(std::array::from_fn(|lane| all[lane].$mask)),)*
+            }
+        };
+    }
+    gathered! {
+        numbers { desired_position_m intended_position_m master_position_m master_velocity_m_per_s operator_force_n
+            slave_reference_m slave_position_m slave_velocity_m_per_s tissue_force_n measured_force_n feedback_force_n
+            stiffness_n_per_m damping_n_s_per_m extra_parameter residual_n distance decision mode commanded_force_n
+            allowed_force_step_n }
+        masks { ruptured noticed alarm alarm_taken }
+    }
+}
