@@ -109,15 +109,6 @@ impl Source {
         }
     }
 
-    /// The former and the present name of a shipped scenario, if a command-line argument has the former one.
-    #[must_use]
-    pub fn former(text: &str) -> Option<(&'static str, &'static str)> {
-        match Self::parse(text) {
-            Self::Builtin(_) => builtin::former(text.strip_prefix(builtin::PREFIX).unwrap_or(text)),
-            Self::Disk(_) | Self::Text { .. } | Self::Memory(_) | Self::Kept(..) => None,
-        }
-    }
-
     /// Its name in messages.
     #[must_use]
     pub fn display(&self) -> String {
