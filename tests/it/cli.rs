@@ -691,8 +691,11 @@ fn scenarios_that_cannot_be_realised_say_why() {
     let folder = TestFolder::new();
     let skin = "builtin:layers/through-the-skin.toml";
     for (setting, phrases) in [
-        ("tissue.capsule.relaxation_s=-1", ["tissue.capsule.relaxation_s", "0"]),
-        ("tissue.capsule.rupture_force_n=0.1", ["tissue.capsule.rupture_force_n", "tissue.capsule.cutting_force_n"]),
+        ("tissue.layer.capsule.relaxation_s=-1", ["tissue.layer.capsule.relaxation_s", "0"]),
+        (
+            "tissue.layer.capsule.rupture_force_n=0.1",
+            ["tissue.layer.capsule.rupture_force_n", "tissue.layer.capsule.cutting_force_n"],
+        ),
         ("tissue.static_ratio=0.9", ["tissue.static_ratio", "at least 1"]),
         ("operator.reflex_reaction_max_s=0.1", ["operator.reflex_reaction_max_s", "operator.reflex_reaction_min_s"]),
         ("operator.reflex_weber_fraction=1.0", ["operator.reflex_weber_fraction", "between 0 and 1"]),

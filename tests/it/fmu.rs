@@ -261,8 +261,8 @@ fn a_tissues_unit_gives_the_forces_of_the_run() {
     let expected: Vec<f64> = found.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect();
     assert!(!expected.is_empty());
     assert_eq!(ruptures, expected);
-    let names: Vec<&str> = unit.variables.iter().map(|variable| variable.name).collect();
-    assert!(names.contains(&"tissue.skin.stiffness_n_per_m") && !names.contains(&"scaling.force"), "{names:?}");
+    let names: Vec<&str> = unit.variables.iter().map(|variable| &*variable.name).collect();
+    assert!(names.contains(&"tissue.layer.skin.stiffness_n_per_m") && !names.contains(&"scaling.force"), "{names:?}");
 }
 
 /// Steps a unit through `ticks` ticks from `first` on, and returns the bits of an output after each.

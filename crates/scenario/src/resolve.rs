@@ -187,6 +187,7 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn resolve(mut values: Values) -> Result<Self, ScenarioError> {
+        values.fill_layers();
         values.check_layers()?;
         let replays = replays_position(&values) || replays_force(&values);
         let recording = if replays { Some(load_recording(&mut values)?) } else { None };
@@ -289,7 +290,7 @@ impl Scenario {
     /// The names of the layers that rupture, from the surface down: the k-th rupture of a run is that of the k-th. None
     /// for a tissue without layers.
     #[must_use]
-    pub fn rupturing_layers(&self) -> Vec<&'static str> {
+    pub fn rupturing_layers(&self) -> Vec<&str> {
         self.tissue.settings().map_or(vec![], TissueSettings::rupturing_layers)
     }
 
@@ -336,7 +337,7 @@ impl Scenario {
     /// The start and the end of the operator's movement in m, those that its kind has.
     fn operator_ends(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let of = |path| Some((path, self.values.optional_number(path)?));
-        let acts = |path: &&str| find(path).is_some_and(|key| self.values.is_acting(key));
+        let acts = |path: &&str| find(path).is_some_and(|key| self.values.is_acting(&key));
         ["operator.start_m", "operator.end_m"].into_iter().filter(acts).filter_map(of)
     }
 

@@ -6,11 +6,12 @@
 
 use std::sync::Arc;
 
-use trocar_core::settings::{Fallback, Key, Source as _};
+use trocar_core::settings::{Fallback, Source as _};
 
 use super::document::{Entry, Source, drop_replaced_layers, gather, parse_setting};
 use super::error::{Place, ScenarioError};
 use super::key_table::KEYS;
+use super::keys::KeyAt;
 use super::link::link_settings;
 use super::resolve::{Scenario, delays, waits_for_tick};
 use super::schedule::events;
@@ -117,7 +118,7 @@ pub struct Template {
     /// The written values, without derived ones.
     written: Values,
     first: Scenario,
-    keys: Vec<&'static Key>,
+    keys: Vec<KeyAt>,
     parts: Vec<Part>,
 }
 
@@ -132,7 +133,7 @@ impl Template {
         base: &Source,
         entries: Vec<Entry>,
         settings: &[String],
-        open: &[(&'static Key, Value, Place)],
+        open: &[(KeyAt, Value, Place)],
     ) -> Result<Self, ScenarioError> {
         let is_open = |path: &str| open.iter().any(|(key, ..)| key.path == path);
         let mut written = Values::default();
@@ -150,7 +151,7 @@ impl Template {
             }
         }
         for (key, value, place) in open {
-            written.give(key.path, value.clone(), place.clone());
+            written.give(key, value.clone(), place.clone());
         }
         given.extend(gather(base, &[])?);
         drop_replaced_layers(&mut given);
@@ -163,10 +164,10 @@ impl Template {
         written.fill_defaults();
         written.check_acting(|key| is_open(key.path) || written.unmet(key).any(|acts| is_open(acts.key)))?;
         let first = Scenario::resolve(written.clone())?;
-        let keys: Vec<&'static Key> = open.iter().map(|(key, ..)| *key).collect();
+        let keys: Vec<KeyAt> = open.iter().map(|(key, ..)| key.clone()).collect();
         let mut parts: Vec<Part> = vec![];
         for key in &keys {
-            let part = Part::of(key.path, &first);
+            let part = Part::of(&key.path, &first);
             if !parts.contains(&part) {
                 parts.push(part);
             }
@@ -193,7 +194,7 @@ impl Template {
     pub fn whole(&self, values: &[Value], seed: u64) -> Result<Scenario, ScenarioError> {
         let mut written = self.written.clone();
         for (key, value) in self.keys.iter().zip(values) {
-            written.replace(key.path, value.clone());
+            written.replace(&key.path, value.clone());
         }
         written.replace("simulation.seed", Value::Whole(seed));
         Scenario::resolve(written)
@@ -235,7 +236,7 @@ impl CaseFactory<'_> {
             return self.template.whole(values, seed);
         }
         for (key, value) in self.template.keys.iter().zip(values) {
-            self.values.replace(key.path, value.clone());
+            self.values.replace(&key.path, value.clone());
         }
         for path in &self.derived {
             self.values.remove(path);
@@ -345,10 +346,10 @@ mod tests {
     use super::*;
 
     /// The values of a key that a sweep might try.
-    fn trial_values(key: &Key, scenario: &Scenario) -> Vec<Value> {
+    fn trial_values(key: &KeyAt, scenario: &Scenario) -> Vec<Value> {
         match key.kind {
             Kind::Number(_) => {
-                let now = scenario.values().optional_number(key.path).unwrap_or(0.01);
+                let now = scenario.values().optional_number(&key.path).unwrap_or(0.01);
                 [1.07 * now, 0.5 * now, now + 0.003].map(Value::Number).into()
             }
             Kind::Whole(_) => [2, 3, 50].map(Value::Whole).into(),
@@ -371,14 +372,17 @@ mod tests {
         let scenario = Scenario::load(&base, &[]).expect("good");
         let place = Place { file: "sweep".into(), text: "".into(), span: 0..0 };
         let mut compared = 0;
-        for key in KEYS.iter().filter(|key| sections.iter().any(|section| key.path.starts_with(section))) {
+        let keys = KEYS.iter().map(KeyAt::from).chain(scenario.values().layer_keys());
+        for key in keys.filter(|key| sections.iter().any(|section| key.path.starts_with(section))) {
             let is_good = |value: &Value| Value::accept(&key.kind, &value.to_toml()).is_some();
-            let values: Vec<Value> = trial_values(key, &scenario).into_iter().filter(is_good).collect();
+            let values: Vec<Value> = trial_values(&key, &scenario).into_iter().filter(is_good).collect();
             // A key without a valid first value is skipped.
-            let first =
-                |value: &&Value| Template::new(&base, vec![], &[], &[(key, (*value).clone(), place.clone())]).is_ok();
+            let first = |value: &&Value| {
+                Template::new(&base, vec![], &[], &[(key.clone(), (*value).clone(), place.clone())]).is_ok()
+            };
             let Some(first) = values.iter().find(first) else { continue };
-            let template = Template::new(&base, vec![], &[], &[(key, first.clone(), place.clone())]).expect("good");
+            let template =
+                Template::new(&base, vec![], &[], &[(key.clone(), first.clone(), place.clone())]).expect("good");
             let mut factory = template.factory();
             for (seed, value) in (7..).zip(&values) {
                 let value = std::slice::from_ref(value);

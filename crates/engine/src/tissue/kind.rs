@@ -1,21 +1,20 @@
 //! The list of the built-in tissues, by their words in scenarios.
 
-use trocar_core::settings::{ActsFor, Key, acting, count, joined};
+use trocar_core::settings::{ActsFor, Key, acting, count_distinct, distinct};
 
-use super::layer::LAYERED_KEYS;
 use super::literature::Outside;
 use super::*;
 use trocar_core::error::InvalidValue;
 
-/// Defines the settings and the enum of the built-in tissues, one line each: word, type, type of the settings, keys that
-/// follow those of all others, and the keys of a layer in a list of layers. A recording is replayed by time or by depth, which are two
+/// Defines the settings and the enum of the built-in tissues, one line each: word, type, type of the settings, and the type of
+/// a layer in the list of layers. A recording is replayed by time or by depth, which are two
 /// tissues; it and a unit are built from a file.
 macro_rules! tissues {
     (
         $(#[doc = $about:literal])*
         $recording_word:literal => $recording:ident($recording_settings:ident) by $time:ident($by_time:ty) $depth:ident($by_depth:ty),
         $unit_word:literal => $unit:ident($unit_settings:ident) of a file,
-        $($word:literal => $model:ident($settings:ident) $(keys last [$last:expr])? $(list [$list:expr])?,)*
+        $($word:literal => $model:ident($settings:ident) $(layers of $layer:ident)?,)*
     ) => {
         trocar_core::choice! {
             $(#[doc = $about])*
@@ -42,29 +41,29 @@ macro_rules! tissues {
         }
 
         impl TissueSettings {
-            /// The keys that follow those of all other parts.
-            pub const LAST_KEYS: &'static [Key] = {
-                const GROUPS: &[&[Key]] = &[$($({
-                    const LAST: &[Key] = $last;
-                    const COUNT: usize = LAST.len();
-                    &acting::<COUNT>(&[LAST], ActsFor::new(TissueSettings::KEY.path, &[$word]))
-                },)?)*];
-                &joined::<{ count(GROUPS) }>(GROUPS)
-            };
-
-            /// The keys of a layer in the list of layers, those of the layer `*`.
+            /// The keys of a layer in the list of layers, with a `*` for the layer.
             pub const LIST_KEYS: &'static [Key] = {
                 const GROUPS: &[&[Key]] = &[$($({
-                    const LIST: &[Key] = $list;
+                    const LIST: &[Key] = $layer::KEYS;
                     const COUNT: usize = LIST.len();
                     &acting::<COUNT>(&[LIST], ActsFor::new(TissueSettings::KEY.path, &[$word]))
                 },)?)*];
-                &joined::<{ count(GROUPS) }>(GROUPS)
+                &distinct::<{ count_distinct(GROUPS) }>(GROUPS)
             };
+
+            /// The layers of the kind with this word where none are listed: their names, each with the values of those keys that
+            /// differ from the defaults. Empty for a kind without layers.
+            #[must_use]
+            pub fn default_layers(word: &str) -> Vec<(&'static str, Vec<(&'static str, f64)>)> {
+                match word {
+                    $($($word => $layer::default_list(),)?)*
+                    _ => vec![],
+                }
+            }
 
             /// The names of the layers that rupture, from the surface down.
             #[must_use]
-            pub fn rupturing_layers(&self) -> Vec<&'static str> {
+            pub fn rupturing_layers(&self) -> Vec<&str> {
                 match self {
                     Self::$recording(_) | Self::$unit(_) => vec![],
                     $(Self::$model(settings) => <$model<f64> as Model>::rupturing_layers(settings),)*
@@ -109,6 +108,7 @@ macro_rules! tissues {
                         name: "tissue.kind",
                         value: 0.0,
                         requirement: "built with its file",
+                        item: None,
                     }),
                     $(Self::$model(settings) => Model::build(settings, tick_s, start_m).map(AnyTissue::$model),)*
                 }
@@ -161,6 +161,6 @@ tissues! {
     "kelvin-voigt" => KelvinVoigt(KelvinVoigtSettings),
     "hunt-crossley" => HuntCrossley(HuntCrossleySettings),
     "generalised" => Generalised(GeneralisedSettings),
-    "layers" => Layers(LayersParameters) keys last [LAYERED_KEYS.as_flattened()],
-    "tearing" => Tearing(TearingSettings) list [TearingLayer::KEYS],
+    "layers" => Layers(LayersParameters) layers of LayerParameters,
+    "tearing" => Tearing(TearingSettings) layers of TearingLayer,
 }

@@ -27,7 +27,7 @@ pub trait Model: Sized {
     fn build(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue>;
 
     /// The names of its layers that rupture, from the surface down: each ruptures at most once, and in this order.
-    fn rupturing_layers(_settings: &Self::Settings) -> Vec<&'static str> {
+    fn rupturing_layers(_settings: &Self::Settings) -> Vec<&str> {
         vec![]
     }
 
