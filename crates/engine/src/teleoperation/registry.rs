@@ -89,7 +89,7 @@ macro_rules! architectures {
 
         impl<L: trocar_core::lane::Lane> AnyArchitecture<L> {
             /// The chosen architecture, with a tick of `tick_s` (s).
-            fn new(
+            pub(super) fn new(
                 settings: &ControllerSettings,
                 machines: &Machines,
                 tick_s: f64,

@@ -97,6 +97,17 @@ macro_rules! tissues {
                 }
             }
 
+            /// Checks what [`TissueSettings::build`] would refuse, without a tissue.
+            ///
+            /// # Errors
+            /// [`InvalidValue`] naming the setting out of range.
+            pub fn check(&self, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
+                match self {
+                    Self::$recording(_) | Self::$unit(_) => Ok(()),
+                    $(Self::$model(settings) => <$model<f64> as Model>::check(settings, tick_s, start_m),)*
+                }
+            }
+
             /// The tissue on ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
             ///
             /// # Errors

@@ -8,9 +8,9 @@ use super::model::{Model, Springs};
 use super::named_layers::{Named, check_layers, measured_layers, read_layers};
 use super::shaft::{Shaft, ShaftParameters};
 use super::shaft_contact::ShaftContact;
-use super::surface::Surface;
+use super::surface::{Surface, starts_outside};
 use super::{Reaction, Tissue};
-use trocar_core::error::{InvalidValue, require};
+use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 
 /// Start of a layer that the needle has not reached, in m: deeper than any run.
@@ -225,14 +225,7 @@ impl<L: Lane> Layers<L> {
     /// # Errors
     /// [`InvalidValue`] as [`LayersParameters::validate`], or for a needle that starts inside.
     pub fn new(parameters: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
-        parameters.validate_on_ticks(tick_s)?;
-        let outside = start_m <= parameters.contact_m;
-        require(
-            "tissue.contact_m",
-            parameters.contact_m,
-            outside,
-            "at least the needle's start, which is outside the tissue",
-        )?;
+        Self::check(parameters, tick_s, start_m)?;
         let mut layers: Box<[Layer<L>]> =
             parameters.layers.iter().map(|(_, layer)| Layer::new(layer, tick_s)).collect();
         layers[0].begin(L::Mask::splat(true), L::splat(parameters.contact_m));
@@ -324,6 +317,11 @@ impl<L: Lane> Model for Layers<L> {
 
     fn build(settings: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::new(settings, tick_s, start_m)
+    }
+
+    fn check(settings: &LayersParameters, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
+        settings.validate_on_ticks(tick_s)?;
+        starts_outside(settings.contact_m, start_m)
     }
 
     fn surface_m(settings: &LayersParameters) -> f64 {

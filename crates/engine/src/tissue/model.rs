@@ -26,6 +26,14 @@ pub trait Model: Sized {
     /// [`InvalidValue`] naming the setting out of range.
     fn build(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue>;
 
+    /// Checks the settings for [`Model::build`]. A tissue that needs memory checks them without building.
+    ///
+    /// # Errors
+    /// As [`Model::build`].
+    fn check(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
+        Self::build(settings, tick_s, start_m).map(drop)
+    }
+
     /// The names of its layers that rupture, from the surface down: each ruptures at most once, and in this order.
     fn rupturing_layers(_settings: &Self::Settings) -> Vec<&str> {
         vec![]

@@ -7,11 +7,11 @@ use super::model::{Model, Springs};
 use super::named_layers::{Named, check_layers, measured_layers, read_layers};
 use super::shaft::{Shaft, ShaftParameters};
 use super::shaft_contact::ShaftContact;
-use super::surface::Surface;
+use super::surface::{Surface, starts_outside};
 use super::tearing_layer::TearingLayer;
 use super::viscoelastic::Viscoelastic;
 use super::{Reaction, Tissue};
-use trocar_core::error::{InvalidValue, require};
+use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 
 /// Start of a layer that the needle has not reached, in m: deeper than any run.
@@ -230,10 +230,8 @@ impl<L: Lane> Tearing<L> {
     /// # Errors
     /// [`InvalidValue`] as [`TearingSettings::validate`], or for no layer, or a needle that starts inside.
     pub fn new(settings: &TearingSettings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
-        settings.validate_on_ticks(tick_s)?;
+        Self::check(settings, tick_s, start_m)?;
         let contact_m = settings.surface.contact_m;
-        let outside = start_m <= contact_m;
-        require("tissue.contact_m", contact_m, outside, "at least the needle's start, which is outside the tissue")?;
         let width_m = settings.crack.crack_width_m;
         let layer = |(_, layer): &Named<TearingLayer>| Layer::new(layer, width_m, tick_s);
         let mut layers: Box<[Layer<L>]> = settings.layers.iter().map(layer).collect();
@@ -288,6 +286,11 @@ impl<L: Lane> Model for Tearing<L> {
 
     fn build(settings: &TearingSettings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::new(settings, tick_s, start_m)
+    }
+
+    fn check(settings: &TearingSettings, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
+        settings.validate_on_ticks(tick_s)?;
+        starts_outside(settings.surface.contact_m, start_m)
     }
 
     fn surface_m(settings: &TearingSettings) -> f64 {
