@@ -724,3 +724,81 @@ fn unknown(entry: &Entry) -> ScenarioError {
         None => error.remedy("`trocar init --all` writes a scenario with every key"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Scenario;
+    use super::*;
+
+    const LAYERS: &str = "operator.kind = \"ramp\"\n[tissue]\nkind = \"layers\"\n";
+
+    fn load(text: &str, settings: &[&str]) -> Result<Scenario, ScenarioError> {
+        let source = Source::Text { name: "own.toml".into(), text: text.into() };
+        let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+        Scenario::load(&source, &settings)
+    }
+
+    /// The names of the layers of an echo, and the value of a field of the first.
+    fn first_of_echo(scenario: &Scenario, field: &str) -> (Vec<String>, Option<f64>) {
+        let echo: toml::Table = scenario.echo().parse().expect("TOML");
+        let layers = echo["tissue"]["layer"].as_array().expect("a list").clone();
+        let names = layers.iter().filter_map(|layer| layer["name"].as_str().map(str::to_owned)).collect();
+        (names, layers[0].get(field).and_then(toml::Value::as_float))
+    }
+
+    #[test]
+    fn a_section_of_a_single_layer_is_refused_with_its_line_and_the_form_of_a_list() {
+        for (text, remedy) in [
+            ("\n[tissue.skin]\nrupture_force_n = 5.0\n", "write [[tissue.layer]] with name = \"skin\""),
+            ("\n\ntissue.mine.rupture_force = 5.0\n", "tissue.layer.mine.rupture_force_n"),
+            ("\n\n[tissue.organ]\n", "write [[tissue.layer]] and name = \"organ\""),
+        ] {
+            let error = load(text, &[]).expect_err(text);
+            assert_eq!(error.place.as_ref().map(|place| place.line_and_column().0), Some(3), "{error}");
+            assert!(error.remedy.as_ref().is_some_and(|told| told.contains(remedy)), "{error}");
+        }
+    }
+
+    #[test]
+    fn without_a_list_one_value_of_a_default_layer_can_be_changed() {
+        let scenario = load(&format!("{LAYERS}layer.skin.rupture_force_n = 5.5\n"), &[]).expect("good");
+        let names = ["skin", "fat", "muscle", "capsule", "organ"].map(str::to_owned).to_vec();
+        assert_eq!(first_of_echo(&scenario, "rupture_force_n"), (names.clone(), Some(5.5)));
+        assert_eq!(first_of_echo(&scenario, "stiffening_n_per_m2"), (names, Some(3.5e4)));
+        assert_eq!(load(&scenario.echo(), &[]).expect("good").echo(), scenario.echo());
+    }
+
+    #[test]
+    fn another_kind_has_its_own_default_layers_and_ignores_values_of_the_others() {
+        let text = format!("{LAYERS}layer.skin.rupture_force_n = 5.5\n");
+        let scenario = load(&text, &["tissue.kind=tearing"]).expect("good");
+        assert_eq!(first_of_echo(&scenario, "stiffness_n_per_m"), (vec!["organ".to_owned()], Some(250.0)));
+        let scenario = load(LAYERS, &["tissue.kind=kelvin-voigt"]).expect("good");
+        assert!(!scenario.echo().contains(LAYER_LIST));
+    }
+
+    #[test]
+    fn a_field_that_no_layer_gives_has_the_same_default_in_both_kinds() {
+        let list = "[[tissue.layer]]\nname = \"only\"\n";
+        for kind in ["layers", "tearing"] {
+            let text = format!("operator.kind = \"ramp\"\ntissue.kind = \"{kind}\"\n{list}");
+            let scenario = load(&text, &[]).expect("good");
+            assert_eq!(first_of_echo(&scenario, "stiffness_n_per_m"), (vec!["only".to_owned()], Some(250.0)), "{kind}");
+        }
+    }
+
+    #[test]
+    fn an_error_between_two_fields_names_the_layer_and_the_place_of_the_written_one() {
+        let error = load(&format!("{LAYERS}layer.capsule.cutting_force_n = 2.0\n"), &[]).expect_err("refused");
+        let told = "tissue.layer.capsule.rupture_force_n is 1.2, must be at least tissue.layer.capsule.cutting_force_n";
+        assert_eq!(error.message, told);
+        assert_eq!(error.place.map(|place| place.line_and_column().0), Some(4));
+    }
+
+    #[test]
+    fn a_layer_that_is_not_listed_is_refused_with_the_names_of_the_others() {
+        let error = load(LAYERS, &["tissue.layer.skn.grip_n=0.1"]).expect_err("refused");
+        assert_eq!(error.message, "there is no layer skn in [[tissue.layer]]");
+        assert_eq!(error.remedy.as_deref(), Some("the layers are skin, fat, muscle, capsule, organ"));
+    }
+}
