@@ -125,8 +125,8 @@ fn drawn(random: &mut ChaCha8Rng) -> Vec<String> {
             set("tissue.damping_n_s_per_m", format!("{:.3}", log!(0.1, 20.0)));
         }
         "layers" => {
-            set("tissue.skin.rupture_force_n", format!("{:.3}", log!(1.0, 12.0)));
-            set("tissue.skin.stiffening_n_per_m2", format!("{:.0}", log!(5e3, 2e5)));
+            set("tissue.layer.skin.rupture_force_n", format!("{:.3}", log!(1.0, 12.0)));
+            set("tissue.layer.skin.stiffening_n_per_m2", format!("{:.0}", log!(5e3, 2e5)));
         }
         _ => {}
     }

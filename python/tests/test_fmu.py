@@ -134,7 +134,7 @@ def test_fmpy_finds_no_problem(export, kind, version):
     assert description.fmiVersion == f"{version}.0" and description.license == "MIT OR Apache-2.0"
     parameters = {v.name: v for v in description.modelVariables if v.causality == "parameter"}
     if kind == "tissue":
-        stiffness = parameters["tissue.skin.stiffness_n_per_m"]
+        stiffness = parameters["tissue.layer.skin.stiffness_n_per_m"]
         assert float(stiffness.start) > 0 and stiffness.description and stiffness.unit == "N/m"
         assert not [name for name in parameters if not name.startswith("tissue.") and name != "simulation.tick_s"]
     else:

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::error::CliError;
 use super::warnings::text;
-use super::{ScenarioArgs, source_of, terminal};
+use super::{ScenarioArgs, terminal};
 use trocar_report::{loop_verdict_json, verdict_sentence, wrapped};
 use trocar_scenario::{Scenario, Source};
 use trocar_stability::{LinearLoop, TissueRange};
@@ -85,7 +85,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         }
     }
     for file in &sweeps {
-        let plan = Plan::load(&source_of(file), &args.changes.settings)?;
+        let plan = Plan::load(&Source::parse(file), &args.changes.settings)?;
         if args.json {
             list.push(json!({ "name": plan.design.name, "kind": "sweep", "cases": plan.design.cases() }));
         } else if args.resolved {

@@ -5,14 +5,14 @@ use clap::builder::PossibleValuesParser;
 
 use super::error::CliError;
 use super::warnings::Warnings;
-use super::{OutputArgs, ScenarioArgs, progress, report, run, source_of, terminal};
+use super::{OutputArgs, ScenarioArgs, progress, report, run, terminal};
 use trocar_report::html::{command_line, comparison_html};
 use trocar_report::{
     Folder, all_metrics_text, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text,
     finding_text, runs_chart, schemes_json, schemes_text, seeds_csv, seeds_text, strategies_csv, strategies_json,
     strategies_picture, strategies_text,
 };
-use trocar_scenario::Scenario;
+use trocar_scenario::{Scenario, Source};
 use trocar_studies::compare::{
     Comparison, FIXED_PERSONS, Fact, MAX_SEEDS, PERSONS, Person, SchemeStudy, SeedStudy, StrategyOptions,
     StrategyStudy, paper_facts,
@@ -128,7 +128,7 @@ fn run_schemes(args: &CompareArgs) -> Result<(), CliError> {
         return Err(CliError::OneScenario { given: args.scenarios.len() });
     };
     let warnings = Warnings::new(&args.output);
-    let study = SchemeStudy::of(&source_of(path), &args.changes.settings)?;
+    let study = SchemeStudy::of(&Source::parse(path), &args.changes.settings)?;
     let scenarios: Vec<Scenario> = study.comparison.runs.iter().map(|run| run.scenario.clone()).collect();
     warnings.print(&seeds_without_effect(&scenarios, args.seeds.unwrap_or(1)));
     let seeds = args.seeds.map(|seeds| over_seeds(args, &scenarios, seeds)).transpose()?;
@@ -174,7 +174,7 @@ fn run_strategies(args: &CompareArgs) -> Result<(), CliError> {
     };
     let bar = progress::counter(args.output.quiet);
     bar.set_message("runs");
-    let study = StrategyStudy::of(&source_of(path), &args.changes.settings, &options, |runs| bar.inc(runs))?;
+    let study = StrategyStudy::of(&Source::parse(path), &args.changes.settings, &options, |runs| bar.inc(runs))?;
     bar.finish_and_clear();
     let folder = args.output.folder();
     let json = strategies_json(&study);

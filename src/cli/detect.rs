@@ -19,12 +19,12 @@ use super::format::FormatArgs;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
-use super::{OutputArgs, ScenarioArgs, report, source_of};
+use super::{OutputArgs, ScenarioArgs, report};
 use trocar_base::warning::{Code, Warning};
 use trocar_core::error::{non_negative, positive};
 use trocar_engine::metrics::RUPTURE_WINDOW_S;
 use trocar_report::html::command_line;
-use trocar_scenario::Values;
+use trocar_scenario::{Source, Values};
 
 /// The argument for samples from standard input.
 const STREAM: &str = "-";
@@ -120,7 +120,7 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
 
 /// Returns the estimator and detector settings of a file. A file without either section is an error.
 fn tuning(file: &str, warnings: &Warnings) -> Result<Vec<String>, CliError> {
-    let values = Values::load(&source_of(file), &[])?;
+    let values = Values::load(&Source::parse(file), &[])?;
     let missing: Vec<&str> =
         TUNED_SECTIONS.into_iter().filter(|section| values.section_place(section).is_none()).collect();
     if missing.len() == TUNED_SECTIONS.len() {

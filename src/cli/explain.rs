@@ -7,7 +7,7 @@ use super::terminal;
 use trocar_base::warning::Code;
 use trocar_engine::metrics::Declaration;
 use trocar_report::{WIDTH, declarations, filled};
-use trocar_scenario::{Fallback, Key, find_key, nearest_key, nearest_of, unit_of};
+use trocar_scenario::{Fallback, KeyAt, find_key, nearest_key, nearest_of, unit_of};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -45,7 +45,7 @@ fn explained(word: &str) -> Result<String, CliError> {
     if let Some(code) = Code::parse(word) {
         Ok(format!("{word}\n{}\n{}", paragraph(code.meaning()), paragraph(code.explanation())))
     } else if let Some(key) = find_key(word) {
-        Ok(of_key(key))
+        Ok(of_key(&key))
     } else if let Some(metric) = declarations().find(metric) {
         Ok(of_metric(metric))
     } else {
@@ -67,13 +67,13 @@ fn number_one(word: &str) -> String {
     }
 }
 
-fn of_key(key: &Key) -> String {
+fn of_key(key: &KeyAt) -> String {
     let default = match key.fallback {
         Fallback::Value(value) => format!("Default: {}.", trocar_scenario::Value::from(value).to_toml()),
         Fallback::Derived(rule) => format!("Default: {rule}."),
         Fallback::Unset => "No default.".into(),
     };
-    let unit = unit_of(key.path).map_or(String::new(), |unit| format!(" Unit: {unit}."));
+    let unit = unit_of(&key.path).map_or(String::new(), |unit| format!(" Unit: {unit}."));
     let acts = key.acts_for.map_or(String::new(), |acts| format!(" Applies to {acts}."));
     let facts = format!("It must be {}. {default}{unit}{acts}", key.kind);
     format!("{}\n{}\n{}", key.path, paragraph(key.meaning), paragraph(&facts))

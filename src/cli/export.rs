@@ -8,9 +8,9 @@ use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
 use super::error::CliError;
-use super::{SET_ONE, source_of, terminal};
+use super::{SET_ONE, terminal};
 use trocar_report::write_file;
-use trocar_scenario::Values;
+use trocar_scenario::{Source, Values};
 use trocar_studies::fmu::{Model, Unit, Version};
 
 const EXAMPLES: &str = "\
@@ -72,7 +72,7 @@ pub(super) struct ExportArgs {
 
 pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
     let Format::Fmu = args.format;
-    let source = source_of(&args.scenario);
+    let source = Source::parse(&args.scenario);
     let name = Values::load(&source, &args.settings)?.name().to_owned();
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.fmu")));
     if out.exists() && !args.force {

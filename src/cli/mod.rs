@@ -223,7 +223,7 @@ struct ScenarioArgs {
 impl ScenarioArgs {
     /// Loads all scenarios, before any of them runs.
     fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, CliError> {
-        let sources: Vec<Source> = paths.iter().map(|path| source_of(path)).collect();
+        let sources: Vec<Source> = paths.iter().map(|path| Source::parse(path)).collect();
         let named = |(loaded, path): (Result<Scenario, ScenarioError>, &String)| {
             loaded.map_err(|mut error| {
                 if error.place.is_none() && !error.message.contains(path.as_str()) {
@@ -242,14 +242,6 @@ impl ScenarioArgs {
         }
         Ok(scenarios)
     }
-}
-
-/// Returns the source that an argument names. A note on standard error has the present name for a former one.
-fn source_of(given: &str) -> Source {
-    if let Some((former, present)) = Source::former(given) {
-        anstream::eprintln!("note: {former} is now {present}");
-    }
-    Source::parse(given)
 }
 
 /// Parses the command line, runs the command, and returns the exit code.

@@ -2,8 +2,8 @@
 
 use clap::Args;
 
+use super::ScenarioArgs;
 use super::quantity::column;
-use super::{ScenarioArgs, source_of};
 use trocar_base::warning::{Code, Warning};
 use trocar_recording::{Column, Limits, Quantity, Roles, list_signals, signal_names};
 use trocar_scenario::{ScenarioError, Source, Values, parse_column};
@@ -103,7 +103,7 @@ pub(super) fn file_setting(given: &str) -> Option<String> {
 
 /// Returns the values of a scenario file, or for a recording the values of the settings, which name the recording.
 pub(super) fn load(given: &str, settings: &[String]) -> Result<Values, ScenarioError> {
-    let source = source_of(given);
+    let source = Source::parse(given);
     if is_scenario(given) {
         Values::load(&source, settings)
     } else {

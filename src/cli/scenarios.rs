@@ -4,9 +4,9 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 
 use super::error::CliError;
-use super::{source_of, terminal};
+use super::terminal;
 use trocar_report::{WIDTH, filled};
-use trocar_scenario::shipped_questions;
+use trocar_scenario::{Source, shipped_questions};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -37,7 +37,7 @@ enum Action {
 
 pub(super) fn run(args: &ScenariosArgs) -> Result<(), CliError> {
     match &args.action {
-        Some(Action::Show { name }) => terminal::print(&source_of(name).read()?),
+        Some(Action::Show { name }) => terminal::print(&Source::parse(name).read()?),
         None if args.json => {
             let entry = |(path, question): (&str, &str)| {
                 let (folder, name) = parts(path);

@@ -11,10 +11,10 @@ use clap::{Args, Subcommand};
 use self::finish::{Whole, finish, report};
 use super::error::CliError;
 use super::warnings::Warnings;
-use super::{OutputArgs, interrupt, progress, report as page, source_of, terminal};
+use super::{OutputArgs, interrupt, progress, report as page, terminal};
 use trocar_report::Folder;
 use trocar_report::html::command_line;
-use trocar_scenario::Scenario;
+use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::seeds_without_effect;
 use trocar_studies::sweep::{
     CASES, Column, Execution, LoopOfCase, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError,
@@ -82,7 +82,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<(), CliError> {
 }
 
 fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
-    let plan = Plan::load(&source_of(file), &args.settings)?;
+    let plan = Plan::load(&Source::parse(file), &args.settings)?;
     if !args.output.quiet {
         for (former, name) in &plan.former_names {
             anstream::eprintln!("note: the metric {former} is called {name} now");

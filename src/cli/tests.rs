@@ -83,7 +83,7 @@ fn invalid_input_ends_with_2_a_failure_with_1_and_an_interruption_with_130() {
     let text = || "x".to_owned();
     let input = [
         CliError::Scenario(scenario_error()),
-        CliError::Setting(InvalidValue { name: "x", value: 1.0, requirement: "below 0" }),
+        CliError::Setting(InvalidValue { name: "x", value: 1.0, requirement: "below 0", item: None }),
         CliError::SameName { name: text(), first: text(), second: text() },
         CliError::OneScenario { given: 2 },
         CliError::OneScenarioOfStrategies { given: 0 },
@@ -96,7 +96,12 @@ fn invalid_input_ends_with_2_a_failure_with_1_and_an_interruption_with_130() {
         CliError::NoLibrary { path: text(), source: missing() },
         CliError::Detect(DetectError::EmptyFolder { path: text() }),
         CliError::Link(LinkError::Address { address: text(), source: missing() }),
-        CliError::Stability(StabilityError::Parameter(InvalidValue { name: "x", value: 1.0, requirement: "y" })),
+        CliError::Stability(StabilityError::Parameter(InvalidValue {
+            name: "x",
+            value: 1.0,
+            requirement: "y",
+            item: None,
+        })),
     ];
     for error in &input {
         assert!(error.is_input() && code(error) == format!("{:?}", ExitCode::from(2)), "{error:?}");

@@ -5,7 +5,7 @@ use serde_json::{Value as Json, json};
 use super::pair::PairMaker;
 use super::protocol::ServerMessage;
 use super::state::{Catalogue, Entry, SCHEME, State, StateError};
-use trocar_scenario::{KEYS, Key, Kind, unit_of};
+use trocar_scenario::{KEYS, KeyAt, Kind, unit_of};
 use trocar_stability::Parameter;
 
 /// Returns the first message to a page: scenarios, keys, and the parameters of a map.
@@ -18,18 +18,18 @@ pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> ServerMessage {
         "version": env!("CARGO_PKG_VERSION"),
         "first": first,
         "scenarios": scenarios,
-        "keys": KEYS.iter().filter(is_for_pages).map(description).collect::<Vec<_>>(),
+        "keys": KEYS.iter().map(KeyAt::from).filter(is_for_pages).map(|key| description(&key)).collect::<Vec<_>>(),
         "axes": axes,
     }))
 }
 
-fn is_for_pages(key: &&Key) -> bool {
+fn is_for_pages(key: &KeyAt) -> bool {
     // A page shows runs, which do not depend on a population.
     let is_of_runs = key.path != "simulation.engine" && !key.path.starts_with("population.");
     !matches!(key.kind, Kind::File | Kind::Text) && key.path != SCHEME && is_of_runs
 }
 
-fn description(key: &Key) -> Json {
+fn description(key: &KeyAt) -> Json {
     let kind = match key.kind {
         Kind::Number(range) => json!({ "type": "number", "low": range.low().0, "high": range.high() }),
         Kind::Whole(min) => json!({ "type": "whole", "low": min }),
@@ -42,8 +42,8 @@ fn description(key: &Key) -> Json {
     // With the condition, a page disables the controls that cannot act.
     let acts = key.acts_for.into_iter().flat_map(|acts| acts.conditions());
     let acts: Vec<Json> = acts.map(|acts| json!({ "key": acts.key, "words": acts.words() })).collect();
-    let name = plain_name(key.path);
-    json!({ "path": key.path, "name": name, "unit": unit_of(key.path), "kind": kind, "meaning": key.meaning, "acts": acts })
+    let name = plain_name(&key.path);
+    json!({ "path": key.path, "name": name, "unit": unit_of(&key.path), "kind": kind, "meaning": key.meaning, "acts": acts })
 }
 
 /// Returns the name of a key in words, without its unit: `skin: rupture force`.
@@ -58,7 +58,7 @@ fn plain_name(path: &str) -> String {
     if section.is_empty() { words.join(" ") } else { format!("{section}: {}", words.join(" ")) }
 }
 
-/// Returns the values of a scenario's keys.
+/// Returns the values of a scenario's keys, and the keys of its layers.
 ///
 /// # Errors
 /// [`StateError`].
@@ -66,15 +66,17 @@ pub(super) fn values(id: u32, scenario: &str, maker: &mut PairMaker) -> Result<S
     let state = State { scenario: scenario.to_owned(), ..State::default() };
     let written = maker.written(&state, true)?;
     let values = written.values();
-    let given = KEYS.iter().filter(is_for_pages).filter_map(|key| {
-        let value = serde_json::to_value(values.get(key.path)?.to_toml()).ok()?;
-        Some((key.path.to_owned(), value))
+    let layers = || values.layer_keys();
+    let given = KEYS.iter().map(KeyAt::from).filter(is_for_pages).chain(layers()).filter_map(|key| {
+        let value = serde_json::to_value(values.get(&key.path)?.to_toml()).ok()?;
+        Some((key.path.into_owned(), value))
     });
     Ok(ServerMessage::json(&json!({
         "type": "values",
         "id": id,
         "scenario": scenario,
         "name": written.name,
+        "layers": layers().map(|key| description(&key)).collect::<Vec<_>>(),
         "values": given.collect::<serde_json::Map<_, _>>(),
     })))
 }

@@ -1,7 +1,9 @@
 //! The two runs of a page: the same scenario, classical and augmented.
 
+use std::borrow::Cow;
+
 use super::state::{Catalogue, SCHEME, State, StateError, bounded};
-use trocar_scenario::{Key, Place, Scenario, Template, Value, Values, find_key};
+use trocar_scenario::{KeyAt, Place, Scenario, Template, Value, Values, find_key};
 use trocar_studies::compare::{NoiseCheck, check_in_noise};
 use trocar_studies::run::{Run, RunError, run};
 
@@ -35,7 +37,7 @@ pub struct PairMaker {
 #[derive(Debug)]
 struct Cached {
     scenario: String,
-    paths: Vec<&'static str>,
+    paths: Vec<Cow<'static, str>>,
     template: Template,
     /// True if the scenario itself is augmented.
     is_augmented: bool,
@@ -103,13 +105,13 @@ impl PairMaker {
         let source = self.catalogue.source(&state.scenario)?;
         let mut given = state.values()?;
         let seed = given.iter().position(|(key, _)| key.path == "simulation.seed").map(|at| given.remove(at).1);
-        let paths: Vec<&'static str> = given.iter().map(|(key, _)| key.path).collect();
+        let paths: Vec<_> = given.iter().map(|(key, _)| key.path.clone()).collect();
         let is_current = |cached: &Cached| cached.scenario == state.scenario && cached.paths == paths;
         if !self.cached.as_ref().is_some_and(is_current) {
             let place = || Place { file: "the page".into(), text: "".into(), span: 0..0 };
             let scheme = find_key(SCHEME).map(|key| (key, Value::Flag(true)));
             let all = scheme.into_iter().chain(given.iter().cloned());
-            let open: Vec<(&'static Key, Value, Place)> = all.map(|(key, value)| (key, value, place())).collect();
+            let open: Vec<(KeyAt, Value, Place)> = all.map(|(key, value)| (key, value, place())).collect();
             let template = Template::new(&source, vec![], &[], &open)?;
             let is_augmented = Values::load(&source, &[])?.get(SCHEME) == Some(&Value::Flag(true));
             self.cached = Some(Cached { scenario: state.scenario.clone(), paths, template, is_augmented });

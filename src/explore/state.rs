@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::limits::{MAX_KEYS, MAX_NUMBERS, MAX_TICKS};
 use trocar_report::figures::FigureError;
-use trocar_scenario::{Key, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions};
+use trocar_scenario::{KeyAt, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions};
 use trocar_studies::run::RunError;
 use trocar_studies::stability_check::CheckError;
 
@@ -41,12 +41,12 @@ pub enum StateError {
     },
     /// The key cannot be set from a page.
     #[error("{0} cannot be set from the page: {1}")]
-    NotForPages(&'static str, &'static str),
+    NotForPages(String, &'static str),
     /// The value is invalid.
     #[error("{key} must be {must}")]
     Value {
         /// The key.
-        key: &'static str,
+        key: String,
         /// The required value.
         must: String,
     },
@@ -90,7 +90,7 @@ impl State {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn values(&self) -> Result<Vec<(&'static Key, Value)>, StateError> {
+    pub fn values(&self) -> Result<Vec<(KeyAt, Value)>, StateError> {
         if self.set.len() > MAX_KEYS {
             return Err(StateError::Keys(self.set.len()));
         }
@@ -124,22 +124,29 @@ impl StateError {
     }
 }
 
-fn accept(path: &str, value: &serde_json::Value) -> Result<(&'static Key, Value), StateError> {
+fn accept(path: &str, value: &serde_json::Value) -> Result<(KeyAt, Value), StateError> {
     let Some(key) = find_key(path) else {
         return Err(StateError::Key { path: path.chars().take(80).collect(), nearest: nearest_key(path) });
     };
     match key.kind {
-        Kind::File | Kind::Text => return Err(StateError::NotForPages(key.path, "a page cannot name files")),
-        _ if key.path == SCHEME => return Err(StateError::NotForPages(key.path, "the page always runs both schemes")),
+        Kind::File | Kind::Text => {
+            return Err(StateError::NotForPages(key.path.into_owned(), "a page cannot name files"));
+        }
+        _ if key.path == SCHEME => {
+            return Err(StateError::NotForPages(key.path.into_owned(), "the page always runs both schemes"));
+        }
         _ if key.path == "simulation.engine" => {
-            return Err(StateError::NotForPages(key.path, "use the command line for the reference engine"));
+            return Err(StateError::NotForPages(
+                key.path.into_owned(),
+                "use the command line for the reference engine",
+            ));
         }
         _ => {}
     }
     let too_long = value.as_array().is_some_and(|list| list.len() > MAX_NUMBERS);
     let toml = toml::Value::try_from(value).ok().filter(|_| !too_long);
     let accepted = toml.and_then(|toml| Value::accept(&key.kind, &toml));
-    let value = accepted.ok_or_else(|| StateError::Value { key: key.path, must: key.kind.to_string() })?;
+    let value = accepted.ok_or_else(|| StateError::Value { key: key.path.to_string(), must: key.kind.to_string() })?;
     Ok((key, value))
 }
 

@@ -576,17 +576,15 @@ fn a_starter_is_written_once_and_runs() {
 }
 
 #[test]
-fn a_shipped_scenario_has_short_and_former_names() {
+fn a_shipped_scenario_has_short_names() {
     let folder = TestFolder::new();
     let text = folder.good(&["scenarios", "show", "layers/epidural"]);
     assert_eq!(text, fs::read_to_string(file("scenarios/layers/epidural.toml")).expect("there"));
     let resolved = |name: &str| folder.trocar(&["check", "--resolved", name]);
     let present = resolved("layers/skin-augmented");
-    for name in ["skin-augmented", "builtin:layers/skin-augmented.toml", "builtin:01_augmented.toml", "01_augmented"] {
+    for name in ["skin-augmented", "builtin:layers/skin-augmented.toml"] {
         let outcome = resolved(name);
-        assert_eq!(outcome.out, present.out, "{name}");
-        let note = if name.contains("01") { "note: 01_augmented is now layers/skin-augmented\n" } else { "" };
-        assert_eq!(outcome.err, note, "{name}");
+        assert_eq!((&outcome.out, outcome.err.as_str()), (&present.out, ""), "{name}");
     }
     // A file comes first, and a base falls back to what is shipped.
     folder.file("own.toml", "name = \"own\"\nbase = \"paper/augmented\"\n");
@@ -693,8 +691,11 @@ fn scenarios_that_cannot_be_realised_say_why() {
     let folder = TestFolder::new();
     let skin = "builtin:layers/through-the-skin.toml";
     for (setting, phrases) in [
-        ("tissue.capsule.relaxation_s=-1", ["tissue.capsule.relaxation_s", "0"]),
-        ("tissue.capsule.rupture_force_n=0.1", ["tissue.capsule.rupture_force_n", "tissue.capsule.cutting_force_n"]),
+        ("tissue.layer.capsule.relaxation_s=-1", ["tissue.layer.capsule.relaxation_s", "0"]),
+        (
+            "tissue.layer.capsule.rupture_force_n=0.1",
+            ["tissue.layer.capsule.rupture_force_n", "tissue.layer.capsule.cutting_force_n"],
+        ),
         ("tissue.static_ratio=0.9", ["tissue.static_ratio", "at least 1"]),
         ("operator.reflex_reaction_max_s=0.1", ["operator.reflex_reaction_max_s", "operator.reflex_reaction_min_s"]),
         ("operator.reflex_weber_fraction=1.0", ["operator.reflex_weber_fraction", "between 0 and 1"]),

@@ -261,8 +261,8 @@ fn a_tissues_unit_gives_the_forces_of_the_run() {
     let expected: Vec<f64> = found.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect();
     assert!(!expected.is_empty());
     assert_eq!(ruptures, expected);
-    let names: Vec<&str> = unit.variables.iter().map(|variable| variable.name).collect();
-    assert!(names.contains(&"tissue.skin.stiffness_n_per_m") && !names.contains(&"scaling.force"), "{names:?}");
+    let names: Vec<&str> = unit.variables.iter().map(|variable| &*variable.name).collect();
+    assert!(names.contains(&"tissue.layer.skin.stiffness_n_per_m") && !names.contains(&"scaling.force"), "{names:?}");
 }
 
 /// Steps a unit through `ticks` ticks from `first` on, and returns the bits of an output after each.
@@ -376,11 +376,7 @@ fn the_command_says_what_is_missing() {
     let folder = TestFolder::new();
     let outcome = folder.trocar(&["export", "fmu", "paper/augmented", "--library", "none.so"]);
     assert_eq!(outcome.code, 2);
-    assert!(
-        outcome.err.contains("none.so") && outcome.err.contains("cargo build --release"),
-        "{}",
-        outcome.err
-    );
+    assert!(outcome.err.contains("none.so") && outcome.err.contains("cargo build --release"), "{}", outcome.err);
     folder.file("library.so", "not a library, but the command does not run it");
     let arguments =
         ["export", "fmu", "paper/augmented", "--rig", "--fmi", "2", "--library", "library.so", "--out", "rig.fmu"];

@@ -112,29 +112,23 @@ fn impossible_layers_are_rejected_with_a_reason() {
         error.message
     };
     for (settings, parts) in [
-        (&["tissue.skin.relaxation_s=-0.1"][..], ["tissue.skin.relaxation_s is -0.1", "at least 0"]),
-        (&["tissue.skin.relaxation_s=1e-5"], ["tissue.skin.relaxation_s is 0.00001", "from simulation.tick_s"]),
+        (&["tissue.layer.skin.relaxation_s=-0.1"][..], ["tissue.layer.skin.relaxation_s is -0.1", "at least 0"]),
         (
-            &["tissue.capsule.rupture_force_n=0.2"],
-            ["tissue.capsule.rupture_force_n is 0.2", "at least tissue.capsule.cutting_force_n"],
+            &["tissue.layer.skin.relaxation_s=1e-5"],
+            ["tissue.layer.skin.relaxation_s is 0.00001", "from simulation.tick_s"],
         ),
-        (&["tissue.organ.rupture_force_n=-30"], ["tissue.organ.rupture_force_n is -30", "at least 1e-12"]),
         (
-            &["tissue.fat.stiffness_n_per_m=0"],
-            ["tissue.fat.stiffness_n_per_m is 0", "enough to reach tissue.fat.rupture_force_n"],
+            &["tissue.layer.capsule.rupture_force_n=0.2"],
+            ["tissue.layer.capsule.rupture_force_n is 0.2", "at least tissue.layer.capsule.cutting_force_n"],
+        ),
+        (&["tissue.layer.organ.rupture_force_n=-30"], ["tissue.layer.organ.rupture_force_n is -30", "at least 1e-12"]),
+        (
+            &["tissue.layer.fat.stiffness_n_per_m=0"],
+            ["tissue.layer.fat.stiffness_n_per_m is 0", "enough to reach tissue.layer.fat.rupture_force_n"],
         ),
         (&["tissue.static_ratio=0.5"], ["tissue.static_ratio is 0.5", "at least 1"]),
         (&["tissue.contact_m=-0.01"], ["tissue.contact_m is -0.01", "the needle's start"]),
-        (
-            &[
-                "tissue.skin.thickness_m=0",
-                "tissue.fat.thickness_m=0",
-                "tissue.muscle.thickness_m=0",
-                "tissue.capsule.thickness_m=0",
-                "tissue.organ.thickness_m=0",
-            ],
-            ["tissue.organ.thickness_m is 0", "no layer is present"],
-        ),
+        (&["tissue.layer.skin.thickness_m=0"], ["tissue.layer.skin.thickness_m is 0", "at least 1e-12"]),
     ] {
         let message = refused(settings);
         assert!(parts.iter().all(|part| message.contains(part)), "{message}");

@@ -117,7 +117,7 @@ fn draw(random: &mut Random, tables: &Tables) -> RandomLink {
         set("operator.end_m", &0.05);
         set("operator.speed_m_per_s", &random.between(0.02, 0.06));
         set("tissue.kind", &"layers");
-        set("tissue.skin.rupture_force_n", &2.0);
+        set("tissue.layer.skin.rupture_force_n", &2.0);
     }
 
     // On one link in three, the trace shows the return to the hand.

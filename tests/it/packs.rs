@@ -122,9 +122,9 @@ fn layers() {
     let own = [
         ("sensor.force_noise_std_n", 0.005, 0.05),
         ("tissue.contact_m", 0.0, 0.004),
-        ("tissue.skin.rupture_force_n", 2.0, 6.0),
-        ("tissue.muscle.thickness_m", 0.008, 0.02),
-        ("tissue.capsule.rupture_force_n", 0.5, 2.5),
+        ("tissue.layer.skin.rupture_force_n", 2.0, 6.0),
+        ("tissue.layer.muscle.thickness_m", 0.008, 0.02),
+        ("tissue.layer.capsule.rupture_force_n", 0.5, 2.5),
     ];
     let (_, events) = compare("layers/through-the-skin", &["augmentation.enabled=true"], &own, 16, 6);
     assert!(events > 0);

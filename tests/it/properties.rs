@@ -190,7 +190,7 @@ fn the_starter_is_valid_as_it_is_and_with_every_default_uncommented() {
     assert_eq!(load(text.as_bytes()).expect("good").name, "mine");
     // Keys of other kinds than the starter's would be refused: they would have no effect.
     let values = load(text.as_bytes()).expect("good");
-    let acts = |path: String| find_key(&path).is_some_and(|key| values.values().is_acting(key));
+    let acts = |path: String| find_key(&path).is_some_and(|key| values.values().is_acting(&key));
     let mut active = String::new();
     let mut section = String::new();
     for line in text.lines() {

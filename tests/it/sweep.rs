@@ -22,7 +22,7 @@ simulation.duration_s = 3.5
 [axes]
 scaling.force = { from = 0.5, to = 2.0, points = 3 }
 augmentation.reengage = ["ramp", "snap"]
-tissue.skin.rupture_force_n = [4.9, 5.3]
+tissue.layer.skin.rupture_force_n = [4.9, 5.3]
 "#;
 
 /// A sweep of some seconds.
@@ -34,7 +34,7 @@ csv = false
 kind = "latin-hypercube"
 points = 12001
 [axes]
-tissue.capsule.rupture_force_n = { from = 0.6, to = 1.5 }
+tissue.layer.capsule.rupture_force_n = { from = 0.6, to = 1.5 }
 detector.threshold = { from = 1e-3, to = 1e-1, log = true }
 "#;
 
@@ -575,8 +575,8 @@ fn values_that_do_not_go_together_are_refused_before_anything_runs() {
     let folder = TestFolder::new();
     // Each value is allowed, but the cutting force must not exceed the rupture force.
     let sweep = "base = \"builtin:layers/direct-access.toml\"\n\
-                 axes.tissue.capsule.cutting_force_n = { from = 0.1, to = 1.5, points = 3 }\n\
-                 axes.tissue.capsule.rupture_force_n = { from = 0.5, to = 2.0, points = 3 }\n";
+                 axes.tissue.layer.capsule.cutting_force_n = { from = 0.1, to = 1.5, points = 3 }\n\
+                 axes.tissue.layer.capsule.rupture_force_n = { from = 0.5, to = 2.0, points = 3 }\n";
     folder.file("x.toml", sweep).refused(&["sweep", "x.toml"], &["x.toml:", "in the case of"]);
 }
 

@@ -14,7 +14,12 @@ const SPEEDS_M_PER_S: [f64; 8] = [5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1]
 fn settings(layer: TearingLayer) -> TearingSettings {
     let layer = TearingLayer { friction_n_per_m: 0.0, ..layer };
     let shaft = ShaftParameters { damping_n_s_per_m2: 0.0, ..ShaftParameters::DEFAULT };
-    TearingSettings { surface: Surface::DEFAULT, crack: Crack::DEFAULT, shaft, layers: vec![("membrane", layer)] }
+    TearingSettings {
+        surface: Surface::DEFAULT,
+        crack: Crack::DEFAULT,
+        shaft,
+        layers: vec![("membrane".into(), layer)],
+    }
 }
 
 /// A rupture: the deflection in m, the force in N and the work until then in J.
@@ -184,7 +189,7 @@ fn lanes_of_different_motions_are_identical_to_single_runs() {
     let thin = TearingLayer { thickness_m: 2e-3, grip_n: 0.2, ..TearingLayer::DEFAULT };
     let tough = TearingLayer { toughness_j_per_m2: 1000.0, release_length_m: 0.01, ..thin };
     let mut parameters = settings(thin);
-    parameters.layers = vec![("one", thin), ("two", tough), ("three", TearingLayer::DEFAULT)];
+    parameters.layers = vec![("one".into(), thin), ("two".into(), tough), ("three".into(), TearingLayer::DEFAULT)];
     let mut together = Tearing::<Pair>::new(&parameters, TICK_S, -1e-3).expect("valid");
     let mut alone = [(); 2].map(|()| Tearing::<f64>::new(&parameters, TICK_S, -1e-3).expect("valid"));
     let mut ruptures = [0, 0];
@@ -280,7 +285,13 @@ fn wrong_layers_are_refused_with_a_place_and_a_remedy() {
         (NAMED, &["tissue.layer.dura.grip=0.1"], &["did you mean tissue.layer.dura.grip_n?"]),
         (NAMED, &["tissue.layer.dura.grip_n=-1"], &["tissue.layer.dura.grip_n is -1, must be"]),
         (NAMED, &["tissue.layer.dura.relaxation_time_s=1e-5"], &["tissue.layer.dura.relaxation_time_s"]),
-        ("[tissue]\nkind = \"layers\"\n[[tissue.layer]]\nname = \"a\"\n", &[], &["tissue.layer has no effect"]),
+        ("[tissue]\nkind = \"kelvin-voigt\"\n[[tissue.layer]]\nname = \"a\"\n", &[], &["tissue.layer has no effect"]),
+        (NAMED, &["tissue.layer.dura.rupture_force_n=2"], &["tissue.layer.dura.rupture_force_n has no effect"]),
+        (
+            NAMED,
+            &["tissue.layer.dura.stiffness_n_per_m=0"],
+            &["tissue.layer.dura.stiffness_n_per_m is 0, must be above 0"],
+        ),
         ("[tissue]\nkind = \"tearing\"\n[[tissue.layer]]\ngrip_n = 1.0\n", &[], &["has no name"]),
         ("[[tissue.layer]]\nname = \"a b\"\n", &[], &["must be at most 32 letters"]),
         ("[[tissue.layer]]\nname = \"a\"\n[[tissue.layer]]\nname = \"a\"\n", &[], &["are called a"]),

@@ -7,7 +7,7 @@ use crate::support::test_folder::TestFolder;
 /// Maximum width of printed lines, in characters.
 const WIDTH: usize = 80;
 
-const PAIR: [&str; 2] = ["builtin:01_through_the_skin.toml", "builtin:01_augmented.toml"];
+const PAIR: [&str; 2] = ["builtin:layers/through-the-skin.toml", "builtin:layers/skin-augmented.toml"];
 
 fn assert_fits(printed: &str, what: &str) {
     for line in printed.lines() {
@@ -26,7 +26,7 @@ fn every_command_prints_lines_of_at_most_80_characters() {
     folder.file("labels.csv", format!("{labels}two-insertion.csv,5.52,capsule\ntwo-insertion.csv,6.5,membrane\n"));
     folder.file(
         "sweep.toml",
-        "base = \"builtin:augmented.toml\"\nseeds = 2\n[axes]\nscaling.force = [1.0, 1.2]\n\
+        "base = \"builtin:paper/augmented.toml\"\nseeds = 2\n[axes]\nscaling.force = [1.0, 1.2]\n\
          detector.threshold = [0.01, 0.02]\naugmentation.reengage = [\"ramp\", \"snap\"]\n",
     );
     let axes = ["--x", "scaling.force=0.1:10:4", "--y", "tissue.stiffness_n_per_m=10:20000:4"];
@@ -34,12 +34,19 @@ fn every_command_prints_lines_of_at_most_80_characters() {
         &["compare"],
         &["compare", "--all", "--paper"],
         &["compare", "--seeds", "2", PAIR[0], PAIR[1]],
-        &["compare", "--all", PAIR[0], PAIR[1], "builtin:10_reflex_augmented.toml", "builtin:12_sensor_not_ideal.toml"],
+        &[
+            "compare",
+            "--all",
+            PAIR[0],
+            PAIR[1],
+            "builtin:hand/reflex-augmented.toml",
+            "builtin:sensing/sensor-not-ideal.toml",
+        ],
         &["compare", PAIR[1], "--paper"],
         &["compare", "--set", "master.coupling=as-printed"],
-        &["run", PAIR[1], "builtin:17_outage_at_the_rupture.toml"],
+        &["run", PAIR[1], "builtin:link/outage-at-the-rupture.toml"],
         &["detect", "builtin:in_vivo_like.csv"],
-        &["detect", "builtin:real_augmented.toml"],
+        &["detect", "builtin:paper/real-augmented.toml"],
         &["detect", "trials", "--labels", "labels.csv", "--no-figures"],
         &["detect", "trials", "--no-figures", "--contact-m", "1"],
         &["calibrate", "builtin:in_vivo_like.csv"],

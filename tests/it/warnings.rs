@@ -232,7 +232,7 @@ fn every_missed_rupture_has_a_reason_and_its_removal_detects_it() {
             format!("estimator.contact_m={}", [0.0, 0.0, 0.02][draw(5, 3) as usize]),
             format!("sensor.force_noise_std_n={}", [0.0, 0.02, 0.06][draw(6, 3) as usize]),
             format!("augmentation.enabled={}", draw(7, 2) == 0),
-            format!("tissue.skin.rupture_force_n={}", 1.5 + draw(8, 8) as f64 * 0.5),
+            format!("tissue.layer.skin.rupture_force_n={}", 1.5 + draw(8, 8) as f64 * 0.5),
             format!("operator.movement_s={}", [1.0, 3.0, 6.0][draw(9, 3) as usize]),
             format!("simulation.seed={}", k + 1),
         ];
@@ -284,8 +284,9 @@ fn a_key_without_effect_is_an_error_unless_the_kind_was_changed_later() {
     let folder = TestFolder::new();
     folder.file("inert.toml", "base = \"layers/skin-augmented\"\n[tissue]\nstiffness_n_per_m = 900\n");
     folder.refused(&["check", "inert.toml"], &["tissue.stiffness_n_per_m has no effect", "inert.toml:3", "layers"]);
-    let given = ["run", "hand/reflex", "--set", "tissue.kind=kelvin-voigt", "--set", "tissue.skin.rupture_force_n=2"];
-    folder.refused(&given, &["tissue.skin.rupture_force_n has no effect"]);
+    let given =
+        ["run", "hand/reflex", "--set", "tissue.kind=kelvin-voigt", "--set", "tissue.layer.skin.rupture_force_n=2"];
+    folder.refused(&given, &["tissue.layer.skin.rupture_force_n has no effect"]);
     // The base's layers are not this file's fault.
     folder.file("base.toml", "base = \"hand/reflex\"\n[tissue]\nskin.rupture_force_n = 2\n");
     folder.file("good.toml", "base = \"base.toml\"\n[tissue]\nkind = \"kelvin-voigt\"\n");

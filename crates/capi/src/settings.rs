@@ -139,7 +139,7 @@ impl Source for Fields {
     fn visit_items(
         &mut self,
         _list: &str,
-        _visit: impl FnMut(&'static str, &mut Self) -> Result<(), Self::Error>,
+        _visit: impl FnMut(&str, &mut Self) -> Result<(), Self::Error>,
     ) -> Result<(), Self::Error> {
         Ok(())
     }

@@ -1,5 +1,7 @@
 //! Errors that name a value out of range and its requirement.
 
+use core::fmt;
+
 use thiserror::Error;
 
 /// A value outside its allowed range.
@@ -7,7 +9,7 @@ use thiserror::Error;
 /// `name` is the dotted key as a scenario writes it (`slave.velocity_gain`), `requirement` completes the sentence
 /// "… must be".
 #[derive(Debug, Clone, PartialEq, Error)]
-#[error("{name} is {value}, must be {requirement}")]
+#[error("{name}{} is {value}, must be {requirement}", OfItem(*item))]
 pub struct InvalidValue {
     /// The dotted key, as in a scenario file.
     pub name: &'static str,
@@ -15,6 +17,25 @@ pub struct InvalidValue {
     pub value: f64,
     /// What the value must be, as in "positive".
     pub requirement: &'static str,
+    /// The index, from 0, of the item of a list that the value belongs to. The key then has a `*` for the item.
+    pub item: Option<usize>,
+}
+
+impl InvalidValue {
+    /// The same error about the item of a list with this index.
+    #[must_use]
+    pub fn of_item(self, index: usize) -> Self {
+        Self { item: Some(index), ..self }
+    }
+}
+
+/// The number of an item in a message; nothing for a value outside of lists.
+struct OfItem(Option<usize>);
+
+impl fmt::Display for OfItem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.map_or(Ok(()), |index| write!(f, " of item {}", index + 1))
+    }
 }
 
 /// Returns `value` if it is finite and greater than zero.
@@ -46,7 +67,7 @@ pub fn finite(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
 /// # Errors
 /// [`InvalidValue`] with the key and the requirement otherwise.
 pub fn require(name: &'static str, value: f64, holds: bool, requirement: &'static str) -> Result<f64, InvalidValue> {
-    if holds { Ok(value) } else { Err(InvalidValue { name, value, requirement }) }
+    if holds { Ok(value) } else { Err(InvalidValue { name, value, requirement, item: None }) }
 }
 
 #[cfg(test)]
@@ -57,6 +78,12 @@ mod tests {
     fn the_message_names_the_key_the_number_and_the_remedy() {
         let error = non_negative("slave.velocity_gain", -2.0).expect_err("negative");
         assert_eq!(error.to_string(), "slave.velocity_gain is -2, must be a finite number of at least 0");
+    }
+
+    #[test]
+    fn the_message_counts_the_items_of_a_list_from_one() {
+        let error = positive("tissue.layer.*.thickness_m", 0.0).expect_err("not positive").of_item(2);
+        assert_eq!(error.to_string(), "tissue.layer.*.thickness_m of item 3 is 0, must be a positive, finite number");
     }
 
     #[test]

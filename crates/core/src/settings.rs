@@ -310,7 +310,7 @@ pub trait Source {
     fn visit_items(
         &mut self,
         list: &str,
-        visit: impl FnMut(&'static str, &mut Self) -> Result<(), Self::Error>,
+        visit: impl FnMut(&str, &mut Self) -> Result<(), Self::Error>,
     ) -> Result<(), Self::Error>;
 }
 

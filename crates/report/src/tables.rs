@@ -46,7 +46,7 @@ pub fn run_text(run: &Run) -> String {
 
 /// Returns the ruptures of named layers; nothing for other tissues.
 fn ruptures_line(run: &Run) -> String {
-    let of_layer = |rupture: &RuptureMetrics| Some(format!("{:.3} s ({})", rupture.time_s, rupture.layer?));
+    let of_layer = |rupture: &RuptureMetrics| Some(format!("{:.3} s ({})", rupture.time_s, rupture.layer.as_deref()?));
     let ruptures: Vec<String> = run.metrics.ruptures.iter().filter_map(of_layer).collect();
     if ruptures.is_empty() { String::new() } else { format!("ruptures: {}\n", ruptures.join(", ")) }
 }

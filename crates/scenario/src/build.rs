@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
-use super::resolve::{DelayTicks, Scenario};
+use super::resolve::DelayTicks;
+use super::scenario::Scenario;
 use super::specs::{OperatorSpec, TissueSpec};
 use super::steps::Steps;
+use trocar_core::error::positive;
 use trocar_core::lane::Lane;
 use trocar_engine::channel::{Irregularity, MAX_DELAY_TICKS, Schedule};
 use trocar_engine::engine::{
@@ -16,6 +18,7 @@ use trocar_engine::engine::{
 };
 use trocar_engine::operator::{Hand, Perception, Reflex, StiffeningSettings, StretchSettings};
 use trocar_engine::plant::{MasterStep, PlantError, SlaveStep};
+use trocar_engine::sensor::AnySensor;
 use trocar_engine::teleoperation::LinkReport;
 use trocar_engine::tissue::{AnyTissue, UnitTissue};
 
@@ -83,6 +86,28 @@ impl Scenario {
             EngineKind::Exact => ScenarioEngine::Limited(Box::new(self.limited_engine(0)?)),
             EngineKind::Dop853 => ScenarioEngine::Integrated(Box::new(self.general(self.integrated_plants(), 0)?)),
         })
+    }
+
+    /// Checks what the construction of the parts would refuse, without an engine.
+    pub(super) fn check_parts(&self) -> Result<(), ScenarioError> {
+        let (tick_s, start_m) = (self.grid.tick_s(), self.start_m());
+        let reference_m = self.position_scale() * start_m;
+        let invalid = |error| self.values().out_of_range(&error);
+        self.whole_steps().map_err(|error| self.unbuildable(&error))?;
+        if self.is_split() {
+            self.split_plants::<f64>()?;
+        } else if !self.actuators.are_none() {
+            self.limited_plants::<f64>()?;
+        }
+        self.link.check(tick_s).map_err(invalid)?;
+        match &self.tissue {
+            TissueSpec::Model(settings) => settings.check(tick_s, reference_m).map_err(invalid)?,
+            TissueSpec::Depth { presliding_m, .. } => {
+                positive("tissue.presliding_m", *presliding_m).map(drop).map_err(invalid)?
+            }
+            TissueSpec::Recording { .. } | TissueSpec::Unit(_) => {}
+        }
+        AnySensor::<f64>::new(&self.sensor, tick_s, (self.seed, 0)).map(drop).map_err(invalid)
     }
 
     /// The scenario's engine, with some of the user's own parts.

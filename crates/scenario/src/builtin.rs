@@ -36,45 +36,6 @@ const FILES: &[(&str, &[u8])] = embedded! {
     recordings: "in_vivo_like.csv" "own_ctrl_pop.csv"
 };
 
-/// Former names of scenarios and their present ones, without endings. `classical` and `augmented` are still their last parts.
-const FORMER_NAMES: &[(&str, &str)] = &[
-    ("depth_classical", "paper/depth-classical"),
-    ("depth_augmented", "paper/depth-augmented"),
-    ("real_classical", "paper/real-classical"),
-    ("real_augmented", "paper/real-augmented"),
-    ("01_through_the_skin", "layers/through-the-skin"),
-    ("01_augmented", "layers/skin-augmented"),
-    ("02_direct_access", "layers/direct-access"),
-    ("03_epidural", "layers/epidural"),
-    ("04_fast_stab", "hand/fast-stab"),
-    ("05_trembling_hand", "hand/trembling-hand"),
-    ("06_firm_grip", "hand/firm-grip"),
-    ("07_relaxed_grip", "hand/relaxed-grip"),
-    ("08_wrong_detector_settings", "sensing/wrong-detector-settings"),
-    ("09_clutch", "strategies/clutch"),
-    ("09_ramp", "layers/skin-augmented"),
-    ("09_snap", "strategies/snap"),
-    ("10_reflex", "hand/reflex"),
-    ("10_reflex_augmented", "hand/reflex-augmented"),
-    ("12_sensor_not_ideal", "sensing/sensor-not-ideal"),
-    ("13_replay_by_depth", "paper/depth-augmented"),
-    ("13_replay_by_time", "paper/augmented"),
-    ("14_lossy_link", "link/lossy-link"),
-    ("15_saturating_master", "link/saturating-master"),
-    ("16_long_delay", "link/long-delay"),
-    ("16_long_delay_tank", "passivity/long-delay-tank"),
-    ("16_long_delay_time_domain", "passivity/long-delay-time-domain"),
-    ("16_long_delay_waves", "passivity/long-delay-waves"),
-    ("17_outage_at_the_rupture", "link/outage-at-the-rupture"),
-    ("18_local_force", "link/local-force"),
-    ("19_position_position", "link/position-position"),
-    ("20_four_channel", "link/four-channel"),
-    ("21_late_wall", "passivity/late-wall"),
-    ("22_late_wall_time_domain", "passivity/late-wall-time-domain"),
-    ("23_late_wall_waves", "passivity/late-wall-waves"),
-    ("24_late_wall_tank", "passivity/late-wall-tank"),
-];
-
 /// The shipped scenarios by their full names, folder by folder, each with the question in its first line.
 pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
     let scenarios = FILES.iter().filter(|(file, _)| file.ends_with(ENDING));
@@ -96,21 +57,14 @@ pub fn content(name: &str) -> Option<&'static [u8]> {
     FILES.iter().find(|(known, _)| *known == file).map(|(_, content)| *content)
 }
 
-/// The full name of an embedded file: from that name, for a scenario without its ending or its folder, or from a former name.
+/// The full name of an embedded file: from that name, or for a scenario from its name without ending or folder.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static str> {
-    let bare = without_ending(name);
-    let wanted = former(name).map_or(bare, |(_, present)| present);
+    let wanted = without_ending(name);
     let is_wanted = |file: &str| {
         file == name || file.strip_suffix(ENDING).is_some_and(|full| full == wanted || last_part(full) == wanted)
     };
     FILES.iter().map(|(file, _)| *file).find(|file| is_wanted(file))
-}
-
-/// A former name of a scenario and its present one, without endings.
-#[must_use]
-pub fn former(name: &str) -> Option<(&'static str, &'static str)> {
-    FORMER_NAMES.iter().find(|(former, _)| *former == without_ending(name)).copied()
 }
 
 /// The shipped scenario with the most similar name, if any is similar enough, without its ending.
@@ -175,24 +129,10 @@ mod tests {
     }
 
     #[test]
-    fn a_former_name_resolves_to_the_present_scenario() {
-        let echo = |name: &str| Scenario::load(&Source::parse(name), &[]).expect("good").echo();
-        let unchanged = [("classical", "paper/classical"), ("augmented", "paper/augmented")];
-        for (old, present) in FORMER_NAMES.iter().copied().chain(unchanged) {
-            for form in [format!("builtin:{old}.toml"), format!("builtin:{old}"), old.to_owned()] {
-                assert_eq!(echo(&form), echo(present), "{form}");
-                assert_eq!(Source::parse(&form).display(), format!("builtin:{present}.toml"));
-            }
-        }
-        assert_eq!(Source::former("builtin:01_augmented.toml"), Some(("01_augmented", "layers/skin-augmented")));
-        assert_eq!(Source::former("classical"), None);
-    }
-
-    #[test]
     fn a_misspelt_name_finds_its_neighbour() {
         assert_eq!(nearest("layers/skin-augmentd.toml"), Some("layers/skin-augmented"));
         assert_eq!(nearest("/somewhere/epidurals"), Some("layers/epidural"));
-        assert_eq!(nearest("01_augmented.toml"), Some("layers/skin-augmented"));
+        assert_eq!(nearest("skin_augmented"), Some("layers/skin-augmented"));
         assert_eq!(nearest("mine.toml"), None);
     }
 }

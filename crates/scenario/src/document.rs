@@ -14,7 +14,8 @@ use super::builtin;
 use super::error::{Place, ScenarioError};
 use super::kept_files::{KeptFiles, canonical_path};
 use super::keys::{find, is_section};
-use trocar_engine::tissue::{LAYER_LIST, NAME_RULE, keys_of_layer};
+use super::layers::{NAME_RULE, is_name, is_of_layer};
+use trocar_engine::tissue::LAYER_LIST;
 use trocar_recording::MEMORY;
 
 /// Largest scenario file in bytes; a real one has a few thousand.
@@ -106,15 +107,6 @@ impl Source {
         match builtin::find(text).filter(|_| is_name) {
             Some(name) => Self::Builtin(name.to_owned()),
             None => Self::Disk(path),
-        }
-    }
-
-    /// The former and the present name of a shipped scenario, if a command-line argument has the former one.
-    #[must_use]
-    pub fn former(text: &str) -> Option<(&'static str, &'static str)> {
-        match Self::parse(text) {
-            Self::Builtin(_) => builtin::former(text.strip_prefix(builtin::PREFIX).unwrap_or(text)),
-            Self::Disk(_) | Self::Text { .. } | Self::Memory(_) | Self::Kept(..) => None,
         }
     }
 
@@ -317,11 +309,6 @@ pub(super) fn drop_replaced_layers(entries: &mut Vec<Entry>) {
     }
 }
 
-/// Whether a path is that of a named layer's key.
-pub(super) fn is_of_layer(path: &str) -> bool {
-    path.strip_prefix(LAYER_LIST).is_some_and(|rest| rest.starts_with('.'))
-}
-
 /// Whether an entry is in the section of a sweep's axes.
 #[must_use]
 pub fn is_axis(entry: &Entry) -> bool {
@@ -419,20 +406,20 @@ fn name_of<'a>(item: &'a Spanned<DeValue<'_>>) -> Option<&'a str> {
 fn names_of_layers(
     items: &[Spanned<DeValue<'_>>],
     place: &impl Fn(Range<usize>) -> Place,
-) -> Result<Vec<&'static str>, ScenarioError> {
-    let mut names = vec![];
+) -> Result<Vec<String>, ScenarioError> {
+    let mut names: Vec<String> = vec![];
     for item in items {
         let refuse = |message: String| Err(ScenarioError::new(message).at(Some(place(item.span()))));
         let Some(written) = name_of(item) else {
             return refuse(format!("a layer of [[{LAYER_LIST}]] has no name, as in name = \"dura\""));
         };
-        let Some((name, _)) = keys_of_layer(written) else {
+        if !is_name(written) {
             return refuse(format!("the name of a layer is {written:?}, must be {NAME_RULE}"));
-        };
-        if names.contains(&name) {
-            return refuse(format!("two layers of [[{LAYER_LIST}]] are called {name}"));
         }
-        names.push(name);
+        if names.iter().any(|name| name == written) {
+            return refuse(format!("two layers of [[{LAYER_LIST}]] are called {written}"));
+        }
+        names.push(written.to_owned());
     }
     Ok(names)
 }
@@ -441,8 +428,7 @@ fn names_of_layers(
 fn list_of_tables(path: &str) -> ScenarioError {
     let error = ScenarioError::new(format!("{path} is a list of tables, [[{path}]]"));
     if path.starts_with("tissue.") {
-        return error
-            .remedy(format!("the list of layers is [[{LAYER_LIST}]]; a layer of kind layers is [tissue.skin]"));
+        return error.remedy(format!("the list of layers is [[{LAYER_LIST}]]"));
     }
     error.remedy(format!("write a section once, as [{path}]"))
 }

@@ -1,99 +1,48 @@
-//! Every key of a scenario: its section, type, default and meaning.
+//! Every key of a scenario and every section, from the [table of groups](super::scenario::GROUPS).
 //!
-//! Validation, the resolved echo, the JSON Schema and the starter file are generated from this table. A key is declared
-//! beside the part that it sets; this file holds the sections and the order of the groups.
+//! Validation, the resolved echo, the JSON Schema and the starter file are generated from them. A key is declared beside the part
+//! that it sets.
 
 use trocar_core::settings::{Key, count, joined};
 
-use super::run_settings::RunSettings;
-use super::schedule_settings::{EventSettings, ScheduleSettings};
-use crate::population::PopulationSettings;
-use trocar_core::augmentation::AugmentationSettings;
-use trocar_core::detection::DetectorSettings;
-use trocar_core::estimation::{ContactSettings, RlsSettings};
-use trocar_engine::channel::{DelaySettings, Irregularity};
-use trocar_engine::operator::{
-    MotionSettings, Perception, ReflexSettings, StiffeningSettings, StretchSettings, TremorSettings,
-};
-use trocar_engine::plant::{ActuatorLimits, ArmParameters, ArmRoles, Grip, MasterParameters, SlaveParameters};
-use trocar_engine::sensor::SensorSettings;
-use trocar_engine::teleoperation::{
-    ComplianceSettings, ControllerSettings, PassivitySettings, RecoverySettings, Scales,
-};
-use trocar_engine::tissue::{OrganMotion, TissueSettings};
-use trocar_recording::{ColumnSettings, FileSettings, Limits, ScaleSettings, SignSettings};
+use super::scenario::GROUPS;
 
 /// The sections in the order in which they are written, each with its subject.
-pub const SECTIONS: [(&str, &str); 26] = [
-    ("simulation", "Duration, tick and engine."),
-    ("master", "The master (eq. 28) and its force controller (eq. 29)."),
-    ("arm", "The operator's arm (eq. 32-35), in the paper's symbols."),
-    ("slave", "The slave (eq. 30) and its position controller (eq. 31)."),
-    ("actuator", "Limits of both motors; they need simulation.control = \"sampled\"."),
-    ("scaling", "Scale factors between the two sides."),
-    ("controller", "The teleoperation architecture: which signals each side receives."),
-    ("channel", "The link between master and slave."),
-    ("passivity", "The passivity scheme, which keeps the link from generating energy under delay."),
-    ("operator", "The operator's motion."),
-    ("perception", "What the operator notices of the felt force."),
-    ("tissue", "The tissue that the needle enters."),
-    ("tissue.fmu", "A tissue in a functional mock-up unit of others, whose code is executed: run trusted units only."),
-    ("tissue.skin", "The first layer, for kind = \"layers\"."),
-    ("tissue.fat", "The second layer."),
-    ("tissue.muscle", "The third layer."),
-    ("tissue.capsule", "The fourth layer: the organ's membrane."),
-    ("tissue.organ", "The last layer."),
-    ("recording", "The recording that the operator or the tissue replays, and that detect reads."),
-    ("recording.columns", "The columns of the recording, by their names in the header of the file."),
-    ("recording.scale", "The factor that converts each column to SI units."),
-    ("sensor", "How force and position are measured."),
-    ("estimator", "The online estimation of the tissue (eq. 12-18)."),
-    ("detector", "The detection of ruptures (eq. 19-27)."),
-    ("augmentation", "The response to an alarm (section 5.1)."),
-    ("population", "The people, tissues and links over which trocar stability computes limits."),
-];
+pub const SECTIONS: [(&str, &str); count_sections()] = {
+    let mut all = [("", ""); count_sections()];
+    let (mut filled, mut group) = (0, 0);
+    while group < GROUPS.len() {
+        let mut index = 0;
+        while index < GROUPS[group].sections.len() {
+            all[filled] = GROUPS[group].sections[index];
+            (filled, index) = (filled + 1, index + 1);
+        }
+        group += 1;
+    }
+    all
+};
 
-/// Every key, in the order in which they are written; the layers' keys are last.
-pub const KEYS: &[Key] = &joined::<{ count(&GROUPS) }>(&GROUPS);
+/// Every key, in the order in which they are written, except those of the layers ([`LAYER_KEYS`](trocar_engine::tissue::LAYER_KEYS)).
+pub const KEYS: &[Key] = &joined::<{ count(&KEYS_OF_GROUPS) }>(&KEYS_OF_GROUPS);
 
-const GROUPS: [&[Key]; 36] = [
-    RunSettings::KEYS,
-    MasterParameters::KEYS,
-    Grip::KEYS,
-    ArmRoles::KEYS,
-    ArmParameters::KEYS,
-    SlaveParameters::KEYS,
-    ComplianceSettings::KEYS,
-    ActuatorLimits::KEYS,
-    Scales::KEYS,
-    ControllerSettings::KEYS,
-    DelaySettings::KEYS,
-    Irregularity::KEYS,
-    ScheduleSettings::KEYS,
-    RecoverySettings::KEYS,
-    PassivitySettings::KEYS,
-    MotionSettings::KEYS,
-    TremorSettings::KEYS,
-    StretchSettings::KEYS,
-    StiffeningSettings::KEYS,
-    ReflexSettings::KEYS,
-    Perception::KEYS,
-    TissueSettings::KEYS,
-    OrganMotion::KEYS,
-    FileSettings::KEYS,
-    SignSettings::KEYS,
-    Limits::KEYS,
-    ColumnSettings::KEYS,
-    ScaleSettings::KEYS,
-    SensorSettings::KEYS,
-    RlsSettings::KEYS,
-    ContactSettings::KEYS,
-    DetectorSettings::KEYS,
-    AugmentationSettings::KEYS,
-    EventSettings::KEYS,
-    PopulationSettings::KEYS,
-    TissueSettings::LAST_KEYS,
-];
+const KEYS_OF_GROUPS: [&[Key]; GROUPS.len()] = {
+    let mut all: [&[Key]; GROUPS.len()] = [&[]; GROUPS.len()];
+    let mut group = 0;
+    while group < GROUPS.len() {
+        all[group] = GROUPS[group].keys;
+        group += 1;
+    }
+    all
+};
+
+const fn count_sections() -> usize {
+    let (mut count, mut group) = (0, 0);
+    while group < GROUPS.len() {
+        count += GROUPS[group].sections.len();
+        group += 1;
+    }
+    count
+}
 
 #[cfg(test)]
 mod tests {
@@ -103,6 +52,7 @@ mod tests {
 
     use super::super::Value;
     use super::*;
+    use trocar_engine::tissue::LAYER_KEYS;
 
     /// Compares with a file beside this one; `BLESS=1` writes it.
     fn assert_snapshot(name: &str, text: &str) {
@@ -118,7 +68,7 @@ mod tests {
     #[test]
     fn regress_every_key_matches_the_snapshot() {
         let mut text = String::new();
-        for key in KEYS {
+        for key in KEYS.iter().chain(LAYER_KEYS) {
             let range = if let Kind::Number(range) = key.kind {
                 format!(" [{:e} {} {:e}]", range.low().0, range.low().1, range.high())
             } else {

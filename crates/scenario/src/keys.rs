@@ -1,20 +1,58 @@
 //! Finding a key.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
+use std::ops::Deref;
 use std::sync::LazyLock;
 
 use trocar_core::settings::Key;
 
 use super::key_table::{KEYS, SECTIONS};
-use trocar_engine::tissue::layer_key;
+use super::layers::{ANY, is_name, key_of, split};
 
 /// The keys by their paths.
-static BY_PATH: LazyLock<HashMap<&str, &Key>> = LazyLock::new(|| KEYS.iter().map(|key| (key.path, key)).collect());
+static BY_PATH: LazyLock<HashMap<&str, &'static Key>> =
+    LazyLock::new(|| KEYS.iter().map(|key| (key.path, key)).collect());
 
-/// The key at a path, those of named layers included.
+/// A key at its path. The keys of all layers are declared once, with a `*` for the layer; the path has the name of the layer.
+#[derive(Debug, Clone)]
+pub struct KeyAt {
+    /// The path of the value: `tissue.layer.dura.thickness_m`.
+    pub path: Cow<'static, str>,
+    /// The declaration.
+    pub key: &'static Key,
+}
+
+impl KeyAt {
+    /// The key of a layer.
+    pub(super) fn of_layer(name: &str, key: &'static Key) -> Self {
+        Self { path: Cow::Owned(key.path.replacen(ANY, name, 1)), key }
+    }
+}
+
+impl From<&'static Key> for KeyAt {
+    fn from(key: &'static Key) -> Self {
+        Self { path: Cow::Borrowed(key.path), key }
+    }
+}
+
+impl Deref for KeyAt {
+    type Target = Key;
+
+    fn deref(&self) -> &Key {
+        self.key
+    }
+}
+
+/// The key at a path, those of layers included, whatever the name of the layer.
 #[must_use]
-pub fn find(path: &str) -> Option<&'static Key> {
-    BY_PATH.get(path).copied().or_else(|| layer_key(path))
+pub fn find(path: &str) -> Option<KeyAt> {
+    if let Some(key) = BY_PATH.get(path) {
+        return Some(KeyAt::from(*key));
+    }
+    let (name, field) = split(path)?;
+    let key = key_of(field).filter(|_| name == ANY || is_name(name))?;
+    Some(KeyAt::of_layer(name, key))
 }
 
 /// Whether a path names a section.
@@ -61,10 +99,27 @@ mod tests {
 
     use super::super::Value;
     use super::*;
+    use trocar_engine::tissue::LAYER_KEYS;
+
+    #[test]
+    fn the_key_of_a_layer_is_found_by_any_name_at_its_own_path() {
+        let found = find("tissue.layer.dura.thickness_m").expect("a key");
+        assert_eq!((&*found.path, found.key.path), ("tissue.layer.dura.thickness_m", "tissue.layer.*.thickness_m"));
+        assert_eq!(find("tissue.layer.*.thickness_m").expect("any").path, "tissue.layer.*.thickness_m");
+        for path in ["tissue.layer.dura.x", "tissue.layer..thickness_m", "tissue.layer.a b.thickness_m", "tissue.layer"]
+        {
+            assert!(find(path).is_none(), "{path}");
+        }
+    }
+
+    #[test]
+    fn any_number_of_names_has_keys() {
+        assert!((0..10_000).all(|k| find(&format!("tissue.layer.n{k}.grip_n")).is_some()));
+    }
 
     #[test]
     fn every_default_is_a_value_of_its_kind() {
-        for key in KEYS {
+        for key in KEYS.iter().chain(LAYER_KEYS) {
             if let Fallback::Value(value) = key.fallback {
                 let value = Value::from(value);
                 assert_eq!(Value::accept(&key.kind, &value.to_toml()), Some(value), "{}", key.path);
@@ -83,7 +138,7 @@ mod tests {
 
     #[test]
     fn a_key_acts_for_words_of_a_choice_or_a_position_of_a_switch() {
-        for acts in KEYS.iter().filter_map(|key| key.acts_for).flat_map(|acts| acts.conditions()) {
+        for acts in KEYS.iter().chain(LAYER_KEYS).filter_map(|key| key.acts_for).flat_map(|acts| acts.conditions()) {
             let words: &[&str] = match find(acts.key).map(|choice| choice.kind) {
                 Some(Kind::Choice(words)) => words,
                 Some(Kind::Flag) => &["true", "false"],

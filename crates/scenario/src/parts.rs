@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::error::ScenarioError;
-use super::resolve::{DelayTicks, Scenario};
+use super::resolve::DelayTicks;
+use super::scenario::Scenario;
 use super::specs::{OperatorSpec, TissueSpec};
 use trocar_core::augmentation::{AnyForceLaw, HeldReference, Supervisor};
 use trocar_core::chain::Chain;

@@ -239,7 +239,7 @@ mod tests {
             ("channel.forward_delay_s", Some("s")),
             ("arm.b_a_n_s_per_m", Some("N·s/m")),
             ("arm.m_h_kg", Some("kg")),
-            ("tissue.skin.stiffening_n_per_m2", Some("N/m²")),
+            ("tissue.layer.skin.stiffening_n_per_m2", Some("N/m²")),
             ("actuator.slave_command_rate_limit_per_s", Some("1/s")),
             ("tissue.damping_s_per_m", Some("s/m")),
             ("scaling.force", None),

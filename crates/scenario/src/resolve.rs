@@ -1,36 +1,25 @@
 //! From values to what the engine needs: a resolved scenario leaves nothing undetermined.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use trocar_core::settings::{Key, Source as _};
 
 use super::document::Source;
-use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
 use super::keys::find;
-use super::link::link_settings;
 use super::replay::{RecordingSpec, load_recording};
 use super::run_settings::RunSettings;
-use super::schedule::{events, schedules};
-use super::settings::{actuators, arm, master};
-use super::specs::{OperatorSpec, TissueSpec, operator, stated_tissue, tissue};
-use super::steps::Steps;
+use super::scenario::{GROUPS, Reading, Scenario};
+use super::specs::{OperatorSpec, TissueSpec};
 use super::value::Value;
 use super::values::{Values, harmless_name, replays_force, replays_position};
-use crate::population::PopulationSettings;
-use trocar_core::augmentation::AugmentationSettings;
-use trocar_core::detection::DetectorSettings;
-use trocar_core::estimation::{ContactSettings, RlsSettings};
 use trocar_core::time::{TickGrid, whole_ticks};
-use trocar_engine::channel::{DelaySettings, Irregularity, MAX_DELAY_TICKS, Schedule};
+use trocar_engine::channel::{DelaySettings, MAX_DELAY_TICKS};
 use trocar_engine::metrics::OperatorTraits;
-use trocar_engine::operator::{
-    MAX_POSITION_M, MotionSettings, Perception, ReflexSettings, StiffeningSettings, StretchSettings, TremorSettings,
-};
-use trocar_engine::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
-use trocar_engine::sensor::SensorSettings;
+use trocar_engine::operator::{MAX_POSITION_M, MotionSettings};
+use trocar_engine::plant::ControlTiming;
 use trocar_engine::teleoperation::LinkSettings;
-use trocar_engine::tissue::{OrganMotion, TissueSettings};
+use trocar_engine::tissue::TissueSettings;
 
 /// Length of a run without a recording, in s.
 const DEFAULT_DURATION_S: f64 = 7.0;
@@ -39,7 +28,7 @@ const DEFAULT_DURATION_S: f64 = 7.0;
 const MAX_TICKS: f64 = 2e6;
 
 /// A delay in ticks.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DelayTicks {
     /// Whole ticks.
     pub whole: u64,
@@ -66,80 +55,6 @@ impl DelayTicks {
 #[must_use]
 pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings) -> bool {
     timing == ControlTiming::Sampled || !link.is_baseline()
-}
-
-/// A scenario that can be run.
-#[derive(Debug, Clone)]
-pub struct Scenario {
-    /// Name of the output folder and of its lines in figures.
-    pub name: String,
-    /// Its ticks.
-    pub grid: TickGrid,
-    /// How the plants are stepped.
-    pub engine: EngineKind,
-    /// In continuous time or on the tick.
-    pub timing: ControlTiming,
-    /// The seed of its random numbers.
-    pub seed: u64,
-    /// The master.
-    pub master: MasterParameters,
-    /// The arm.
-    pub arm: ArmParameters,
-    /// The slave.
-    pub slave: SlaveParameters,
-    /// The motors' limits.
-    pub actuators: ActuatorLimits,
-    /// Controller, recovery and passivity of the link.
-    pub link: LinkSettings,
-    /// Delay from master to slave.
-    pub forward: DelayTicks,
-    /// Delay from slave to master.
-    pub backward: DelayTicks,
-    /// Both delays in s.
-    pub delays: DelaySettings,
-    /// Jitter and loss of the link.
-    pub irregularity: Irregularity,
-    /// Scheduled outages and delays from master to slave.
-    pub forward_schedule: Schedule,
-    /// Scheduled outages and delays from slave to master.
-    pub backward_schedule: Schedule,
-    /// The operator's motion.
-    pub operator: OperatorSpec,
-    /// The operator's tremor.
-    pub tremor: TremorSettings,
-    /// The stretch reflexes of the operator's arm.
-    pub stretch: StretchSettings,
-    /// How the operator's arm stiffens under load.
-    pub stiffening: StiffeningSettings,
-    /// The operator's reaction to a drop of the felt force.
-    pub reflex: ReflexSettings,
-    /// How the operator notices a drop of the felt force.
-    pub perception: Perception,
-    /// The tissue.
-    pub tissue: TissueSpec,
-    /// The spring (N/m) and the damper (N·s/m) that the analysis of stability takes for a force recorded over time, if the
-    /// scenario states them; a run does not depend on them.
-    pub stated_tissue: Option<(f64, f64)>,
-    /// Its motion with breathing and heartbeat.
-    pub organ_motion: OrganMotion,
-    /// The sensors.
-    pub sensor: SensorSettings,
-    /// The estimator.
-    pub estimator: RlsSettings,
-    /// The estimator's contact position, in m.
-    pub contact_m: f64,
-    /// The detector.
-    pub detector: DetectorSettings,
-    /// The supervisor.
-    pub augmentation: AugmentationSettings,
-    /// The ticks of scheduled alarms, increasing.
-    pub events: Arc<[u64]>,
-    /// The population over which `trocar stability` computes limits; a run does not depend on it.
-    pub population: PopulationSettings,
-    /// Shared by the scenarios of a [`Template`](super::Template).
-    pub(super) values: Arc<Values>,
-    /// Both plants' steps, once computed.
-    pub(super) steps: Arc<OnceLock<Steps>>,
 }
 
 impl Scenario {
@@ -187,62 +102,24 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn resolve(mut values: Values) -> Result<Self, ScenarioError> {
+        values.fill_layers();
         values.check_layers()?;
         let replays = replays_position(&values) || replays_force(&values);
         let recording = if replays { Some(load_recording(&mut values)?) } else { None };
         let run = RunSettings::read(&mut values)?;
         let grid = grid(&mut values, &run, recording.as_ref())?;
-        let resampled = recording
-            .as_ref()
-            .map(|spec| spec.recording.resample(grid.tick_s(), grid.ticks() as usize + 1))
-            .transpose()
-            .map_err(|error| values.error("recording.file", error.to_string()))?;
-        let replay = recording.as_ref().zip(resampled.as_ref());
-        let operator = operator(&mut values, &grid, replay)?;
-        let tissue = tissue(&mut values, &grid, replay)?;
-        let timing = run.timing;
-        let master = master(&mut values)?;
-        let slave = SlaveParameters::read(&mut values)?;
-        let link = link_settings(&mut values, &master, &slave, grid.tick_s())?;
-        let (forward_schedule, backward_schedule) = schedules(&mut values, &grid)?;
-        let (delays, forward, backward) = delays(&mut values, &grid, waits_for_tick(timing, &link))?;
-        let scenario = Self {
-            name: checked_name(&values, run.name)?,
-            grid,
-            engine: run.engine,
-            timing,
-            seed: run.seed,
-            master,
-            arm: arm(&mut values)?,
-            slave,
-            actuators: actuators(&mut values, timing)?,
-            link,
-            forward,
-            backward,
-            delays,
-            irregularity: Irregularity::read(&mut values)?,
-            forward_schedule,
-            backward_schedule,
-            operator,
-            tremor: TremorSettings::read(&mut values)?,
-            stretch: StretchSettings::read(&mut values)?,
-            stiffening: StiffeningSettings::read(&mut values)?,
-            reflex: ReflexSettings::read(&mut values)?,
-            perception: Perception::read(&mut values)?,
-            stated_tissue: stated_tissue(&mut values)?,
-            tissue,
-            organ_motion: OrganMotion::read(&mut values)?,
-            sensor: SensorSettings::read(&mut values)?,
-            estimator: RlsSettings::read(&mut values)?,
-            contact_m: ContactSettings::read(&mut values)?.contact_m,
-            detector: DetectorSettings::read(&mut values)?,
-            augmentation: AugmentationSettings::read(&mut values)?,
-            events: events(&mut values, &grid)?,
-            population: PopulationSettings::read(&mut values)?,
-            values: Arc::new(values),
-            steps: Arc::default(),
-        };
-        scenario.check()?;
+        let replay = recording
+            .map(|spec| {
+                let resampled = spec.recording.resample(grid.tick_s(), grid.ticks() as usize + 1);
+                let resampled = resampled.map_err(|error| values.error("recording.file", error.to_string()))?;
+                Ok((spec, resampled))
+            })
+            .transpose()?;
+        let mut scenario = Self::unread(checked_name(&values, run.name)?, grid, (run.engine, run.timing), run.seed);
+        let mut reading = Reading { scenario: &mut scenario, values: &mut values, replay: replay.as_ref() };
+        GROUPS.iter().try_for_each(|group| (group.read)(&mut reading))?;
+        scenario.values = Arc::new(values);
+        scenario.check_parts()?;
         Ok(scenario)
     }
 
@@ -289,7 +166,7 @@ impl Scenario {
     /// The names of the layers that rupture, from the surface down: the k-th rupture of a run is that of the k-th. None
     /// for a tissue without layers.
     #[must_use]
-    pub fn rupturing_layers(&self) -> Vec<&'static str> {
+    pub fn rupturing_layers(&self) -> Vec<&str> {
         self.tissue.settings().map_or(vec![], TissueSettings::rupturing_layers)
     }
 
@@ -309,59 +186,32 @@ impl Scenario {
         self.link.machines.position_scale
     }
 
-    /// Checks relations between keys, and that the plants can be built.
-    fn check(&self) -> Result<(), ScenarioError> {
-        let out_of_range = |error| self.values.out_of_range(&error);
-        self.tremor.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
-        self.stretch.validate().map_err(out_of_range)?;
-        self.stiffening.validate().map_err(out_of_range)?;
-        self.reflex.validate_where_reacting().map_err(out_of_range)?;
-        self.perception.validate().map_err(out_of_range)?;
-        self.irregularity.validate_on_ticks(self.grid.tick_s()).map_err(out_of_range)?;
-        self.sensor.validate().map_err(out_of_range)?;
-        self.estimator.validate().map_err(out_of_range)?;
-        self.detector.validate().map_err(out_of_range)?;
-        self.augmentation.validate().map_err(out_of_range)?;
-        self.population.validate().map_err(out_of_range)?;
-        self.check_reach()?;
-        if self.is_split() {
-            self.split_engine::<f64>(0).map(drop)
-        } else if self.actuators.are_none() {
-            self.exact_engine::<f64>(0).map(drop)
-        } else {
-            self.limited_engine::<f64>(0).map(drop)
-        }
-    }
-
     /// The start and the end of the operator's movement in m, those that its kind has.
-    fn operator_ends(&self) -> impl Iterator<Item = (&'static str, f64)> {
-        let of = |path| Some((path, self.values.optional_number(path)?));
-        let acts = |path: &&str| find(path).is_some_and(|key| self.values.is_acting(key));
+    fn operator_ends(values: &Values) -> impl Iterator<Item = (&'static str, f64)> {
+        let of = |path| Some((path, values.optional_number(path)?));
+        let acts = |path: &&str| find(path).is_some_and(|key| values.is_acting(&key));
         ["operator.start_m", "operator.end_m"].into_iter().filter(acts).filter_map(of)
     }
 
     /// Checks the range of the operator's positions; beyond it every run would count as diverged.
-    pub(super) fn check_reach(&self) -> Result<(), ScenarioError> {
+    pub(super) fn check_reach(&self, values: &Values) -> Result<(), ScenarioError> {
         let max_m = MAX_POSITION_M / self.position_scale().max(1.0);
         let beyond = |position: &f64| position.abs() >= max_m;
-        if !replays_position(&self.values) {
+        if !replays_position(values) {
             // A movement is checked by its ends as they are written, not by its first sample out of reach.
-            for (key, end_m) in self.operator_ends() {
+            for (key, end_m) in Self::operator_ends(values) {
                 if beyond(&end_m) {
-                    let place = self.values.place(key);
+                    let place = values.place(key);
                     let written = place.as_ref().and_then(|place| place.text.get(place.span.clone()));
                     let written = written.map_or_else(|| end_m.to_string(), str::to_owned);
                     let message = format!("{key} is {written}, must stay within {max_m} m of 0, on either side");
-                    return Err(self
-                        .values
-                        .error(key, message)
-                        .remedy("write millimetres with their unit, as in \"60mm\""));
+                    return Err(values.error(key, message).remedy("write millimetres with their unit, as in \"60mm\""));
                 }
             }
         }
         let (key, position) = match &self.operator {
             OperatorSpec::Recording(positions) => {
-                let key = if replays_position(&self.values) { "recording.file" } else { MotionSettings::KEY.path };
+                let key = if replays_position(values) { "recording.file" } else { MotionSettings::KEY.path };
                 (key, positions.iter().copied().find(beyond))
             }
             OperatorSpec::Ramp { start_m, .. } if beyond(start_m) => ("operator.start_m", Some(*start_m)),
@@ -370,7 +220,7 @@ impl Scenario {
         };
         let Some(position) = position else { return Ok(()) };
         let message = format!("the operator moves to {position} m, must stay within {max_m} m of 0, on either side");
-        Err(self.values.error(key, message).remedy("is a recording in mm? Then recording.scale.position_m = 1e-3"))
+        Err(values.error(key, message).remedy("is a recording in mm? Then recording.scale.position_m = 1e-3"))
     }
 }
 

@@ -3,7 +3,7 @@
 use trocar_core::settings::{Fallback, Key};
 
 use super::error::ScenarioError;
-use super::resolve::Scenario;
+use super::scenario::Scenario;
 use super::value::Value;
 use trocar_core::rig::{Limits, Settings, VelocitySource};
 

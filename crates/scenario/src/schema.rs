@@ -4,8 +4,9 @@ use serde_json::{Map, Value as Json, json};
 use trocar_core::settings::{Fallback, Key, Kind};
 
 use super::key_table::{KEYS, SECTIONS};
+use super::layers::{NAME_PATTERN, field};
 use super::value::Value;
-use trocar_engine::tissue::{ANY_LAYER_KEYS, LAYER_LIST, NAME_PATTERN};
+use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
 /// The JSON Schema (draft 2020-12) of a scenario file.
 #[must_use]
@@ -30,8 +31,8 @@ pub fn json_schema() -> Json {
 /// The list of layers; or some of the layers of a base, by their names.
 fn layers() -> Json {
     let mut layer = table("A layer.");
-    for key in ANY_LAYER_KEYS {
-        insert(&mut layer, &[key.path.rsplit('.').next().unwrap_or(key.path)], property(key));
+    for key in LAYER_KEYS {
+        insert(&mut layer, &[field(key.path)], property(key));
     }
     let mut item = layer.clone();
     insert(

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use trocar_core::settings::Source as _;
 
 use super::error::ScenarioError;
-use super::replay::{RecordingSpec, missing_recording, rupture_depths, rupture_ticks};
+use super::replay::{RecordingSpec, rupture_depths, rupture_ticks};
+use super::scenario::Reading;
 use super::value::Value;
 use super::values::{STATED, Values};
 use trocar_core::error::non_negative;
@@ -76,16 +77,17 @@ impl TissueSpec {
     }
 }
 
-/// The operator's motion, given the recording (original and resampled) if one is replayed.
+/// The operator's motion, given the recording if one is replayed; none if the recording is replayed and not given, so that the
+/// motion stays.
 pub(super) fn operator(
     values: &mut Values,
     grid: &TickGrid,
-    replay: Option<(&RecordingSpec, &Resampled)>,
-) -> Result<OperatorSpec, ScenarioError> {
+    replay: Option<&(RecordingSpec, Resampled)>,
+) -> Result<Option<OperatorSpec>, ScenarioError> {
     let (tick_s, ticks) = (grid.tick_s(), grid.ticks() + 1);
-    Ok(match MotionSettings::read(values)? {
+    Ok(Some(match MotionSettings::read(values)? {
         MotionSettings::Recording => {
-            let (_, resampled) = replay.ok_or_else(|| missing_recording(values))?;
+            let Some((_, resampled)) = replay else { return Ok(None) };
             OperatorSpec::Recording(resampled.position_m.as_slice().into())
         }
         MotionSettings::Ramp(ramp) => {
@@ -94,16 +96,14 @@ pub(super) fn operator(
         MotionSettings::MinimumJerk(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
         MotionSettings::InsertionExtraction(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
         MotionSettings::Sine(motion) => OperatorSpec::Recording(motion.positions_m(tick_s, ticks)),
-    })
+    }))
 }
 
-/// The tissue, given the recording (original and resampled) if one is replayed.
-pub(super) fn tissue(
-    values: &mut Values,
-    grid: &TickGrid,
-    replay: Option<(&RecordingSpec, &Resampled)>,
-) -> Result<TissueSpec, ScenarioError> {
-    Ok(match (TissueSettings::read(values)?, replay) {
+/// Reads the tissue. The samples of a recording that is replayed and not given stay.
+pub(super) fn tissue(of: &mut Reading<'_>) -> Result<(), ScenarioError> {
+    let Reading { scenario, values, replay } = of;
+    let grid = &scenario.grid;
+    scenario.tissue = match (TissueSettings::read(*values)?, *replay) {
         (TissueSettings::Recording(ReplaySettings { index }), Some((spec, resampled))) => match index {
             ReplayIndex::Time => TissueSpec::Recording {
                 force_n: resampled.force_n.as_slice().into(),
@@ -117,9 +117,18 @@ pub(super) fn tissue(
                 presliding_m,
             },
         },
+        (TissueSettings::Recording(ReplaySettings { index }), None) => {
+            if let (TissueSpec::Depth { presliding_m: kept, .. }, ReplayIndex::Depth { presliding_m }) =
+                (&mut scenario.tissue, index)
+            {
+                *kept = presliding_m;
+            }
+            return Ok(());
+        }
         (TissueSettings::Fmu(settings), _) => TissueSpec::Unit(unit(values, &settings, grid)?),
         (settings, _) => settings.into(),
-    })
+    };
+    Ok(())
 }
 
 /// The spring (N/m) and the damper (N·s/m) that a scenario states in place of a force recorded over time, for the analysis of

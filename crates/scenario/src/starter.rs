@@ -4,9 +4,10 @@ use trocar_core::settings::{Fallback, Key, Kind};
 
 use super::key_table::SECTIONS;
 use super::keys::find;
+use super::layers::field;
 use super::value::Value;
 use super::values::{harmless_name, keys_of};
-use trocar_engine::tissue::{ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST};
+use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
 /// What a starter scenario is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,9 +31,11 @@ enum Line {
     Default(&'static str),
     /// Commented out, with a value, as the default is derived from other keys or does not exist.
     Example(&'static str, &'static str),
+    /// The beginning of a layer with this name; its keys follow.
+    Layer(&'static str),
 }
 
-use Line::{Default, Example, Set};
+use Line::{Default, Example, Layer, Set};
 
 /// The base of the starters that have one.
 const BASE: &str = "base = \"paper/augmented\" # Inherit from a shipped scenario, or from a file relative to this one, then override.\n";
@@ -48,16 +51,18 @@ const TISSUE: &[Line] = &[
     Set("operator.reflex", "\"stop\""),
     Default("operator.tremor_amplitude_m"),
     Set("tissue.kind", "\"layers\""),
-    Set("tissue.skin.rupture_force_n", "5.3"),
-    Set("tissue.skin.cutting_force_n", "1.5"),
-    Default("tissue.skin.thickness_m"),
-    Default("tissue.skin.stiffness_n_per_m"),
-    Default("tissue.fat.thickness_m"),
-    Set("tissue.muscle.rupture_force_n", "2.0"),
-    Set("tissue.muscle.cutting_force_n", "0.4"),
-    Default("tissue.muscle.thickness_m"),
-    Set("tissue.capsule.rupture_force_n", "1.6"),
-    Default("tissue.organ.friction_n_per_m"),
+    Layer("skin"),
+    Set("tissue.layer.*.thickness_m", "0.002"),
+    Set("tissue.layer.*.stiffening_n_per_m2", "3.5e4"),
+    Set("tissue.layer.*.rupture_force_n", "5.3"),
+    Set("tissue.layer.*.cutting_force_n", "1.5"),
+    Layer("muscle"),
+    Set("tissue.layer.*.thickness_m", "0.025"),
+    Set("tissue.layer.*.rupture_force_n", "2.0"),
+    Set("tissue.layer.*.cutting_force_n", "0.4"),
+    Layer("organ"),
+    Default("tissue.layer.*.thickness_m"),
+    Default("tissue.layer.*.friction_n_per_m"),
     Set("sensor.force_noise_std_n", "0.025"),
     Set("estimator.dead_zone_n", "0.05"),
     Example("detector.threshold", "0.01"),
@@ -104,14 +109,18 @@ impl Line {
     fn path(self) -> &'static str {
         match self {
             Set(path, _) | Default(path) | Example(path, _) => path,
+            Layer(_) => LAYER_LIST,
         }
     }
 
     /// The line with the key's meaning; nothing for a path without key.
     fn text(self) -> Option<String> {
+        if let Layer(name) = self {
+            return Some(format!("\n[[{LAYER_LIST}]]\nname = {name:?} # Name of the layer.\n"));
+        }
         let key = find(self.path())?;
-        let name = last_name(key);
-        let about = format!("{}{}", key.meaning, must(key));
+        let name = field(key.key.path);
+        let about = format!("{}{}", key.meaning, must(&key));
         let default = match key.fallback {
             Fallback::Value(value) => Some(Value::from(value).to_toml().to_string()),
             Fallback::Derived(rule) => Some(rule.to_owned()),
@@ -122,6 +131,7 @@ impl Line {
             Set(_, value) => format!("{name} = {value} # {about}{remark}\n"),
             Default(_) => format!("# {name} = {} # {about}\n", default?),
             Example(_, value) => format!("# {name} = {value} # {about} Example value.{remark}\n"),
+            Layer(_) => return None,
         })
     }
 }
@@ -148,7 +158,8 @@ impl Starter {
         let mut here = "";
         for line in lines {
             let section = line.path().rsplit_once('.').map_or("", |(section, _)| section);
-            if section != here {
+            let is_in_layer = matches!(line, Layer(_)) || section.starts_with(LAYER_LIST);
+            if section != here && !is_in_layer {
                 here = section;
                 // The subject on the line of the section keeps a starter short.
                 text.push_str(&format!("\n[{section}] # {}\n", subject_of(section)));
@@ -181,7 +192,7 @@ fn every_key(name: &str) -> String {
     for (section, about) in SECTIONS {
         text.push_str(&format!("\n# {about}\n[{section}]\n"));
         for key in keys_of(section) {
-            let name = last_name(key);
+            let name = field(key.path);
             match key.fallback {
                 Fallback::Value(_) => text.extend(Default(key.path).text()),
                 Fallback::Derived(rule) => text.push_str(&format!("# {name} = # {} Default: {rule}.\n", key.meaning)),
@@ -197,18 +208,14 @@ fn every_key(name: &str) -> String {
 
 /// An item of the list of layers, commented out.
 fn any_layer() -> String {
-    let acts = ANY_LAYER_KEYS.iter().find_map(|key| key.acts_for);
+    let acts = LAYER_KEYS.first().and_then(|key| key.acts_for);
     let kinds = acts.map_or(String::new(), |acts| format!(", for {} = {}", acts.key, acts.words().join(", ")));
-    let mut text = format!("# [[{LAYER_LIST}]] # A layer of your own{kinds}.\n");
+    let mut text = format!("# [[{LAYER_LIST}]] # A layer{kinds}; the first one is at the surface.\n");
     // Indented, as they are no keys of the section above.
-    text.push_str(&format!("#   name = {DEFAULT_LAYER:?} # Name of the layer.\n"));
-    let lines = ANY_LAYER_KEYS.iter().filter_map(|key| Default(key.path).text());
+    text.push_str(&format!("#   name = \"organ\" # Name of the layer.\n"));
+    let lines = LAYER_KEYS.iter().filter_map(|key| Default(key.path).text());
     text.extend(lines.map(|line| line.replacen("# ", "#   ", 1)));
     text
-}
-
-fn last_name(key: &Key) -> &'static str {
-    key.path.rsplit('.').next().unwrap_or(key.path)
 }
 
 /// The allowed words of a key, in parentheses.
@@ -238,7 +245,7 @@ mod tests {
             assert!(text.contains("Uncomment a line to override the default."), "{text}");
             // A commented value that is not the default says so.
             for line in listed.iter().filter(|line| matches!(line, Example(..))) {
-                let name = find(line.path()).map(last_name).expect("a key");
+                let name = find(line.path()).map(|key| field(key.key.path)).expect("a key");
                 let example = text.lines().find(|text| text.starts_with(&format!("# {name} = "))).expect("a line");
                 assert!(example.contains(" Example value."), "{example}");
             }
@@ -249,7 +256,7 @@ mod tests {
                 load(&text.replace(commented, &commented[2..]));
                 uncommented += 1;
             }
-            let set = listed.iter().filter(|line| matches!(line, Set(..))).count();
+            let set = listed.iter().filter(|line| matches!(line, Set(..) | Layer(_))).count();
             assert_eq!(uncommented + set, listed.len(), "{text}");
         }
     }

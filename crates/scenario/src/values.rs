@@ -1,25 +1,24 @@
 //! Every key with its value and its place in the file.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use trocar_core::settings::{self, ActsFor, Fallback, Key, Kind, Source as _};
 
-use super::document::{Entry, Source, drop_replaced_layers, gather, is_of_layer};
+use super::document::{Entry, Source, drop_replaced_layers, gather};
 use super::error::{Place, ScenarioError};
 use super::key_table::{KEYS, SECTIONS};
-use super::keys::{find, is_section, nearest, nearest_of};
+use super::keys::{KeyAt, find, is_section, nearest, nearest_of};
+use super::layers::{ANY, field, is_name, is_of_layer, key_of, split};
 use super::quantity;
 use super::value::Value;
 use trocar_core::detection::DistanceKind;
 use trocar_core::error::InvalidValue;
 use trocar_engine::channel::DelaySettings;
 use trocar_engine::operator::MotionSettings;
-use trocar_engine::tissue::{
-    ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST, LAYER_NAMES, ReplayIndex, ReplaySettings, TissueSettings, keys_of_layer,
-    layer_key,
-};
+use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST, ReplayIndex, ReplaySettings, TissueSettings, path_in_layer};
 
 /// The keys that state a spring and a damper in place of a force recorded over time, for the analysis of stability.
 pub(super) const STATED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
@@ -55,10 +54,17 @@ struct Given {
     layer: usize,
 }
 
-/// The list of the tissue's layers, from the surface down.
+impl Given {
+    /// A value that is written nowhere.
+    fn default_of(value: Value) -> Self {
+        Self { value, place: None, source: None, layer: 0 }
+    }
+}
+
+/// A written list of the tissue's layers, from the surface down.
 #[derive(Debug, Clone)]
 struct LayerList {
-    names: Vec<&'static str>,
+    names: Vec<Arc<str>>,
     place: Place,
     /// See [`Entry::layer`].
     layer: usize,
@@ -67,11 +73,16 @@ struct LayerList {
 /// The values of a scenario by key. Keys without a value are absent.
 #[derive(Debug, Clone, Default)]
 pub struct Values {
+    /// The values of all keys but those of the layers.
     given: HashMap<&'static str, Given>,
+    /// The values of each layer by name, and by key of the layer `*`.
+    of_layers: BTreeMap<Arc<str>, HashMap<&'static str, Given>>,
     /// The written list of layers.
-    layers: Option<LayerList>,
+    list: Option<LayerList>,
+    /// The names of the tissue's layers, from the surface down: those of the written list, or the default ones of the kind.
+    names: Vec<Arc<str>>,
     /// The layer whose keys are read as those of the layer `*`.
-    visited: Option<&'static str>,
+    visited: Option<Arc<str>>,
 }
 
 impl Values {
@@ -135,8 +146,8 @@ impl Values {
             return self.take_layers(&entry);
         }
         let Some(key) = find(&entry.path) else { return Err(unknown(&entry)) };
-        let Some(value) = Value::of_key(key, &entry.value) else {
-            let unit = quantity::unit_of(key.path).filter(|_| matches!(key.kind, Kind::Number(_)));
+        let Some(value) = Value::of_key(&key, &entry.value) else {
+            let unit = quantity::unit_of(&key.path).filter(|_| matches!(key.kind, Kind::Number(_)));
             let reason = match (entry.value.as_str(), unit) {
                 (Some(text), Some(unit)) => quantity::parse(text, &unit).err(),
                 _ => None,
@@ -156,39 +167,62 @@ impl Values {
         };
         // Entries come in the order of their layers, the nearest to the command line first.
         let both = self.given.get(DelaySettings::BOTH);
-        if DelaySettings::is_one_way(key.path) && both.is_some_and(|both| both.layer < entry.layer) {
+        if DelaySettings::is_one_way(key.key.path) && both.is_some_and(|both| both.layer < entry.layer) {
             return Ok(());
         }
         let given = Given { value, place: Some(entry.value_place), source: Some(entry.source), layer: entry.layer };
-        self.given.entry(key.path).or_insert(given);
+        self.keep_first(&key, given);
         Ok(())
+    }
+
+    /// The value of a key, if it has one. The layer `*` is the visited one.
+    fn slot(&self, path: &str) -> Option<&Given> {
+        let Some((name, wanted)) = split(path) else { return self.given.get(path) };
+        let name = if name == ANY { self.visited.as_deref()? } else { name };
+        self.of_layers.get(name)?.get(key_of(wanted)?.path)
+    }
+
+    /// The value of a key, if it has one, to be changed.
+    fn slot_mut(&mut self, path: &str) -> Option<&mut Given> {
+        let Some((name, wanted)) = split(path) else { return self.given.get_mut(path) };
+        self.of_layers.get_mut(name)?.get_mut(key_of(wanted)?.path)
+    }
+
+    /// Stores a value, unless its key has one.
+    fn keep_first(&mut self, key: &KeyAt, given: Given) {
+        let slots = match split(&key.path) {
+            Some((name, _)) => self.of_layers.entry(name.into()).or_default(),
+            None => &mut self.given,
+        };
+        slots.entry(key.key.path).or_insert(given);
     }
 
     /// Stores a list of layers, unless there is one.
     fn take_layers(&mut self, entry: &Entry) -> Result<(), ScenarioError> {
         let items = entry.value.as_array().filter(|items| !items.is_empty());
-        let names = items.and_then(|items| {
-            items.iter().map(|item| Some(keys_of_layer(item.as_str()?)?.0)).collect::<Option<Vec<_>>>()
-        });
-        let Some(names) = names else {
+        let name = |item: &toml::Value| item.as_str().filter(|name| is_name(name)).map(Arc::from);
+        let Some(names) = items.and_then(|items| items.iter().map(name).collect::<Option<Vec<_>>>()) else {
             let message = format!("{LAYER_LIST} is {}, must be a list of layers", entry.written);
             let remedy = format!("write [[{LAYER_LIST}]] and its keys below, for each layer");
             return Err(ScenarioError::new(message).at(Some(entry.key_place.clone())).remedy(remedy));
         };
         let list = LayerList { names, place: entry.key_place.clone(), layer: entry.layer };
-        self.layers.get_or_insert(list);
+        self.list.get_or_insert(list);
         Ok(())
     }
 
-    /// The names of the tissue's layers, from the surface down.
-    fn layer_names(&self) -> &[&'static str] {
-        self.layers.as_ref().map_or(&[DEFAULT_LAYER], |list| &list.names)
+    /// The keys of the tissue's layers, layer by layer from the surface down; none for a tissue without layers.
+    pub fn layer_keys(&self) -> impl Iterator<Item = KeyAt> {
+        let acting = || LAYER_KEYS.iter().filter(|key| self.is_acting(key));
+        self.names.iter().flat_map(move |name| acting().map(|key| KeyAt::of_layer(name, key)))
     }
 
-    /// The keys of this scenario: those that every scenario has, and those of its layers.
-    fn keys(&self) -> impl Iterator<Item = &'static Key> {
-        let of_layers = self.layer_names().iter().filter_map(|name| keys_of_layer(name)).flat_map(|(_, keys)| keys);
-        KEYS.iter().chain(of_layers)
+    /// Every key that a scenario file, a base or a setting gives to a layer, with its value.
+    fn written_of_layers(&self) -> impl Iterator<Item = (KeyAt, &Given)> {
+        self.of_layers.iter().flat_map(|(name, slots)| {
+            let written = |key: &'static Key| slots.get(key.path).filter(|given| given.place.is_some());
+            LAYER_KEYS.iter().filter_map(move |key| Some((KeyAt::of_layer(name, key), written(key)?)))
+        })
     }
 
     /// Checks that every key of a layer is that of a layer in the list.
@@ -196,18 +230,18 @@ impl Values {
     /// # Errors
     /// [`ScenarioError`] at the first that is not.
     pub(super) fn check_layers(&self) -> Result<(), ScenarioError> {
-        let names = self.layer_names();
-        let name_of = |path: &'static str| path.strip_prefix(LAYER_LIST)?.strip_prefix('.')?.split('.').next();
-        let stray = self.given.iter().find(|(path, _)| name_of(path).is_some_and(|name| !names.contains(&name)));
-        let Some((path, given)) = stray else { return Ok(()) };
-        let name = name_of(path).unwrap_or_default();
+        // A kind that was changed nearer to the command line has other layers, or none.
+        let kind = self.given.get(TissueSettings::KEY.path).filter(|given| given.place.is_some());
+        let is_replaced = |given: &Given| kind.is_some_and(|kind| kind.layer < given.layer);
+        let is_stray =
+            |key: &KeyAt| split(&key.path).is_some_and(|(name, _)| !self.names.iter().any(|known| **known == *name));
+        let Some((key, given)) = self.written_of_layers().find(|(key, given)| is_stray(key) && !is_replaced(given))
+        else {
+            return Ok(());
+        };
+        let (name, _) = split(&key.path).unwrap_or_default();
         let error = ScenarioError::new(format!("there is no layer {name} in [[{LAYER_LIST}]]")).at(given.place.clone());
-        let listed = format!("the layers are {}", names.join(", "));
-        Err(error.remedy(if is_section(&format!("tissue.{name}")) {
-            format!("{listed}; a layer of kind layers is tissue.{name}")
-        } else {
-            listed
-        }))
+        Err(error.remedy(format!("the layers are {}", self.names.join(", "))))
     }
 
     /// Checks that every written key acts.
@@ -218,17 +252,19 @@ impl Values {
     /// # Errors
     /// [`ScenarioError`] at all such keys.
     pub(super) fn check_acting(&self, acts_elsewhere: impl Fn(&Key) -> bool) -> Result<(), ScenarioError> {
-        let layer = |path: &str| self.given.get(path).filter(|given| given.place.is_some()).map(|given| given.layer);
+        let layer = |path: &str| self.slot(path).filter(|given| given.place.is_some()).map(|given| given.layer);
         let unmet_at = |key: &Key, written: usize| {
             let is_nearer = |acts: &ActsFor| layer(acts.key).is_some_and(|kind| kind < written);
             self.unmet(key).find(|acts| !is_nearer(acts))
         };
-        let inert = self.keys().filter(|key| !self.is_acting(key)).filter_map(|key| {
-            let written = layer(key.path).filter(|layer| *layer > 0 || !acts_elsewhere(key))?;
-            Some(self.without_effect(key.path, self.place(key.path), &unmet_at(key, written)?))
+        let of_layers = self.written_of_layers().map(|(key, _)| key);
+        let keys = KEYS.iter().map(KeyAt::from).chain(of_layers);
+        let inert = keys.filter(|key| !self.is_acting(key)).filter_map(|key| {
+            let written = layer(&key.path).filter(|layer| *layer > 0 || !acts_elsewhere(&key))?;
+            Some(self.without_effect(&key.path, self.place(&key.path), &unmet_at(&key, written)?))
         });
-        let inert_list = self.layers.iter().filter_map(|list| {
-            let unmet = unmet_at(ANY_LAYER_KEYS.first()?, list.layer)?;
+        let inert_list = self.list.iter().filter_map(|list| {
+            let unmet = unmet_at(LAYER_KEYS.first()?, list.layer)?;
             Some(self.without_effect(LAYER_LIST, Some(list.place.clone()), &unmet))
         });
         // The list alone, not each key in it.
@@ -283,17 +319,40 @@ impl Values {
     }
 
     pub(super) fn fill_defaults(&mut self) {
-        for key in self.keys().collect::<Vec<_>>() {
+        for key in KEYS {
             if let Fallback::Value(value) = key.fallback {
-                let default = || Given { value: value.into(), place: None, source: None, layer: 0 };
-                self.given.entry(key.path).or_insert_with(default);
+                self.given.entry(key.path).or_insert_with(|| Given::default_of(value.into()));
+            }
+        }
+        self.fill_layers();
+    }
+
+    /// Names the layers of the present kind of tissue, and gives each the defaults of its keys. In the default list of a kind a
+    /// layer can have other defaults. Defaults of an earlier kind are removed.
+    pub(super) fn fill_layers(&mut self) {
+        let of_kind = TissueSettings::default_layers(self.kind(TissueSettings::KEY.path).unwrap_or_default());
+        let default_names = || of_kind.iter().map(|(name, _)| Arc::from(*name)).collect();
+        self.names = self.list.as_ref().map_or_else(default_names, |list| list.names.clone());
+        for slots in self.of_layers.values_mut() {
+            slots.retain(|_, given| given.place.is_some());
+        }
+        for name in &self.names {
+            let slots = self.of_layers.entry(name.clone()).or_default();
+            let listed = of_kind.iter().filter(|(known, _)| self.list.is_none() && **name == **known);
+            for (path, value) in listed.flat_map(|(_, values)| values) {
+                slots.entry(*path).or_insert_with(|| Given::default_of(Value::Number(*value)));
+            }
+            for key in LAYER_KEYS {
+                if let Fallback::Value(value) = key.fallback {
+                    slots.entry(key.path).or_insert_with(|| Given::default_of(value.into()));
+                }
             }
         }
     }
 
     /// Sets a derived value.
     pub(super) fn derive(&mut self, path: &'static str, value: Value) {
-        self.given.insert(path, Given { value, place: None, source: None, layer: 0 });
+        self.given.insert(path, Given::default_of(value));
     }
 
     /// Sets a derived value, unless the key has one.
@@ -321,13 +380,13 @@ impl Values {
     }
 
     /// Sets a value that was written at a place.
-    pub(super) fn give(&mut self, path: &'static str, value: Value, place: Place) {
-        self.given.insert(path, Given { value, place: Some(place), source: None, layer: 0 });
+    pub(super) fn give(&mut self, key: &KeyAt, value: Value, place: Place) {
+        self.keep_first(key, Given { value, place: Some(place), source: None, layer: 0 });
     }
 
     /// Replaces the value of a key that has one, and keeps its place.
     pub(super) fn replace(&mut self, path: &str, value: Value) {
-        if let Some(given) = self.given.get_mut(path) {
+        if let Some(given) = self.slot_mut(path) {
             given.value = value;
         }
     }
@@ -346,24 +405,19 @@ impl Values {
     /// Whether a key has a value.
     #[must_use]
     pub fn is_given(&self, path: &str) -> bool {
-        self.given.contains_key(path)
+        self.slot(path).is_some()
     }
 
     /// The value of a key, if it has one.
     #[must_use]
     pub fn get(&self, path: &str) -> Option<&Value> {
-        if let Some(name) = self.visited
-            && let Some(field) = path.strip_prefix(LAYER_LIST).and_then(|rest| rest.strip_prefix(".*."))
-        {
-            return self.given.get(format!("{LAYER_LIST}.{name}.{field}").as_str()).map(|given| &given.value);
-        }
-        self.given.get(path).map(|given| &given.value)
+        self.slot(path).map(|given| &given.value)
     }
 
     /// Where the value of a key was written.
     #[must_use]
     pub fn place(&self, path: &str) -> Option<Place> {
-        self.given.get(path)?.place.clone()
+        self.slot(path)?.place.clone()
     }
 
     /// An error about a key's value, at its place.
@@ -375,15 +429,20 @@ impl Values {
     /// An error about a value out of range, at the place of its key.
     #[must_use]
     pub fn out_of_range(&self, error: &InvalidValue) -> ScenarioError {
+        let layer = error.item.and_then(|index| self.names.get(index));
+        let named = |text: &'static str| path_in_layer(text, layer.map(|name| &**name));
+        let (name, requirement) = (named(error.name), named(error.requirement));
+        let message = format!("{name} is {}, must be {requirement}", error.value);
         // If only the other key of a relation was written, the error is at that key.
-        let related = || KEYS.iter().filter(|key| error.requirement.contains(key.path));
-        let place = self.place(error.name).or_else(|| related().find_map(|key| self.place(key.path)));
-        if self.place(error.name).is_none() && related().any(|key| key.path == TICK && self.place(TICK).is_some()) {
+        let of_layer = layer.into_iter().flat_map(|name| LAYER_KEYS.iter().map(|key| KeyAt::of_layer(name, key)));
+        let mut related = KEYS.iter().map(KeyAt::from).chain(of_layer).filter(|key| requirement.contains(&*key.path));
+        let place = self.place(&name).or_else(|| related.find_map(|key| self.place(&key.path)));
+        if self.place(&name).is_none() && requirement.contains(TICK) && self.place(TICK).is_some() {
             let tick_s = settings::Source::optional_number(self, TICK).unwrap_or_default();
-            let message = format!("{TICK} is {tick_s}, too long: {error}");
-            return ScenarioError::new(message).at(place).remedy(format!("shorten the tick, or give {}", error.name));
+            let message = format!("{TICK} is {tick_s}, too long: {message}");
+            return ScenarioError::new(message).at(place).remedy(format!("shorten the tick, or give {name}"));
         }
-        ScenarioError::new(error.to_string()).at(place)
+        ScenarioError::new(message).at(place)
     }
 
     /// Where the first key of a section was written.
@@ -481,16 +540,17 @@ impl Values {
 
     /// Writes the list of layers, if it acts.
     fn write_layers(&self, text: &mut String) {
-        if !ANY_LAYER_KEYS.first().is_some_and(|key| self.is_acting(key)) {
-            return;
-        }
-        for (name, keys) in self.layer_names().iter().filter_map(|name| keys_of_layer(name)) {
+        let mut last = "";
+        let keys: Vec<KeyAt> = self.layer_keys().collect();
+        for key in &keys {
+            let Some((name, field)) = split(&key.path) else { continue };
             // Writing to a string does not fail.
-            let _ = write!(text, "\n[[{LAYER_LIST}]]\nname = {name:?}\n");
-            for key in keys {
-                if let (Some(value), Some((_, field))) = (self.get(key.path), key.path.rsplit_once('.')) {
-                    let _ = writeln!(text, "{field} = {}", value.to_toml());
-                }
+            if name != last {
+                let _ = write!(text, "\n[[{LAYER_LIST}]]\nname = {name:?}\n");
+                last = name;
+            }
+            if let Some(value) = self.get(&key.path) {
+                let _ = writeln!(text, "{field} = {}", value.to_toml());
             }
         }
     }
@@ -558,12 +618,11 @@ impl settings::Source for Values {
     fn visit_items(
         &mut self,
         _list: &str,
-        mut visit: impl FnMut(&'static str, &mut Self) -> Result<(), ScenarioError>,
+        mut visit: impl FnMut(&str, &mut Self) -> Result<(), ScenarioError>,
     ) -> Result<(), ScenarioError> {
-        let names = self.layer_names().to_vec();
-        let visited = names.into_iter().try_for_each(|name| {
-            self.visited = Some(name);
-            visit(name, self)
+        let visited = self.names.clone().into_iter().try_for_each(|name| {
+            self.visited = Some(name.clone());
+            visit(&name, self)
         });
         self.visited = None;
         visited
@@ -619,33 +678,33 @@ fn similarity(a: &str, b: &str) -> f64 {
 
 /// The remedy for a misspelt key of a named layer.
 fn named_layer(path: &str) -> Option<String> {
-    let (name, field) = path.strip_prefix(LAYER_LIST)?.strip_prefix('.')?.split_once('.')?;
-    let fields = || ANY_LAYER_KEYS.iter().filter_map(|key| key.path.rsplit('.').next());
-    let key = |field: &str| format!("{LAYER_LIST}.{name}.{field}");
-    match nearest_of(field, fields()) {
-        Some(near) if layer_key(&key(near)).is_some() => Some(format!("did you mean {}?", key(near))),
-        _ => Some(format!("a layer has the keys name, {}", fields().collect::<Vec<_>>().join(", "))),
+    let (name, misspelt) = split(path)?;
+    let fields = || LAYER_KEYS.iter().map(|key| field(key.path));
+    match nearest_of(misspelt, fields()).filter(|_| is_name(name)) {
+        Some(near) => Some(format!("did you mean {LAYER_LIST}.{name}.{near}?")),
+        None => Some(format!("a layer has the keys name, {}", fields().collect::<Vec<_>>().join(", "))),
     }
 }
 
-/// The remedy for a layer of the tissue that does not exist.
+/// The remedy for a key of a layer outside of the list of layers, as in `tissue.skin.thickness_m`.
 fn layer(path: &str) -> Option<String> {
     if is_of_layer(path) {
         return named_layer(path);
     }
-    let (name, rest) = path.strip_prefix("tissue.")?.split_once('.').unwrap_or((&path["tissue.".len()..], ""));
-    let layers = || LAYER_NAMES.into_iter();
-    if let Some(meant) = nearest_of(name, layers()) {
-        let key = format!("tissue.{meant}.{rest}");
-        // A known layer has a misspelt key, which is another error.
-        return (meant != name && find(&key).is_some()).then(|| format!("did you mean {key}?"));
-    }
-    let keys = keys_of("tissue").filter_map(|key| key.path.strip_prefix("tissue."));
-    if rest.is_empty() && nearest_of(name, keys).is_some() {
+    let (name, misspelt) = path.strip_prefix("tissue.")?.split_once('.').unwrap_or((&path["tissue.".len()..], ""));
+    let Some(near) = nearest_of(misspelt, LAYER_KEYS.iter().map(|key| field(key.path))) else {
+        let is_default = TissueSettings::WORDS.iter().flat_map(|word| TissueSettings::default_layers(word));
+        let mut known = is_default.map(|(known, _)| known);
+        return known
+            .any(|known| known == name)
+            .then(|| format!("a layer is an item of the list: write [[{LAYER_LIST}]] and name = {name:?}"));
+    };
+    if !is_name(name) || is_section(&format!("tissue.{name}")) {
         return None;
     }
-    let layers: Vec<_> = layers().map(|name| format!("tissue.{name}")).collect();
-    Some(format!("the layers are {}", layers.join(", ")))
+    Some(format!(
+        "a layer is an item of the list: write [[{LAYER_LIST}]] with name = {name:?}, or change one value of a layer as {LAYER_LIST}.{name}.{near}"
+    ))
 }
 
 fn unknown(entry: &Entry) -> ScenarioError {
@@ -663,5 +722,83 @@ fn unknown(entry: &Entry) -> ScenarioError {
     match nearest(path).or(section) {
         Some(known) => error.remedy(format!("did you mean {known}?")),
         None => error.remedy("`trocar init --all` writes a scenario with every key"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Scenario;
+    use super::*;
+
+    const LAYERS: &str = "operator.kind = \"ramp\"\n[tissue]\nkind = \"layers\"\n";
+
+    fn load(text: &str, settings: &[&str]) -> Result<Scenario, ScenarioError> {
+        let source = Source::Text { name: "own.toml".into(), text: text.into() };
+        let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+        Scenario::load(&source, &settings)
+    }
+
+    /// The names of the layers of an echo, and the value of a field of the first.
+    fn first_of_echo(scenario: &Scenario, field: &str) -> (Vec<String>, Option<f64>) {
+        let echo: toml::Table = scenario.echo().parse().expect("TOML");
+        let layers = echo["tissue"]["layer"].as_array().expect("a list").clone();
+        let names = layers.iter().filter_map(|layer| layer["name"].as_str().map(str::to_owned)).collect();
+        (names, layers[0].get(field).and_then(toml::Value::as_float))
+    }
+
+    #[test]
+    fn a_section_of_a_single_layer_is_refused_with_its_line_and_the_form_of_a_list() {
+        for (text, remedy) in [
+            ("\n[tissue.skin]\nrupture_force_n = 5.0\n", "write [[tissue.layer]] with name = \"skin\""),
+            ("\n\ntissue.mine.rupture_force = 5.0\n", "tissue.layer.mine.rupture_force_n"),
+            ("\n\n[tissue.organ]\n", "write [[tissue.layer]] and name = \"organ\""),
+        ] {
+            let error = load(text, &[]).expect_err(text);
+            assert_eq!(error.place.as_ref().map(|place| place.line_and_column().0), Some(3), "{error}");
+            assert!(error.remedy.as_ref().is_some_and(|told| told.contains(remedy)), "{error}");
+        }
+    }
+
+    #[test]
+    fn without_a_list_one_value_of_a_default_layer_can_be_changed() {
+        let scenario = load(&format!("{LAYERS}layer.skin.rupture_force_n = 5.5\n"), &[]).expect("good");
+        let names = ["skin", "fat", "muscle", "capsule", "organ"].map(str::to_owned).to_vec();
+        assert_eq!(first_of_echo(&scenario, "rupture_force_n"), (names.clone(), Some(5.5)));
+        assert_eq!(first_of_echo(&scenario, "stiffening_n_per_m2"), (names, Some(3.5e4)));
+        assert_eq!(load(&scenario.echo(), &[]).expect("good").echo(), scenario.echo());
+    }
+
+    #[test]
+    fn another_kind_has_its_own_default_layers_and_ignores_values_of_the_others() {
+        let text = format!("{LAYERS}layer.skin.rupture_force_n = 5.5\n");
+        let scenario = load(&text, &["tissue.kind=tearing"]).expect("good");
+        assert_eq!(first_of_echo(&scenario, "stiffness_n_per_m"), (vec!["organ".to_owned()], Some(250.0)));
+        let scenario = load(LAYERS, &["tissue.kind=kelvin-voigt"]).expect("good");
+        assert!(!scenario.echo().contains(LAYER_LIST));
+    }
+
+    #[test]
+    fn a_field_that_no_layer_gives_has_the_same_default_in_both_kinds() {
+        let list = "[[tissue.layer]]\nname = \"only\"\n";
+        for kind in ["layers", "tearing"] {
+            let text = format!("operator.kind = \"ramp\"\ntissue.kind = \"{kind}\"\n{list}");
+            let scenario = load(&text, &[]).expect("good");
+            assert_eq!(first_of_echo(&scenario, "stiffness_n_per_m"), (vec!["only".to_owned()], Some(250.0)), "{kind}");
+        }
+    }
+
+    #[test]
+    fn an_error_between_two_fields_names_the_layer_and_the_place_of_the_written_one() {
+        let error = load(&format!("{LAYERS}layer.capsule.cutting_force_n = 2.0\n"), &[]).expect_err("refused");
+        let told = "tissue.layer.capsule.rupture_force_n is 1.2, must be at least tissue.layer.capsule.cutting_force_n";
+        assert_eq!(error.message, told);
+        assert_eq!(error.place.map(|place| place.line_and_column().0), Some(4));
+    }
+
+    #[test]
+    fn a_layer_that_is_not_listed_is_refused_with_the_names_of_the_others() {
+        let error = load(LAYERS, &["tissue.layer.skn.grip_n=0.1"]).expect_err("refused");
+        assert_eq!(error.message, "there is no layer skn in [[tissue.layer]]");
+        assert_eq!(error.remedy.as_deref(), Some("the layers are skin, fat, muscle, capsule, organ"));
     }
 }

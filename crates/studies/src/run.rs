@@ -78,7 +78,7 @@ impl Run {
         metrics.outcome = oscillation::outcome(&scenario, &trace, metrics.outcome)?;
         misses::explain_misses(&scenario, &mut metrics)?;
         for (rupture, layer) in metrics.ruptures.iter_mut().zip(scenario.rupturing_layers()) {
-            rupture.layer = Some(layer);
+            rupture.layer = Some(layer.to_owned());
         }
         metrics.ports = port_metrics(&scenario, &trace);
         Ok(Self { scenario, metrics, trace, own_parts: vec![] })

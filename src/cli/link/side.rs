@@ -9,14 +9,14 @@ use super::pointer::Pointer;
 use super::proxy::Running;
 use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
 use crate::cli::error::{CliError, LinkError};
-use crate::cli::{interrupt, source_of, terminal};
+use crate::cli::{interrupt, terminal};
 use trocar_engine::engine::EngineError;
 use trocar_link::{
     Calling, Direction, Greeted, Key, Lateness, MasterEnd, PACKET_BYTES, Role, SideSummary, SlaveEnd, Trips, Waiting,
     delays_csv, fingerprint,
 };
 use trocar_report::{Folder, side_object, side_text, to_json, write_trace_columns};
-use trocar_scenario::Scenario;
+use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::RunError;
 
 /// Time in ns between two packets of a greeting.
@@ -135,7 +135,7 @@ pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
 }
 
 fn load(args: &SideArgs) -> Result<Scenario, CliError> {
-    Ok(Scenario::load(&source_of(&args.scenario), &args.settings)?)
+    Ok(Scenario::load(&Source::parse(&args.scenario), &args.settings)?)
 }
 
 /// Whether the channel of a scenario does anything.

@@ -20,7 +20,7 @@ A sweep file with points between the ends of ranges:
   kind = \"latin-hypercube\"               # or random, sobol
   points = 1000
   [axes]
-  tissue.skin.rupture_force_n = { from = 2.0, to = 8.0 }
+  tissue.layer.skin.rupture_force_n = { from = 2.0, to = 8.0 }
 ";
 
 const REST: &str = "\

@@ -293,7 +293,7 @@ const trocarControls = (() => {
     value: (path) => controls.get(path)?.value,
     /** Shows each error at the control that it names, and returns the others. */
     blame(errors) {
-      const isOf = (path) => (error) => error.split(/[^\w.]+/).some((word) => word.replace(/\.$/, "") === path);
+      const isOf = (path) => (error) => error.split(/[^\w.-]+/).some((word) => word.replace(/\.$/, "") === path);
       const others = new Set(errors);
       const told = new Map();
       for (const [path, made] of controls) {

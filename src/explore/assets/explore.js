@@ -218,7 +218,7 @@ const trocar = (() => {
     values(message) {
       if (message.id !== opened) return;
       base = message.values;
-      trocarControls.draw(places(), hello.keys, base, changed);
+      trocarControls.draw(places(), [...hello.keys, ...message.layers], base, changed);
       trocarControls.give(state.set);
       // Unknown keys of the address are sent to the server, which refuses them.
       state.set = { ...state.set, ...trocarControls.changes() };

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use trocar::report::{metrics_markdown, trace_columns_markdown};
-use trocar::scenario::{Constant, Fallback, KEYS, Key, Kind, SECTIONS, Value, shipped_questions, unit_of};
+use trocar::scenario::{Constant, Fallback, KEYS, Key, Kind, NAME_RULE, SECTIONS, Value, shipped_questions, unit_of};
 
-use trocar::tissue::{ANY_LAYER_KEYS, DEFAULT_LAYER, LAYER_LIST, NAME_RULE};
+use trocar::tissue::{LAYER_KEYS, LAYER_LIST, TissueSettings};
 use trocar::warning::Code;
 
 use super::GENERATED;
@@ -68,15 +68,20 @@ fn the_page_of_the_keys_is_that_of_the_declarations() {
             .expect("text");
         keys.into_iter().for_each(|key| text.push_str(&row(key)));
     }
+    let default = |word: &str| {
+        let names: Vec<_> = TissueSettings::default_layers(word).iter().map(|(name, _)| format!("`{name}`")).collect();
+        names.join(", ")
+    };
+    let (of_layers, of_tearing) = (default("layers"), default("tearing"));
     write!(
         text,
-        "\n## \\[\\[{LAYER_LIST}\\]\\]\n\nA layer with a name of your own, from the surface down. Elsewhere a key is addressed by this \
-         name, as in `--set {LAYER_LIST}.dura.thickness_m=5e-4`. A list replaces the list of a base. Without a list there is one \
-         layer, `{DEFAULT_LAYER}`.\n\n| key | value | default | meaning |\n|---|---|---|---|\n\
+        "\n## \\[\\[{LAYER_LIST}\\]\\]\n\nA layer, from the surface down. Elsewhere a key is addressed by the name of the layer, as in \
+         `--set {LAYER_LIST}.dura.thickness_m=5e-4`. A list replaces the list of a base. Without a list the layers are {of_layers} \
+         for tissue.kind = layers, which have values of their own, and {of_tearing} for tissue.kind = tearing.\n\n| key | value | default | meaning |\n|---|---|---|---|\n\
          | `name` | {NAME_RULE} | — | Name of the layer. |\n"
     )
     .expect("text");
-    ANY_LAYER_KEYS.iter().for_each(|key| text.push_str(&row(key)));
+    LAYER_KEYS.iter().for_each(|key| text.push_str(&row(key)));
     assert_page("keys.md", &text);
 }
 

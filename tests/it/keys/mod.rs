@@ -10,7 +10,8 @@ mod trials;
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use trocar::scenario::{KEYS, Key, Kind};
+use trocar::scenario::{KEYS, Key, KeyAt, Kind, find_key};
+use trocar::tissue::LAYER_KEYS;
 
 use scenarios::Scenarios;
 use trials::trial_values;
@@ -83,20 +84,21 @@ fn is_of_plants(key: &Key) -> bool {
 }
 
 /// The kinds of all choices but the key itself. The engines, of which one is slow, are tried with the keys of the plants.
-fn kinds(key: &'static Key) -> impl Iterator<Item = Chosen> {
+fn kinds(key: &KeyAt) -> impl Iterator<Item = Chosen> {
     let words = |choice: &'static Key| match choice.kind {
         Kind::Choice(words) => words,
         Kind::Flag => &["true", "false"],
         _ => &[],
     };
     let are_tried = move |one: &Key, other: &Key| one.path != ENGINE || is_of_plants(other);
+    let key = key.key;
     let others = KEYS.iter().filter(|choice| choice.path != key.path);
     let others = others.filter(move |choice| are_tried(key, choice) && are_tried(choice, key));
     others.flat_map(move |choice| words(choice).iter().map(|word| Chosen { key: choice.path, word }))
 }
 
 /// The effects of a key for all kinds, each with whether the key is declared to act.
-fn effects(key: &'static Key, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effect)> {
+fn effects(key: &KeyAt, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effect)> {
     // What showed the effect for one kind usually does for the next.
     let mut first = (0, String::new());
     kinds(key)
@@ -109,13 +111,13 @@ fn effects(key: &'static Key, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effec
                 let settings = base.settings_for(key, chosen);
                 let Some(before) = base.outputs(&settings) else { continue };
                 effect = effect.min(Effect::Refused);
-                let mut values = trial_values(key, before.value(key.path), scenarios);
+                let mut values = trial_values(key, before.value(&key.path), scenarios);
                 values.sort_by_key(|value| *value != first.1);
                 for value in values {
                     let changed = [settings.as_slice(), &[format!("{}={value}", key.path)]].concat();
                     let acts = match base.changed(&changed) {
                         Some(after) => before.differ(&after),
-                        None if LIMITS.contains(&key.path) => true,
+                        None if LIMITS.contains(&&*key.path) => true,
                         None => continue,
                     };
                     effect = effect.min(Effect::Nothing);
@@ -133,7 +135,9 @@ fn effects(key: &'static Key, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effec
 #[test]
 fn every_key_acts_for_every_kind_or_is_declared_not_to() {
     let scenarios = Scenarios::new();
-    let all: Vec<_> = KEYS.par_iter().map(|key| (key, effects(key, &scenarios))).collect();
+    let of_layer = LAYER_KEYS.iter().filter_map(|key| find_key(&key.path.replace('*', "skin")));
+    let keys: Vec<KeyAt> = KEYS.iter().map(KeyAt::from).chain(of_layer).collect();
+    let all: Vec<_> = keys.par_iter().map(|key| (key, effects(key, &scenarios))).collect();
     let mut counts = BTreeMap::<(bool, Effect), usize>::new();
     let mut wrong = vec![];
     for (key, effects) in &all {
@@ -155,14 +159,14 @@ fn every_key_acts_for_every_kind_or_is_declared_not_to() {
             }
         }
     }
-    println!("{} keys, {counts:?}", KEYS.len());
+    println!("{} keys, {counts:?}", keys.len());
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
 fn an_echo_is_loaded_whatever_the_kinds() {
     let scenarios = Scenarios::new();
-    let name = KEYS.iter().find(|key| key.path == "name").expect("a key");
-    let echoed = scenarios.all.par_iter().map(|base| kinds(name).filter(|chosen| base.is_echoed(*chosen)).count());
+    let name = find_key("name").expect("a key");
+    let echoed = scenarios.all.par_iter().map(|base| kinds(&name).filter(|chosen| base.is_echoed(*chosen)).count());
     assert!(echoed.sum::<usize>() > 500);
 }

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::iter::successors;
 use std::sync::{Arc, Mutex};
 
-use trocar::scenario::{Key, Scenario, Source, Values, find_key};
+use trocar::scenario::{Key, KeyAt, Scenario, Source, Values, find_key};
 use trocar::settings::ActsFor;
 
 use super::Chosen;
@@ -56,11 +56,13 @@ reflex_withdraw_m = 0.0002
 [tissue]
 kind = "layers"
 index = "depth"
-skin = { thickness_m = 0.001, rupture_force_n = 1.0, cutting_force_n = 0.5 }
-fat = { thickness_m = 0.002 }
-muscle = { thickness_m = 0.003 }
-capsule = { thickness_m = 0.001 }
-organ = { thickness_m = 0.004 }
+layer = [
+    { name = "skin", thickness_m = 0.001, stiffness_n_per_m = 150.0, stiffening_n_per_m2 = 3.5e4, rupture_force_n = 1.0, cutting_force_n = 0.5, grip_n = 0.3 },
+    { name = "fat", thickness_m = 0.002, stiffness_n_per_m = 60.0 },
+    { name = "muscle", thickness_m = 0.003, stiffness_n_per_m = 150.0, stiffening_n_per_m2 = 1e4, rupture_force_n = 1.2, cutting_force_n = 0.8, friction_n_per_m = 50.0, grip_n = 0.2 },
+    { name = "capsule", thickness_m = 0.001, stiffness_n_per_m = 60.0, stiffening_n_per_m2 = 1e4, rupture_force_n = 1.2, relaxation_s = 0.015, friction_n_per_m = 0.0, grip_n = 0.1 },
+    { name = "organ", thickness_m = 0.004, stiffness_n_per_m = 60.0, friction_n_per_m = 8.0 },
+]
 
 [tissue.fmu]
 file = "tissue.fmu"
@@ -105,8 +107,8 @@ const VARIANTS: &[&str] = &[
     // A passivity scheme with little energy.
     "passivity.scheme=time-domain passivity.budget_j=1e-5 channel.forward_delay_s=0.02 channel.backward_delay_s=0.03",
     // Thin layers, so that the needle leaves the last one.
-    "tissue.skin.thickness_m=0.0005 tissue.fat.thickness_m=0.001 tissue.muscle.thickness_m=0.001 \
-     tissue.capsule.thickness_m=0.0005 tissue.organ.thickness_m=0.001 operator.reflex=stop augmentation.events_s=[0.2]",
+    "tissue.layer.skin.thickness_m=0.0005 tissue.layer.fat.thickness_m=0.001 tissue.layer.muscle.thickness_m=0.001 \
+     tissue.layer.capsule.thickness_m=0.0005 tissue.layer.organ.thickness_m=0.001 operator.reflex=stop augmentation.events_s=[0.2]",
     // An alarm at any time.
     "augmentation.events_s=[0.05,0.1,0.15,0.17,0.19,0.21,0.23,0.25,0.27,0.29,0.31,0.33,0.35,0.37,0.39,0.41] \
      augmentation.max_hold_s=0.03 augmentation.refractory_s=0.03",
@@ -132,8 +134,8 @@ const VARIANTS: &[&str] = &[
     "master.coupling=as-printed master.force_integral_gain=0.5 operator.kind=sine operator.start_m=0.0 \
      passivity.scheme=time-domain passivity.budget_j=1e-6 channel.forward_delay_s=0.02 channel.backward_delay_s=0.03",
     "master.coupling=as-printed master.force_integral_gain=0.1 operator.kind=sine operator.start_m=0.0 \
-     operator.amplitude_m=-0.003 tissue.skin.rupture_force_n=0.001 tissue.skin.cutting_force_n=0.001 \
-     tissue.skin.thickness_m=0.01 tissue.skin.grip_n=0.001 tissue.skin.friction_n_per_m=0.1 \
+     operator.amplitude_m=-0.003 tissue.layer.skin.rupture_force_n=0.001 tissue.layer.skin.cutting_force_n=0.001 \
+     tissue.layer.skin.thickness_m=0.01 tissue.layer.skin.grip_n=0.001 tissue.layer.skin.friction_n_per_m=0.1 \
      tissue.breathing_amplitude_m=1e-6 tissue.heartbeat_amplitude_m=1e-6",
     // In and out of a spring, with noise and outages.
     "operator.kind=sine operator.start_m=0.01 tissue.kind=kelvin-voigt tissue.stiffness_n_per_m=100 \
@@ -255,13 +257,13 @@ impl Scenarios {
     }
 
     /// Whether a key is declared to act for a kind; checks that it is an error to give it otherwise.
-    pub fn is_declared(&self, key: &Key, chosen: Chosen) -> bool {
+    pub fn is_declared(&self, key: &KeyAt, chosen: Chosen) -> bool {
         let mut settings = self.defaults.settings_for(key, chosen);
         let values = once(&self.known, &settings, || Arc::new(self.defaults.load(&settings)));
         if values.is_acting(key) {
             return true;
         }
-        let value = trial_values(key, values.get(key.path), self).into_iter().next().expect("a value");
+        let value = trial_values(key, values.get(&key.path), self).into_iter().next().expect("a value");
         settings.push(format!("{}={value}", key.path));
         // Where the key states a tissue, it acts as soon as it is written.
         if self.defaults.load(&settings).is_acting(key) {

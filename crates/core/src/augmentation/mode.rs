@@ -31,7 +31,7 @@ impl Mode {
 /// assert!(modes.is_augmented() && !modes.is_teleoperation());
 /// assert_eq!(modes.lane(0), Mode::Augmented);
 /// ```
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Modes<L> {
     /// [`Mode::code`] in each lane.
     code: L,

@@ -1,7 +1,7 @@
 //! The controller of a rig: what it commands, and what bad samples change.
 
 use super::*;
-use crate::augmentation::AugmentationSettings;
+use crate::augmentation::{AugmentationSettings, Mode};
 
 fn settings() -> Settings {
     Settings { contact_m: 0.01, position_scale: 0.5, force_scale: 3.0, ..Settings::default() }

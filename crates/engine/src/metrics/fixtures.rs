@@ -2,7 +2,7 @@
 
 use super::{Metrics, MetricsObserver, OperatorTraits};
 use crate::engine::{Observer as _, Signals};
-use trocar_core::augmentation::Mode;
+use trocar_core::augmentation::{Mode, Modes};
 use trocar_core::time::TickGrid;
 
 /// Time between two ticks in s.
@@ -139,8 +139,8 @@ impl Insertion {
 }
 
 /// A mode as signals have it.
-pub(crate) fn in_mode(mode: Mode) -> f64 {
-    mode.code()
+pub(crate) fn in_mode(mode: Mode) -> Modes<f64> {
+    Modes::splat(mode)
 }
 
 /// Asserts that two numbers agree but for rounding.
@@ -157,6 +157,7 @@ pub(super) fn side_by_side<L: trocar_core::lane::Lane>(all: &[Signals<f64>; 8]) 
         (numbers { $($number:ident)* } masks { $($mask:ident)* }) => {
             Signals {
                 tick: all[0].tick,
+                mode: Modes::from_codes(L::from_lanes(|lane| all[lane].mode.codes())),
                 $($number: L::from_lanes(|lane| all[lane].$number),)*
                 $($mask: trocar_core::lane::gather_mask::<L>(std::array::from_fn(|lane| all[lane].$mask)),)*
             }
@@ -165,7 +166,7 @@ pub(super) fn side_by_side<L: trocar_core::lane::Lane>(all: &[Signals<f64>; 8]) 
     gathered! {
         numbers { desired_position_m intended_position_m master_position_m master_velocity_m_per_s operator_force_n
             slave_reference_m slave_position_m slave_velocity_m_per_s tissue_force_n measured_force_n feedback_force_n
-            stiffness_n_per_m damping_n_s_per_m extra_parameter residual_n distance decision mode commanded_force_n
+            stiffness_n_per_m damping_n_s_per_m extra_parameter residual_n distance decision commanded_force_n
             allowed_force_step_n }
         masks { ruptured noticed alarm alarm_taken }
     }

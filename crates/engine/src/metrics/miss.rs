@@ -548,7 +548,7 @@ mod tests {
         let mut history = SupervisorHistory::default();
         for tick in 0..200 {
             let mode = if (50..80).contains(&tick) { Mode::Augmented } else { Mode::Teleoperation };
-            history.push(tick, crate::metrics::fixtures::in_mode(mode), tick == alarm, is_taken);
+            history.push(tick, mode, tick == alarm, is_taken);
         }
         history
     }

@@ -18,7 +18,7 @@ metrics! {
         /// Time at which the layer ruptured.
         time_s: f64 = "time", Second, Neither [Never];
         /// The name of the layer; `None` for a tissue without layers, or if the run is not recorded tick by tick.
-        layer: Option<&'static str>;
+        layer: Option<String>;
         /// Time from the rupture to its alarm; undefined if it was missed.
         detection_delay_s: Option<f64> = "detection delay", Second, Lower [Main];
         /// Largest advance of the needle beyond the intended motion, up to the next rupture or for 2 s; undefined without known intention.

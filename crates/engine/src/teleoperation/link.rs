@@ -103,11 +103,8 @@ impl<L: Lane> Link<L> {
         tick_s: f64,
         start_m: f64,
     ) -> Result<Self, InvalidValue> {
+        let architecture = settings.architecture(tick_s)?;
         let LinkSettings { controller, machines, recovery, passivity } = settings;
-        controller.validate()?;
-        recovery.validate()?;
-        passivity.validate()?;
-        let architecture = AnyArchitecture::new(controller, machines, tick_s)?;
         let reference_m = L::splat(machines.position_scale * start_m);
         let is_immediate = lines.forward.is_immediate() && lines.backward.is_immediate();
         let energy_scale = L::splat(machines.energy_scale());

@@ -1,7 +1,9 @@
 //! Settings of a link besides its two directions.
 
 use super::recovery::RecoverySettings;
-use super::{ControllerKind, ControllerSettings, PassivitySettings, Scheme};
+use super::{AnyArchitecture, ControllerKind, ControllerSettings, PassivitySettings, Scheme};
+use trocar_core::error::InvalidValue;
+use trocar_core::lane::Lane;
 
 trocar_core::settings! {
     /// Scale factors between the two sides.
@@ -37,6 +39,22 @@ pub struct LinkSettings {
 }
 
 impl LinkSettings {
+    /// Checks what a link of these settings would refuse, on ticks of `tick_s` (s).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first setting out of range.
+    pub fn check(&self, tick_s: f64) -> Result<(), InvalidValue> {
+        self.architecture::<f64>(tick_s).map(drop)
+    }
+
+    /// The checked architecture, on ticks of `tick_s` (s).
+    pub(super) fn architecture<L: Lane>(&self, tick_s: f64) -> Result<AnyArchitecture<L>, InvalidValue> {
+        self.controller.validate()?;
+        self.recovery.validate()?;
+        self.passivity.validate()?;
+        AnyArchitecture::new(&self.controller, &self.machines, tick_s)
+    }
+
     /// Whether it is the paper's: position and force are transmitted unchanged.
     #[must_use]
     pub fn is_baseline(&self) -> bool {
@@ -70,6 +88,19 @@ pub struct Machines {
 }
 
 impl Machines {
+    /// Machines without mass and gains, and with scales of 1.
+    pub const UNCOUPLED: Self = Self {
+        master_mass_kg: 0.0,
+        master_damping_n_s_per_m: 0.0,
+        proportional_gain: 0.0,
+        velocity_gain: 0.0,
+        slave_drag: 0.0,
+        slave_inertia: 0.0,
+        compliance_m_per_n: 0.0,
+        position_scale: 1.0,
+        force_scale: 1.0,
+    };
+
     /// Energy at the master per energy at the slave: force scale over position scale, 1 for an open loop.
     ///
     /// A loop that a scale of 0 opens has no common energy.

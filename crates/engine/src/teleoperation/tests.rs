@@ -37,7 +37,7 @@ fn link(change: impl Fn(&mut LinkSettings), [forward, backward]: [u64; 2], outag
     }
     let lines = Lines {
         forward: line(forward, [0.0; 4], &outage),
-        backward: line(backward, [0.0, 0.0, 0.0, 0.0, in_mode(Mode::Teleoperation)], &outage),
+        backward: line(backward, [0.0, 0.0, 0.0, 0.0, in_mode(Mode::Teleoperation).codes()], &outage),
         forward_payload: line(forward, [0.0; 4], &outage),
         backward_payload: line(backward, [0.0; 4], &outage),
     };

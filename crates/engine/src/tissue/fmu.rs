@@ -342,6 +342,11 @@ impl<L: Lane> Model for Fmu<L> {
     fn build(_settings: &FmuSettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
         Err(NEEDS_FILE)
     }
+
+    /// The file is checked where it is read.
+    fn check(_settings: &FmuSettings, _tick_s: f64, _start_m: f64) -> Result<(), InvalidValue> {
+        Ok(())
+    }
 }
 
 impl Gather for Fmu<f64> {

@@ -115,7 +115,7 @@ mod tests {
         assert!(low == 0.0 && (high - 20.0).abs() < 1e-9, "{low} {high}");
         assert_eq!(HuntCrossley::<f64>::springs(&settings, None), None);
         let surface = Surface { contact_m: 0.013 };
-        assert_eq!(HuntCrossley::<f64>::surface_m(&HuntCrossleySettings { surface, ..settings }), 0.013);
+        assert_eq!(HuntCrossley::<f64>::surface_m(&HuntCrossleySettings { surface, ..settings }), Some(0.013));
     }
 
     #[test]

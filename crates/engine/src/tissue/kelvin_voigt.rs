@@ -96,7 +96,7 @@ mod tests {
             surface: Surface { contact_m: 0.013 },
         };
         assert_eq!(KelvinVoigt::<f64>::springs(&settings, None), Some(Springs::SpringDamper(123.0, 4.5)));
-        assert_eq!(KelvinVoigt::<f64>::surface_m(&settings), 0.013);
+        assert_eq!(KelvinVoigt::<f64>::surface_m(&settings), Some(0.013));
         let mut tissue = KelvinVoigt::<f64>::new(&settings).expect("valid");
         let reaction = tissue.react(0, 0.023, 0.2);
         assert!((reaction.force_n - (1.23 + 0.9)).abs() < 1e-12 && !reaction.ruptured);

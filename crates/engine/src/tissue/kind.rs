@@ -1,6 +1,6 @@
 //! The list of the built-in tissues, by their words in scenarios.
 
-use trocar_core::settings::{ActsFor, Key, acting, count, joined};
+use trocar_core::settings::{ActsFor, Key, acting, count_distinct, distinct};
 
 use super::literature::Outside;
 use super::*;
@@ -24,29 +24,26 @@ trocar_core::registry! {
 }
 
 impl TissueSettings {
-    /// The keys that follow those of all other parts.
-    pub const LAST_KEYS: &'static [Key] = {
-        const GROUPS: &[&[Key]] = &of_kind!([WORD, Part] => {
-            const LAST: &[Key] = <Part<f64> as Model>::LAST_KEYS;
-            const COUNT: usize = LAST.len();
-            &acting::<COUNT>(&[LAST], ActsFor::new(TissueSettings::KEY.path, &[WORD]))
-        });
-        &joined::<{ count(GROUPS) }>(GROUPS)
-    };
-
-    /// The keys of a layer in the list of layers, those of the layer `*`.
+    /// The keys of a layer in the list of layers, with a `*` for the layer.
     pub const LIST_KEYS: &'static [Key] = {
         const GROUPS: &[&[Key]] = &of_kind!([WORD, Part] => {
             const LIST: &[Key] = <Part<f64> as Model>::LIST_KEYS;
             const COUNT: usize = LIST.len();
             &acting::<COUNT>(&[LIST], ActsFor::new(TissueSettings::KEY.path, &[WORD]))
         });
-        &joined::<{ count(GROUPS) }>(GROUPS)
+        &distinct::<{ count_distinct(GROUPS) }>(GROUPS)
     };
+
+    /// The layers of the kind with this word where none are listed. Empty for a kind without layers.
+    #[must_use]
+    pub fn default_layers(word: &str) -> Vec<DefaultLayer> {
+        let all = of_kind!([WORD, Part] => (WORD, <Part<f64> as Model>::default_layers as fn() -> Vec<DefaultLayer>));
+        all.into_iter().find(|(known, _)| *known == word).map_or_else(Vec::new, |(_, layers)| layers())
+    }
 
     /// The names of the layers that rupture, from the surface down.
     #[must_use]
-    pub fn rupturing_layers(&self) -> Vec<&'static str> {
+    pub fn rupturing_layers(&self) -> Vec<&str> {
         of_kind!(self, Part(own) => Part::<f64>::rupturing_layers(own))
     }
 
@@ -66,6 +63,14 @@ impl TissueSettings {
     #[must_use]
     pub fn outside_measured(&self) -> Vec<Outside> {
         of_kind!(self, Part(own) => Part::<f64>::outside_measured(own))
+    }
+
+    /// Checks what [`TissueSettings::build`] would refuse, without a tissue.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn check(&self, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
+        of_kind!(self, Part(own) => Part::<f64>::check(own, tick_s, start_m))
     }
 
     /// The tissue on ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).

@@ -1,4 +1,4 @@
-//! One layer of tissue: its parameters, their keys and ranges.
+//! One layer that gives way at a force: its parameters, their keys and ranges.
 //!
 //! # Sources of the numbers
 //! The form is that of Simone (*Modeling of needle insertion forces for percutaneous therapies*, 2002) and of Okamura,
@@ -22,204 +22,117 @@
 //! | relaxation | 20 ms | 20 ms | 20 ms | 15 ms | 20 ms | chosen here |
 //! | `c` in s/m | 2 | 2 | 2 | 2 | 2 | chosen here |
 
-use trocar_core::settings::{Key, Range, Source, joined};
-
 use super::literature::{
     Bounds, CUTTING_FORCE_N, DAMPING_S_PER_M, DEFLECTION_M, FRICTION_N_PER_M, GRIP_N, RUPTURE_FORCE_N,
     STIFFENING_N_PER_M2, STIFFNESS_N_PER_M, THICKNESS_M,
 };
+use super::model::DefaultLayer;
 use trocar_core::error::{InvalidValue, require};
-
-/// Maximum number of layers.
-pub const LAYERS: usize = 5;
 
 /// Largest time constant of a relaxation in s.
 pub const MAX_RELAXATION_S: f64 = 10.0;
 
-/// Declares the parameters of a layer: the struct, its keys for every layer, and how it is read.
-macro_rules! layer_settings {
-    (
-        $(#[doc = $about:literal])*
-        pub struct LayerParameters in $($layer:literal)* {
-            $(
-                $(#[doc = $doc:literal])*
-                $field:ident [$range:expr],
-            )*
-        }
-    ) => {
-        $(#[doc = $about])*
-        #[derive(Debug, Clone, Copy, PartialEq)]
-        pub struct LayerParameters {
-            $(
-                $(#[doc = $doc])*
-                pub $field: f64,
-            )*
-        }
-
-        /// A layer's keys in scenarios.
-        #[derive(Debug)]
-        #[allow(missing_docs, reason = "named as the fields of LayerParameters")]
-        pub struct LayerKeys {
-            $(pub $field: &'static str,)*
-            at_least_cutting: &'static str,
-            reaches_rupture: &'static str,
-        }
-
-        impl LayerParameters {
-            /// Reads the layer of the keys.
-            pub(super) fn read<S: Source>(source: &S, keys: &LayerKeys) -> Result<Self, S::Error> {
-                Ok(Self { $($field: source.number(keys.$field)?,)* })
-            }
-
-            /// The keys of the layer `index` of [`LAYER_NAMES`].
-            const fn keys(index: usize) -> [Key; LAYER_KEY_COUNT] {
-                let (names, default) = (&LAYER_KEYS[index], Self::DEFAULTS[index]);
-                let keys: &[Key] = &[$(
-                    Key::number(names.$field, $range, default.$field, trocar_core::settings!(@meaning $($doc)*)),
-                )*];
-                joined(&[keys])
-            }
-        }
-
-        const LAYER_KEY_COUNT: usize = [$(stringify!($field)),*].len();
-
-        /// The layers' names in scenarios, from the surface down.
-        pub const LAYER_NAMES: [&str; LAYERS] = [$($layer),*];
-
-        layer_settings!(@names {$($field)*} $($layer)*);
-    };
-    (@names $fields:tt $($layer:literal)*) => {
-        /// The keys of each layer, in the order of [`LAYER_NAMES`].
-        pub const LAYER_KEYS: [LayerKeys; LAYERS] = [$(layer_settings!(@layer $layer $fields)),*];
-    };
-    (@layer $layer:literal {$($field:ident)*}) => {
-        LayerKeys {
-            $($field: concat!("tissue.", $layer, ".", stringify!($field)),)*
-            at_least_cutting: concat!("at least tissue.", $layer, ".cutting_force_n"),
-            reaches_rupture: concat!(
-                "enough to reach tissue.",
-                $layer,
-                ".rupture_force_n within 0.1 m, with tissue.",
-                $layer,
-                ".stiffening_n_per_m2"
-            ),
-        }
-    };
-}
-
-/// The keys of every layer, from the surface down.
-pub(super) const LAYERED_KEYS: &[[Key; LAYER_KEY_COUNT]; LAYERS] = &[
-    LayerParameters::keys(0),
-    LayerParameters::keys(1),
-    LayerParameters::keys(2),
-    LayerParameters::keys(3),
-    LayerParameters::keys(4),
-];
-
-layer_settings! {
-    /// The parameters of a layer.
+trocar_core::settings! {
+    /// The parameters of a layer that gives way at a force.
     ///
     /// Its loading law is `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)`: a polynomial of the deflection `d >= 0`, as Okamura
     /// et al. use for the capsule, and a damping proportional to it, as in Hunt-Crossley's model (eq. 2 with
     /// `λ = c μ`), so that the force starts without a step and never pulls.
-    pub struct LayerParameters in "skin" "fat" "muscle" "capsule" "organ" {
-        /// Thickness; 0: the layer is absent.
-        ///
-        /// In m; the other parameters of an absent layer have no effect.
-        thickness_m [THICKNESS_M.range()],
-        /// a_1 of the loading law a_1 d + a_2 d², with the deflection d.
-        stiffness_n_per_m [STIFFNESS_N_PER_M.range()],
-        /// a_2 of the loading law.
+    ///
+    /// The fields that [`TearingLayer`](super::TearingLayer) has too are the same keys, with the same defaults.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct LayerParameters in "tissue.layer.*." {
+        /// Thickness.
+        thickness_m: f64 [POSITIVE] = 0.1,
+        /// a_1 of the loading law a_1 d + a_2 d², with the deflection d; of a layer that tears k_0, the stiffness of a fast
+        /// deflection.
+        stiffness_n_per_m: f64 [STIFFNESS_N_PER_M.range()] = 250.0,
+        /// a_2: the force has a part a_2 d² of the deflection d.
         ///
         /// `a₁` or `a₂` is above 0.
-        stiffening_n_per_m2 [STIFFENING_N_PER_M2.range()],
+        stiffening_n_per_m2: f64 [STIFFENING_N_PER_M2.range()] = 0.0,
         /// Force at which the layer ruptures, median 1.22 (van Gerwen et al. 2012); at least the cutting force.
-        rupture_force_n [RUPTURE_FORCE_N.range()],
+        rupture_force_n: f64 [RUPTURE_FORCE_N.range()] = 0.3,
         /// Force at which the needle cuts through it after the rupture, median 0.95 (van Gerwen et al. 2012).
-        cutting_force_n [CUTTING_FORCE_N.range()],
+        cutting_force_n: f64 [CUTTING_FORCE_N.range()] = 0.3,
         /// Time constant of its relaxation, after the rupture and after the last cut: 0 (immediate), or from one tick
         /// to 10.
         ///
         /// In s, from the rupture force to the cutting force and, once cut through, to 0.
-        relaxation_s [Range::NON_NEGATIVE],
+        relaxation_s: f64 [NON_NEGATIVE] = 0.02,
         /// c: the force is (1 + c v) times that of the loading law.
-        damping_s_per_m [DAMPING_S_PER_M.range()],
+        damping_s_per_m: f64 [DAMPING_S_PER_M.range()] = 2.0,
         /// Friction on the shaft per length in the layer; 11 to 12 in liver (Okamura et al. 2004).
-        friction_n_per_m [FRICTION_N_PER_M.range()],
+        friction_n_per_m: f64 [FRICTION_N_PER_M.range()] = 10.0,
         /// Friction on the shaft, independent of the length in the layer.
         ///
         /// Caused by the rim of the layer, in N.
-        grip_n [GRIP_N.range()],
+        grip_n: f64 [GRIP_N.range()] = 0.0,
     }
+    where rupture_force_n: |s| s.rupture_force_n >= s.cutting_force_n, "at least tissue.layer.*.cutting_force_n";
+    where stiffness_n_per_m: |s| s.deflection_m(s.rupture_force_n) <= DEFLECTION_M.high,
+        "enough to reach tissue.layer.*.rupture_force_n within 0.1 m, with tissue.layer.*.stiffening_n_per_m2";
 }
 
 impl LayerParameters {
-    /// The default layers, in the order of [`LAYER_NAMES`].
-    pub const DEFAULTS: [Self; LAYERS] = [
-        Self {
-            thickness_m: 2e-3,
-            stiffness_n_per_m: 150.0,
-            stiffening_n_per_m2: 3.5e4,
-            rupture_force_n: 3.0,
-            cutting_force_n: 1.0,
-            relaxation_s: 0.02,
-            damping_s_per_m: 2.0,
-            friction_n_per_m: 10.0,
-            grip_n: 0.3,
-        },
-        Self {
-            thickness_m: 0.01,
-            stiffness_n_per_m: 60.0,
-            stiffening_n_per_m2: 0.0,
-            rupture_force_n: 0.3,
-            cutting_force_n: 0.3,
-            relaxation_s: 0.02,
-            damping_s_per_m: 2.0,
-            friction_n_per_m: 10.0,
-            grip_n: 0.0,
-        },
-        Self {
-            thickness_m: 0.015,
-            stiffness_n_per_m: 150.0,
-            stiffening_n_per_m2: 1e4,
-            rupture_force_n: 1.2,
-            cutting_force_n: 0.8,
-            relaxation_s: 0.02,
-            damping_s_per_m: 2.0,
-            friction_n_per_m: 50.0,
-            grip_n: 0.2,
-        },
-        Self {
-            thickness_m: 5e-4,
-            stiffness_n_per_m: 60.0,
-            stiffening_n_per_m2: 1e4,
-            rupture_force_n: 1.2,
-            cutting_force_n: 0.3,
-            relaxation_s: 0.015,
-            damping_s_per_m: 2.0,
-            friction_n_per_m: 0.0,
-            grip_n: 0.1,
-        },
-        Self {
-            thickness_m: 0.1,
-            stiffness_n_per_m: 60.0,
-            stiffening_n_per_m2: 0.0,
-            rupture_force_n: 0.3,
-            cutting_force_n: 0.3,
-            relaxation_s: 0.02,
-            damping_s_per_m: 2.0,
-            friction_n_per_m: 8.0,
-            grip_n: 0.0,
-        },
+    /// The layers where a scenario lists none, from the surface down, with their names.
+    pub const DEFAULT_LIST: [(&str, Self); 5] = [
+        (
+            "skin",
+            Self {
+                thickness_m: 2e-3,
+                stiffness_n_per_m: 150.0,
+                stiffening_n_per_m2: 3.5e4,
+                rupture_force_n: 3.0,
+                cutting_force_n: 1.0,
+                grip_n: 0.3,
+                ..Self::DEFAULT
+            },
+        ),
+        ("fat", Self { thickness_m: 0.01, stiffness_n_per_m: 60.0, ..Self::DEFAULT }),
+        (
+            "muscle",
+            Self {
+                thickness_m: 0.015,
+                stiffness_n_per_m: 150.0,
+                stiffening_n_per_m2: 1e4,
+                rupture_force_n: 1.2,
+                cutting_force_n: 0.8,
+                friction_n_per_m: 50.0,
+                grip_n: 0.2,
+                ..Self::DEFAULT
+            },
+        ),
+        (
+            "capsule",
+            Self {
+                thickness_m: 5e-4,
+                stiffness_n_per_m: 60.0,
+                stiffening_n_per_m2: 1e4,
+                rupture_force_n: 1.2,
+                relaxation_s: 0.015,
+                friction_n_per_m: 0.0,
+                grip_n: 0.1,
+                ..Self::DEFAULT
+            },
+        ),
+        ("organ", Self { stiffness_n_per_m: 60.0, friction_n_per_m: 8.0, ..Self::DEFAULT }),
     ];
 
-    /// An absent layer.
-    pub const ABSENT: Self = Self { thickness_m: 0.0, ..Self::DEFAULTS[0] };
-
-    /// Whether the layer is present.
+    /// The default layers by name, each with the values of all keys.
     #[must_use]
-    pub fn is_present(&self) -> bool {
-        self.thickness_m > 0.0
+    pub fn default_list() -> Vec<DefaultLayer> {
+        let values = |layer: &Self| {
+            let relaxation = ("tissue.layer.*.relaxation_s", layer.relaxation_s);
+            layer.measured().into_iter().map(|(key, value, _)| (key, value)).chain([relaxation]).collect()
+        };
+        Self::DEFAULT_LIST.iter().map(|(name, layer)| (*name, values(layer))).collect()
+    }
+
+    /// True if the force drops where the layer gives way.
+    #[must_use]
+    pub fn ruptures(&self) -> bool {
+        self.rupture_force_n > self.cutting_force_n
     }
 
     /// `d >= 0` in m with `a₁ d + a₂ d² = force_n`.
@@ -238,40 +151,29 @@ impl LayerParameters {
         (self.stiffness_n_per_m.powi(2) + 4.0 * self.stiffening_n_per_m2 * force_n).sqrt()
     }
 
-    /// Checks the fields, on ticks of `tick_s`, with the keys of layer `index` of [`LAYER_NAMES`].
+    /// Checks the fields, on ticks of `tick_s` (s).
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
-    pub fn validate(&self, index: usize, tick_s: f64) -> Result<(), InvalidValue> {
-        let keys = &LAYER_KEYS[index];
-        THICKNESS_M.range().check(keys.thickness_m, self.thickness_m)?;
-        if !self.is_present() {
-            return Ok(());
-        }
-        for (key, value, bounds) in self.measured(index) {
-            bounds.range().check(key, value)?;
-        }
-        let rupture = self.rupture_force_n;
-        require(keys.rupture_force_n, rupture, rupture >= self.cutting_force_n, keys.at_least_cutting)?;
-        let reaches = self.deflection_m(rupture) <= DEFLECTION_M.high;
-        require(keys.stiffness_n_per_m, self.stiffness_n_per_m, reaches, keys.reaches_rupture)?;
+    pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
+        self.validate()?;
         let relaxation = self.relaxation_s;
         let resolved = relaxation == 0.0 || (tick_s..=MAX_RELAXATION_S).contains(&relaxation);
-        require(keys.relaxation_s, relaxation, resolved, "0 (at once), or from simulation.tick_s to 10").map(drop)
+        let requirement = "0 (at once), or from simulation.tick_s to 10";
+        require("tissue.layer.*.relaxation_s", relaxation, resolved, requirement).map(drop)
     }
 
-    /// The keys of layer `index` of [`LAYER_NAMES`] with values and ranges of measurements.
-    pub(super) fn measured(&self, index: usize) -> [(&'static str, f64, &'static Bounds); 8] {
-        let keys = &LAYER_KEYS[index];
+    /// The keys with values and ranges of measurements.
+    pub(super) fn measured(&self) -> [(&'static str, f64, &'static Bounds); 8] {
         [
-            (keys.thickness_m, self.thickness_m, &THICKNESS_M),
-            (keys.stiffness_n_per_m, self.stiffness_n_per_m, &STIFFNESS_N_PER_M),
-            (keys.stiffening_n_per_m2, self.stiffening_n_per_m2, &STIFFENING_N_PER_M2),
-            (keys.cutting_force_n, self.cutting_force_n, &CUTTING_FORCE_N),
-            (keys.rupture_force_n, self.rupture_force_n, &RUPTURE_FORCE_N),
-            (keys.damping_s_per_m, self.damping_s_per_m, &DAMPING_S_PER_M),
-            (keys.friction_n_per_m, self.friction_n_per_m, &FRICTION_N_PER_M),
-            (keys.grip_n, self.grip_n, &GRIP_N),
+            ("tissue.layer.*.thickness_m", self.thickness_m, &THICKNESS_M),
+            ("tissue.layer.*.stiffness_n_per_m", self.stiffness_n_per_m, &STIFFNESS_N_PER_M),
+            ("tissue.layer.*.stiffening_n_per_m2", self.stiffening_n_per_m2, &STIFFENING_N_PER_M2),
+            ("tissue.layer.*.cutting_force_n", self.cutting_force_n, &CUTTING_FORCE_N),
+            ("tissue.layer.*.rupture_force_n", self.rupture_force_n, &RUPTURE_FORCE_N),
+            ("tissue.layer.*.damping_s_per_m", self.damping_s_per_m, &DAMPING_S_PER_M),
+            ("tissue.layer.*.friction_n_per_m", self.friction_n_per_m, &FRICTION_N_PER_M),
+            ("tissue.layer.*.grip_n", self.grip_n, &GRIP_N),
         ]
     }
 }
@@ -279,12 +181,12 @@ impl LayerParameters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tissue::TearingLayer;
 
     #[test]
     fn the_deflection_inverts_the_loading_law() {
         for (a1, a2) in [(150.0, 3e4), (0.0, 1e4), (200.0, 0.0), (1e3, 1e-9)] {
-            let layer =
-                LayerParameters { stiffness_n_per_m: a1, stiffening_n_per_m2: a2, ..LayerParameters::DEFAULTS[0] };
+            let layer = LayerParameters { stiffness_n_per_m: a1, stiffening_n_per_m2: a2, ..LayerParameters::DEFAULT };
             for force in [5e-4, 0.3, 3.0, 19.2] {
                 let d = layer.deflection_m(force);
                 assert!((a1 * d + a2 * d * d - force).abs() < 1e-12, "{a1} {a2} {force}");
@@ -295,20 +197,43 @@ mod tests {
     }
 
     #[test]
-    fn the_defaults_are_allowed_and_what_cannot_be_is_named() {
-        for (index, layer) in LayerParameters::DEFAULTS.iter().enumerate() {
-            layer.validate(index, 1e-3).expect("allowed");
+    fn the_defaults_are_allowed_and_impossible_values_are_named() {
+        LayerParameters::DEFAULT.validate_on_ticks(1e-3).expect("allowed");
+        for (_, layer) in &LayerParameters::DEFAULT_LIST {
+            layer.validate_on_ticks(1e-3).expect("allowed");
         }
-        let skin = LayerParameters::DEFAULTS[0];
-        let refused = |layer: LayerParameters| layer.validate(3, 1e-3).expect_err("refused").name;
-        assert_eq!(refused(LayerParameters { relaxation_s: -1.0, ..skin }), "tissue.capsule.relaxation_s");
-        assert_eq!(refused(LayerParameters { relaxation_s: 1e-4, ..skin }), "tissue.capsule.relaxation_s");
-        assert_eq!(refused(LayerParameters { cutting_force_n: 4.0, ..skin }), "tissue.capsule.rupture_force_n");
-        assert_eq!(refused(LayerParameters { rupture_force_n: -1.0, ..skin }), "tissue.capsule.rupture_force_n");
+        let (_, skin) = LayerParameters::DEFAULT_LIST[0];
+        let refused = |layer: LayerParameters| layer.validate_on_ticks(1e-3).expect_err("refused").name;
+        assert_eq!(refused(LayerParameters { thickness_m: 0.0, ..skin }), "tissue.layer.*.thickness_m");
+        assert_eq!(refused(LayerParameters { relaxation_s: -1.0, ..skin }), "tissue.layer.*.relaxation_s");
+        assert_eq!(refused(LayerParameters { relaxation_s: 1e-4, ..skin }), "tissue.layer.*.relaxation_s");
+        assert_eq!(refused(LayerParameters { cutting_force_n: 4.0, ..skin }), "tissue.layer.*.rupture_force_n");
+        assert_eq!(refused(LayerParameters { rupture_force_n: -1.0, ..skin }), "tissue.layer.*.rupture_force_n");
         let firm = LayerParameters { rupture_force_n: 50.0, ..skin };
-        firm.validate(3, 1e-3).expect("outside of the measurements is allowed");
+        firm.validate_on_ticks(1e-3).expect("outside of the measurements is allowed");
         let limp = LayerParameters { stiffness_n_per_m: 0.0, stiffening_n_per_m2: 0.0, ..skin };
-        assert_eq!(refused(limp), "tissue.capsule.stiffness_n_per_m");
-        LayerParameters { relaxation_s: -1.0, ..LayerParameters::ABSENT }.validate(0, 1e-3).expect("it is absent");
+        assert_eq!(refused(limp), "tissue.layer.*.stiffness_n_per_m");
+    }
+
+    #[test]
+    fn the_default_list_gives_a_value_to_every_key() {
+        for (name, values) in LayerParameters::default_list() {
+            assert_eq!(values.len(), LayerParameters::KEYS.len(), "{name}");
+            for key in LayerParameters::KEYS {
+                assert!(values.iter().any(|(path, _)| *path == key.path), "{name}: {}", key.path);
+            }
+        }
+    }
+
+    #[test]
+    fn a_key_of_both_kinds_of_layers_is_declared_alike() {
+        let mut shared = 0;
+        for key in LayerParameters::KEYS {
+            let Some(other) = TearingLayer::KEYS.iter().find(|other| other.path == key.path) else { continue };
+            shared += 1;
+            assert_eq!((key.kind, key.fallback), (other.kind, other.fallback), "{}", key.path);
+            assert_eq!(key.meaning, other.meaning, "{}", key.path);
+        }
+        assert_eq!(shared, 5);
     }
 }

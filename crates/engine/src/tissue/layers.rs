@@ -2,14 +2,15 @@
 
 use trocar_core::settings::{Key, Source, count, joined};
 
-use super::layer::{LAYER_KEYS, LAYER_NAMES, LAYERED_KEYS, LAYERS, LayerParameters};
+use super::layer::LayerParameters;
 use super::literature::{Outside, outside};
-use super::model::{Model, Springs};
+use super::model::{DefaultLayer, Model, Springs};
+use super::named_layers::{Named, check_layers, measured_layers, read_layers};
 use super::shaft::{Shaft, ShaftParameters};
 use super::shaft_contact::ShaftContact;
-use super::surface::Surface;
+use super::surface::{Surface, starts_outside};
 use super::{Reaction, Tissue};
-use trocar_core::error::{InvalidValue, require};
+use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 
 /// Start of a layer that the needle has not reached, in m: deeper than any run.
@@ -20,18 +21,18 @@ const FAR_M: f64 = 1e9;
 const MIN_FALL_M: f64 = 1e-15;
 
 /// The parameters of a layered tissue.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LayersParameters {
     /// The surface of the undeformed tissue, in m.
     pub contact_m: f64,
-    /// The layers from the surface down.
-    pub layers: [LayerParameters; LAYERS],
+    /// The layers by name, from the surface down.
+    pub layers: Vec<Named<LayerParameters>>,
     /// The shaft's friction.
     pub shaft: ShaftParameters,
 }
 
 impl LayersParameters {
-    /// Its keys, except those of the layers, which have separate sections.
+    /// Its keys, except those of the layers.
     pub const KEYS: &'static [Key] = &joined::<{ count(Self::GROUPS) }>(Self::GROUPS);
 
     const GROUPS: &'static [&'static [Key]] = &[Surface::KEYS, ShaftParameters::KEYS];
@@ -41,20 +42,18 @@ impl LayersParameters {
     /// # Errors
     /// Errors of the source.
     pub fn read<S: Source>(source: &mut S) -> Result<Self, S::Error> {
-        let mut layers = LayerParameters::DEFAULTS;
-        for (layer, keys) in layers.iter_mut().zip(&LAYER_KEYS) {
-            *layer = LayerParameters::read(source, keys)?;
-        }
+        let layers = read_layers(source, LayerParameters::read)?;
         let contact_m = Surface::read(source)?.contact_m;
         Ok(Self { contact_m, layers, shaft: ShaftParameters::read(source)? })
     }
 
-    /// Checks the surface and the shaft, which are independent of the tick.
+    /// Checks everything that is independent of the tick.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
     pub fn validate(&self) -> Result<(), InvalidValue> {
         Surface { contact_m: self.contact_m }.validate()?;
+        check_layers(&self.layers, LayerParameters::validate)?;
         self.shaft.validate()
     }
 
@@ -64,16 +63,7 @@ impl LayersParameters {
     /// [`InvalidValue`] naming the first key out of range.
     pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
         Surface { contact_m: self.contact_m }.validate()?;
-        for (index, layer) in self.layers.iter().enumerate() {
-            layer.validate(index, tick_s)?;
-        }
-        let any_present = self.layers.iter().any(LayerParameters::is_present);
-        require(
-            "tissue.organ.thickness_m",
-            self.layers[LAYERS - 1].thickness_m,
-            any_present,
-            "above 0, as no layer is present",
-        )?;
+        check_layers(&self.layers, |layer| layer.validate_on_ticks(tick_s))?;
         self.shaft.validate()
     }
 }
@@ -81,7 +71,8 @@ impl LayersParameters {
 impl Default for LayersParameters {
     fn default() -> Self {
         let contact_m = Surface::DEFAULT.contact_m;
-        Self { contact_m, layers: LayerParameters::DEFAULTS, shaft: ShaftParameters::DEFAULT }
+        let layers = LayerParameters::DEFAULT_LIST.map(|(name, layer)| (name.into(), layer)).into();
+        Self { contact_m, layers, shaft: ShaftParameters::DEFAULT }
     }
 }
 
@@ -113,13 +104,11 @@ impl Default for LayersParameters {
 /// stiffness at which the teleoperation is stable (2.5 kN/m with the paper's controllers at 1 kHz).
 #[derive(Debug, Clone)]
 pub struct Layers<L: Lane> {
-    layers: [Layer<L>; LAYERS],
+    layers: Box<[Layer<L>]>,
     /// Layers before this one are cut through and relaxed, in every lane.
     first: usize,
     /// Layers from this one on have not been reached, in any lane.
     begun: usize,
-    /// Layers from this one on are absent.
-    count: usize,
     /// Start of the last layer reached, and the friction of the layers above it once the tip is beyond.
     last_start: L,
     above: ShaftContact<L>,
@@ -174,7 +163,7 @@ impl<L: Lane> Layer<L> {
             grip: L::splat(parameters.grip_n),
             thickness: L::splat(parameters.thickness_m),
             cut_deflection: L::splat(parameters.deflection_m(parameters.cutting_force_n)),
-            ruptures: L::Mask::splat(parameters.rupture_force_n > parameters.cutting_force_n),
+            ruptures: L::Mask::splat(parameters.ruptures()),
         }
     }
 
@@ -236,23 +225,14 @@ impl<L: Lane> Layers<L> {
     /// # Errors
     /// [`InvalidValue`] as [`LayersParameters::validate`], or for a needle that starts inside.
     pub fn new(parameters: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
-        parameters.validate_on_ticks(tick_s)?;
-        let outside = start_m <= parameters.contact_m;
-        require(
-            "tissue.contact_m",
-            parameters.contact_m,
-            outside,
-            "at least the needle's start, which is outside the tissue",
-        )?;
-        let present: Vec<LayerParameters> = parameters.layers.into_iter().filter(LayerParameters::is_present).collect();
-        let layer = |i: usize| Layer::new(present.get(i).unwrap_or(&LayerParameters::ABSENT), tick_s);
-        let mut layers: [Layer<L>; LAYERS] = std::array::from_fn(layer);
+        Self::check(parameters, tick_s, start_m)?;
+        let mut layers: Box<[Layer<L>]> =
+            parameters.layers.iter().map(|(_, layer)| Layer::new(layer, tick_s)).collect();
         layers[0].begin(L::Mask::splat(true), L::splat(parameters.contact_m));
         Ok(Self {
             layers,
             first: 0,
             begun: 1,
-            count: present.len(),
             shaft: Shaft::new(&parameters.shaft, start_m),
             last_start: L::splat(parameters.contact_m),
             above: ShaftContact::none(),
@@ -286,7 +266,7 @@ impl<L: Lane> Layers<L> {
         for i in self.first..self.begun {
             let (here, is_through) = self.layers[i].handle_events();
             ruptured = ruptured | here;
-            if i + 1 < self.count && is_through.any() {
+            if i + 1 < self.layers.len() && is_through.any() {
                 self.layers[i + 1].begin(is_through, position);
                 self.begun = self.begun.max(i + 2);
             }
@@ -334,10 +314,19 @@ impl<L: Lane> Tissue<L> for Layers<L> {
 
 impl<L: Lane> Model for Layers<L> {
     type Settings = LayersParameters;
-    const LAST_KEYS: &'static [Key] = LAYERED_KEYS.as_flattened();
+    const LIST_KEYS: &'static [Key] = LayerParameters::KEYS;
 
     fn build(settings: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::new(settings, tick_s, start_m)
+    }
+
+    fn check(settings: &LayersParameters, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
+        settings.validate_on_ticks(tick_s)?;
+        starts_outside(settings.contact_m, start_m)
+    }
+
+    fn default_layers() -> Vec<DefaultLayer> {
+        LayerParameters::default_list()
     }
 
     fn surface_m(settings: &LayersParameters) -> Option<f64> {
@@ -349,7 +338,7 @@ impl<L: Lane> Model for Layers<L> {
     fn springs(settings: &LayersParameters, _depth_m: Option<f64>) -> Option<Springs> {
         let mut highest: f64 = 0.0;
         let mut of_shaft = 0.0;
-        for layer in settings.layers.iter().filter(|layer| layer.is_present()) {
+        for (_, layer) in &settings.layers {
             highest = highest.max(layer.slope_n_per_m(layer.rupture_force_n) + of_shaft);
             if layer.friction_n_per_m > 0.0 || layer.grip_n > 0.0 {
                 of_shaft = settings.shaft.stiffness_n_per_m;
@@ -359,19 +348,12 @@ impl<L: Lane> Model for Layers<L> {
         Some(Springs::Layers((0.0, highest)))
     }
 
-    fn rupturing_layers(settings: &LayersParameters) -> Vec<&'static str> {
-        let ruptures = |layer: &LayerParameters| layer.is_present() && layer.rupture_force_n > layer.cutting_force_n;
-        LAYER_NAMES
-            .into_iter()
-            .zip(&settings.layers)
-            .filter(|(_, layer)| ruptures(layer))
-            .map(|(name, _)| name)
-            .collect()
+    fn rupturing_layers(settings: &LayersParameters) -> Vec<&str> {
+        settings.layers.iter().filter(|(_, layer)| layer.ruptures()).map(|(name, _)| &**name).collect()
     }
 
     fn outside_measured(settings: &LayersParameters) -> Vec<Outside> {
-        let present = settings.layers.iter().enumerate().filter(|(_, layer)| layer.is_present());
-        let of_layers = present.flat_map(|(index, layer)| layer.measured(index));
+        let of_layers = measured_layers(&settings.layers, LayerParameters::measured);
         outside(of_layers.chain(settings.shaft.measured()))
     }
 }
@@ -380,4 +362,4 @@ trocar_core::lane::gather!(Layer {
     front, yields_at, target, decay, stiffness, stiffening, damping, next_event, start, bottom, friction, grip, thickness,
     cut_deflection,
 } masks { ruptures });
-trocar_core::lane::gather!(Layers { layers, last_start, above, shaft, held, friction } same { first, begun, count });
+trocar_core::lane::gather!(Layers { layers, last_start, above, shaft, held, friction } same { first, begun });

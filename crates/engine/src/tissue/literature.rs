@@ -15,7 +15,11 @@
 //! these are chosen here. On speed, the force rises more steeply for a faster needle (Mahvash and Dupont, ICRA 2009),
 //! and skin and muscle hardly depend on it (Schneider, Peck and Melvin, UM-HSRI-78-23, 1978).
 
+use std::borrow::Cow;
+
 use trocar_core::settings::Range;
+
+use super::named_layers::{Measurable, path_in_layer};
 
 /// A range of measurements and its reason. A value outside is allowed, as for a phantom, and a warning.
 #[derive(Debug, PartialEq)]
@@ -49,10 +53,10 @@ impl Bounds {
 }
 
 /// A value outside the range of the measurements.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Outside {
-    /// Its key.
-    pub key: &'static str,
+    /// The path of its key.
+    pub key: Cow<'static, str>,
     /// The value.
     pub value: f64,
     /// The range.
@@ -60,9 +64,11 @@ pub struct Outside {
 }
 
 /// Those of keys with their values and ranges that are outside.
-pub(super) fn outside(of: impl IntoIterator<Item = (&'static str, f64, &'static Bounds)>) -> Vec<Outside> {
-    let is_outside = |(_, value, bounds): &(&'static str, f64, &Bounds)| !bounds.contains(*value);
-    of.into_iter().filter(is_outside).map(|(key, value, bounds)| Outside { key, value, bounds }).collect()
+pub(super) fn outside<'a>(of: impl IntoIterator<Item = Measurable<'a>>) -> Vec<Outside> {
+    of.into_iter()
+        .filter(|(_, _, value, bounds)| !bounds.contains(*value))
+        .map(|(key, layer, value, bounds)| Outside { key: path_in_layer(key, layer), value, bounds })
+        .collect()
 }
 
 macro_rules! bounds {
@@ -72,7 +78,7 @@ macro_rules! bounds {
 }
 
 /// Thickness of a layer in m.
-pub const THICKNESS_M: Bounds = bounds!(0 to 0.3 " m", "0: the layer is absent");
+pub const THICKNESS_M: Bounds = bounds!(0 to 0.3 " m", "chosen here: no needle is longer");
 
 /// Deflection in m at which a layer gives way.
 pub const DEFLECTION_M: Bounds = bounds!(0 to 0.1 " m", "no membrane bulges more");
@@ -233,9 +239,10 @@ mod tests {
 
     #[test]
     fn what_is_outside_is_listed_with_its_range() {
-        let inside = ("a", 19.2, &RUPTURE_FORCE_N);
-        let found = outside([inside, ("b", 19.3, &RUPTURE_FORCE_N), ("c", 4e-4, &RUPTURE_FORCE_N)]);
-        assert_eq!(found.iter().map(|one| one.key).collect::<Vec<_>>(), ["b", "c"]);
+        let inside = ("a", None, 19.2, &RUPTURE_FORCE_N);
+        let found =
+            outside([inside, ("*.b", Some("dura"), 19.3, &RUPTURE_FORCE_N), ("c", None, 4e-4, &RUPTURE_FORCE_N)]);
+        assert_eq!(found.iter().map(|one| &*one.key).collect::<Vec<_>>(), ["dura.b", "c"]);
         assert!(found[0].bounds.stated.starts_with("0.0005 to 19.2 N (the range measured"));
     }
 }

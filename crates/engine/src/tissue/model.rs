@@ -6,7 +6,7 @@ use trocar_core::settings::Key;
 
 /// The error of a tissue that is not built from its settings alone.
 pub(super) const NEEDS_FILE: InvalidValue =
-    InvalidValue { name: "tissue.kind", value: 0.0, requirement: "built with its file" };
+    InvalidValue { name: "tissue.kind", value: 0.0, requirement: "built with its file", item: None };
 
 /// The springs, in a linear loop, that a tissue shows between its ruptures. Ranges are the smallest and the largest slope of the
 /// force over the position, in N/m, without damping and sliding friction.
@@ -20,12 +20,13 @@ pub enum Springs {
     Layers((f64, f64)),
 }
 
+/// A layer of a list that no scenario gives: its name, and the values of those keys that differ from the defaults.
+pub type DefaultLayer = (&'static str, Vec<(&'static str, f64)>);
+
 /// What the registry needs of a tissue besides the trait.
 pub trait Model: Sized {
     /// Its settings.
     type Settings;
-    /// Its keys that follow those of all other parts.
-    const LAST_KEYS: &'static [Key] = &[];
     /// Its keys of a layer in the list of layers.
     const LIST_KEYS: &'static [Key] = &[];
 
@@ -35,8 +36,21 @@ pub trait Model: Sized {
     /// [`InvalidValue`] naming the setting out of range; also if the tissue needs a file.
     fn build(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue>;
 
+    /// Checks the settings for [`Model::build`]. A tissue that needs memory checks them without building.
+    ///
+    /// # Errors
+    /// As [`Model::build`].
+    fn check(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
+        Self::build(settings, tick_s, start_m).map(drop)
+    }
+
+    /// The layers where a scenario lists none.
+    fn default_layers() -> Vec<DefaultLayer> {
+        vec![]
+    }
+
     /// The names of its layers that rupture, from the surface down: each ruptures at most once, and in this order.
-    fn rupturing_layers(_settings: &Self::Settings) -> Vec<&'static str> {
+    fn rupturing_layers(_settings: &Self::Settings) -> Vec<&str> {
         vec![]
     }
 

@@ -190,7 +190,7 @@ mod tests {
     #[test]
     fn organs_that_are_stopped_stay_where_they_are() {
         let settings = KelvinVoigtSettings { stiffness_n_per_m: 1000.0, damping_n_s_per_m: 1.0, ..Default::default() };
-        let spring = AnyTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&settings).expect("valid"));
+        let spring = StillTissue::<f64>::from(KelvinVoigt::new(&settings).expect("valid"));
         let motion = OrganMotion { breathing_amplitude_m: 4e-3, heartbeat_amplitude_m: 3e-4, ..OrganMotion::DEFAULT };
         let mut tissue = motion.applied_to(spring, 1e-3).expect("valid");
         let mut force = |tick| tissue.react(tick, 0.01, 0.0).force_n;

@@ -44,6 +44,11 @@ impl<L: Lane> Model for Recording<L> {
     fn build(_settings: &ReplaySettings, _tick_s: f64, _start_m: f64) -> Result<Self, InvalidValue> {
         Err(NEEDS_FILE)
     }
+
+    /// The file is checked where it is read.
+    fn check(_settings: &ReplaySettings, _tick_s: f64, _start_m: f64) -> Result<(), InvalidValue> {
+        Ok(())
+    }
 }
 
 impl<L: Lane> Tissue<L> for Recording<L> {

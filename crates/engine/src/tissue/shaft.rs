@@ -1,6 +1,7 @@
 //! Friction between the needle's shaft and the layers around it: stick-slip with presliding.
 
-use super::literature::{Bounds, SHAFT_DAMPING_N_S_PER_M2, SHAFT_STIFFNESS_N_PER_M, STATIC_RATIO, STICK_SPEED_M_PER_S};
+use super::literature::{SHAFT_DAMPING_N_S_PER_M2, SHAFT_STIFFNESS_N_PER_M, STATIC_RATIO, STICK_SPEED_M_PER_S};
+use super::named_layers::Measurable;
 use trocar_core::lane::{Lane, Mask};
 
 trocar_core::settings! {
@@ -30,12 +31,12 @@ trocar_core::settings! {
 
 impl ShaftParameters {
     /// The keys with values and ranges of measurements.
-    pub(super) fn measured(&self) -> [(&'static str, f64, &'static Bounds); 4] {
+    pub(super) fn measured(&self) -> [Measurable<'static>; 4] {
         [
-            ("tissue.shaft_stiffness_n_per_m", self.stiffness_n_per_m, &SHAFT_STIFFNESS_N_PER_M),
-            ("tissue.static_ratio", self.static_ratio, &STATIC_RATIO),
-            ("tissue.stick_speed_m_per_s", self.stick_speed_m_per_s, &STICK_SPEED_M_PER_S),
-            ("tissue.shaft_damping_n_s_per_m2", self.damping_n_s_per_m2, &SHAFT_DAMPING_N_S_PER_M2),
+            ("tissue.shaft_stiffness_n_per_m", None, self.stiffness_n_per_m, &SHAFT_STIFFNESS_N_PER_M),
+            ("tissue.static_ratio", None, self.static_ratio, &STATIC_RATIO),
+            ("tissue.stick_speed_m_per_s", None, self.stick_speed_m_per_s, &STICK_SPEED_M_PER_S),
+            ("tissue.shaft_damping_n_s_per_m2", None, self.damping_n_s_per_m2, &SHAFT_DAMPING_N_S_PER_M2),
         ]
     }
 }
@@ -153,9 +154,9 @@ mod tests {
     #[test]
     fn each_parameter_has_its_own_range_of_measurements() {
         let measured = PARAMETERS.measured();
-        assert_eq!(measured.map(|(_, value, _)| value), [400.0, 1.5, 1e-3, 0.0]);
+        assert_eq!(measured.map(|(_, _, value, _)| value), [400.0, 1.5, 1e-3, 0.0]);
         let keys = ["shaft_stiffness_n_per_m", "static_ratio", "stick_speed_m_per_s", "shaft_damping_n_s_per_m2"];
-        for ((key, value, bounds), expected) in measured.into_iter().zip(keys) {
+        for ((key, _, value, bounds), expected) in measured.into_iter().zip(keys) {
             assert_eq!(key, format!("tissue.{expected}"));
             assert!(bounds.contains(value), "{key}");
         }

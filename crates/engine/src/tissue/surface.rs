@@ -1,5 +1,7 @@
 //! The surface of a tissue.
 
+use trocar_core::error::{InvalidValue, require};
+
 trocar_core::settings! {
     /// The surface of a tissue.
     #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,4 +11,13 @@ trocar_core::settings! {
         /// In m; a deeper needle is in contact.
         contact_m: f64 [ANY] = 0.0,
     }
+}
+
+/// Checks that a needle that starts at `start_m` is outside of a tissue with its surface at `contact_m`.
+///
+/// # Errors
+/// [`InvalidValue`] naming the key of the surface.
+pub(super) fn starts_outside(contact_m: f64, start_m: f64) -> Result<(), InvalidValue> {
+    let requirement = "at least the needle's start, which is outside the tissue";
+    require("tissue.contact_m", contact_m, start_m <= contact_m, requirement).map(drop)
 }

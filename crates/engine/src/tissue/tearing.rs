@@ -3,15 +3,15 @@
 use trocar_core::settings::{Key, Source, count, joined};
 
 use super::literature::{Outside, outside};
-use super::model::{Model, Springs};
-use super::named_layers::{DEFAULT_LAYER, LAYER_LIST, of_layer, own_key};
+use super::model::{DefaultLayer, Model, Springs};
+use super::named_layers::{Named, check_layers, measured_layers, read_layers};
 use super::shaft::{Shaft, ShaftParameters};
 use super::shaft_contact::ShaftContact;
-use super::surface::Surface;
+use super::surface::{Surface, starts_outside};
 use super::tearing_layer::TearingLayer;
 use super::viscoelastic::Viscoelastic;
 use super::{Reaction, Tissue};
-use trocar_core::error::{InvalidValue, require};
+use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 
 /// Start of a layer that the needle has not reached, in m: deeper than any run.
@@ -41,7 +41,7 @@ pub struct TearingSettings {
     /// The shaft's friction.
     pub shaft: ShaftParameters,
     /// The layers by name, from the surface down.
-    pub layers: Vec<(&'static str, TearingLayer)>,
+    pub layers: Vec<Named<TearingLayer>>,
 }
 
 impl TearingSettings {
@@ -56,11 +56,7 @@ impl TearingSettings {
     /// Errors of the source.
     pub fn read<S: Source>(source: &mut S) -> Result<Self, S::Error> {
         let (surface, crack, shaft) = (Surface::read(source)?, Crack::read(source)?, ShaftParameters::read(source)?);
-        let mut layers = vec![];
-        source.visit_items(LAYER_LIST, |name, item| {
-            layers.push((name, TearingLayer::read(item)?));
-            Ok(())
-        })?;
+        let layers = read_layers(source, TearingLayer::read)?;
         Ok(Self { surface, crack, shaft, layers })
     }
 
@@ -72,14 +68,25 @@ impl TearingSettings {
         self.surface.validate()?;
         self.crack.validate()?;
         self.shaft.validate()?;
-        self.layers.iter().try_for_each(|(name, layer)| layer.validate().map_err(|error| of_layer(name, error)))
+        check_layers(&self.layers, TearingLayer::validate)
+    }
+
+    /// Checks everything, on ticks of `tick_s` (s).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the first key out of range.
+    pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
+        self.surface.validate()?;
+        self.crack.validate()?;
+        self.shaft.validate()?;
+        check_layers(&self.layers, |layer| layer.validate_on_ticks(tick_s))
     }
 }
 
 impl Default for TearingSettings {
     fn default() -> Self {
         let (surface, crack, shaft) = (Surface::DEFAULT, Crack::DEFAULT, ShaftParameters::DEFAULT);
-        Self { surface, crack, shaft, layers: vec![(DEFAULT_LAYER, TearingLayer::DEFAULT)] }
+        Self { surface, crack, shaft, layers: vec![("organ".into(), TearingLayer::DEFAULT)] }
     }
 }
 
@@ -223,17 +230,10 @@ impl<L: Lane> Tearing<L> {
     /// # Errors
     /// [`InvalidValue`] as [`TearingSettings::validate`], or for no layer, or a needle that starts inside.
     pub fn new(settings: &TearingSettings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
-        settings.validate()?;
-        for (name, layer) in &settings.layers {
-            layer.validate_on_ticks(tick_s).map_err(|error| of_layer(name, error))?;
-        }
-        let count = settings.layers.len();
-        require(LAYER_LIST, count as f64, count > 0, "a list of at least one layer")?;
+        Self::check(settings, tick_s, start_m)?;
         let contact_m = settings.surface.contact_m;
-        let outside = start_m <= contact_m;
-        require("tissue.contact_m", contact_m, outside, "at least the needle's start, which is outside the tissue")?;
         let width_m = settings.crack.crack_width_m;
-        let layer = |(_, layer): &(&str, TearingLayer)| Layer::new(layer, width_m, tick_s);
+        let layer = |(_, layer): &Named<TearingLayer>| Layer::new(layer, width_m, tick_s);
         let mut layers: Box<[Layer<L>]> = settings.layers.iter().map(layer).collect();
         layers[0].begin(L::Mask::splat(true), L::splat(contact_m));
         Ok(Self {
@@ -289,6 +289,15 @@ impl<L: Lane> Model for Tearing<L> {
         Self::new(settings, tick_s, start_m)
     }
 
+    fn check(settings: &TearingSettings, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
+        settings.validate_on_ticks(tick_s)?;
+        starts_outside(settings.surface.contact_m, start_m)
+    }
+
+    fn default_layers() -> Vec<DefaultLayer> {
+        TearingLayer::default_list()
+    }
+
     fn surface_m(settings: &TearingSettings) -> Option<f64> {
         Some(settings.surface.contact_m)
     }
@@ -311,16 +320,13 @@ impl<L: Lane> Model for Tearing<L> {
         Some(Springs::Layers((0.0, highest)))
     }
 
-    fn rupturing_layers(settings: &TearingSettings) -> Vec<&'static str> {
+    fn rupturing_layers(settings: &TearingSettings) -> Vec<&str> {
         let width_m = settings.crack.crack_width_m;
-        settings.layers.iter().filter(|(_, layer)| layer.ruptures(width_m)).map(|(name, _)| *name).collect()
+        settings.layers.iter().filter(|(_, layer)| layer.ruptures(width_m)).map(|(name, _)| &**name).collect()
     }
 
     fn outside_measured(settings: &TearingSettings) -> Vec<Outside> {
-        let of_layers = settings
-            .layers
-            .iter()
-            .flat_map(|(name, layer)| layer.measured().map(|(key, value, bounds)| (own_key(name, key), value, bounds)));
+        let of_layers = measured_layers(&settings.layers, TearingLayer::measured);
         outside(of_layers.chain(settings.shaft.measured()))
     }
 }

@@ -3,10 +3,13 @@
 use super::literature::{
     Bounds, FRICTION_N_PER_M, GRIP_N, STIFFENING_N_PER_M2, STIFFNESS_N_PER_M, THICKNESS_M, TOUGHNESS_J_PER_M2,
 };
+use super::model::DefaultLayer;
 use trocar_core::error::{InvalidValue, require};
 
 trocar_core::settings! {
     /// A layer that tears, see [`Tearing`](super::Tearing).
+    ///
+    /// The fields that [`LayerParameters`](super::LayerParameters) has too are the same keys, with the same defaults.
     ///
     /// The toughness is that of bovine liver, 164 J/m² (Gokgol, Basdogan and Canadinc, Med. Eng. Phys. 34, 2012). The
     /// other defaults are chosen here: with a crack of 1 mm in width, a slow insertion ruptures the layer at 1.3 N and
@@ -15,10 +18,11 @@ trocar_core::settings! {
     pub struct TearingLayer in "tissue.layer.*." {
         /// Thickness.
         thickness_m: f64 [POSITIVE] = 0.1,
-        /// k_0, the stiffness of a fast deflection.
-        stiffness_n_per_m: f64 [POSITIVE] = 250.0,
+        /// a_1 of the loading law a_1 d + a_2 d², with the deflection d; of a layer that tears k_0, the stiffness of a fast
+        /// deflection.
+        stiffness_n_per_m: f64 [STIFFNESS_N_PER_M.range()] = 250.0,
         /// a_2: the force has a part a_2 d² of the deflection d.
-        stiffening_n_per_m2: f64 [NON_NEGATIVE] = 0.0,
+        stiffening_n_per_m2: f64 [STIFFENING_N_PER_M2.range()] = 0.0,
         /// Ratio of the stiffness of a slow deflection to k_0; 1: no relaxation.
         relaxed_share: f64 [POSITIVE_SHARE] = 0.5,
         /// Time constant of the relaxation of the intact layer, at least one tick.
@@ -31,10 +35,11 @@ trocar_core::settings! {
         /// independent of the speed.
         concentration: f64 [NON_NEGATIVE] = 0.5,
         /// Friction on the shaft per length in the layer; 11 to 12 in liver (Okamura et al. 2004).
-        friction_n_per_m: f64 [NON_NEGATIVE] = 10.0,
+        friction_n_per_m: f64 [FRICTION_N_PER_M.range()] = 10.0,
         /// Friction on the shaft, independent of the length in the layer.
-        grip_n: f64 [NON_NEGATIVE] = 0.0,
+        grip_n: f64 [GRIP_N.range()] = 0.0,
     }
+    where stiffness_n_per_m: |s| s.stiffness_n_per_m > 0.0, "above 0, for a layer that tears";
 }
 
 impl TearingLayer {
@@ -74,7 +79,13 @@ impl TearingLayer {
         require(key, relaxation, relaxation >= tick_s, "at least simulation.tick_s").map(drop)
     }
 
-    /// The keys of the layer `*` with values and ranges of measurements.
+    /// The layer where a scenario lists none, by name; all of its values are the defaults of the keys.
+    #[must_use]
+    pub fn default_list() -> Vec<DefaultLayer> {
+        vec![("organ", vec![])]
+    }
+
+    /// The keys with values and ranges of measurements.
     pub(super) fn measured(&self) -> [(&'static str, f64, &'static Bounds); 6] {
         [
             ("tissue.layer.*.thickness_m", self.thickness_m, &THICKNESS_M),

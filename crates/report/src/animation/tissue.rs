@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use crate::digits::{Few, Fine};
-use trocar_engine::tissue::{LAYER_NAMES, TissueSettings};
+use trocar_engine::tissue::{LayerParameters, Named, TearingLayer, TissueSettings};
 use trocar_scenario::{Scenario, TissueSpec};
 use trocar_studies::run::Run;
 
@@ -185,19 +185,18 @@ fn named_layers(scenario: &Scenario) -> Vec<NamedLayer> {
     let TissueSpec::Model(settings) = &scenario.tissue else { return vec![] };
     match &**settings {
         TissueSettings::Layers(tissue) => {
-            let layers = LAYER_NAMES.iter().zip(&tissue.layers).filter(|(_, layer)| layer.is_present());
-            let layer = |(name, layer): (&&str, &trocar_engine::tissue::LayerParameters)| NamedLayer {
-                name: (*name).to_owned(),
+            let layer = |(name, layer): &Named<LayerParameters>| NamedLayer {
+                name: name.to_string(),
                 thickness_mm: 1e3 * layer.thickness_m,
-                ruptures: layer.rupture_force_n > layer.cutting_force_n,
+                ruptures: layer.ruptures(),
                 deflection_mm: 1e3 * layer.deflection_m(layer.rupture_force_n),
             };
-            layers.map(layer).collect()
+            tissue.layers.iter().map(layer).collect()
         }
         TissueSettings::Tearing(tissue) => {
             let width_m = tissue.crack.crack_width_m;
-            let layer = |(name, layer): &(&'static str, trocar_engine::tissue::TearingLayer)| NamedLayer {
-                name: (*name).to_owned(),
+            let layer = |(name, layer): &Named<TearingLayer>| NamedLayer {
+                name: name.to_string(),
                 thickness_mm: 1e3 * layer.thickness_m,
                 ruptures: layer.ruptures(width_m),
                 deflection_mm: 1e3 * layer.rupture_force_n(width_m) / layer.stiffness_n_per_m,

@@ -151,7 +151,7 @@ fn without_trailing_zeros(value: f64) -> String {
 
 /// Returns the name of a rupture: its number and the layer.
 fn named(index: usize, rupture: &RuptureMetrics) -> String {
-    let layer = rupture.layer.map_or(String::new(), |layer| format!(" ({layer})"));
+    let layer = rupture.layer.as_ref().map_or(String::new(), |layer| format!(" ({layer})"));
     format!("rupture {}{layer}", index + 1)
 }
 

@@ -26,7 +26,7 @@ pub fn sweep_pictures(folder: &Folder, design: &Design, findings: &Findings) -> 
         .iter()
         .map(|influences| TornadoView {
             metric: &design.columns[influences.column].name,
-            bars: influences.of_axes.iter().map(|i| (i.axis, i.epsilon_squared, i.rank_regression)).collect(),
+            bars: influences.of_axes.iter().map(|i| (i.axis.as_str(), i.epsilon_squared, i.rank_regression)).collect(),
         })
         .collect();
     let figure = figures::tornado(&design.name, &views)?;
@@ -45,7 +45,7 @@ pub(crate) fn heat_figure(design: &Design, map: &HeatMap) -> Result<Figure<'stat
     let label = &column.label;
     let caption = if unit.is_empty() { format!("{label}{over}") } else { format!("{label} in{unit}{over}") };
     let named = [map.x_axis, map.y_axis].map(|axis| {
-        let path = design.axes[axis].key.path;
+        let path = design.axes[axis].key.path.as_ref();
         unit_of(path).map_or_else(|| path.to_owned(), |unit| format!("{path} ({unit})"))
     });
     let axis = |name, axis: usize| AxisView { name, log: design.axes[axis].is_log() };

@@ -45,7 +45,7 @@ impl Column {
 
 /// Returns the names of all columns.
 fn names(design: &Design) -> Vec<String> {
-    let axes = design.axes.iter().map(|axis| axis.key.path.to_owned());
+    let axes = design.axes.iter().map(|axis| axis.key.path.to_string());
     let metrics = design.columns.iter().map(|column| column.name.clone());
     std::iter::once(CASE.to_owned())
         .chain(axes)

@@ -53,7 +53,7 @@ fn influence_table(design: &Design, findings: &Findings) -> Table {
 }
 
 pub(crate) fn heading(design: &Design, findings: &Findings) -> String {
-    let axes: Vec<&str> = design.axes.iter().map(|axis| axis.key.path).collect();
+    let axes: Vec<&str> = design.axes.iter().map(|axis| &*axis.key.path).collect();
     let points = design.points().unwrap_or(0);
     let mut text = format!(
         "{}: {}, {} ({}) with {} each, over {}\n",
@@ -165,7 +165,7 @@ pub fn tornado_csv(design: &Design, findings: &Findings) -> String {
 /// Returns the cells of a heat map as CSV. An undefined value is an empty cell.
 #[must_use]
 pub fn heat_map_csv(design: &Design, map: &HeatMap) -> String {
-    let [x, y] = [map.x_axis, map.y_axis].map(|axis| design.axes[axis].key.path);
+    let [x, y] = [map.x_axis, map.y_axis].map(|axis| &*design.axes[axis].key.path);
     let name = &design.columns[map.column].name;
     let mut text = format!("{x},{y},defined,{name},mean_ci95_half_width\n");
     let cell = |value: Option<f64>| value.map_or(String::new(), shortest);

@@ -1,5 +1,7 @@
 //! A running unit.
 
+use std::borrow::Cow;
+
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -53,7 +55,7 @@ pub enum InstanceError {
     #[error("{name} cannot be set {when}")]
     NotSettable {
         /// The name of the variable.
-        name: &'static str,
+        name: Cow<'static, str>,
         /// In which state.
         when: &'static str,
     },
@@ -61,7 +63,7 @@ pub enum InstanceError {
     #[error("{name} is {value}, must be from 0 to {last}")]
     NoWord {
         /// The name of the variable.
-        name: &'static str,
+        name: Cow<'static, str>,
         /// The place that was given.
         value: i64,
         /// The last place.
@@ -152,7 +154,7 @@ impl Instance {
     /// A reference that no variable has, another type, or a variable that cannot be set now.
     pub fn set(&mut self, reference: u32, kind: &'static str, value: Scalar) -> Result<(), InstanceError> {
         let place = self.place(reference, kind)?;
-        let Variable { name, causality, kind: of_variable, .. } = self.variables[place];
+        let Variable { ref name, causality, kind: of_variable, .. } = self.variables[place];
         let fits = matches!(
             (of_variable, value),
             (Type::Real(_), Scalar::Real(_))
@@ -169,12 +171,12 @@ impl Instance {
             Causality::Parameter => Some("after the initialisation"),
         };
         if let Some(when) = refused {
-            return Err(InstanceError::NotSettable { name, when });
+            return Err(InstanceError::NotSettable { name: name.clone(), when });
         }
         if let (Type::Choice(words), Scalar::Integer(value)) = (of_variable, value)
             && !usize::try_from(value).is_ok_and(|place| place < words.len())
         {
-            return Err(InstanceError::NoWord { name, value, last: words.len() - 1 });
+            return Err(InstanceError::NoWord { name: name.clone(), value, last: words.len() - 1 });
         }
         self.values[place] = value;
         Ok(())
@@ -187,16 +189,18 @@ impl Instance {
             if variable.causality != Causality::Parameter || variable.start == *value {
                 continue;
             }
-            let name = variable.name;
-            match (variable.kind, *value) {
-                (Type::Real(_), Scalar::Real(value)) if name.starts_with("rig.") => of_rig.push((name, value)),
-                (Type::Choice(words), Scalar::Integer(place)) => {
+            let name = &variable.name;
+            match (variable.kind, *value, name) {
+                (Type::Real(_), Scalar::Real(value), Cow::Borrowed(name)) if name.starts_with("rig.") => {
+                    of_rig.push((*name, value));
+                }
+                (Type::Choice(words), Scalar::Integer(place), _) => {
                     let word = usize::try_from(place).ok().and_then(|place| words.get(place));
                     settings.extend(word.map(|word| format!("{name}={word:?}")));
                 }
-                (_, Scalar::Real(value)) => settings.push(format!("{name}={value:?}")),
-                (_, Scalar::Integer(value)) => settings.push(format!("{name}={value}")),
-                (_, Scalar::Boolean(value)) => settings.push(format!("{name}={value}")),
+                (_, Scalar::Real(value), _) => settings.push(format!("{name}={value:?}")),
+                (_, Scalar::Integer(value), _) => settings.push(format!("{name}={value}")),
+                (_, Scalar::Boolean(value), _) => settings.push(format!("{name}={value}")),
             }
         }
         (settings, of_rig)

@@ -1,8 +1,10 @@
 //! The variables of a unit: inputs and outputs of its model, and a parameter for each setting.
 
+use std::borrow::Cow;
+
 use trocar_core::rig;
 use trocar_engine::engine::TRACE_COLUMNS;
-use trocar_scenario::{KEYS, Key, Kind, Scenario, Value, unit_of};
+use trocar_scenario::{KEYS, Key, KeyAt, Kind, Scenario, Value, unit_of};
 
 /// What a unit simulates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +56,7 @@ pub enum Scalar {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
     /// Its name; of a parameter, the key of the setting.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its number in the calls of the standard.
     pub reference: u32,
     /// Its role.
@@ -216,7 +218,7 @@ impl Model {
         };
         let declared = |causality, first, list: Vec<Declared>| {
             list.into_iter().zip(first..).map(move |((name, kind, meaning), reference)| Variable {
-                name,
+                name: Cow::Borrowed(name),
                 reference,
                 causality,
                 kind,
@@ -238,15 +240,17 @@ impl Model {
     /// A parameter for each key with a value of a type that the standard has. A key without a value, a list, a text or a
     /// file is none, nor is a whole number beyond 32 bits, which FMI 2.0 does not have.
     fn parameters(self, scenario: &Scenario) -> Vec<Variable> {
-        let values: Vec<(&'static Key, Option<Value>)> = match self {
-            Self::Rig => scenario.rig_values().collect(),
+        let values: Vec<(KeyAt, Option<Value>)> = match self {
+            Self::Rig => scenario.rig_values().map(|(key, value)| (key.into(), value)).collect(),
             Self::Simulation | Self::Tissue => {
-                let is_included = |key: &Key| self == Self::Simulation || is_of_tissue(key);
-                let acts = |key: &&Key| is_included(key) && scenario.values().is_acting(key);
-                KEYS.iter().filter(acts).map(|key| (key, scenario.values().get(key.path).cloned())).collect()
+                let values = scenario.values();
+                let is_included = |key: &KeyAt| self == Self::Simulation || is_of_tissue(key);
+                let acts = |key: &KeyAt| is_included(key) && values.is_acting(key);
+                let keys = KEYS.iter().map(KeyAt::from).chain(values.layer_keys()).filter(acts);
+                keys.map(|key| (key.clone(), values.get(&key.path).cloned())).collect()
             }
         };
-        let parameter = |((key, value), reference): ((&'static Key, Option<Value>), u32)| {
+        let parameter = |((key, value), reference): ((KeyAt, Option<Value>), u32)| {
             let (kind, start) = match (key.kind, value?) {
                 (Kind::Number(range), Value::Number(value)) => {
                     let within = range.contains(value).then(|| (range.low().0, range.high()));
@@ -264,11 +268,11 @@ impl Model {
                 _ => return None,
             };
             Some(Variable {
-                name: key.path,
+                name: key.path.clone(),
                 reference,
                 causality: Causality::Parameter,
                 kind,
-                unit: unit_of(key.path),
+                unit: unit_of(&key.path),
                 meaning: key.meaning,
                 start,
             })

@@ -152,7 +152,7 @@ pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
     let found = scenario.tissue.settings().map_or(vec![], TissueSettings::outside_measured);
     let warning = |Outside { key, value, bounds }: &Outside| {
         Warning::new(Code::OutsideMeasured, format!("{key} is {value}, outside of {}", bounds.stated))
-            .at(*key)
+            .at(key.clone())
             .remedy("check its unit; a phantom may have it")
     };
     found.iter().map(warning).collect()

@@ -1,7 +1,7 @@
 //! One key of a scenario and its values in a sweep.
 
 use trocar_base::quantiles::{normal_quantile, normal_share};
-use trocar_scenario::{Key, Kind, Place, Value};
+use trocar_scenario::{KeyAt, Kind, Place, Value};
 
 /// The values of an axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +35,7 @@ const MAX_DEVIATIONS: f64 = 3.0;
 #[derive(Debug, Clone)]
 pub struct Axis {
     /// The key.
-    pub key: &'static Key,
+    pub key: KeyAt,
     /// The values.
     pub levels: Levels,
     /// Place of the values in the sweep file.

@@ -7,7 +7,9 @@ use super::columns::Column;
 use super::correlation::Correlation;
 use super::design::{MAX_CASES, SamplingScheme};
 use super::sobol::MAX_DIMENSIONS;
-use trocar_scenario::{Entry, Kind, Place, ScenarioError, Value, find_key, harmless_name, nearest_key, nearest_of};
+use trocar_scenario::{
+    Entry, KeyAt, Kind, Place, ScenarioError, Value, find_key, harmless_name, nearest_key, nearest_of,
+};
 
 /// The keys of a sweep file, with their meanings.
 pub const SWEEP_KEYS: [(&str, &str); 13] = [
@@ -344,7 +346,7 @@ fn refuse_own(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
     }
 }
 
-fn list(entry: &Entry, key: &'static trocar_scenario::Key, scheme: SamplingScheme) -> Result<Axis, ScenarioError> {
+fn list(entry: &Entry, key: KeyAt, scheme: SamplingScheme) -> Result<Axis, ScenarioError> {
     // For a key that holds a list, a list of numbers is one value.
     let items = entry.value.as_array().filter(|items| !items.is_empty());
     let items = items.filter(|items| key.kind != Kind::Numbers || items.iter().all(toml::Value::is_array));
@@ -353,7 +355,7 @@ fn list(entry: &Entry, key: &'static trocar_scenario::Key, scheme: SamplingSchem
     };
     let mut values: Vec<Value> = vec![];
     for item in items {
-        let value = Value::of_key(key, item).ok_or_else(|| {
+        let value = Value::of_key(&key, item).ok_or_else(|| {
             let message = format!("{} has {item}, each must be {}", entry.path, key.kind);
             ScenarioError::new(message).at(Some(entry.value_place.clone()))
         })?;
@@ -390,7 +392,7 @@ fn distribution(entries: &RangeEntries<'_>, any: &Entry, is_grid: bool) -> Resul
     let Some(key) = key else {
         return refuse(any, format!("axes.{path} has a distribution, which only a key with a number has"));
     };
-    let Some(Value::Number(middle)) = Value::of_key(key, &median.value).filter(|value| number(value) > Some(0.0))
+    let Some(Value::Number(middle)) = Value::of_key(&key, &median.value).filter(|value| number(value) > Some(0.0))
     else {
         return Err(must(median, &format!("{}, above 0", key.kind)));
     };
@@ -481,7 +483,7 @@ fn range(entries: &RangeEntries<'_>, is_grid: bool) -> Result<Axis, ScenarioErro
         let message = format!("{path} has no range, it is {}", key.kind);
         return Err(ScenarioError::new(message).at(Some(from.key_place.clone())).remedy("give a list"));
     }
-    let number = |end: &Entry| match Value::of_key(key, &end.value) {
+    let number = |end: &Entry| match Value::of_key(&key, &end.value) {
         Some(Value::Number(number)) => Ok(number),
         Some(Value::Whole(number)) => Ok(number as f64),
         Some(Value::Numbers(_) | Value::Flag(_) | Value::Text(_)) | None => Err(must(end, &key.kind.to_string())),

@@ -81,7 +81,7 @@ impl Plan {
         (base, place): (&Source, Option<Place>),
         settings: &[String],
     ) -> Result<Self, ScenarioError> {
-        let open: Vec<_> = file.axes.iter().map(|axis| (axis.key, axis.first(), axis.place.clone())).collect();
+        let open: Vec<_> = file.axes.iter().map(|axis| (axis.key.clone(), axis.first(), axis.place.clone())).collect();
         let template = Template::new(base, file.set.clone(), settings, &open)
             .map_err(|error| if error.place.is_some() { error } else { error.at(place) })?;
         let first_seed = template.first().seed;
@@ -153,10 +153,10 @@ impl Plan {
         let values = self.template.first().values();
         let is_swept = |path: &str| axes.iter().any(|axis| axis.key.path == path);
         let inert = axes.iter().find_map(|axis| {
-            if values.is_acting(axis.key) {
+            if values.is_acting(&axis.key) {
                 return None;
             }
-            Some((axis, values.unmet(axis.key).find(|acts| !is_swept(acts.key))?))
+            Some((axis, values.unmet(&axis.key).find(|acts| !is_swept(acts.key))?))
         });
         let Some((axis, acts)) = inert else { return Ok(()) };
         let words = acts.words().join(" or ");

@@ -5,7 +5,7 @@ use serde_json::{Map, Value as Json, json};
 use super::columns::Column;
 use super::design::SamplingScheme;
 use super::file::SWEEP_KEYS;
-use trocar_engine::tissue::{ANY_LAYER_KEYS, LAYER_LIST};
+use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 use trocar_scenario::{KEYS, Kind, json_schema};
 
 /// Returns the JSON Schema (draft 2020-12) of a sweep file.
@@ -34,7 +34,7 @@ pub fn sweep_schema() -> Json {
         insert(&mut axes, &key.path.split('.').collect::<Vec<_>>(), axis(key.kind, key.meaning));
     }
     let mut layer = json!({ "type": "object", "additionalProperties": false, "properties": {} });
-    for key in ANY_LAYER_KEYS {
+    for key in LAYER_KEYS {
         insert(&mut layer, &[key.path.rsplit('.').next().unwrap_or(key.path)], axis(key.kind, key.meaning));
     }
     let by_name = json!({ "type": "object", "additionalProperties": layer });

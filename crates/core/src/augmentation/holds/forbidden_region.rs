@@ -41,7 +41,7 @@ mod tests {
 
     #[test]
     fn the_reference_follows_the_hand_up_to_the_margin_behind_the_anchor() {
-        let region = ForbiddenRegion::<f64>::new(&ForbiddenRegionSettings { margin_m: 0.25 }, 1e-3);
+        let region = ForbiddenRegion::<f64>::build(&ForbiddenRegionSettings { margin_m: 0.25 }, 1e-3);
         let to = |hand_m| region.reference_m(&HeldTick { anchor_m: 1.0, last_m: 9.0, hand_m });
         assert_eq!([to(0.5), to(1.2), to(1.25), to(2.0)], [0.5, 1.2, 1.25, 1.25]);
     }

@@ -41,7 +41,7 @@ mod tests {
 
     #[test]
     fn the_reference_moves_by_at_most_the_speed_in_either_direction() {
-        let limit = SpeedLimit::<f64>::new(&SpeedLimitSettings { speed_m_per_s: 0.5 }, 1e-2);
+        let limit = SpeedLimit::<f64>::build(&SpeedLimitSettings { speed_m_per_s: 0.5 }, 1e-2);
         let to = |hand_m| limit.reference_m(&HeldTick { anchor_m: 9.0, last_m: 1.0, hand_m });
         assert_eq!([to(2.0), to(0.0), to(1.0)], [1.005, 0.995, 1.0]);
         assert!((to(1.002) - 1.002).abs() < 1e-15);

@@ -78,7 +78,7 @@ impl Case {
         let spring = KelvinVoigtSettings { stiffness_n_per_m: self.stiffness_n_per_m, ..Default::default() };
         super::super::Parts {
             operator: HumanOperator::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.02, TICK_S).expect("finite"))),
-            tissue: AnyTissue::KelvinVoigt(KelvinVoigt::new(&spring).expect("valid")),
+            tissue: AnyTissue::from(KelvinVoigt::new(&spring).expect("valid")),
             sensor: AnySensor::new(&SensorSettings::default(), TICK_S, (1, 0)).expect("valid"),
             chain: Chain {
                 contact_m: 0.0,

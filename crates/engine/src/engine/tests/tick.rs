@@ -9,7 +9,7 @@ use crate::operator::Operator;
 use crate::sensor::Sensor;
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
 use crate::tissue::{Reaction, Tissue};
-use trocar_core::augmentation::{AugmentationSettings, Supervisor};
+use trocar_core::augmentation::{AugmentationSettings, Modes, Supervisor};
 use trocar_core::chain::{Chain, Reading};
 use trocar_core::detection::{Decision, Detector, Evidence};
 use trocar_core::estimation::{Estimate, Estimator};
@@ -105,9 +105,14 @@ impl Connection<f64> for Marking {
         self.call(format!("limit reference {reference_m}"));
         reference_m + 0.5
     }
-    fn to_master(&mut self, mode: f64, _slave: &AtSlave<f64>, _master: &AtMaster<f64>) -> (f64, f64) {
+    fn to_master(
+        &mut self,
+        modes: Modes<f64>,
+        _slave: &AtSlave<f64>,
+        _master: &AtMaster<f64>,
+    ) -> (Modes<f64>, f64) {
         self.call("to master".into());
-        (mode, 61.0)
+        (modes, 61.0)
     }
     fn limit(&mut self, force_n: f64, _master: &AtMaster<f64>) -> f64 {
         self.call(format!("limit {force_n}"));

@@ -29,7 +29,7 @@ const MAX_RANKED: u64 = 10_000;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Influence {
     /// Key of the axis.
-    pub axis: &'static str,
+    pub axis: String,
     /// First-order Sobol index; `None` if the metric does not vary.
     pub epsilon_squared: Option<f64>,
     /// Standardised rank regression coefficient; `None` for words, and if the regression is singular.
@@ -120,7 +120,7 @@ impl<'a> Inputs<'a> {
                 .iter()
                 .enumerate()
                 .map(|(index, axis)| Influence {
-                    axis: axis.key.path,
+                    axis: axis.key.path.to_string(),
                     epsilon_squared: if self.has_classes() {
                         epsilon_squared(&self.overall[place], &self.by_class[place][index])
                     } else {
@@ -235,7 +235,7 @@ mod tests {
         // Var(a x) = a²/3: indices 9/10 and 1/10; the coefficients are their signed square roots.
         let influences = of(|x| 3.0 * x[0] - x[1]);
         let [first, second, third] = &influences.of_axes[..] else { panic!("three") };
-        assert_eq!([first.axis, second.axis], ["operator.start_m", "operator.end_m"]);
+        assert_eq!([&first.axis, &second.axis], ["operator.start_m", "operator.end_m"]);
         for (influence, index, slope) in
             [(first, 0.9, 0.9_f64.sqrt()), (second, 0.1, -(0.1_f64.sqrt())), (third, 0.0, 0.0)]
         {

@@ -1,0 +1,543 @@
+//! A scenario, and the one table of its groups of keys.
+//!
+//! A new group needs its settings in a file beside the part, a field of [`Scenario`] with its value in [`Scenario::unread`], and a
+//! row of [`GROUPS`]. The row drives reading, checks, sweeps, the schema, the starter file and the reference.
+
+use std::sync::{Arc, OnceLock};
+
+use trocar_core::error::InvalidValue;
+use trocar_core::settings::Key;
+
+use super::engine_kind::EngineKind;
+use super::error::ScenarioError;
+use super::link::link_settings;
+use super::replay::RecordingSpec;
+use super::resolve::{DelayTicks, delays, waits_for_tick};
+use super::run_settings::RunSettings;
+use super::schedule::{events, schedules};
+use super::schedule_settings::{EventSettings, ScheduleSettings};
+use super::settings::{actuators, arm, master};
+use super::specs::{OperatorSpec, TissueSpec, operator, stated_tissue, tissue};
+use super::steps::Steps;
+use super::values::Values;
+use crate::population::PopulationSettings;
+use trocar_core::augmentation::AugmentationSettings;
+use trocar_core::detection::DetectorSettings;
+use trocar_core::estimation::{ContactSettings, RlsSettings};
+use trocar_core::time::TickGrid;
+use trocar_engine::channel::{DelaySettings, Irregularity, Schedule};
+use trocar_engine::operator::{
+    MotionSettings, Perception, ReflexSettings, StiffeningSettings, StretchSettings, TremorSettings,
+};
+use trocar_engine::plant::{
+    ActuatorLimits, ArmParameters, ArmRoles, ControlTiming, Grip, MasterParameters, SlaveParameters,
+};
+use trocar_engine::sensor::SensorSettings;
+use trocar_engine::teleoperation::{
+    ComplianceSettings, ControllerSettings, LinkSettings, Machines, PassivitySettings, RecoverySettings, Scales,
+};
+use trocar_engine::tissue::{LAYER_KEYS, OrganMotion, ReplayIndex, TissueSettings};
+use trocar_recording::{ColumnSettings, FileSettings, Limits, Resampled, ScaleSettings, SignSettings};
+
+/// A scenario that can be run.
+#[derive(Debug, Clone)]
+pub struct Scenario {
+    /// Name of the output folder and of its lines in figures.
+    pub name: String,
+    /// Its ticks.
+    pub grid: TickGrid,
+    /// How the plants are stepped.
+    pub engine: EngineKind,
+    /// In continuous time or on the tick.
+    pub timing: ControlTiming,
+    /// The seed of its random numbers.
+    pub seed: u64,
+    /// The master.
+    pub master: MasterParameters,
+    /// The arm.
+    pub arm: ArmParameters,
+    /// The slave.
+    pub slave: SlaveParameters,
+    /// The motors' limits.
+    pub actuators: ActuatorLimits,
+    /// Controller, recovery and passivity of the link.
+    pub link: LinkSettings,
+    /// Delay from master to slave.
+    pub forward: DelayTicks,
+    /// Delay from slave to master.
+    pub backward: DelayTicks,
+    /// Both delays in s.
+    pub delays: DelaySettings,
+    /// Jitter and loss of the link.
+    pub irregularity: Irregularity,
+    /// Scheduled outages and delays from master to slave.
+    pub forward_schedule: Schedule,
+    /// Scheduled outages and delays from slave to master.
+    pub backward_schedule: Schedule,
+    /// The operator's motion.
+    pub operator: OperatorSpec,
+    /// The operator's tremor.
+    pub tremor: TremorSettings,
+    /// The stretch reflexes of the operator's arm.
+    pub stretch: StretchSettings,
+    /// How the operator's arm stiffens under load.
+    pub stiffening: StiffeningSettings,
+    /// The operator's reaction to a drop of the felt force.
+    pub reflex: ReflexSettings,
+    /// How the operator notices a drop of the felt force.
+    pub perception: Perception,
+    /// The tissue.
+    pub tissue: TissueSpec,
+    /// The spring (N/m) and the damper (N·s/m) that the analysis of stability takes for a force recorded over time, if the
+    /// scenario states them; a run does not depend on them.
+    pub stated_tissue: Option<(f64, f64)>,
+    /// Its motion with breathing and heartbeat.
+    pub organ_motion: OrganMotion,
+    /// The sensors.
+    pub sensor: SensorSettings,
+    /// The estimator.
+    pub estimator: RlsSettings,
+    /// The estimator's contact position, in m.
+    pub contact_m: f64,
+    /// The detector.
+    pub detector: DetectorSettings,
+    /// The supervisor.
+    pub augmentation: AugmentationSettings,
+    /// The ticks of scheduled alarms, increasing.
+    pub events: Arc<[u64]>,
+    /// The population over which `trocar stability` computes limits; a run does not depend on it.
+    pub population: PopulationSettings,
+    /// Shared by the scenarios of a [`Template`](super::Template).
+    pub(super) values: Arc<Values>,
+    /// Both plants' steps, once computed.
+    pub(super) steps: Arc<OnceLock<Steps>>,
+}
+
+impl Scenario {
+    /// A scenario of a run, with every group at its default until it is read.
+    pub(super) fn unread(
+        name: String,
+        grid: TickGrid,
+        (engine, timing): (EngineKind, ControlTiming),
+        seed: u64,
+    ) -> Self {
+        Self {
+            name,
+            grid,
+            engine,
+            timing,
+            seed,
+            master: MasterParameters::DEFAULT,
+            arm: ArmParameters::DEFAULT,
+            slave: SlaveParameters::default(),
+            actuators: ActuatorLimits::DEFAULT,
+            link: LinkSettings {
+                controller: ControllerSettings::DEFAULT,
+                machines: Machines::UNCOUPLED,
+                recovery: RecoverySettings::DEFAULT,
+                passivity: PassivitySettings::DEFAULT,
+            },
+            forward: DelayTicks::default(),
+            backward: DelayTicks::default(),
+            delays: DelaySettings::DEFAULT,
+            irregularity: Irregularity::DEFAULT,
+            forward_schedule: Schedule::default(),
+            backward_schedule: Schedule::default(),
+            operator: OperatorSpec::Recording(Arc::default()),
+            tremor: TremorSettings::DEFAULT,
+            stretch: StretchSettings::DEFAULT,
+            stiffening: StiffeningSettings::DEFAULT,
+            reflex: ReflexSettings::DEFAULT,
+            perception: Perception::DEFAULT,
+            tissue: TissueSpec::Recording { force_n: Arc::default(), rupture_ticks: Arc::default() },
+            stated_tissue: None,
+            organ_motion: OrganMotion::DEFAULT,
+            sensor: SensorSettings::DEFAULT,
+            estimator: RlsSettings::DEFAULT,
+            contact_m: ContactSettings::DEFAULT.contact_m,
+            detector: DetectorSettings::default(),
+            augmentation: AugmentationSettings::DEFAULT,
+            events: Arc::default(),
+            population: PopulationSettings::DEFAULT,
+            values: Arc::default(),
+            steps: Arc::default(),
+        }
+    }
+}
+
+/// A group of keys, or a relation between groups, which has no keys.
+#[derive(Debug)]
+pub(super) struct Group {
+    /// The sections that begin with it, each with its subject.
+    pub(super) sections: &'static [(&'static str, &'static str)],
+    /// Its keys, in the order in which they are written.
+    pub(super) keys: &'static [Key],
+    /// Keys of other groups that it depends on.
+    also: &'static [&'static [Key]],
+    /// Those of its keys whose change needs a file or a recording, and so the whole scenario to be resolved again.
+    whole: &'static [Key],
+    /// Reads the group from the values into the scenario, and checks it.
+    pub(super) read: fn(&mut Reading<'_>) -> Result<(), ScenarioError>,
+}
+
+impl Group {
+    /// True if a key changes what the group reads.
+    pub(super) fn depends_on(&self, key: &Key) -> bool {
+        has(self.keys, key) || self.also.iter().any(|keys| has(keys, key))
+    }
+
+    /// True if a change of a key needs the whole scenario to be resolved again.
+    pub(super) fn is_whole(&self, key: &Key) -> bool {
+        has(self.whole, key)
+    }
+}
+
+fn has(keys: &[Key], key: &Key) -> bool {
+    keys.iter().any(|one| one.path == key.path)
+}
+
+/// A scenario while its groups are read.
+pub(super) struct Reading<'a> {
+    pub(super) scenario: &'a mut Scenario,
+    pub(super) values: &'a mut Values,
+    /// The recording that operator or tissue replays, and its samples on the ticks. Absent where only some keys have changed: the
+    /// scenario then has the samples.
+    pub(super) replay: Option<&'a (RecordingSpec, Resampled)>,
+}
+
+impl Reading<'_> {
+    /// Reads settings, checks them, and stores them in a field.
+    fn set<T>(
+        &mut self,
+        read: fn(&mut Values) -> Result<T, ScenarioError>,
+        check: impl FnOnce(&T) -> Result<(), InvalidValue>,
+        field: fn(&mut Scenario) -> &mut T,
+    ) -> Result<(), ScenarioError> {
+        let settings = read(self.values)?;
+        check(&settings).map_err(|error| self.values.out_of_range(&error))?;
+        *field(self.scenario) = settings;
+        Ok(())
+    }
+}
+
+/// What most groups have: no section of their own, no relation to other groups. Another group or a relation reads the keys.
+const PLAIN: Group = Group { sections: &[], keys: &[], also: &[], whole: &[], read: |_| Ok(()) };
+
+/// The keys from which the parameters of the machines follow.
+const OF_MACHINES: &[&[Key]] = &[
+    MasterParameters::KEYS,
+    Grip::KEYS,
+    ArmRoles::KEYS,
+    ArmParameters::KEYS,
+    SlaveParameters::KEYS,
+    ControllerSettings::KEYS,
+];
+
+/// The keys from which the settings of the link follow.
+const OF_LINK: &[&[Key]] = &[
+    MasterParameters::KEYS,
+    SlaveParameters::KEYS,
+    ComplianceSettings::KEYS,
+    Scales::KEYS,
+    ControllerSettings::KEYS,
+    RecoverySettings::KEYS,
+    PassivitySettings::KEYS,
+];
+
+/// Every group, in the order in which the keys are written; then the relations between groups. They are read in this order.
+pub(super) const GROUPS: &[Group] = &[
+    Group {
+        sections: &[("simulation", "Duration, tick and engine.")],
+        keys: RunSettings::KEYS,
+        whole: RunSettings::KEYS,
+        ..PLAIN
+    },
+    Group {
+        sections: &[("master", "The master (eq. 28) and its force controller (eq. 29).")],
+        keys: MasterParameters::KEYS,
+        also: &[ControllerSettings::KEYS],
+        read: |of| {
+            of.scenario.master = master(of.values)?;
+            Ok(())
+        },
+        ..PLAIN
+    },
+    Group {
+        sections: &[("arm", "The operator's arm (eq. 32-35), in the paper's symbols.")],
+        keys: Grip::KEYS,
+        ..PLAIN
+    },
+    Group { keys: ArmRoles::KEYS, ..PLAIN },
+    Group {
+        keys: ArmParameters::KEYS,
+        also: &[Grip::KEYS, ArmRoles::KEYS],
+        read: |of| {
+            of.scenario.arm = arm(of.values)?;
+            Ok(())
+        },
+        ..PLAIN
+    },
+    Group {
+        sections: &[("slave", "The slave (eq. 30) and its position controller (eq. 31).")],
+        keys: SlaveParameters::KEYS,
+        read: |of| {
+            of.scenario.slave = SlaveParameters::read(of.values)?;
+            Ok(())
+        },
+        ..PLAIN
+    },
+    Group { keys: ComplianceSettings::KEYS, ..PLAIN },
+    Group {
+        sections: &[("actuator", "Limits of both motors; they need simulation.control = \"sampled\".")],
+        keys: ActuatorLimits::KEYS,
+        also: &[ComplianceSettings::KEYS],
+        read: |of| {
+            of.scenario.actuators = actuators(of.values, of.scenario.timing)?;
+            Ok(())
+        },
+        ..PLAIN
+    },
+    Group { sections: &[("scaling", "Scale factors between the two sides.")], keys: Scales::KEYS, ..PLAIN },
+    Group {
+        sections: &[("controller", "The teleoperation architecture: which signals each side receives.")],
+        keys: ControllerSettings::KEYS,
+        ..PLAIN
+    },
+    Group { sections: &[("channel", "The link between master and slave.")], keys: DelaySettings::KEYS, ..PLAIN },
+    Group {
+        keys: Irregularity::KEYS,
+        read: |of| {
+            let tick_s = of.scenario.grid.tick_s();
+            of.set(Irregularity::read, |settings| settings.validate_on_ticks(tick_s), |to| &mut to.irregularity)
+        },
+        ..PLAIN
+    },
+    Group {
+        keys: ScheduleSettings::KEYS,
+        whole: ScheduleSettings::KEYS,
+        read: |of| {
+            let (forward, backward) = schedules(of.values, &of.scenario.grid)?;
+            (of.scenario.forward_schedule, of.scenario.backward_schedule) = (forward, backward);
+            Ok(())
+        },
+        ..PLAIN
+    },
+    Group { keys: RecoverySettings::KEYS, ..PLAIN },
+    Group {
+        sections: &[("passivity", "The passivity scheme, which keeps the link from generating energy under delay.")],
+        keys: PassivitySettings::KEYS,
+        ..PLAIN
+    },
+    Group {
+        sections: &[("operator", "The operator's motion.")],
+        keys: MotionSettings::KEYS,
+        whole: &[MotionSettings::KEY],
+        read: |of| {
+            if let Some(motion) = operator(of.values, &of.scenario.grid, of.replay)? {
+                of.scenario.operator = motion;
+                of.scenario.check_reach(of.values)?;
+            }
+            Ok(())
+        },
+        ..PLAIN
+    },
+    Group {
+        keys: TremorSettings::KEYS,
+        read: |of| {
+            let tick_s = of.scenario.grid.tick_s();
+            of.set(TremorSettings::read, |settings| settings.validate_on_ticks(tick_s), |to| &mut to.tremor)
+        },
+        ..PLAIN
+    },
+    Group {
+        keys: StretchSettings::KEYS,
+        read: |of| of.set(StretchSettings::read, StretchSettings::validate, |to| &mut to.stretch),
+        ..PLAIN
+    },
+    Group {
+        keys: StiffeningSettings::KEYS,
+        read: |of| of.set(StiffeningSettings::read, StiffeningSettings::validate, |to| &mut to.stiffening),
+        ..PLAIN
+    },
+    Group {
+        keys: ReflexSettings::KEYS,
+        read: |of| of.set(ReflexSettings::read, ReflexSettings::validate_where_reacting, |to| &mut to.reflex),
+        ..PLAIN
+    },
+    Group {
+        sections: &[("perception", "What the operator notices of the felt force.")],
+        keys: Perception::KEYS,
+        read: |of| of.set(Perception::read, Perception::validate, |to| &mut to.perception),
+        ..PLAIN
+    },
+    Group {
+        sections: &[
+            ("tissue", "The tissue that the needle enters."),
+            (
+                "tissue.fmu",
+                "A tissue in a functional mock-up unit of others, whose code is executed: run trusted units only.",
+            ),
+        ],
+        keys: TissueSettings::KEYS,
+        also: &[LAYER_KEYS],
+        whole: &[TissueSettings::KEY, ReplayIndex::KEY],
+        read: |of| {
+            tissue(of)?;
+            of.scenario.stated_tissue = stated_tissue(of.values)?;
+            Ok(())
+        },
+    },
+    Group {
+        keys: OrganMotion::KEYS,
+        read: |of| of.set(OrganMotion::read, OrganMotion::validate, |to| &mut to.organ_motion),
+        ..PLAIN
+    },
+    Group {
+        sections: &[("recording", "The recording that the operator or the tissue replays, and that detect reads.")],
+        keys: FileSettings::KEYS,
+        whole: FileSettings::KEYS,
+        ..PLAIN
+    },
+    Group { keys: SignSettings::KEYS, whole: SignSettings::KEYS, ..PLAIN },
+    Group { keys: Limits::KEYS, whole: Limits::KEYS, ..PLAIN },
+    Group {
+        sections: &[("recording.columns", "The columns of the recording, by their names in the header of the file.")],
+        keys: ColumnSettings::KEYS,
+        whole: ColumnSettings::KEYS,
+        ..PLAIN
+    },
+    Group {
+        sections: &[("recording.scale", "The factor that converts each column to SI units.")],
+        keys: ScaleSettings::KEYS,
+        whole: ScaleSettings::KEYS,
+        ..PLAIN
+    },
+    Group {
+        sections: &[("sensor", "How force and position are measured.")],
+        keys: SensorSettings::KEYS,
+        read: |of| of.set(SensorSettings::read, SensorSettings::validate, |to| &mut to.sensor),
+        ..PLAIN
+    },
+    Group {
+        sections: &[("estimator", "The online estimation of the tissue (eq. 12-18).")],
+        keys: RlsSettings::KEYS,
+        read: |of| of.set(RlsSettings::read, RlsSettings::validate, |to| &mut to.estimator),
+        ..PLAIN
+    },
+    Group {
+        keys: ContactSettings::KEYS,
+        read: |of| {
+            of.scenario.contact_m = ContactSettings::read(of.values)?.contact_m;
+            Ok(())
+        },
+        ..PLAIN
+    },
+    Group {
+        sections: &[("detector", "The detection of ruptures (eq. 19-27).")],
+        keys: DetectorSettings::KEYS,
+        read: |of| of.set(DetectorSettings::read, DetectorSettings::validate, |to| &mut to.detector),
+        ..PLAIN
+    },
+    Group {
+        sections: &[("augmentation", "The response to an alarm (section 5.1).")],
+        keys: AugmentationSettings::KEYS,
+        read: |of| of.set(AugmentationSettings::read, AugmentationSettings::validate, |to| &mut to.augmentation),
+        ..PLAIN
+    },
+    Group {
+        keys: EventSettings::KEYS,
+        read: |of| {
+            of.scenario.events = events(of.values, &of.scenario.grid)?;
+            Ok(())
+        },
+        ..PLAIN
+    },
+    Group {
+        sections: &[("population", "The people, tissues and links over which trocar stability computes limits.")],
+        keys: PopulationSettings::KEYS,
+        read: |of| of.set(PopulationSettings::read, PopulationSettings::validate, |to| &mut to.population),
+        ..PLAIN
+    },
+    // The steps of the machines are computed when they are needed.
+    Group {
+        also: OF_MACHINES,
+        read: |of| {
+            of.scenario.steps = Arc::default();
+            Ok(())
+        },
+        ..PLAIN
+    },
+    Group {
+        also: OF_LINK,
+        read: |of| {
+            let Scenario { master, slave, grid, .. } = &*of.scenario;
+            let link = link_settings(of.values, master, slave, grid.tick_s())?;
+            let position_scale = of.scenario.position_scale();
+            of.scenario.link = link;
+            // Checking every position takes longer than everything else.
+            if of.scenario.position_scale() == position_scale { Ok(()) } else { of.scenario.check_reach(of.values) }
+        },
+        ..PLAIN
+    },
+    // Which controllers wait for the tick depends on the link.
+    Group {
+        also: &[DelaySettings::KEYS, ComplianceSettings::KEYS, ControllerSettings::KEYS, PassivitySettings::KEYS],
+        read: |of| {
+            let waits_for_tick = waits_for_tick(of.scenario.timing, &of.scenario.link);
+            let (settings, forward, backward) = delays(of.values, &of.scenario.grid, waits_for_tick)?;
+            (of.scenario.delays, of.scenario.forward, of.scenario.backward) = (settings, forward, backward);
+            Ok(())
+        },
+        ..PLAIN
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::super::{KEYS, Source, find_key};
+    use super::*;
+
+    #[test]
+    fn every_key_belongs_to_one_group() {
+        for key in KEYS {
+            assert_eq!(GROUPS.iter().filter(|group| has(group.keys, key)).count(), 1, "{}", key.path);
+        }
+    }
+
+    #[test]
+    fn a_group_depends_on_existing_keys_and_resolves_its_own_ones_as_a_whole() {
+        for group in GROUPS {
+            for key in group.also.iter().copied().flatten() {
+                assert!(has(LAYER_KEYS, key) || has(KEYS, key), "{}", key.path);
+            }
+            assert!(group.whole.iter().all(|key| has(group.keys, key)));
+        }
+    }
+
+    #[test]
+    fn what_a_scenario_holds_before_it_is_read_is_replaced() {
+        let text = "operator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nscaling.position = 2.0\nsensor.force_noise_std_n = 0.1";
+        let source = Source::Text { name: "changed".into(), text: text.into() };
+        let scenario = Scenario::load(&source, &[]).expect("good");
+        let unread = Scenario::unread("x".into(), scenario.grid, (scenario.engine, scenario.timing), 1);
+        assert_ne!(scenario.position_scale(), unread.position_scale());
+        assert_ne!(scenario.sensor, unread.sensor);
+        assert_ne!(scenario.operator, unread.operator);
+        assert_ne!(scenario.tissue, unread.tissue);
+    }
+
+    #[test]
+    fn a_scale_changes_the_link_and_a_detector_key_the_detector_alone() {
+        let affected = |path: &str| {
+            let key = find_key(path).expect("a key");
+            GROUPS.iter().filter(|group| group.depends_on(&key)).count()
+        };
+        // The group itself, and the link.
+        assert_eq!(affected("scaling.force"), 2);
+        assert_eq!(affected("detector.threshold"), 1);
+        assert_eq!(affected("tissue.layer.skin.grip_n"), 1);
+        // The machine, the steps and the link.
+        assert_eq!(affected("slave.velocity_gain"), 3);
+        assert!(GROUPS.iter().any(|group| group.is_whole(&find_key("operator.kind").expect("a key"))));
+    }
+}
