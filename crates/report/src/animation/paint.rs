@@ -2,6 +2,7 @@
 
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, IntoDrawingArea};
+use plotters::prelude::DrawingBackend;
 use png::{BlendOp, ColorType, Compression, DisposeOp, Encoder, Filter};
 use tiny_skia::Pixmap;
 
@@ -9,7 +10,7 @@ use super::scene::{Form, Role, Shape};
 use super::{Animation, Panel};
 use crate::figures::DrawError;
 use crate::figures::description::{Color, Stroke};
-use crate::figures::draw::{Anchor, Bitmap, Drawn, Pen, Text, opaque};
+use crate::figures::draw::{Anchor, Backend, Bitmap, Drawn, Pen, Text, opaque};
 
 /// Size of the picture in pixels.
 const WIDTH: u32 = 960;
@@ -109,16 +110,15 @@ impl Animation {
     }
 
     fn paint(&self, frame: usize) -> Result<Pixmap, DrawError> {
-        let mut pixmap = Pixmap::new(WIDTH, HEIGHT).ok_or(DrawError::Size)?;
-        pixmap.fill(tiny_skia::Color::WHITE);
+        let mut canvas = Bitmap::new(WIDTH, HEIGHT, 1.0 / UNITS).ok_or(DrawError::Size)?;
         let size = (WIDTH * UNITS as u32, HEIGHT * UNITS as u32);
-        let area = Bitmap::new(&mut pixmap, size, (1.0 / UNITS) as f32).into_drawing_area();
+        let area = Backend { canvas: &mut canvas, size }.into_drawing_area();
         self.draw(&area, frame).map_err(|error| DrawError::Backend(error.to_string()))?;
         drop(area);
-        Ok(pixmap)
+        Ok(canvas.pixmap)
     }
 
-    fn draw<'p>(&self, area: &DrawingArea<Bitmap<'p>, Shift>, frame: usize) -> Drawn<Bitmap<'p>> {
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, frame: usize) -> Drawn<B> {
         let pen = Pen::new(area, UNITS);
         let write = |(x, y): (f64, f64), (size, is_bold, color): (f64, bool, Color), anchor, text: &str| {
             pen.text(&Text { size, is_bold, color, ..Text::new(text, (x, y), anchor) })
@@ -143,13 +143,13 @@ impl Animation {
         write((width - 14.0, foot), (13.0, false, QUIET), Anchor::End, &self.title)
     }
 
-    fn draw_panel<'p>(
+    fn draw_panel<B: DrawingBackend>(
         &self,
-        area: &DrawingArea<Bitmap<'p>, Shift>,
+        area: &DrawingArea<B, Shift>,
         panel: &Panel,
         frame: usize,
         scheme: Color,
-    ) -> Drawn<Bitmap<'p>> {
+    ) -> Drawn<B> {
         let pen = Pen::new(area, UNITS * SCALE);
         for Shape { role, x, y, text } in self.scene(panel, Form::PICTURE).shapes(&panel.moments[frame]) {
             let points: Vec<(f64, f64)> = x.into_iter().zip(y).collect();

@@ -21,7 +21,7 @@ const BEYOND: f64 = 1500.0;
 /// Height of a small text.
 const SMALL: f64 = 12.0;
 /// Number of points of each side of a dip.
-const DIP_POINTS: i32 = 7;
+const DIP_POINTS: i32 = 9;
 /// Lengths of the scale in mm.
 const LENGTHS_MM: [f64; 8] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 /// Time for which a rupture is named in a live drawing, in s.
@@ -241,10 +241,11 @@ impl Scene<'_> {
     fn top(&self, flat: f64, dip: f64) -> Vec<(f64, f64)> {
         let Form { width, tissue, needle, is_wide, .. } = self.form;
         let (half, reach) = (NEEDLE + 1.0, if is_wide { 90.0_f64 } else { 60.0 });
-        // The dip of a soft surface under a needle is steep at the needle and flat farther away.
-        let side = (0..=DIP_POINTS).map(|k| f64::from(k) / f64::from(DIP_POINTS)).map(|share| {
-            let decay = (1.0 - share).powi(4);
-            (half + reach * share.powf(1.5), flat + (dip - flat) * decay)
+        // Half a dip as a Bézier curve: level at the needle and at its end, where the controls are at 0.2 and 0.45 of its reach.
+        let side = (0..=DIP_POINTS).map(|k| f64::from(k) / f64::from(DIP_POINTS)).map(|t| {
+            let rest = 1.0 - t;
+            let across = 3.0 * rest * t * (0.2 * rest + 0.45 * t) + t.powi(3);
+            (half + reach * across, flat + (dip - flat) * rest * rest * (1.0 + 2.0 * t))
         });
         let mut points: Vec<(f64, f64)> = side.clone().map(|(x, y)| ((needle - x).max(tissue), y)).collect();
         points.push((tissue, flat));

@@ -299,8 +299,7 @@ fn width(text: &str) -> FigureWidth {
 
 /// Returns the texts of a page, and asserts that none is cut, overlaps another or leaves the page.
 fn texts(name: &str, figure: &Figure<'_>, size: &str) -> Vec<String> {
-    let Texts { size: (width, height), all } = Texts::of(figure, width(size));
-    let [width, height] = [width, height].map(|units| 0.01 * f64::from(units));
+    let ((width, height), Texts(all)) = Texts::of(figure, width(size));
     for (index, (text, bounds)) in all.iter().enumerate() {
         let [left, top, right, bottom] = *bounds;
         let is_inside = left >= 0.0 && top >= 0.0 && right <= width && bottom <= height;

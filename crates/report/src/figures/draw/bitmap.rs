@@ -1,10 +1,10 @@
-//! A backend of plotters that paints with tiny-skia, and figures as PNG.
+//! Figures as PNG, painted by tiny-skia.
 
-use plotters::prelude::DrawingBackend;
-use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind};
-use tiny_skia::{FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, Transform};
+use plotters_backend::BackendCoord;
+use tiny_skia::{FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
 use ttf_parser::OutlineBuilder;
 
+use super::canvas::{Backend, Canvas, Rgb};
 use super::fonts::{Placed, typeface};
 use super::layout::Sheet;
 use super::{DrawError, UNITS};
@@ -18,10 +18,10 @@ const METRES_PER_INCH: f64 = 0.0254;
 pub(super) fn png(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
     let scale = DOTS_PER_INCH / POINTS_PER_INCH;
     let pixels = |points: f64| (scale * points).round().clamp(1.0, 30_000.0) as u32;
-    let mut pixmap = Pixmap::new(pixels(sheet.width), pixels(sheet.height)).ok_or(DrawError::Size)?;
-    pixmap.fill(tiny_skia::Color::WHITE);
-    sheet.draw_on(Bitmap::new(&mut pixmap, sheet.size(), (scale / UNITS) as f32))?;
-    encode(&pixmap)
+    let bitmap = Bitmap::new(pixels(sheet.width), pixels(sheet.height), scale / UNITS);
+    let mut canvas = bitmap.ok_or(DrawError::Size)?;
+    sheet.draw_on(Backend { canvas: &mut canvas, size: sheet.size() })?;
+    encode(&canvas.pixmap)
 }
 
 /// Encodes the opaque image. Compression is fast, because lines on white compress well at any setting.
@@ -49,83 +49,38 @@ pub(crate) fn opaque(pixels: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Paints on a pixmap. All colours are opaque.
-pub(crate) struct Bitmap<'a> {
-    pixmap: &'a mut Pixmap,
-    size: (u32, u32),
+/// A pixmap, and the pixels of a unit.
+pub(crate) struct Bitmap {
+    pub(crate) pixmap: Pixmap,
     scale: Transform,
 }
 
-impl<'a> Bitmap<'a> {
-    /// Returns a backend of a size in units, each of which is `scale` pixels.
-    pub(crate) fn new(pixmap: &'a mut Pixmap, size: (u32, u32), scale: f32) -> Self {
-        Self { pixmap, size, scale: Transform::from_scale(scale, scale) }
-    }
-
-    fn fill(&mut self, path: Option<Path>, color: (u8, u8, u8), is_smooth: bool, place: Transform) -> Done {
-        if let Some(path) = path {
-            let paint = Paint { anti_alias: is_smooth, ..paint(color) };
-            self.pixmap.fill_path(&path, &paint, FillRule::Winding, place, None);
-        }
-        Ok(())
+impl Bitmap {
+    /// Returns white paper of a size in pixels; `None` if it is too large.
+    pub(crate) fn new(width: u32, height: u32, scale: f64) -> Option<Self> {
+        let mut pixmap = Pixmap::new(width, height)?;
+        pixmap.fill(tiny_skia::Color::WHITE);
+        Some(Self { pixmap, scale: Transform::from_scale(scale as f32, scale as f32) })
     }
 }
 
-type Done = Result<(), DrawingErrorKind<std::convert::Infallible>>;
-
-impl DrawingBackend for Bitmap<'_> {
-    type ErrorType = std::convert::Infallible;
-
-    fn get_size(&self) -> (u32, u32) {
-        self.size
-    }
-
-    fn ensure_prepared(&mut self) -> Done {
-        Ok(())
-    }
-
-    fn present(&mut self) -> Done {
-        Ok(())
-    }
-
-    fn draw_pixel(&mut self, (x, y): BackendCoord, color: BackendColor) -> Done {
-        self.draw_rect((x, y), (x + 1, y + 1), &color, true)
-    }
-
-    fn draw_line<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S) -> Done {
-        self.draw_path([from, to], style)
-    }
-
-    /// Fills a rectangle without smooth edges, so that no seams show between neighbours.
-    fn draw_rect<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S, fill: bool) -> Done {
-        let [left, top, right, bottom] = [from.0, from.1, to.0, to.1].map(|place| place as f32);
-        if fill {
-            let rectangle = Rect::from_ltrb(left, top, right, bottom).map(PathBuilder::from_rect);
-            return self.fill(rectangle, style.color().rgb, false, self.scale);
+impl Canvas for Bitmap {
+    fn stroke(&mut self, line: &[BackendCoord], width: u32, color: Rgb) {
+        let (line_cap, line_join) = (LineCap::Round, LineJoin::Round);
+        let stroke = Stroke { width: width as f32, line_cap, line_join, ..Stroke::default() };
+        if let Some(path) = trace(line) {
+            self.pixmap.stroke_path(&path, &paint(color), &stroke, self.scale, None);
         }
-        self.draw_path([from, (to.0, from.1), to, (from.0, to.1), from], style)
     }
 
-    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, line: I, style: &S) -> Done {
-        if let Some(path) = trace(line).finish() {
-            let (line_cap, line_join) = (LineCap::Round, LineJoin::Round);
-            let stroke = Stroke { width: style.stroke_width() as f32, line_cap, line_join, ..Stroke::default() };
-            self.pixmap.stroke_path(&path, &paint(style.color().rgb), &stroke, self.scale, None);
+    fn fill(&mut self, outline: &[BackendCoord], color: Rgb, is_smooth: bool) {
+        let paint = Paint { anti_alias: is_smooth, ..paint(color) };
+        if let Some(path) = trace(outline) {
+            self.pixmap.fill_path(&path, &paint, FillRule::Winding, self.scale, None);
         }
-        Ok(())
     }
 
-    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, outline: I, style: &S) -> Done {
-        self.fill(trace(outline).finish(), style.color().rgb, true, self.scale)
-    }
-
-    fn draw_circle<S: BackendStyle>(&mut self, (x, y): BackendCoord, radius: u32, style: &S, _: bool) -> Done {
-        let circle = PathBuilder::from_circle(x as f32, y as f32, radius as f32);
-        self.fill(circle, style.color().rgb, true, self.scale)
-    }
-
-    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Done {
-        let placed = Placed::of(text, style, at);
+    fn text(&mut self, text: &str, placed: &Placed) {
         let (outline, units) = letters(text, placed.is_bold);
         let ((x, y), size) = (placed.start, placed.em / units);
         let place = if placed.is_upright {
@@ -133,22 +88,25 @@ impl DrawingBackend for Bitmap<'_> {
         } else {
             Transform::from_row(size, 0.0, 0.0, -size, x, y)
         };
-        self.fill(outline, placed.color, true, place.post_concat(self.scale))
+        if let Some(outline) = outline {
+            let place = place.post_concat(self.scale);
+            self.pixmap.fill_path(&outline, &paint(placed.color), FillRule::Winding, place, None);
+        }
     }
 }
 
-fn paint((red, green, blue): (u8, u8, u8)) -> Paint<'static> {
+fn paint((red, green, blue): Rgb) -> Paint<'static> {
     let mut paint = Paint::default();
     paint.set_color_rgba8(red, green, blue, 255);
     paint
 }
 
-fn trace(points: impl IntoIterator<Item = BackendCoord>) -> PathBuilder {
+fn trace(points: &[BackendCoord]) -> Option<Path> {
     let mut path = PathBuilder::new();
-    for (x, y) in points.into_iter().map(|(x, y)| (x as f32, y as f32)) {
+    for (x, y) in points.iter().map(|(x, y)| (*x as f32, *y as f32)) {
         if path.is_empty() { path.move_to(x, y) } else { path.line_to(x, y) }
     }
-    path
+    path.finish()
 }
 
 /// Returns the outlines of the letters of a text, upwards, in units of the face, and the number of units of an em.

@@ -62,7 +62,7 @@ pub(crate) fn width(text: &str, size: f64, is_bold: bool) -> f64 {
 }
 
 /// A text as a backend places it: by its top.
-pub(super) struct Placed {
+pub(crate) struct Placed {
     /// Where the baseline begins.
     pub(super) start: (f32, f32),
     pub(super) em: f32,

@@ -5,6 +5,7 @@
 //! bundled and no system font is read.
 
 mod bitmap;
+mod canvas;
 mod clip;
 mod fonts;
 mod format;
@@ -16,6 +17,7 @@ mod pen;
 mod svg;
 
 pub(crate) use bitmap::{Bitmap, opaque};
+pub(crate) use canvas::Backend;
 pub(crate) use fonts::width as text_width;
 pub use format::{FigureFormat, FigureStyle, FigureWidth};
 pub(crate) use pen::{Anchor, Drawn, Pen, Text};
@@ -84,9 +86,9 @@ impl Sheet<'_> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use plotters::backend::DrawingBackend;
-    use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind};
+    use plotters_backend::BackendCoord;
 
+    use super::canvas::{Canvas, Rgb};
     use super::*;
 
     /// Returns the SVG document of a figure at a width in points.
@@ -96,65 +98,25 @@ pub(super) mod tests {
 
     /// Keeps the texts of a drawing with their left, top, right and bottom in points.
     #[derive(Default)]
-    pub(crate) struct Texts {
-        pub(crate) size: (u32, u32),
-        pub(crate) all: Vec<(String, [f64; 4])>,
-    }
+    pub(crate) struct Texts(pub(crate) Vec<(String, [f64; 4])>);
 
     impl Texts {
-        pub(crate) fn of(figure: &Figure<'_>, width: FigureWidth) -> Self {
+        /// Returns the size of a sheet in points, and its texts.
+        pub(crate) fn of(figure: &Figure<'_>, width: FigureWidth) -> ((f64, f64), Self) {
             let sheet = Sheet::of(figure, width.points());
-            let mut texts = Self { size: sheet.size(), all: vec![] };
-            sheet.draw_on(&mut texts).expect("drawn");
-            texts
+            let mut texts = Self::default();
+            sheet.draw_on(Backend { canvas: &mut texts, size: sheet.size() }).expect("drawn");
+            ((sheet.width, sheet.height), texts)
         }
     }
 
-    type Done = Result<(), DrawingErrorKind<std::convert::Infallible>>;
+    impl Canvas for Texts {
+        fn stroke(&mut self, _: &[BackendCoord], _: u32, _: Rgb) {}
 
-    impl DrawingBackend for &mut Texts {
-        type ErrorType = std::convert::Infallible;
+        fn fill(&mut self, _: &[BackendCoord], _: Rgb, _: bool) {}
 
-        fn get_size(&self) -> (u32, u32) {
-            self.size
-        }
-
-        fn ensure_prepared(&mut self) -> Done {
-            Ok(())
-        }
-
-        fn present(&mut self) -> Done {
-            Ok(())
-        }
-
-        fn draw_pixel(&mut self, _: BackendCoord, _: BackendColor) -> Done {
-            Ok(())
-        }
-
-        fn draw_line<S: BackendStyle>(&mut self, _: BackendCoord, _: BackendCoord, _: &S) -> Done {
-            Ok(())
-        }
-
-        fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, _: I, _: &S) -> Done {
-            Ok(())
-        }
-
-        fn draw_rect<S: BackendStyle>(&mut self, _: BackendCoord, _: BackendCoord, _: &S, _: bool) -> Done {
-            Ok(())
-        }
-
-        fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, _: I, _: &S) -> Done {
-            Ok(())
-        }
-
-        fn draw_circle<S: BackendStyle>(&mut self, _: BackendCoord, _: u32, _: &S, _: bool) -> Done {
-            Ok(())
-        }
-
-        fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Done {
-            let bounds = fonts::Placed::of(text, style, at).bounds();
-            self.all.push((text.to_owned(), bounds.map(|edge| f64::from(edge) / UNITS)));
-            Ok(())
+        fn text(&mut self, text: &str, placed: &fonts::Placed) {
+            self.0.push((text.to_owned(), placed.bounds().map(|edge| f64::from(edge) / UNITS)));
         }
     }
 }

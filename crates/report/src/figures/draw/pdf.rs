@@ -6,11 +6,11 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use pdf_writer::types::{CidFontType, FontFlags, LineCapStyle, LineJoinStyle, SystemInfo, UnicodeCmap};
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str};
-use plotters::prelude::DrawingBackend;
-use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind};
+use plotters_backend::BackendCoord;
 use subsetter::GlyphRemapper;
 use ttf_parser::GlyphId;
 
+use super::canvas::{Backend, Canvas, Rgb};
 use super::fonts::{Placed, Typeface, typeface};
 use super::layout::Sheet;
 use super::{DrawError, UNITS};
@@ -27,8 +27,8 @@ const REFS_PER_FONT: i32 = 5;
 
 /// Returns the PDF file of a sheet: one page of its size.
 pub(super) fn document(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
-    let mut page = Page::new(sheet);
-    sheet.draw_on(&mut page)?;
+    let mut page = Page::new(sheet.size());
+    sheet.draw_on(Backend { canvas: &mut page, size: sheet.size() })?;
     let Page { content, fonts, .. } = page;
     let mut pdf = Pdf::new();
     pdf.catalog(CATALOG).pages(PAGES);
@@ -55,15 +55,15 @@ pub(super) fn document(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
     Ok(pdf.finish())
 }
 
-/// The content of the page, as a backend of plotters.
+/// The content of the page.
 struct Page {
     content: Content,
     fonts: [Embedded; 2],
-    size: (u32, u32),
+    height: f32,
 }
 
 impl Page {
-    fn new(sheet: &Sheet<'_>) -> Self {
+    fn new((_, height): (u32, u32)) -> Self {
         let fonts = [false, true].map(|is_bold| Embedded {
             typeface: typeface(is_bold),
             resource: if is_bold { Name(b"B") } else { Name(b"R") },
@@ -72,16 +72,16 @@ impl Page {
         });
         let mut content = Content::new();
         content.set_line_join(LineJoinStyle::RoundJoin).set_line_cap(LineCapStyle::RoundCap);
-        Self { content, fonts, size: sheet.size() }
+        Self { content, fonts, height: height as f32 }
     }
 
     /// Returns a place on the page, which is upwards from its lower left corner, in points.
     fn place(&self, (x, y): (f32, f32)) -> (f32, f32) {
-        (x / UNITS as f32, (self.size.1 as f32 - y) / UNITS as f32)
+        (x / UNITS as f32, (self.height - y) / UNITS as f32)
     }
 
-    fn trace(&mut self, points: impl IntoIterator<Item = BackendCoord>) {
-        for (index, at) in points.into_iter().enumerate() {
+    fn trace(&mut self, points: &[BackendCoord]) {
+        for (index, at) in points.iter().enumerate() {
             let (x, y) = self.place((at.0 as f32, at.1 as f32));
             if index == 0 {
                 self.content.move_to(x, y)
@@ -90,76 +90,32 @@ impl Page {
             };
         }
     }
-
-    fn stroke(&mut self, points: impl IntoIterator<Item = BackendCoord>, width: u32, color: (u8, u8, u8)) {
-        let [red, green, blue] = channels(color);
-        self.content.set_stroke_rgb(red, green, blue).set_line_width(width as f32 / UNITS as f32);
-        self.trace(points);
-        self.content.stroke();
-    }
 }
 
-type Done = Result<(), DrawingErrorKind<std::convert::Infallible>>;
-
-impl DrawingBackend for &mut Page {
-    type ErrorType = std::convert::Infallible;
-
-    fn get_size(&self) -> (u32, u32) {
-        self.size
+impl Canvas for Page {
+    fn stroke(&mut self, line: &[BackendCoord], width: u32, color: Rgb) {
+        let [red, green, blue] = channels(color);
+        self.content.set_stroke_rgb(red, green, blue).set_line_width(width as f32 / UNITS as f32);
+        self.trace(line);
+        self.content.stroke();
     }
 
-    fn ensure_prepared(&mut self) -> Done {
-        Ok(())
-    }
-
-    fn present(&mut self) -> Done {
-        Ok(())
-    }
-
-    fn draw_pixel(&mut self, (x, y): BackendCoord, color: BackendColor) -> Done {
-        self.draw_rect((x, y), (x + 1, y + 1), &color, true)
-    }
-
-    fn draw_line<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S) -> Done {
-        self.draw_path([from, to], style)
-    }
-
-    fn draw_rect<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S, fill: bool) -> Done {
-        let corners = [from, (to.0, from.1), to, (from.0, to.1), from];
-        if fill { self.fill_polygon(corners, style) } else { self.draw_path(corners, style) }
-    }
-
-    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, line: I, style: &S) -> Done {
-        self.stroke(line, style.stroke_width(), style.color().rgb);
-        Ok(())
-    }
-
-    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, outline: I, style: &S) -> Done {
-        let [red, green, blue] = channels(style.color().rgb);
+    fn fill(&mut self, outline: &[BackendCoord], color: Rgb, _: bool) {
+        let [red, green, blue] = channels(color);
         self.content.set_fill_rgb(red, green, blue);
         self.trace(outline);
         self.content.fill_nonzero();
-        Ok(())
     }
 
-    /// Draws a filled circle: the round end of a line without a length.
-    fn draw_circle<S: BackendStyle>(&mut self, centre: BackendCoord, radius: u32, style: &S, _: bool) -> Done {
-        self.stroke([centre; 2], 2 * radius, style.color().rgb);
-        Ok(())
-    }
-
-    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Done {
-        let placed = Placed::of(text, style, at);
+    fn text(&mut self, text: &str, placed: &Placed) {
         let (x, y) = self.place(placed.start);
         let [red, green, blue] = channels(placed.color);
         let font = &mut self.fonts[usize::from(placed.is_bold)];
-        let size = placed.em / UNITS as f32;
         let upright = [0.0, 1.0, -1.0, 0.0, x, y];
-        self.content.begin_text().set_fill_rgb(red, green, blue).set_font(font.resource, size);
+        self.content.begin_text().set_fill_rgb(red, green, blue).set_font(font.resource, placed.em / UNITS as f32);
         self.content.set_text_matrix(if placed.is_upright { upright } else { [1.0, 0.0, 0.0, 1.0, x, y] });
         self.content.show(Str(&font.encode(text)));
         self.content.end_text();
-        Ok(())
     }
 }
 
@@ -235,7 +191,7 @@ impl Embedded {
     }
 }
 
-fn channels((red, green, blue): (u8, u8, u8)) -> [f32; 3] {
+fn channels((red, green, blue): Rgb) -> [f32; 3] {
     [red, green, blue].map(|channel| f32::from(channel) / 255.0)
 }
 
