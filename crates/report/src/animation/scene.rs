@@ -52,8 +52,8 @@ impl Form {
     pub(super) const PAGE: [Self; 2] = [
         Self::wide(440.0, 216.0),
         Self {
-            width: 172.0,
-            height: 152.0,
+            width: 200.0,
+            height: 176.0,
             bar: 4.0,
             bar_width: 12.0,
             hand: 42.0,

@@ -81,9 +81,9 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         Self { area, units, dashed: RefCell::default() }
     }
 
-    /// Returns a length in units.
+    /// Returns a length in units. The limits leave room for sums.
     pub(crate) fn units(&self, points: f64) -> i32 {
-        (self.units * points).round() as i32
+        (self.units * points).round().clamp(-1e8, 1e8) as i32
     }
 
     fn at(&self, (x, y): Point) -> BackendCoord {
