@@ -138,7 +138,7 @@ def _panel(axis: Any, panel: dict[str, Any], *, is_labelled: bool) -> None:
     for name, of in (("x", x), ("y", y)):
         getattr(axis, f"set_{name}scale")("log" if of["log"] else "linear")
         getattr(axis, f"set_{name}lim")(*_values(of, [of["low"], of["high"]]))
-        if not of["has_ticks"]:
+        if not of["ticks"]:
             getattr(axis, f"set_{name}ticks")([])
     for alarm in panel["alarms"]:
         if x["low"] <= alarm <= x["high"]:

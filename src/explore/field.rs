@@ -19,7 +19,7 @@ use super::push::{FRAME, Opening, Row, moved, range_m};
 use super::session::{Allowance, message, sent};
 use super::state::SCHEME;
 use trocar_engine::operator::Hand;
-use trocar_report::DrawnTissue;
+use trocar_report::{DrawnTissue, LiveDrawing};
 use trocar_scenario::{Scenario, Value};
 
 /// Maximum number of rows that wait for the page; the oldest are left out beyond it.
@@ -49,6 +49,7 @@ struct Waiting {
     events: Vec<(f64, &'static str)>,
     tops_mm: Vec<f64>,
     torn: Vec<bool>,
+    drawing: Option<LiveDrawing>,
     /// The last text, and whether it was delivered.
     end: Option<String>,
     is_delivered: bool,
@@ -77,7 +78,11 @@ impl Field {
             range_m,
             opening: Opening::new(scenario, is_augmented, range_m),
             stop: AtomicBool::new(false),
-            waiting: Mutex::new(Waiting { rows, ..Waiting::default() }),
+            waiting: Mutex::new(Waiting {
+                rows,
+                drawing: Some(LiveDrawing::new(scenario, range_m)),
+                ..Waiting::default()
+            }),
             changed: Condvar::new(),
         }
     }
@@ -153,8 +158,10 @@ impl Field {
     /// The next message for the page that leads, if there is one, and whether it is the last.
     fn next(&self, id: u32) -> Option<(ServerMessage, bool)> {
         let mut waiting = self.waiting();
-        if !waiting.rows.is_empty() {
-            let message = moved(id, (&waiting.rows, &waiting.events), (&waiting.tops_mm, &waiting.torn));
+        let waiting = &mut *waiting;
+        if let Some(drawing) = waiting.drawing.as_mut().filter(|_| !waiting.rows.is_empty()) {
+            let tissue = (&*waiting.tops_mm, &*waiting.torn);
+            let message = moved(id, (&waiting.rows, &waiting.events), tissue, drawing);
             waiting.rows.clear();
             waiting.events.clear();
             return Some((message, false));

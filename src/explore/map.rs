@@ -6,6 +6,7 @@ use super::limits::MAP_POINTS;
 use super::pair::PairMaker;
 use super::protocol::{MapRequest, ServerMessage};
 use super::state::StateError;
+use trocar_report::figures::description::{self as figures, X_TICKS};
 use trocar_report::loop_verdict_json;
 use trocar_stability::{Axis, Parameter, Spacing, map};
 use trocar_studies::stability_check::{CheckError, LoopVerdict};
@@ -38,6 +39,7 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
             "high": axis.high,
             "count": axis.count,
             "log": axis.spacing == Spacing::Logarithmic,
+            "ticks": figures::Axis::over((axis.low, axis.high), axis.spacing == Spacing::Logarithmic, X_TICKS).all_ticks(),
             "now": settings.get(axis.parameter),
         })
     };

@@ -21,7 +21,7 @@ use trocar_engine::engine::{Observer, Signals};
 use trocar_engine::metrics::Outcome;
 use trocar_engine::operator::Hand;
 use trocar_report::figures::Shade;
-use trocar_report::{DrawnTissue, teleoperation_axes};
+use trocar_report::{DrawnTissue, LiveDrawing, LiveMoment, teleoperation_axes};
 use trocar_scenario::{OperatorSpec, Scenario};
 use trocar_studies::run::observe;
 
@@ -118,10 +118,17 @@ pub(super) struct Opening(serde_json::Value);
 impl Opening {
     /// That of a scenario whose hand can move in a range (m).
     pub(super) fn new(scenario: &Scenario, augmented: bool, range_m: (f64, f64)) -> Self {
-        let grid = scenario.grid;
+        let (grid, tissue) = (scenario.grid, DrawnTissue::of_scenario(scenario));
+        let mut drawing = LiveDrawing::new(scenario, range_m);
         Self(json!({
             "type": "pushing", "augmented": augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
-            "position_scale": scenario.position_scale(), "layers": DrawnTissue::of_scenario(scenario).layers(),
+            "heights": drawing.heights(), "drawing": drawing.frame(&LiveMoment {
+                tip_mm: 1e3 * scenario.position_scale() * range_m.0,
+                master_mm: 1e3 * range_m.0,
+                tops_mm: tissue.depths_mm(),
+                torn: &tissue.torn(),
+                ..LiveMoment::default()
+            }),
             "figure": teleoperation_axes(augmented).ok(), "lines": LINES,
             "shades": [Shade::Frozen.css(), Shade::Reengaging.css()], "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
         }))
@@ -135,14 +142,21 @@ impl Opening {
     }
 }
 
-/// A message with the rows and events since the last one, and the tops of the layers (mm) with whether they are torn.
+/// Returns a message with the rows and events since the last one, and the drawing of the last row. `tops_mm` are the tops of the
+/// layers, `torn` is true for each that has ruptured.
 pub(super) fn moved(
     id: u32,
     (rows, events): (&[Row], &[(f64, &'static str)]),
     (tops_mm, torn): (&[f64], &[bool]),
+    drawing: &mut LiveDrawing,
 ) -> ServerMessage {
+    let drawing = rows.last().map(|row| {
+        let [time_s, _, master_mm, tip_mm, _, _, mode, felt_n] = row.map(f64::from);
+        let ruptures = events.iter().any(|(_, kind)| *kind == "rupture");
+        drawing.frame(&LiveMoment { time_s, tip_mm, master_mm, felt_n, mode: mode as u8, tops_mm, torn, ruptures })
+    });
     ServerMessage::json(&json!({
-        "type": "moved", "id": id, "columns": COLUMNS, "rows": rows, "events": events, "tops_mm": tops_mm, "torn": torn,
+        "type": "moved", "id": id, "columns": COLUMNS, "rows": rows, "events": events, "drawing": drawing,
     }))
 }
 
@@ -196,6 +210,7 @@ struct Pacer {
     rows: Vec<Row>,
     events: Vec<(f64, &'static str)>,
     tissue: DrawnTissue,
+    drawing: LiveDrawing,
     is_closed: bool,
 }
 
@@ -241,6 +256,7 @@ impl Pacer {
             rows,
             events: vec![],
             tissue: DrawnTissue::of_scenario(scenario),
+            drawing: LiveDrawing::new(scenario, range_m(scenario)),
             is_closed: false,
         }
     }
@@ -251,7 +267,8 @@ impl Pacer {
     }
 
     fn send(&mut self) {
-        let message = moved(self.id, (&self.rows, &self.events), (self.tissue.depths_mm(), &self.tissue.torn()));
+        let tissue = (self.tissue.depths_mm(), &*self.tissue.torn());
+        let message = moved(self.id, (&self.rows, &self.events), tissue, &mut self.drawing);
         match self.answers.try_send(message) {
             Ok(()) => {
                 self.rows.clear();

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::limits::{MAX_KEYS, MAX_NUMBERS, MAX_TICKS};
+use trocar_report::PictureError;
 use trocar_report::figures::FigureError;
 use trocar_scenario::{KeyAt, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions};
 use trocar_studies::run::RunError;
@@ -68,9 +69,12 @@ pub enum StateError {
     /// The stability analysis failed.
     #[error(transparent)]
     Stability(#[from] CheckError),
-    /// A figure cannot be drawn.
+    /// A figure cannot be described.
     #[error(transparent)]
     Figure(#[from] FigureError),
+    /// A figure cannot be drawn.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// The width of a figure is invalid.
     #[error("the width {0}")]
     Width(String),

@@ -22,7 +22,7 @@ const DRAWN: &str = r"return [...document.querySelectorAll('#animation .needle-p
     const { top } = panel.querySelector('svg').getBoundingClientRect();
     const scale = [...panel.querySelectorAll('text')].find(text => /^[\d.]+ mm$/.test(text.textContent) && !text.classList.contains('overshoot'));
     return { tip: box('.needle').bottom - top, bracket: box('.bracket').height, text: panel.querySelector('.overshoot').textContent,
-        scale_px: box('.scale').height, scale_mm: parseFloat(scale.textContent), state: panel.dataset.state };
+        scale_px: box('.ruler').height, scale_mm: parseFloat(scale.textContent), state: panel.dataset.state };
 })";
 
 pub async fn animation(page: Page) -> Page {

@@ -42,7 +42,7 @@ mod wrap;
 mod z_width;
 
 pub use absolute::{absolute_csv, absolute_picture, absolute_text, hand_damping_csv};
-pub use animation::{Animation, DrawnTissue, Layer};
+pub use animation::{Animation, DrawnTissue, Layer, LiveDrawing, LiveMoment};
 pub use answer::answer_of_schemes;
 pub use calibration::{calibrated_settings, calibration_object, calibration_text, calibration_toml, run_lengths_text};
 pub use certificate::certificate_json;

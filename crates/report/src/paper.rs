@@ -43,7 +43,7 @@ pub fn paper_figures(folder: &Folder, study: &PaperStudy) -> Result<(), PictureE
         let PaperFigure { number, shows, ours, differs, facts } = of;
         let svg = draw(study, number, &|figure| {
             keep(folder, &format!("figure_{number:02}"), figure)?;
-            Ok(figure.file(FigureFormat::Svg, folder.figures().width)?)
+            Ok(figures::draw::file(figure, FigureFormat::Svg, folder.figures().width)?)
         })?;
         Ok(Shown { number, shows, ours, differs, svg: String::from_utf8_lossy(&svg).into_owned(), facts })
     };

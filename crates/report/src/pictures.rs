@@ -7,8 +7,9 @@ use rayon::prelude::*;
 use serde_json::Value as Json;
 use thiserror::Error;
 
+use super::figures::draw::file;
 use super::figures::{
-    self, EstimationView, Figure, FigureError, FigureFormat, FigureWidth, RunView, Shade, TimelineRow,
+    self, DrawError, EstimationView, Figure, FigureError, FigureFormat, FigureWidth, RunView, Shade, TimelineRow,
 };
 use super::{Animation, Folder, OutputError};
 use trocar_engine::engine::TrustColumns;
@@ -18,12 +19,12 @@ use trocar_studies::run::Run;
 /// The error of drawing or writing figures.
 #[derive(Debug, Error)]
 pub enum PictureError {
+    /// A figure could not be described.
+    #[error(transparent)]
+    Describe(#[from] FigureError),
     /// A figure could not be drawn.
     #[error(transparent)]
-    Draw(#[from] FigureError),
-    /// The animation could not be encoded.
-    #[error("cannot encode the animation: {0}")]
-    Animate(#[from] png::EncodingError),
+    Draw(#[from] DrawError),
     /// A file could not be written.
     #[error(transparent)]
     Write(#[from] OutputError),
@@ -43,7 +44,7 @@ pub(super) fn draw(folder: &Folder, jobs: Vec<Job<'_>>) -> Result<(), PictureErr
 pub(super) fn keep(folder: &Folder, name: &str, figure: &Figure<'_>) -> Result<(), PictureError> {
     let style = folder.figures();
     style.formats.par_iter().try_for_each(|format| {
-        let file = figure.file(*format, style.width)?;
+        let file = file(figure, *format, style.width)?;
         Ok(folder.write(&format!("{name}.{}", format.word()), &file)?)
     })
 }
@@ -180,9 +181,9 @@ pub fn live_signals(
 /// Draws the forces and positions of a run in a window of time (s) as PNG.
 ///
 /// # Errors
-/// [`FigureError`].
-pub fn run_png(run: &Run, window: (f64, f64), width: FigureWidth) -> Result<Vec<u8>, FigureError> {
-    figures::comparison(&[DrawnRun::of(run).view()], Some(window))?.file(FigureFormat::Png, width)
+/// [`PictureError`].
+pub fn run_png(run: &Run, window: (f64, f64), width: FigureWidth) -> Result<Vec<u8>, PictureError> {
+    Ok(file(&figures::comparison(&[DrawnRun::of(run).view()], Some(window))?, FigureFormat::Png, width)?)
 }
 
 /// Describes the figure of the forces and positions of a run without its signals, which a page adds.

@@ -80,10 +80,10 @@ const trocarMap = (() => {
     }
     context.stroke();
     const [x, y] = [placed(map.x), placed(map.y)];
-    const axis = (of, count, caption) => ({ ticks: trocarCharts.ticks(of, count), caption });
+    const axis = (of, caption) => ({ ticks: trocarCharts.placed(of), caption });
     const toX = (at) => left + ((at - x.low) / (x.high - x.low)) * width;
     const toY = (at) => top + ((y.high - at) / (y.high - y.low)) * height;
-    trocarCharts.axes(context, { left, top, width, height }, axis(x, 6, map.x.name), axis(y, 6), toX, toY);
+    trocarCharts.axes(context, { left, top, width, height }, axis(map.x, map.x.name), axis(map.y), toX, toY);
     context.save();
     context.translate(14, top + height / 2);
     context.rotate(-Math.PI / 2);

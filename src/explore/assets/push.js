@@ -14,11 +14,10 @@ const trocarPush = (() => {
     return { id, augmented, range: null, aim: null, rows: [], events: [], maxForce: 1, pressed: false, sent: 0, ended: false };
   }
 
-  /** Converts a height in the field to a position of the hand. */
+  /** Converts a height in the drawing to a position of the hand. */
   const position = (y) => {
-    const { scene, size, perMm } = parts.panel;
-    const share = scene && size[1] ? (y - parts.panel.y(scene.range_mm[0])) / perMm : 0;
-    return (scene.range_mm[0] + share) / state.scale;
+    const [[top, from], [bottom, to]] = state.heights;
+    return from + ((y - top) / (bottom - top)) * (to - from);
   };
 
   function aim(value) {
@@ -35,14 +34,11 @@ const trocarPush = (() => {
   }
 
   /** Draws the last row in the field. */
-  function draw() {
-    const [time, , master, slave, , feedback, mode, felt] = state.rows[state.rows.length - 1];
+  function draw(drawing) {
+    const [, , , , , feedback, , felt] = state.rows[state.rows.length - 1];
     state.maxForce = Math.max(state.maxForce, Math.abs(felt));
-    parts.panel.scene.max_force_n = state.maxForce;
-    parts.panel.draw({
-      tip_mm: slave, hand_mm: master * state.scale, felt_n: felt, mode, tops_mm: state.tops, torn: state.torn, overshoot: "",
-      isRupturing: mode === 0 && state.events.some(([at, kind]) => kind === "rupture" && time - at < 0.1),
-    });
+    parts.panel.setDrawings([drawing]);
+    parts.panel.tell(drawing.state);
     vibrate(feedback);
   }
 
@@ -114,8 +110,7 @@ const trocarPush = (() => {
         } else begin();
       });
       const at = (event) => {
-        const box = parts.panel.svg.getBoundingClientRect();
-        aim(position(event.clientY - box.top));
+        aim(position(parts.panel.height(event)));
       };
       const ready = () => state && state.range && !state.ended;
       field.addEventListener("pointerdown", (event) => {
@@ -150,12 +145,10 @@ const trocarPush = (() => {
         [state.figure, state.lines, state.shades] = [message.figure, message.lines, message.shades];
         state.augmented = message.augmented;
         state.aim = message.range_mm[0];
-        state.scale = message.position_scale;
-        const [from, to] = message.range_mm.map((mm) => mm * state.scale);
-        const margin = 0.05 * (to - from);
+        state.heights = message.heights;
         parts.panel.name.textContent = state.augmented ? "augmented" : "classical";
         parts.panel.figure.className = `needle-panel ${state.augmented ? "augmented" : "classical"}`;
-        parts.panel.setScene({ layers: message.layers, range_mm: [from - margin, to + margin], max_force_n: state.maxForce });
+        parts.panel.setDrawings([message.drawing]);
         parts.field.setAttribute("aria-valuemin", message.range_mm[0].toFixed(1));
         parts.field.setAttribute("aria-valuemax", message.range_mm[1].toFixed(1));
       } else if (message.type === "moved" && !state.ended && state.range) {
@@ -165,10 +158,8 @@ const trocarPush = (() => {
           state.events.push([at, kind]);
           if (kind === "alarm") trocarListen.cue(parts.lamp);
         }
-        if (state.rows.length === 0) return;
-        state.tops = message.tops_mm;
-        state.torn = message.torn;
-        draw();
+        if (!message.drawing) return;
+        draw(message.drawing);
         strips();
       } else if (message.type === "pushed" && message.text !== undefined) {
         end(message.text);

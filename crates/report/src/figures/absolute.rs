@@ -1,11 +1,9 @@
 //! Absolute stability over a parameter: Llewellyn's parameter, and the damping of the hand that is needed.
 
 use super::FigureError;
-use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Panel, Trace};
-use super::style::{GREY, SKY, Stroke, VERMILION};
+use super::description::{
+    Axis, Figure, GREY, Panel, Row, SKY, Sample, Series, Stroke, VERMILION, X_TICKS, Y_TICKS, extent,
+};
 
 /// Absolute stability over a parameter. A value that is not finite is not drawn.
 #[derive(Clone, Debug)]
@@ -39,7 +37,7 @@ pub fn absolute(view: &AbsoluteView) -> Result<Figure<'static>, FigureError> {
     let trace = |values: &[f64], stroke: Stroke| {
         let points = view.values.iter().zip(values).filter(|(_, value)| value.is_finite());
         let (x, y): (Vec<f64>, Vec<f64>) = points.map(|(x, y)| (*x, *y)).unzip();
-        (!x.is_empty()).then(|| Trace::new(x, y, stroke))
+        (!x.is_empty()).then(|| Series::new(x, y, stroke))
     };
     let axis = |columns: &[&[f64]], bound: f64| {
         let values = columns.iter().flat_map(|values| values.iter().copied());
@@ -49,14 +47,14 @@ pub fn absolute(view: &AbsoluteView) -> Result<Figure<'static>, FigureError> {
     let x = || Axis::exact((low, high), X_TICKS);
     let bound = Stroke::solid(GREY, 0.8);
     let above = Panel {
-        traces: trace(&view.llewellyn, llewellyn)
+        series: trace(&view.llewellyn, llewellyn)
             .into_iter()
             .chain(trace(&vec![1.0; view.values.len()], bound))
             .collect(),
         ..Panel::new(x(), "", axis(&[&view.llewellyn], 1.0), "Llewellyn's parameter")
     };
     let below = Panel {
-        traces: trace(&view.of_arm, of_arm).into_iter().chain(trace(&view.needed, needed)).collect(),
+        series: trace(&view.of_arm, of_arm).into_iter().chain(trace(&view.needed, needed)).collect(),
         ..Panel::new(x(), &view.caption, axis(&[&view.needed, &view.of_arm], 1.0), "Damping of the hand (N·s/m)")
     };
     let legend = vec![

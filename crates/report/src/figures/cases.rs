@@ -1,10 +1,6 @@
 //! A metric of the cases of a sweep over one of its axes.
 
-use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Panel, Trace};
-use super::style::{COMPUTED, SKY, Stroke};
+use super::description::{Axis, COMPUTED, Figure, Panel, Row, SKY, Sample, Series, Stroke, X_TICKS, Y_TICKS, extent};
 
 /// A case.
 const CASE: Stroke = Stroke::solid(SKY, 2.5);
@@ -34,7 +30,7 @@ pub(crate) fn cases(view: &CasesView<'_>) -> Figure<'static> {
     let (median_x, median_y): (Vec<f64>, Vec<f64>) =
         view.medians.iter().map(|(at, value)| (x.place(*at), *value)).unzip();
     let panel = Panel {
-        traces: vec![Trace::new(dot_x, dot_y, CASE), Trace::new(median_x, median_y, COMPUTED)],
+        series: vec![Series::new(dot_x, dot_y, CASE), Series::new(median_x, median_y, COMPUTED)],
         legend: vec![(Sample::Dot(CASE), "cases".to_owned()), (Sample::Line(COMPUTED), "median".to_owned())],
         ..Panel::new(x, view.x_caption.as_str(), y, view.y_caption.as_str())
     };

@@ -1,11 +1,7 @@
 //! Detection probability and delay against the false-alarm rate, one line per detector.
 
 use super::FigureError;
-use super::axis::{Axis, Y_TICKS};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Panel, Trace};
-use super::style::{LINES, Stroke};
+use super::description::{Axis, Figure, LINES, Panel, Row, Sample, Series, Stroke, Y_TICKS};
 
 /// A detector's points in order of the false-alarm rate. All columns have the same length.
 #[derive(Clone, Debug)]
@@ -59,8 +55,8 @@ pub fn characteristic(
         .collect();
     let delays = views.iter().flat_map(|view| view.delay_median_s.iter().copied());
     let longest = delays.filter(|delay| delay.is_finite()).fold(0.0, f64::max);
-    let panel = |y: Axis, y_caption: &str, traces| Panel {
-        traces,
+    let panel = |y: Axis, y_caption: &str, series| Panel {
+        series,
         ..Panel::new(x_axis.clone(), "False-alarm rate (1/min; left edge: no false alarm)", y, y_caption)
     };
     let detected = lines(&places, views.iter().map(|view| twice(&view.detection)), 100.0);
@@ -80,12 +76,12 @@ fn strokes() -> impl Iterator<Item = Stroke> {
     LINES.into_iter().cycle()
 }
 
-fn lines(places: &[Vec<f64>], columns: impl Iterator<Item = Vec<f64>>, scale: f64) -> Vec<Trace<'static>> {
-    let line = |((x, y), stroke): ((&Vec<f64>, Vec<f64>), Stroke)| Trace::new(x.clone(), y, stroke).times(scale);
-    let mut traces: Vec<Trace<'_>> = places.iter().zip(columns).zip(strokes()).map(line).collect();
+fn lines(places: &[Vec<f64>], columns: impl Iterator<Item = Vec<f64>>, scale: f64) -> Vec<Series<'static>> {
+    let line = |((x, y), stroke): ((&Vec<f64>, Vec<f64>), Stroke)| Series::new(x.clone(), y, stroke).times(scale);
+    let mut series: Vec<Series<'_>> = places.iter().zip(columns).zip(strokes()).map(line).collect();
     // Thin lines are drawn over wide ones, so that both are visible where detectors agree.
-    traces.sort_by(|a, b| b.stroke.width.total_cmp(&a.stroke.width));
-    traces
+    series.sort_by(|a, b| b.stroke.width.total_cmp(&a.stroke.width));
+    series
 }
 
 /// Returns each value twice, for the start and the end of its step.
@@ -101,6 +97,7 @@ fn push(mut values: Vec<f64>, value: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figures::draw::tests::svg;
 
     fn view(name: &str, shift: f64) -> CharacteristicView<'_> {
         CharacteristicView {
@@ -114,7 +111,7 @@ mod tests {
     #[test]
     fn eight_detectors_have_eight_lines() {
         let views: Vec<_> = ["a", "b", "c", "d", "e", "f", "g", "h"].iter().map(|name| view(name, 0.0)).collect();
-        let svg = characteristic("study", &views, 1e-3).expect("a figure").page(500.0).svg();
+        let svg = svg(&characteristic("study", &views, 1e-3).expect("a figure"), 500.0);
         for name in ["a", "b", "c", "d", "e", "f", "g", "h"] {
             assert!(svg.contains(&format!(">{name}<")), "{name}");
         }

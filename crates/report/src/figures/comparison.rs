@@ -1,11 +1,7 @@
 //! Forces and positions of runs, one row per run, as in figures 15 and 16 of the paper.
 
-use super::axis::{Axis, X_TICKS};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
+use super::description::{Axis, Events, Figure, HAND, Panel, Row, Sample, Series, Stroke, TISSUE, X_TICKS, of_runs};
 use super::limits::{Signal, shared};
-use super::panel::{Events, Panel, Trace};
-use super::style::{HAND, Stroke, TISSUE, of_runs};
 use super::{FigureError, RunView, check_runs, events};
 
 /// A signal, its line style, its name in the legend.
@@ -35,7 +31,7 @@ pub fn comparison<'a>(runs: &[RunView<'a>], window: Option<(f64, f64)>) -> Resul
     let rows = styled().zip(&events).map(|((run, line), events)| {
         let panel = |y: &Axis, y_caption: &str, lines: &[Line<'a>], scale| Panel {
             events: events.clone(),
-            traces: lines.iter().map(|(y, line, _)| Trace::new(run.time_s, *y, *line).times(scale)).collect(),
+            series: lines.iter().map(|(y, line, _)| Series::new(run.time_s, *y, *line).times(scale)).collect(),
             legend: lines.iter().map(|(_, line, name)| (Sample::Line(*line), (*name).to_owned())).collect(),
             ..Panel::over_time(time.clone(), y.clone(), y_caption)
         };

@@ -1,10 +1,8 @@
 //! The decision function of the detector and its alarms, as in figure 13 of the paper.
 
-use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Events, Panel, Trace};
-use super::style::{COMPUTED, LIMIT, TISSUE};
+use super::description::{
+    Axis, COMPUTED, Events, Figure, LIMIT, Panel, Row, Sample, Series, TISSUE, X_TICKS, Y_TICKS, extent,
+};
 use super::{EstimationView, FigureError, events};
 
 /// Maximum ratio of the peak to the threshold on a linear axis. With a higher peak the axis is logarithmic, because the threshold
@@ -22,10 +20,10 @@ pub fn decision<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureError
     let (time, window) = view.time_axis(X_TICKS);
     let events = events::of_estimation(view);
     let mut upper = decision_panel(&[view], time.clone(), events.clone());
-    upper.traces.push(Trace::new(view.time_s, view.decision, COMPUTED));
+    upper.series.push(Series::new(view.time_s, view.decision, COMPUTED));
     let lower = Panel {
         events: events.clone(),
-        traces: vec![Trace::new(view.time_s, view.measured_force_n, TISSUE)],
+        series: vec![Series::new(view.time_s, view.measured_force_n, TISSUE)],
         ..Panel::over_time(time, view.force_axis(), "Measured force (N)")
     };
     Ok(Figure {

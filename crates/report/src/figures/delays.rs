@@ -1,11 +1,7 @@
 //! The distribution of the detection delays.
 
 use super::FigureError;
-use super::axis::{Axis, X_TICKS, Y_TICKS};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Panel, Trace};
-use super::style::{COMPUTED, GREY};
+use super::description::{Axis, COMPUTED, Figure, GREY, Panel, Row, Sample, Series, X_TICKS, Y_TICKS};
 
 /// Maximum number of bins.
 const BINS: usize = 40;
@@ -44,7 +40,7 @@ pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure<'static>, FigureError>
     let upper =
         Panel { fills: vec![(outline, shade)], ..Panel::new(axis.clone(), "Delay (ms)", count_axis, "Detections") };
     let lower = Panel {
-        traces: vec![Trace::new(x, y, COMPUTED)],
+        series: vec![Series::new(x, y, COMPUTED)],
         ..Panel::new(axis, "Delay (ms)", Axis::from_zero(100.0, Y_TICKS), "Cumulative share (%)")
     };
     Ok(Figure {

@@ -1,11 +1,10 @@
 //! The energies at the ports of a run, and the balance of the parts between them.
 
 use super::FigureError;
-use super::axis::{Axis, X_TICKS, Y_TICKS, extent, union};
-use super::figure::{Figure, Row};
-use super::legend::{Entry, Sample};
-use super::panel::{self, Panel};
-use super::style::{BLACK, COMPUTED, GREY, HAND, LIMIT, Stroke, TISSUE};
+use super::description::{
+    Axis, BLACK, COMPUTED, Entry, Figure, GREY, HAND, LIMIT, Panel, Row, Sample, Series, Stroke, TISSUE, X_TICKS,
+    Y_TICKS, extent, union,
+};
 use trocar_engine::engine::Trace;
 use trocar_studies::run::Run;
 
@@ -55,10 +54,7 @@ pub fn energy(run: &Run) -> Result<Figure<'_>, FigureError> {
             125.0,
             Panel {
                 legend: names.chain(promise).collect(),
-                traces: lines
-                    .into_iter()
-                    .map(|(y, line, _)| panel::Trace::new(&time_s[..], y, line).times(1e3))
-                    .collect(),
+                series: lines.into_iter().map(|(y, line, _)| Series::new(&time_s[..], y, line).times(1e3)).collect(),
                 levels: level.into_iter().map(|level| (level, LIMIT)).collect(),
                 ..Panel::over_time(time.clone(), Axis::padded(range, Y_TICKS), y_caption)
             },

@@ -1,10 +1,6 @@
 //! Measured and estimated force, and the prediction error, as in figures 4 and 6 of the paper.
 
-use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Panel, Trace};
-use super::style::{COMPUTED, TISSUE};
+use super::description::{Axis, COMPUTED, Figure, Panel, Row, Sample, Series, TISSUE, X_TICKS, Y_TICKS, extent};
 use super::{EstimationView, FigureError, events};
 
 /// Draws the measured and estimated force (above) and the absolute prediction error (below).
@@ -19,17 +15,17 @@ pub fn estimation<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureErr
     let error: Vec<f64> = view.residual_n.iter().map(|e| e.abs()).collect();
     let largest = extent(error.iter().copied()).map_or(1.0, |range| range.1);
     let events = events::of_estimation(view);
-    let panel = |y, y_caption: &str, traces, legend| Panel {
+    let panel = |y, y_caption: &str, series, legend| Panel {
         events: events.clone(),
-        traces,
+        series,
         legend,
         ..Panel::over_time(time.clone(), y, y_caption)
     };
-    let measured = Trace::new(view.time_s, view.measured_force_n, TISSUE);
-    let forces = vec![measured, Trace::new(view.time_s, estimated, COMPUTED)];
+    let measured = Series::new(view.time_s, view.measured_force_n, TISSUE);
+    let forces = vec![measured, Series::new(view.time_s, estimated, COMPUTED)];
     let names =
         [(TISSUE, "measured"), (COMPUTED, "estimated")].map(|(line, name)| (Sample::Line(line), name.to_owned()));
-    let errors = vec![Trace::new(view.time_s, error, COMPUTED)];
+    let errors = vec![Series::new(view.time_s, error, COMPUTED)];
     let error_axis = Axis::from_zero(largest, Y_TICKS - 1);
     Ok(Figure {
         name: view.name.to_owned(),

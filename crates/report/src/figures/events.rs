@@ -1,8 +1,6 @@
 //! The instants and intervals that a figure marks, and their legend.
 
-use super::legend::{Entry, Sample};
-use super::panel::Events;
-use super::shade::Shade;
+use super::description::{Entry, Events, Sample, Shade, extent, union};
 use super::{EstimationView, RunView};
 
 /// Returns the intervals in which the slave is frozen or re-engaging.
@@ -22,15 +20,6 @@ pub(crate) fn modes(time_s: &[f64], mode: &[u8]) -> Vec<(f64, f64, Shade)> {
     shades
 }
 
-/// Returns the intervals (s) around the first events, in which a page shows more detail.
-pub(super) fn detailed(events: &Events) -> Vec<(f64, f64)> {
-    const BEFORE_S: f64 = 0.1;
-    const AFTER_S: f64 = 0.6;
-    const MAX_EVENTS: usize = 200;
-    let times = events.ruptures.iter().chain(&events.alarms).take(MAX_EVENTS);
-    times.map(|time_s| (time_s - BEFORE_S, time_s + AFTER_S)).collect()
-}
-
 /// Displayed time before and after the first rupture, in s.
 const BEFORE_S: f64 = 0.4;
 const AFTER_S: f64 = 1.6;
@@ -48,10 +37,8 @@ pub(super) fn of_estimation(view: &EstimationView<'_>) -> Events {
 
 /// Returns the requested window, or the window around the first rupture, or the whole record.
 pub(super) fn window(runs: &[RunView<'_>], requested: Option<(f64, f64)>) -> (f64, f64) {
-    let record = runs
-        .iter()
-        .fold(None, |all, run| super::axis::union(all, super::axis::extent(run.time_s.iter().copied())))
-        .unwrap_or((0.0, 1.0));
+    let record =
+        runs.iter().fold(None, |all, run| union(all, extent(run.time_s.iter().copied()))).unwrap_or((0.0, 1.0));
     if let Some((from, to)) = requested
         && from.is_finite()
         && to.is_finite()

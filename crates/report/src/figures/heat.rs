@@ -1,11 +1,7 @@
 //! Heat maps: a quantity over two axes, as colours.
 
 use super::FigureError;
-use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
-use super::figure::{Figure, Row};
-use super::legend::{Entry, Sample};
-use super::panel::Panel;
-use super::style::Color;
+use super::description::{Axis, Color, Entry, Figure, Panel, Row, Sample, X_TICKS, Y_TICKS, extent};
 use crate::number::{decimals, significant};
 
 /// Five evenly spaced colours of viridis (van der Walt and Smith 2015), from low to high values. Their lightness rises evenly, so
@@ -132,8 +128,8 @@ mod tests {
         assert_eq!(edges(&[0.0, 1.0, 3.0], false), [-0.5, 0.5, 2.0, 4.0]);
         assert_eq!(edges(&[1.0, 100.0], true), [-1.0, 1.0, 3.0]);
         let figure = heat_map(&view(&[0.0, 1.0, 2.0, f64::NAN, 3.0, 4.0], &[1.0, 10.0])).expect("drawn");
-        let svg = figure.page(500.0).svg();
-        for end in ["#440154", "#fde725"] {
+        let svg = crate::figures::draw::tests::svg(&figure, 500.0);
+        for end in ["#440154", "#FDE725"] {
             assert!(svg.contains(end), "{end}");
         }
         assert!(svg.contains(">what<") && !svg.contains("NaN"));

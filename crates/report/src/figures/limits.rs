@@ -1,6 +1,6 @@
 //! Common axis limits of several runs. Diverged runs do not set the limits.
 
-use super::axis::{Axis, Y_TICKS, quantile_extent, union};
+use super::description::{Axis, Y_TICKS, quantile_extent, union};
 
 /// One signal of one run, with its plausible magnitude.
 pub(super) struct Signal<'a> {

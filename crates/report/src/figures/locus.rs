@@ -1,11 +1,7 @@
 //! The root locus: the poles of the closed loop over a parameter.
 
 use super::FigureError;
-use super::axis::{Axis, X_TICKS, Y_TICKS};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::Panel;
-use super::style::{BLACK, GREY, LIMIT, Stroke};
+use super::description::{Axis, BLACK, Figure, GREY, LIMIT, Panel, Row, Sample, Stroke, X_TICKS, Y_TICKS};
 use trocar_lti::Complex64;
 use trocar_stability::Locus;
 

@@ -1,11 +1,7 @@
 //! The loop gain over frequency, and the step of the feedback force.
 
 use super::FigureError;
-use super::axis::{Axis, Y_TICKS, extent};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Panel, Trace};
-use super::style::{COMPUTED, LIMIT, PURPLE, Stroke};
+use super::description::{Axis, COMPUTED, Figure, LIMIT, PURPLE, Panel, Row, Sample, Series, Stroke, Y_TICKS, extent};
 use trocar_stability::LoopResponse;
 
 /// Lower limit of the magnitudes that are drawn, and the range of the Nyquist diagram.
@@ -46,7 +42,7 @@ pub fn loop_response(name: &str, response: &LoopResponse) -> Result<Figure<'stat
         let (im, re) = phase.to_radians().sin_cos();
         (vec![(re, im)], mark)
     });
-    let trace = |x: &[f64], y: &[f64]| vec![Trace::new(x.to_vec(), y.to_vec(), COMPUTED)];
+    let trace = |x: &[f64], y: &[f64]| vec![Series::new(x.to_vec(), y.to_vec(), COMPUTED)];
     let entry = |sample, text: &str| (sample, text.to_owned());
     let shown = match (gain_margin, at_phase) {
         (Some(_), Some(_)) => Some("gain and phase margin"),
@@ -57,7 +53,7 @@ pub fn loop_response(name: &str, response: &LoopResponse) -> Result<Figure<'stat
     let shown = shown.map(|name| entry(Sample::Dot(mark), name));
     let of_phase_margin = at_phase.map(|_| entry(Sample::Dot(mark), "phase margin"));
     let bode = Panel {
-        traces: trace(&x, &magnitude),
+        series: trace(&x, &magnitude),
         levels: vec![(1.0, LIMIT)],
         curves: marks,
         legend: [entry(Sample::Line(COMPUTED), "loop gain L"), entry(Sample::Line(LIMIT), "gain of 1")]
@@ -68,7 +64,7 @@ pub fn loop_response(name: &str, response: &LoopResponse) -> Result<Figure<'stat
     };
     let phase = extent(phase_deg.iter().copied()).unwrap_or((-180.0, 0.0));
     let phase = Panel {
-        traces: trace(&x, &phase_deg),
+        series: trace(&x, &phase_deg),
         curves: phase_mark.into_iter().collect(),
         ..Panel::new(x_axis, "Frequency (Hz)", Axis::padded(phase, Y_TICKS), "Phase of L (°)")
     };
@@ -89,7 +85,7 @@ pub fn loop_response(name: &str, response: &LoopResponse) -> Result<Figure<'stat
         let of_step: Vec<f64> = step.outputs.row(2).iter().copied().collect();
         let force = extent(of_step.iter().copied()).unwrap_or((0.0, 1.0));
         last.push(Panel {
-            traces: trace(&step.time_s, &of_step),
+            series: trace(&step.time_s, &of_step),
             legend: vec![entry(Sample::Line(COMPUTED), "step of the desired position")],
             ..Panel::over_time(
                 Axis::exact((0.0, *end), Y_TICKS),

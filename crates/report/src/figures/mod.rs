@@ -1,47 +1,35 @@
 //! Figures of runs and of estimations, as SVG, PNG and PDF.
 //!
 //! Functions borrow the columns of a [`RunView`] or an [`EstimationView`] and return a [`Figure`]: a description, which
-//! [`Figure::file`] draws at any width and in any format. The same input gives the same bytes on every machine, because the typeface
-//! is bundled and no system font is read. Samples that are not finite leave gaps. Long records are reduced to the minimum and
-//! maximum of short intervals.
+//! [`draw::file`] draws at any width and in any format, and which pages and the Python package draw themselves. Samples that are not
+//! finite leave gaps. Long records are reduced to the minimum and maximum of short intervals.
 
 mod absolute;
-mod axis;
 mod cases;
 mod characteristic;
 mod comparison;
 mod decision;
 mod delays;
-mod description;
+pub mod description;
+pub mod draw;
 mod energy;
 mod estimation;
 mod events;
-mod figure;
-mod fonts;
-mod format;
 mod heat;
-mod legend;
 mod limits;
-mod lines;
 mod locus;
 mod loop_response;
 mod overlay;
-mod page;
-mod panel;
 mod paper;
 mod parameters;
-mod pdf;
 mod ports;
-mod raster;
 mod residual;
-mod shade;
 mod stability;
 mod strategies;
-mod style;
-mod svg;
 mod switching;
 mod timeline;
 mod tornado;
+mod z_width;
 
 pub use absolute::{AbsoluteView, absolute};
 pub(crate) use cases::{CasesView, cases};
@@ -49,12 +37,11 @@ pub use characteristic::{CharacteristicView, characteristic};
 pub use comparison::comparison;
 pub use decision::decision;
 pub use delays::delay_histogram;
+pub use description::{Figure, Shade};
+pub use draw::{DrawError, FigureFormat, FigureStyle, FigureWidth};
 pub use energy::energy;
 pub use estimation::estimation;
 pub(crate) use events::modes;
-pub use figure::Figure;
-pub(crate) use fonts::width as text_width;
-pub use format::{FigureFormat, FigureStyle, FigureWidth};
 pub use heat::{AxisView, HeatView, heat_map};
 pub use locus::locus;
 pub use loop_response::loop_response;
@@ -64,9 +51,7 @@ pub use paper::{distance, force, principle};
 pub(crate) use parameters::STANDARD_ERRORS;
 pub use parameters::parameters;
 pub use ports::ports;
-pub(crate) use raster::{letters, opaque};
 pub use residual::{distribution, residual_histogram};
-pub use shade::Shade;
 pub use stability::{MapAxisView, MapView, stability_map};
 pub use strategies::{StrategyView, strategies};
 pub use switching::switching;
@@ -76,7 +61,7 @@ pub use z_width::z_width;
 
 use std::ops::Range;
 
-use axis::{Axis, extent};
+use description::{Axis, extent};
 use limits::{Signal, shared};
 
 /// One run's signals over time. All columns have the same length.
@@ -154,7 +139,7 @@ pub type DrawRuns = for<'a> fn(&[RunView<'a>], Option<(f64, f64)>) -> Result<Fig
 /// The figures of one or several runs, by name.
 pub const RUN_FIGURES: [(&str, DrawRuns); 2] = [("comparison", comparison), ("overlay", overlay)];
 
-/// The error of drawing a figure.
+/// The error of a figure that cannot be described.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
@@ -176,18 +161,6 @@ pub enum FigureError {
         /// Number of samples of the column.
         found: usize,
     },
-    /// The figure is too large for a bitmap.
-    #[error("the figure is too large for a bitmap; choose a smaller --figure-width, or --figure-format svg,pdf")]
-    Size,
-    /// The bitmap cannot be encoded.
-    #[error("the figure cannot be encoded as PNG")]
-    Png(#[from] png::EncodingError),
-    /// The typeface cannot be embedded.
-    #[error("the typeface cannot be embedded in a PDF")]
-    Font,
-    /// The PDF cannot be compressed.
-    #[error("the figure cannot be compressed")]
-    Deflate(#[source] std::io::Error),
 }
 
 /// Returns the part of a column at some ticks, as far as it has them.
@@ -288,4 +261,3 @@ fn check(
 
 #[cfg(test)]
 mod tests;
-mod z_width;

@@ -1,13 +1,11 @@
 //! Signals of several runs in the same axes.
 
-use super::axis::{Axis, X_TICKS};
 use super::decision::decision_panel;
-use super::figure::{Figure, Row};
-use super::legend::{Entry, Sample};
+use super::description::{
+    Axis, Entry, Events, Figure, HAND, HAND_OF_CLASSICAL, Panel, Row, Sample, Series, Stroke, X_TICKS, of_runs,
+};
 use super::limits::{Signal, shared};
-use super::panel::{Events, Panel, Trace};
 use super::parameters::{estimate_axis, extra_caption};
-use super::style::{HAND, HAND_OF_CLASSICAL, Stroke, of_runs};
 use super::{EstimationView, FigureError, RunView, check_runs, events};
 
 /// Maximum number of runs whose masters, alarms and modes are drawn.
@@ -53,7 +51,7 @@ pub(crate) fn signals<'a>(
         positions.legend = views.iter().zip(&sheet.strokes).map(slave).collect();
         for (run, line) in views.iter().rev().zip(masters) {
             // Below the slaves.
-            positions.traces.insert(0, Trace::new(run.time_s, run.master_position_m, line).times(1e3));
+            positions.series.insert(0, Series::new(run.time_s, run.master_position_m, line).times(1e3));
             positions.legend.push((Sample::Line(line), format!("master, {}", run.name)));
         }
         let of_run =
@@ -80,7 +78,7 @@ pub(crate) fn signals<'a>(
     panels.push(sheet.forces("Prediction error e (N)", estimations.iter().map(|view| view.residual_n)));
     let decision = decision_panel(&estimations, Axis::exact(window, X_TICKS), sheet.events.clone());
     let columns = estimations.iter().map(|view| view.decision).collect();
-    panels.push(Panel { traces: sheet.traces(1.0, columns), ..decision });
+    panels.push(Panel { series: sheet.series(1.0, columns), ..decision });
     let rows = panels.into_iter().map(|panel| Row::of(130.0, panel)).collect();
     Ok(Figure { name: String::new(), legend: sheet.legend(&views), rows })
 }
@@ -109,17 +107,17 @@ impl<'a> Sheet<'a> {
     }
 
     /// Returns the lines of the runs. Dashed lines are drawn last, so that both are visible where runs coincide.
-    fn traces(&self, scale: f64, columns: Vec<&'a [f64]>) -> Vec<Trace<'a>> {
+    fn series(&self, scale: f64, columns: Vec<&'a [f64]>) -> Vec<Series<'a>> {
         let lines = columns.into_iter().zip(&self.times_s).zip(&self.strokes);
-        let mut traces: Vec<_> = lines.map(|((y, x), line)| Trace::new(*x, y, *line).times(scale)).collect();
-        traces.sort_by_key(|trace| !trace.stroke.dashes.is_empty());
-        traces
+        let mut series: Vec<_> = lines.map(|((y, x), line)| Series::new(*x, y, *line).times(scale)).collect();
+        series.sort_by_key(|trace| !trace.stroke.dashes.is_empty());
+        series
     }
 
     fn panel(&self, y: Axis, caption: &str, scale: f64, columns: Vec<&'a [f64]>) -> Panel<'a> {
         Panel {
             events: self.events.clone(),
-            traces: self.traces(scale, columns),
+            series: self.series(scale, columns),
             ..Panel::over_time(Axis::exact(self.window, X_TICKS), y, caption)
         }
     }

@@ -1,11 +1,9 @@
 //! The figures that only the reproduction of the paper has: a distance over time, and the principle of the detection.
 
 use super::FigureError;
-use super::axis::{Axis, X_TICKS, Y_TICKS, extent};
-use super::figure::{Figure, Row};
-use super::page::Point;
-use super::panel::{Events, Panel, Trace};
-use super::style::{COMPUTED, Stroke, TISSUE};
+use super::description::{
+    Axis, COMPUTED, Events, Figure, Panel, Point, Row, Series, Stroke, TISSUE, X_TICKS, Y_TICKS, extent,
+};
 use super::{RunView, check, events};
 
 /// Draws the measured force of a run over time, with its ruptures.
@@ -39,7 +37,7 @@ fn over_time<'a>(
     let events = Events { ruptures: run.rupture_times_s.to_vec(), ..Events::default() };
     let panel = Panel {
         events: events.clone(),
-        traces: vec![Trace::new(run.time_s, values, line)],
+        series: vec![Series::new(run.time_s, values, line)],
         ..Panel::over_time(Axis::exact(window, X_TICKS), axis, caption)
     };
     let legend = events::entries(&[&events], window);

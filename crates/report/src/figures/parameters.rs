@@ -1,11 +1,8 @@
 //! The estimated tissue parameters over time, as in figures 5 and 7 of the paper, with their standard errors.
 
-use super::axis::{Axis, X_TICKS, Y_TICKS, quantile_extent};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::page::Point;
-use super::panel::{Events, Panel, Trace};
-use super::style::{COMPUTED, Color, GREY};
+use super::description::{
+    Axis, COMPUTED, Color, Events, Figure, GREY, Panel, Point, Row, Sample, Series, X_TICKS, Y_TICKS, quantile_extent,
+};
 use super::{EstimationView, FigureError, events};
 
 /// Quantile that sets the axes; the first estimates after contact can be very large.
@@ -66,7 +63,7 @@ fn parameter<'a>(
     let panel = Panel {
         events: events.clone(),
         fills: outlines.into_iter().map(|outline| (outline, BAND_COLOR)).collect(),
-        traces: vec![Trace::new(time_s, y, COMPUTED)],
+        series: vec![Series::new(time_s, y, COMPUTED)],
         ..Panel::over_time(time.clone(), axis, y_caption)
     };
     Row::of(115.0, panel)

@@ -1,11 +1,9 @@
 //! The two-port of the teleoperator over frequency.
 
 use super::FigureError;
-use super::axis::{Axis, Y_TICKS, extent};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Panel, Trace};
-use super::style::{BLACK, COMPUTED, GREY, LIMIT, Stroke, TISSUE};
+use super::description::{
+    Axis, BLACK, COMPUTED, Figure, GREY, LIMIT, Panel, Row, Sample, Series, Stroke, TISSUE, Y_TICKS, extent,
+};
 use trocar_stability::PortPoint;
 
 /// Maximum displayed value of Llewellyn's parameter. Every higher value is absolutely stable.
@@ -36,9 +34,9 @@ pub fn ports(name: &str, points: &[PortPoint]) -> Result<Figure<'static>, Figure
     let impedance = Axis::log10((min.max(1e-6 * max) / 1.5, 1.5 * max));
     let of_ideal = Stroke::dashed(GREY, 1.6, &[9.0, 3.0]);
     let of_free = Stroke::dashed(BLACK, 1.0, &[1.4, 2.4]);
-    let line = |y: Vec<f64>, stroke| Trace::new(x.clone(), y, stroke);
-    let panel = |y: Axis, y_caption: &str, traces, levels, legend: &[(Stroke, &str)]| Panel {
-        traces,
+    let line = |y: Vec<f64>, stroke| Series::new(x.clone(), y, stroke);
+    let panel = |y: Axis, y_caption: &str, series, levels, legend: &[(Stroke, &str)]| Panel {
+        series,
         levels,
         legend: legend.iter().map(|(stroke, name)| (Sample::Line(*stroke), (*name).to_owned())).collect(),
         ..Panel::new(x_axis.clone(), "Frequency (Hz)", y, y_caption)

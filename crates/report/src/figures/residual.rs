@@ -1,11 +1,7 @@
 //! The distribution of the prediction error, as in figure 11 of the paper.
 
-use super::axis::{Axis, X_TICKS, extent};
 use super::decision::short;
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Panel, Trace};
-use super::style::{COMPUTED, GREY, LIMIT, Stroke};
+use super::description::{Axis, COMPUTED, Figure, GREY, LIMIT, Panel, Row, Sample, Series, Stroke, X_TICKS, extent};
 use super::{EstimationView, FigureError};
 use trocar_base::quantiles::robust_std;
 
@@ -45,13 +41,13 @@ pub fn distribution(name: &str, residual_n: &[f64], gaussians: &[(f64, String)])
     let lines = [COMPUTED, LIMIT];
     let curve = |((sigma, _), line): (&(f64, String), Stroke)| {
         let y: Vec<f64> = curve_x.iter().map(|e| gaussian(*e, *sigma)).collect();
-        Trace::new(curve_x.clone(), y, line)
+        Series::new(curve_x.clone(), y, line)
     };
     let names = gaussians.iter().zip(lines).map(|((_, name), line)| (Sample::Line(line), name.clone()));
     let of_samples = (Sample::Shade(shade), format!("e, {} samples{omitted}", residuals.len()));
     let panel = Panel {
         fills: vec![(outline(&densities, half, bin, &y), shade)],
-        traces: gaussians.iter().zip(lines).map(curve).collect(),
+        series: gaussians.iter().zip(lines).map(curve).collect(),
         ..Panel::new(Axis::exact((-half, half), X_TICKS), "Prediction error e (N)", y, "Density (1/N)")
     };
     let legend = std::iter::once(of_samples).chain(names).collect();

@@ -1,12 +1,9 @@
 //! The stability map over two parameters.
 
 use super::FigureError;
-use super::axis::{Axis, X_TICKS, Y_TICKS};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::page::Point;
-use super::panel::Panel;
-use super::style::{BLACK, Color, GREY, ORANGE, PURPLE, Stroke, WHITE};
+use super::description::{
+    Axis, BLACK, Color, Figure, GREY, ORANGE, PURPLE, Panel, Point, Row, Sample, Stroke, WHITE, X_TICKS, Y_TICKS,
+};
 
 /// The stable region and its boundary.
 const STABLE: Color = GREY.pale(0.2);
@@ -122,7 +119,7 @@ fn dots<'a>(view: &'a MapView<'_>) -> impl Iterator<Item = (Point, Stroke)> + 'a
 
 fn axis(view: &MapAxisView<'_>, ticks: usize) -> Axis {
     let range = (view.values[0], view.values[view.values.len() - 1]);
-    if view.is_logarithmic { Axis::log10(range) } else { Axis::exact(range, ticks) }
+    Axis::over(range, view.is_logarithmic, ticks)
 }
 
 /// Returns the edges of the cells around the values, in axis coordinates.
@@ -149,7 +146,7 @@ mod tests {
             boundary: &[[(3.0, 10.0), (10.0, 3.0)]],
             grew: &[],
         };
-        let svg = |view: &MapView<'_>| stability_map(view).expect("a figure").page(500.0).svg();
+        let svg = |view: &MapView<'_>| crate::figures::draw::tests::svg(&stability_map(view).expect("a figure"), 500.0);
         let plain = svg(&view);
         assert!(plain.contains("Tissue stiffness (N/m)") && !plain.contains("simulation"));
         let grew: Vec<Option<bool>> = stable.iter().map(|stable| Some(!stable)).collect();

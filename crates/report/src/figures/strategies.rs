@@ -1,12 +1,10 @@
 //! The strategies of a study: excess advance against the share of noticed ruptures.
 
 use super::FigureError;
-use super::axis::{Axis, X_TICKS, Y_TICKS};
-use super::figure::{Figure, Row};
-use super::legend::{Entry, Sample};
-use super::page::Point;
-use super::panel::Panel;
-use super::style::{BLACK, BLUE, Color, GREEN, GREY, ORANGE, PURPLE, SKY, Stroke, VERMILION, WHITE};
+use super::description::{
+    Axis, BLACK, BLUE, Color, Entry, Figure, GREEN, GREY, ORANGE, PURPLE, Panel, Point, Row, SKY, Sample, Stroke,
+    VERMILION, WHITE, X_TICKS, Y_TICKS,
+};
 
 /// The colours of the dots; the next strategies have the same colours and rings.
 const COLORS: [Color; 8] = [BLACK, BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE, GREY];
@@ -63,12 +61,13 @@ pub fn strategies(name: &str, views: &[StrategyView<'_>]) -> Result<Figure<'stat
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figures::draw::tests::svg;
 
     #[test]
     fn every_strategy_is_in_the_legend() {
         let view = |name, excess_m, is_on_front| StrategyView { name, excess_m, noticed: 0.5, is_on_front };
         let views = [view("none", 5e-3, false), view("cue", 0.0, true)];
-        let svg = strategies("skin", &views).expect("drawn").page(500.0).svg();
+        let svg = svg(&strategies("skin", &views).expect("drawn"), 500.0);
         for name in ["none", "cue", "Pareto front", "Noticed ruptures (%)"] {
             assert!(svg.contains(&format!(">{name}<")), "{name}");
         }

@@ -1,11 +1,7 @@
 //! Growth of the motion per event, against the time between events.
 
 use super::FigureError;
-use super::axis::{Axis, extent};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Panel, Trace};
-use super::style::{BLACK, COMPUTED, LIMIT, Stroke};
+use super::description::{Axis, BLACK, COMPUTED, Figure, LIMIT, Panel, Row, Sample, Series, Stroke, extent};
 use trocar_stability::DwellPoint;
 
 /// Lower limit of the growth axis.
@@ -29,7 +25,7 @@ pub fn switching(name: &str, points: &[DwellPoint], tick_s: f64) -> Result<Figur
     let min = min.max(MIN_GROWTH);
     let certified = Stroke::dashed(BLACK, 1.1, &[5.0, 2.5]);
     let panel = Panel {
-        traces: vec![Trace::new(x.clone(), bounds, certified), Trace::new(x, found, COMPUTED)],
+        series: vec![Series::new(x.clone(), bounds, certified), Series::new(x, found, COMPUTED)],
         levels: vec![(1.0, LIMIT)],
         ..Panel::new(
             x_axis,

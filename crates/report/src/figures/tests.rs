@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::page::{Item, Page};
+use super::draw::file;
+use super::draw::tests::{Texts, svg};
 use super::*;
 use nalgebra::DMatrix;
 use trocar_lti::{Complex64, StepResponse};
@@ -297,21 +298,20 @@ fn width(text: &str) -> FigureWidth {
 }
 
 /// Returns the texts of a page, and asserts that none is cut, overlaps another or leaves the page.
-fn texts(name: &str, page: &Page) -> Vec<String> {
-    let texts: Vec<_> =
-        page.items.iter().filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None }).collect();
-    for (index, text) in texts.iter().enumerate() {
-        let [left, top, right, bottom] = text.bounds();
-        let is_inside = left >= 0.0 && top >= 0.0 && right <= page.width && bottom <= page.height;
-        assert!(is_inside, "{name}: {:?} at {:?} on {} x {}", text.text, text.bounds(), page.width, page.height);
-        assert!(!text.text.contains('…'), "{name}: {}", text.text);
-        for other in &texts[..index] {
-            let [l, t, r, b] = other.bounds();
-            let overlap = left < r && l < right && top < b && t < bottom;
-            assert!(!overlap, "{name}: {:?} {:?} and {:?} {:?}", text.text, text.bounds(), other.text, other.bounds());
+fn texts(name: &str, figure: &Figure<'_>, size: &str) -> Vec<String> {
+    let ((width, height), Texts(all)) = Texts::of(figure, width(size));
+    for (index, (text, bounds)) in all.iter().enumerate() {
+        let [left, top, right, bottom] = *bounds;
+        let is_inside = left >= 0.0 && top >= 0.0 && right <= width && bottom <= height;
+        assert!(is_inside, "{name}: {text:?} at {bounds:?} on {width} x {height}");
+        assert!(!text.contains('…'), "{name}: {text}");
+        assert!(bottom - top >= 7.0 || right - left >= 7.0, "{name}: {text} at {bounds:?}");
+        for (other, [l, t, r, b]) in &all[..index] {
+            let overlap = left < *r && *l < right && top < *b && *t < bottom;
+            assert!(!overlap, "{name}: {text:?} {bounds:?} and {other:?}");
         }
     }
-    texts.into_iter().map(|text| text.text.clone()).collect()
+    all.into_iter().map(|(text, _)| text).collect()
 }
 
 #[test]
@@ -319,12 +319,11 @@ fn texts_are_at_least_7_pt_and_are_neither_clipped_nor_over_each_other() {
     let (classical, augmented) = (insertion(4000, false), insertion(4000, true));
     let check = |name: &str, figure: Figure<'_>| {
         for size in [COLUMN, PAGE, "5in", "254mm"] {
-            let page = figure.page(width(size).points());
-            let texts = texts(&format!("{name} at {size}"), &page);
+            let texts = texts(&format!("{name} at {size}"), &figure, size);
             assert!(texts.len() > 4, "{name}: {texts:?}");
-            let svg = page.svg();
+            let svg = svg(&figure, width(size).points());
             let size = svg.split("font-size=\"").nth(1).and_then(|rest| rest.split('"').next()?.parse().ok());
-            assert!(size.is_some_and(|size: f64| size >= 7.0), "{size:?}");
+            assert!(size.is_some_and(|size: f64| size >= 700.0), "{size:?} hundredths of a point");
         }
     };
     for (name, figure) in all(&classical, &augmented) {
@@ -337,7 +336,7 @@ fn texts_are_at_least_7_pt_and_are_neither_clipped_nor_over_each_other() {
 fn panels_have_letters_and_figures_name_their_runs() {
     let (classical, augmented) = (insertion(400, false), insertion(400, true));
     for (name, figure) in all(&classical, &augmented) {
-        let texts = texts(name, &figure.expect(name).page(width(COLUMN).points()));
+        let texts = texts(name, &figure.expect(name), COLUMN);
         let names = ["classical", "augmented", "estimation"];
         assert!(texts.iter().any(|text| names.contains(&text.as_str())), "{name}: {texts:?}");
         assert_eq!(texts.contains(&"(b)".to_owned()), name != "residual", "{name}: {texts:?}");
@@ -349,7 +348,7 @@ fn a_png_states_its_resolution_and_has_its_width() {
     let record = insertion(400, true);
     let figure = estimation(&record.estimation()).expect("a figure");
     for (size, pixels) in [(COLUMN, 1050), (PAGE, 2148)] {
-        let bytes = figure.file(FigureFormat::Png, width(size)).expect("a file");
+        let bytes = file(&figure, FigureFormat::Png, width(size)).expect("a file");
         let decoder = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("a PNG");
         assert_eq!(decoder.info().width, pixels);
         let resolution = decoder.info().pixel_dims.expect("a resolution");
@@ -361,7 +360,7 @@ fn a_png_states_its_resolution_and_has_its_width() {
 fn a_pdf_embeds_its_typefaces_and_maps_them_to_text() {
     let record = insertion(4000, true);
     let figure = estimation(&record.estimation()).expect("a figure");
-    let bytes = figure.file(FigureFormat::Pdf, width(COLUMN)).expect("a file");
+    let bytes = file(&figure, FigureFormat::Pdf, width(COLUMN)).expect("a file");
     let text = String::from_utf8_lossy(&bytes);
     assert!(text.starts_with("%PDF-") && text.contains("/MediaBox [0 0 252 "));
     let count = |what: &str| text.matches(what).count();
@@ -380,7 +379,7 @@ fn figures_of_an_insertion_are_small_and_the_same_each_time() {
     for ((name, figure), (_, again)) in first.into_iter().zip(second) {
         let (figure, again) = (figure.expect(name), again.expect(name));
         for format in FigureFormat::ALL {
-            let file = |figure: &Figure<'_>| figure.file(format, FigureWidth::default()).expect(name);
+            let file = |figure: &Figure<'_>| file(figure, format, FigureWidth::default()).expect(name);
             let bytes = file(&figure);
             assert!(bytes == file(&again), "{name} differs between two drawings");
             assert!(bytes.len() < 1_000_000, "{name}.{} has {} bytes", format.word(), bytes.len());
@@ -392,7 +391,7 @@ fn figures_of_an_insertion_are_small_and_the_same_each_time() {
 fn drawn(name: &str, figure: Result<Figure<'_>, FigureError>) {
     let figure = figure.unwrap_or_else(|error| panic!("{name}: {error}"));
     for format in FigureFormat::ALL {
-        let file = figure.file(format, width("2.5in"));
+        let file = file(&figure, format, width("2.5in"));
         assert!(file.is_ok_and(|file| !file.is_empty()), "{name}");
     }
 }
@@ -443,7 +442,7 @@ fn a_million_samples_make_small_figures() {
     let record = insertion(1_000_000, true);
     let runs = [record.run("long")];
     for figure in [comparison(&runs, Some((0.0, 16.0))), estimation(&record.estimation())] {
-        let svg = figure.expect("a figure").page(width(PAGE).points()).svg();
+        let svg = svg(&figure.expect("a figure"), width(PAGE).points());
         assert!(svg.len() < 300_000, "{}", svg.len());
     }
 }
@@ -468,7 +467,7 @@ fn long_and_unusual_names_are_safe() {
     let name = "a <very> & long \"name\" with \u{0} control \u{7} characters, 漢字, ".repeat(20);
     let runs = [record.run(&name), record.run(""), record.run(&name)];
     for figure in [comparison(&runs, None), overlay(&runs, None)] {
-        let svg = figure.expect("a figure").page(width(COLUMN).points()).svg();
+        let svg = svg(&figure.expect("a figure"), width(COLUMN).points());
         assert!(!svg.contains('\u{0}') && !svg.contains("<very>"));
     }
 }

@@ -1,12 +1,8 @@
 //! Many recordings over one time axis: phases of the needle, ruptures and alarms.
 
 use super::FigureError;
-use super::axis::{Axis, X_TICKS};
+use super::description::{Axis, Events, Figure, Panel, Row, Sample, Shade, X_TICKS};
 use super::events::entries;
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Events, Panel};
-use super::shade::Shade;
 
 /// Maximum number of recordings in one figure.
 pub const MAX_ROWS: usize = 120;
@@ -59,6 +55,7 @@ pub fn timeline(rows: &[TimelineRow<'_>]) -> Result<Figure<'static>, FigureError
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figures::draw::tests::svg;
 
     fn row(name: &str, duration_s: f64) -> TimelineRow<'_> {
         TimelineRow {
@@ -73,7 +70,7 @@ mod tests {
     #[test]
     fn every_recording_has_a_row_and_the_legend_names_the_marks_in_use() {
         let rows = [row("first", 2.0), row("second", 0.0), row("third", f64::NAN)];
-        let svg = timeline(&rows).expect("drawn").page(500.0).svg();
+        let svg = svg(&timeline(&rows).expect("drawn"), 500.0);
         for text in ["first", "second", "third", "insertion", "withdrawal", "labelled rupture", "alarm"] {
             assert!(svg.contains(text), "{text}");
         }

@@ -1,12 +1,7 @@
 //! The influence of each axis on each metric, as bars.
 
 use super::FigureError;
-use super::axis::{Axis, X_TICKS};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::page::Point;
-use super::panel::Panel;
-use super::style::{BLACK, Color, GREY, GUIDE};
+use super::description::{Axis, BLACK, Color, Figure, GREY, GUIDE, Panel, Point, Row, Sample, X_TICKS};
 
 /// Maximum number of bars in one figure.
 const MAX_BARS: usize = 100;
@@ -65,13 +60,14 @@ pub fn tornado(name: &str, views: &[TornadoView<'_>]) -> Result<Figure<'static>,
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figures::draw::tests::svg;
 
     #[test]
     fn every_axis_of_every_metric_has_its_bars() {
         let bars = vec![("scaling.force", Some(0.8), Some(-0.9)), ("arm.grip", Some(0.1), None)];
         let views =
             [TornadoView { metric: "overshoot", bars }, TornadoView { metric: "delay", bars: vec![("x", None, None)] }];
-        let svg = tornado("sweep", &views).expect("drawn").page(500.0).svg();
+        let svg = svg(&tornado("sweep", &views).expect("drawn"), 500.0);
         for title in ["overshoot: scaling.force", "overshoot: arm.grip", "delay: x"] {
             assert!(svg.contains(&format!(">{title}<")), "{title}");
         }

@@ -1,11 +1,7 @@
 //! The Z-width: the maximum stiffness of stable and passive walls over their damping.
 
 use super::FigureError;
-use super::axis::{Axis, X_TICKS, extent};
-use super::figure::{Figure, Row};
-use super::legend::Sample;
-use super::panel::{Panel, Trace};
-use super::style::{GREEN, SKY, Stroke};
+use super::description::{Axis, Figure, GREEN, Panel, Row, SKY, Sample, Series, Stroke, X_TICKS, extent};
 use trocar_stability::{Walls, ZWidth};
 
 /// Draws the Z-width.
@@ -36,9 +32,9 @@ pub fn z_width(name: &str, z_width: &ZWidth) -> Result<Figure<'static>, FigureEr
         })
         .collect();
     let (min, max) = extent(points.iter().flat_map(|(_, y)| y.iter().copied())).unwrap_or((1.0, 10.0));
-    let traces = points.into_iter().zip(&lines).filter(|((x, _), _)| !x.is_empty());
+    let series = points.into_iter().zip(&lines).filter(|((x, _), _)| !x.is_empty());
     let panel = Panel {
-        traces: traces.map(|((x, y), (_, _, stroke))| Trace::new(x, y, *stroke)).collect(),
+        series: series.map(|((x, y), (_, _, stroke))| Series::new(x, y, *stroke)).collect(),
         ..Panel::new(
             Axis::exact((low, high), X_TICKS),
             "Damping of the wall (N·s/m)",

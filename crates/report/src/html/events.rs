@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::Table;
+use crate::figures::description::{Axis, X_TICKS};
 use crate::figures::{Shade, modes};
 use crate::number::{show, significant};
 use trocar_engine::metrics::{RuptureMetrics, Unit};
@@ -122,31 +123,16 @@ impl Timeline {
                 at_s(from_s),
                 at_s(to_s)
             ),
-            ticks: round_steps(from_s, to_s)
-                .map(|time_s| Tick { at: share(time_s), label: without_trailing_zeros(time_s) })
+            ticks: Axis::exact((from_s, to_s), X_TICKS)
+                .all_ticks()
+                .into_iter()
+                .map(|(time_s, label)| Tick { at: share(time_s), label })
                 .collect(),
             lanes: lanes.iter().map(lane).collect(),
             rupture,
             key: shades.into_iter().map(|shade| (shade.css(), shade.name())).collect(),
         }
     }
-}
-
-/// Returns about six round numbers between two numbers.
-fn round_steps(from: f64, to: f64) -> impl Iterator<Item = f64> {
-    let min_step = ((to - from) / 6.0).max(1e-9);
-    let power = 10.0_f64.powf(min_step.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].map(|round| round * power).into_iter().find(|step| *step >= min_step);
-    let step = step.unwrap_or(min_step);
-    let first = (from / step).ceil();
-    (0..20).map(move |k| (first + f64::from(k)) * step).take_while(move |at| *at <= to + 1e-9 * step)
-}
-
-/// Returns a number with up to four decimals, without trailing zeros.
-fn without_trailing_zeros(value: f64) -> String {
-    let text = format!("{value:.4}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text.is_empty() || text == "-0" { "0".into() } else { text.to_owned() }
 }
 
 /// Returns the name of a rupture: its number and the layer.
@@ -235,12 +221,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_are_round_and_within() {
-        assert_eq!(round_steps(0.0, 17.0).collect::<Vec<_>>(), [0.0, 5.0, 10.0, 15.0]);
-        assert_eq!(round_steps(1.2, 1.9).map(without_trailing_zeros).collect::<Vec<_>>(), ["1.2", "1.4", "1.6", "1.8"]);
-    }
-
-    #[test]
     fn events_lie_at_their_times() {
         let marks = vec![Mark { at_s: 2.5, kind: "alarm", label: "alarm".into(), fate: "late".into() }];
         let shades = vec![(2.5, 3.0, Shade::Frozen)];
@@ -249,6 +229,10 @@ mod tests {
         let drawn = &timeline.lanes[0];
         assert_eq!((drawn.shades[0].at.as_str(), drawn.shades[0].width.as_str()), ("25.000", "5.000"));
         assert_eq!((drawn.marks[0].at.as_str(), drawn.marks[0].title.as_str()), ("25.000", "alarm, 2.500 s: late"));
+        assert_eq!(
+            timeline.ticks.iter().map(|tick| tick.at.as_str()).collect::<Vec<_>>(),
+            ["0.000", "20.000", "40.000", "60.000", "80.000", "100.000"]
+        );
         assert!(timeline.alt.starts_with("0 ruptures and 1 alarms between 0.000 s and 10.000 s"));
     }
 }

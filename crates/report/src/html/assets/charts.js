@@ -44,7 +44,7 @@ const trocarCharts = (() => {
     return String(Number(value.toPrecision(6)));
   }
 
-  /** Returns about `count` round ticks of an axis, in its coordinate: a logarithmic axis has exponents of ten. */
+  /** Returns about `count` round ticks of a part of an axis, in its coordinate: a logarithmic axis has exponents of ten. */
   function ticks({ low, high, log }, count) {
     if (log) {
       const powers = [];
@@ -65,6 +65,9 @@ const trocarCharts = (() => {
     }
     return found;
   }
+
+  /** Returns the ticks of a whole axis, from its description. */
+  const placed = (axis) => axis.ticks.map(([at, label]) => ({ at, label }));
 
   /** Draws the ticks and labels of axes around an area; `toX` and `toY` give the pixels of places. */
   function axes(context, { left, top, width, height }, x, y, toX, toY) {
@@ -259,8 +262,9 @@ const trocarCharts = (() => {
       const [perX, perY] = [width / (x.high - x.low), height / (y.high - y.low)];
       const toX = (place) => left + (place - x.low) * perX;
       const toY = (place) => top + Math.min(1e5, Math.max(-1e5, (y.high - place) * perY));
-      const xTicks = x.has_ticks ? ticks(x, Math.max(2, width / 80)) : [];
-      const yTicks = y.has_ticks ? ticks(y, Math.max(2, height / 32)) : [];
+      // The whole axes have the ticks of the description.
+      const shown = (axis, whole, count) => (axis === whole || whole.ticks.length === 0 ? placed(whole) : ticks(axis, Math.max(2, count)));
+      const [xTicks, yTicks] = [shown(x, panel.x, width / 80), shown(y, panel.y, height / 32)];
       context.save();
       context.beginPath();
       context.rect(left, top, width, height);
@@ -502,5 +506,5 @@ const trocarCharts = (() => {
     return panels.map(({ panel, height }) => new Chart(parent, panel, { group, height }));
   }
 
-  return { Chart, figure, axes, ticks, colour, number, short };
+  return { Chart, figure, axes, placed, colour, number, short };
 })();

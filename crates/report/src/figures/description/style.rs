@@ -16,12 +16,9 @@
 //!
 //! Where a figure compares more than two lines of one kind, such as detectors, [`LINES`] goes on through the other colours.
 
-/// Size of all text.
-pub(super) const TEXT: f64 = 8.0;
-
 /// A colour, as red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Color(pub(super) u8, pub(super) u8, pub(super) u8);
+pub struct Color(pub u8, pub u8, pub u8);
 
 /// The colours by their names in the theme of a page, which has a light and a dark one of each.
 const NAMES: [(&str, Color); 10] = [
@@ -39,12 +36,14 @@ const NAMES: [(&str, Color); 10] = [
 
 impl Color {
     /// Returns the colour as red, green and blue in hexadecimal digits.
-    pub(super) fn hex(self) -> String {
+    #[must_use]
+    pub fn hex(self) -> String {
         format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
 
     /// Returns the colour as CSS for a page: the theme's colour of its name, at its coverage. Other colours are the same in any theme.
-    pub(super) fn css(self) -> String {
+    #[must_use]
+    pub fn css(self) -> String {
         if let Some((name, _)) = NAMES.iter().find(|(_, color)| *color == self) {
             return format!("var(--{name})");
         }
@@ -56,7 +55,8 @@ impl Color {
     }
 
     /// Returns the colour on white paper at this coverage, 0 to 1.
-    pub(super) const fn pale(self, coverage: f64) -> Self {
+    #[must_use]
+    pub const fn pale(self, coverage: f64) -> Self {
         const fn mix(channel: u8, coverage: f64) -> u8 {
             (255.0 + coverage * (channel as f64 - 255.0) + 0.5) as u8
         }
@@ -64,60 +64,77 @@ impl Color {
     }
 }
 
-pub(super) const WHITE: Color = Color(0xff, 0xff, 0xff);
-pub(super) const BLACK: Color = Color(0x1a, 0x1a, 0x1a);
-pub(super) const GREY: Color = Color(0x6e, 0x6e, 0x6e);
-pub(super) const GRID: Color = Color(0xe3, 0xe3, 0xe3);
-pub(super) const ORANGE: Color = Color(0xe6, 0x9f, 0x00);
-pub(super) const SKY: Color = Color(0x56, 0xb4, 0xe9);
-pub(super) const GREEN: Color = Color(0x00, 0x9e, 0x73);
-pub(super) const BLUE: Color = Color(0x00, 0x72, 0xb2);
-pub(super) const VERMILION: Color = Color(0xd5, 0x5e, 0x00);
-pub(super) const PURPLE: Color = Color(0xcc, 0x79, 0xa7);
+/// The paper.
+pub const WHITE: Color = Color(0xff, 0xff, 0xff);
+/// Text, the estimator, the detector and the analysis.
+pub const BLACK: Color = Color(0x1a, 0x1a, 0x1a);
+/// Ruptures and guides.
+pub const GREY: Color = Color(0x6e, 0x6e, 0x6e);
+/// The grid.
+pub const GRID: Color = Color(0xe3, 0xe3, 0xe3);
+/// Frozen and re-engaging.
+pub const ORANGE: Color = Color(0xe6, 0x9f, 0x00);
+/// The tissue.
+pub const SKY: Color = Color(0x56, 0xb4, 0xe9);
+/// The hand.
+pub const GREEN: Color = Color(0x00, 0x9e, 0x73);
+/// Classical teleoperation.
+pub const BLUE: Color = Color(0x00, 0x72, 0xb2);
+/// Augmented teleoperation.
+pub const VERMILION: Color = Color(0xd5, 0x5e, 0x00);
+/// Limits and thresholds.
+pub const PURPLE: Color = Color(0xcc, 0x79, 0xa7);
 
 /// The style of a line. Dashes are `(on, off, on, off …)`, empty for a solid line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stroke {
-    pub(super) color: Color,
-    pub(super) width: f64,
-    pub(super) dashes: &'static [f64],
+pub struct Stroke {
+    /// Its colour.
+    pub color: Color,
+    /// Its width in points.
+    pub width: f64,
+    /// Its dashes in points.
+    pub dashes: &'static [f64],
 }
 
 impl Stroke {
-    pub(super) const fn solid(color: Color, width: f64) -> Self {
+    /// Returns a solid line.
+    #[must_use]
+    pub const fn solid(color: Color, width: f64) -> Self {
         Self { color, width, dashes: &[] }
     }
 
-    pub(super) const fn dashed(color: Color, width: f64, dashes: &'static [f64]) -> Self {
+    /// Returns a dashed line.
+    #[must_use]
+    pub const fn dashed(color: Color, width: f64, dashes: &'static [f64]) -> Self {
         Self { color, width, dashes }
     }
 }
 
 /// A frame or an axis.
-pub(super) const FRAME: Stroke = Stroke::solid(BLACK, 0.6);
+pub const FRAME: Stroke = Stroke::solid(BLACK, 0.6);
 /// A line of the grid.
-pub(super) const MESH: Stroke = Stroke::solid(GRID, 0.5);
+pub const MESH: Stroke = Stroke::solid(GRID, 0.5);
 /// The tissue.
-pub(super) const TISSUE: Stroke = Stroke::solid(SKY, 2.4);
+pub const TISSUE: Stroke = Stroke::solid(SKY, 2.4);
 /// The hand: the master, and the force that the operator feels.
-pub(super) const HAND: Stroke = Stroke::dashed(GREEN, 1.3, &[1.5, 1.7]);
+pub const HAND: Stroke = Stroke::dashed(GREEN, 1.3, &[1.5, 1.7]);
 /// The hand of another run in the same axes.
-pub(super) const HAND_OF_CLASSICAL: Stroke = Stroke::dashed(GREEN, 0.9, &[5.0, 2.5]);
+pub const HAND_OF_CLASSICAL: Stroke = Stroke::dashed(GREEN, 0.9, &[5.0, 2.5]);
 /// A run by classical teleoperation.
-pub(super) const CLASSICAL: Stroke = Stroke::dashed(BLUE, 1.1, &[6.0, 1.8]);
+pub const CLASSICAL: Stroke = Stroke::dashed(BLUE, 1.1, &[6.0, 1.8]);
 /// A run by augmented teleoperation.
-pub(super) const AUGMENTED: Stroke = Stroke::solid(VERMILION, 1.2);
+pub const AUGMENTED: Stroke = Stroke::solid(VERMILION, 1.2);
 /// A result of the estimator, of the detector or of the analysis.
-pub(super) const COMPUTED: Stroke = Stroke::solid(BLACK, 0.9);
+pub const COMPUTED: Stroke = Stroke::solid(BLACK, 0.9);
 /// A limit or a threshold.
-pub(super) const LIMIT: Stroke = Stroke::dashed(PURPLE, 1.1, &[7.0, 2.5, 1.2, 2.5]);
+pub const LIMIT: Stroke = Stroke::dashed(PURPLE, 1.1, &[7.0, 2.5, 1.2, 2.5]);
 /// A guide such as a zero line.
-pub(super) const GUIDE: Stroke = Stroke::solid(GREY, 0.6);
+pub const GUIDE: Stroke = Stroke::solid(GREY, 0.6);
 /// A rupture.
-pub(super) const RUPTURE: Stroke = Stroke::dashed(GREY, 0.8, &[2.2, 2.2]);
+pub const RUPTURE: Stroke = Stroke::dashed(GREY, 0.8, &[2.2, 2.2]);
 
 /// A style per line of one kind in the same axes.
-pub(super) const LINES: [Stroke; 12] = [
+pub const LINES: [Stroke; 12] = [
     CLASSICAL,
     AUGMENTED,
     Stroke::dashed(BLACK, 1.0, &[1.4, 2.4]),
@@ -134,7 +151,7 @@ pub(super) const LINES: [Stroke; 12] = [
 
 /// Returns the styles of runs in the same axes: the first classical and the first augmented run have their own, the others follow
 /// in the order of [`LINES`].
-pub(super) fn of_runs(is_augmented: impl IntoIterator<Item = bool>) -> Vec<Stroke> {
+pub fn of_runs(is_augmented: impl IntoIterator<Item = bool>) -> Vec<Stroke> {
     let mut seen = [false; 2];
     let mut others = LINES[2..].iter().cycle();
     let mut style = |is_augmented: bool| {

@@ -1,33 +1,19 @@
 //! Legends: entries in lines, above the panels.
 
+use plotters::prelude::DrawingBackend;
+
 use super::fonts;
-use super::page::{Anchor, LINE, Page, Text, centred};
-use super::style::{Color, RUPTURE, Stroke, TEXT, WHITE};
+use super::pen::{Anchor, Drawn, LINE, Pen, TEXT, Text};
+use crate::figures::description::{Entry, Point, RUPTURE, Sample, WHITE};
 
 const SAMPLE: f64 = 18.0;
 /// Gap between a sample and its text, and between entries.
 const SAMPLE_GAP: f64 = 4.0;
 const ENTRY_GAP: f64 = 12.0;
 
-/// What stands before the text of a legend entry.
-#[derive(Clone, Debug)]
-pub(super) enum Sample {
-    /// Nothing: the text is a title.
-    Title,
-    Line(Stroke),
-    Dot(Stroke),
-    Ring(Stroke),
-    Shade(Color),
-    Alarm,
-    Rupture,
-}
-
-/// One entry of a legend.
-pub(super) type Entry = (Sample, String);
-
 /// A legend's entries with their places, and its height.
 pub(super) struct Flow {
-    entries: Vec<(f64, f64, Sample, Vec<String>)>,
+    entries: Vec<(Point, Sample, Vec<String>)>,
     pub(super) height: f64,
 }
 
@@ -44,7 +30,7 @@ pub(super) fn flow(entries: &[Entry], max_width: f64) -> Flow {
             (x, y) = (0.0, y + LINE);
         }
         let below = lines.len().saturating_sub(1) as f64 * LINE;
-        placed.push((x, y, sample.clone(), lines));
+        placed.push(((x, y), *sample, lines));
         y += below;
         x = if below > 0.0 { max_width } else { x + width + ENTRY_GAP };
     }
@@ -62,27 +48,31 @@ fn sample_width(sample: &Sample) -> f64 {
 
 impl Flow {
     /// Draws the legend from a place on, after the lines that it names.
-    pub(super) fn draw(&self, page: &mut Page, origin: (f64, f64)) {
-        for (x, y, sample, lines) in &self.entries {
+    pub(super) fn draw<B: DrawingBackend>(&self, pen: &Pen<'_, B>, origin: Point) -> Drawn<B> {
+        for ((x, y), sample, lines) in &self.entries {
             let (left, middle) = (origin.0 + x, origin.1 + y + 0.5 * LINE);
-            let centre = left + 3.5;
+            let centre = (left + 3.5, middle);
             match sample {
                 Sample::Title => {}
-                Sample::Line(line) => page.line((left, middle), (left + SAMPLE, middle), &page.as_drawn(line)),
-                Sample::Dot(dot) => page.lines(vec![vec![(centre, middle)]], dot),
+                Sample::Line(line) => pen.line(&[(left, middle), (left + SAMPLE, middle)], &pen.as_drawn(line))?,
+                Sample::Dot(dot) => pen.line(&[centre], dot)?,
                 Sample::Ring(dot) => {
-                    page.lines(vec![vec![(centre, middle)]], dot);
-                    page.lines(vec![vec![(centre, middle)]], &Stroke { color: WHITE, width: 0.5 * dot.width, ..*dot });
+                    pen.line(&[centre], dot)?;
+                    pen.dot(centre, 0.25 * dot.width, WHITE)?;
                 }
-                Sample::Shade(color) => page.rectangle((left, middle - 3.5), (left + 12.0, middle + 3.5), *color),
-                Sample::Alarm => page.alarm((centre, middle - 3.0)),
-                Sample::Rupture => page.line((centre, middle - 4.5), (centre, middle + 4.5), &RUPTURE),
+                Sample::Shade(color) => {
+                    let (right, top, bottom) = (left + 12.0, middle - 3.5, middle + 3.5);
+                    pen.fill(&[(left, top), (right, top), (right, bottom), (left, bottom)], *color)?;
+                }
+                Sample::Alarm => pen.alarm((pen.units(centre.0), pen.units(middle - 3.0)))?,
+                Sample::Rupture => pen.line(&[(centre.0, middle - 4.5), (centre.0, middle + 4.5)], &RUPTURE)?,
             }
             for (index, line) in lines.iter().enumerate() {
-                let at = (left + sample_width(sample), centred(middle + LINE * index as f64));
+                let at = (left + sample_width(sample), middle + LINE * index as f64);
                 let is_bold = matches!(sample, Sample::Title);
-                page.text(Text { is_bold, ..Text::new(line, at, Anchor::Start) });
+                pen.text(&Text { is_bold, ..Text::new(line, at, Anchor::Start) })?;
             }
         }
+        Ok(())
     }
 }

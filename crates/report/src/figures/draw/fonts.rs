@@ -5,10 +5,18 @@
 
 use std::sync::OnceLock;
 
+use plotters_backend::text_anchor::HPos;
+use plotters_backend::{BackendCoord, BackendTextStyle, FontStyle, FontTransform};
 use ttf_parser::{Face, GlyphId};
 
 /// The font family in SVG files. Verdana has the widths of DejaVu, so a viewer without DejaVu gives the same layout.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
+
+/// Size of a font of plotters, relative to the em.
+pub(super) const PER_SIZE: f64 = 1.24;
+
+/// Height of the letters above the baseline, relative to the em. Backends of plotters place a text by its top with it.
+const ASCENT: f64 = 0.76;
 
 /// The largest number of lines of a text; the rest is cut.
 const MAX_LINES: usize = 3;
@@ -51,6 +59,56 @@ impl Typeface {
 pub(crate) fn width(text: &str, size: f64, is_bold: bool) -> f64 {
     let face = typeface(is_bold);
     text.chars().map(|letter| face.advance(face.glyph(letter))).sum::<f64>() * size
+}
+
+/// A text as a backend places it: by its top.
+pub(crate) struct Placed {
+    /// Where the baseline begins.
+    pub(super) start: (f32, f32),
+    pub(super) em: f32,
+    pub(super) is_bold: bool,
+    /// True if it reads upwards.
+    pub(super) is_upright: bool,
+    pub(super) color: (u8, u8, u8),
+    #[cfg(test)]
+    width: f32,
+}
+
+impl Placed {
+    pub(super) fn of<S: BackendTextStyle>(text: &str, style: &S, (x, y): BackendCoord) -> Self {
+        let em = style.size() / PER_SIZE;
+        let is_bold = matches!(style.style(), FontStyle::Bold);
+        let is_upright = matches!(style.transform(), FontTransform::Rotate270);
+        let width = width(text, em, is_bold);
+        let back = match style.anchor().h_pos {
+            HPos::Left => 0.0,
+            HPos::Center => 0.5 * width,
+            HPos::Right => width,
+        };
+        let (x, y, down) = (f64::from(x), f64::from(y), ASCENT * em);
+        let (x, y) = if is_upright { (x + down, y + back) } else { (x - back, y + down) };
+        Self {
+            start: (x as f32, y as f32),
+            em: em as f32,
+            is_bold,
+            is_upright,
+            color: style.color().rgb,
+            #[cfg(test)]
+            width: width as f32,
+        }
+    }
+
+    /// Returns the left, top, right and bottom.
+    #[cfg(test)]
+    pub(super) fn bounds(&self) -> [f32; 4] {
+        let ((x, y), above) = (self.start, ASCENT as f32 * self.em);
+        let below = self.em - above;
+        if self.is_upright {
+            [x - above, y - self.width, x + below, y]
+        } else {
+            [x, y - above, x + self.width, y + below]
+        }
+    }
 }
 
 /// Returns the lines of a text, broken at spaces, each at most `max_width` wide. A longer word, and what would be on a fourth line,

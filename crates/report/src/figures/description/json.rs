@@ -2,13 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use super::axis::Axis;
-use super::events::detailed;
-use super::figure::{Figure, Row};
-use super::legend::{Entry, Sample};
-use super::page::Point;
-use super::panel::Panel;
-use super::style::{Color, Stroke};
+use super::{Axis, Color, Entry, Events, Figure, Panel, Point, Row, Sample, Stroke};
 use crate::digits::{Few, Fine};
 
 /// Number of intervals of a line for other programs.
@@ -49,7 +43,7 @@ impl Writer<'_> {
     fn line(&mut self, panel: &Panel<'_>, points: Vec<Point>, stroke: &Stroke) -> Json {
         let is_of = |sample: &Sample| matches!(sample, Sample::Line(of) | Sample::Dot(of) if of == stroke);
         let entry = panel.legend.iter().chain(self.legend).find(|(sample, _)| is_of(sample));
-        let is_only = panel.traces.len() + panel.curves.len() == 1;
+        let is_only = panel.series.len() + panel.curves.len() == 1;
         let of_axis = if is_only { panel.y_caption.split(" (").next().unwrap_or_default() } else { "" };
         let name = entry.map_or(of_axis, |(_, text)| text);
         json!({ "name": name, "points": (self.points)(points), "style": self.stroke(stroke) })
@@ -59,9 +53,9 @@ impl Writer<'_> {
         let events = &panel.events;
         let detailed = if self.is_detailed { detailed(events) } else { vec![] };
         let mut lines: Vec<Json> = panel
-            .traces
+            .series
             .iter()
-            .map(|trace| self.line(panel, panel.samples(trace, self.intervals, &detailed).collect(), &trace.stroke))
+            .map(|series| self.line(panel, panel.samples(series, self.intervals, &detailed).collect(), &series.stroke))
             .collect();
         lines.extend(panel.curves.iter().map(|(points, stroke)| self.line(panel, points.clone(), stroke)));
         let fills = panel.fills.iter().enumerate().map(|(index, (outline, color))| {
@@ -99,11 +93,21 @@ impl Writer<'_> {
 }
 
 fn axis(axis: &Axis, caption: &str) -> Json {
-    json!({ "low": axis.low, "high": axis.high, "log": axis.log, "has_ticks": axis.has_ticks(), "caption": caption })
+    json!({ "low": axis.low, "high": axis.high, "log": axis.log, "ticks": axis.all_ticks(), "caption": caption })
+}
+
+/// Returns the intervals (s) around the first events, in which a page shows more detail.
+fn detailed(events: &Events) -> Vec<(f64, f64)> {
+    const BEFORE_S: f64 = 0.1;
+    const AFTER_S: f64 = 0.6;
+    const MAX_EVENTS: usize = 200;
+    let times = events.ruptures.iter().chain(&events.alarms).take(MAX_EVENTS);
+    times.map(|time_s| (time_s - BEFORE_S, time_s + AFTER_S)).collect()
 }
 
 impl Figure<'_> {
-    /// The figure as data: `name`, `legend`, and `rows` of `panels` with their axes, lines, fills, levels, notes and events. Places are
+    /// The figure as data: `name`, `legend`, and `rows` of `panels` with their axes, lines, fills, levels, notes and events. An axis has its
+    /// ticks, each with its place and its label. Places are
     /// in the coordinates of the axes, which are exponents of ten for a logarithmic one. A line with one point is a dot; `null` is a
     /// gap. Long lines are reduced to the minima and maxima of 5000 intervals.
     #[must_use]
@@ -155,7 +159,7 @@ impl Figure<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{EstimationView, parameters};
+    use crate::figures::{EstimationView, parameters};
 
     #[test]
     fn a_description_has_the_data_of_the_figure() {

@@ -1,64 +1,84 @@
 //! Axis limits and ticks. Limits are finite for any data; ticks are few round numbers.
 
 /// Approximate maximum number of ticks of a vertical axis.
-pub(super) const Y_TICKS: usize = 5;
+pub const Y_TICKS: usize = 5;
 /// Approximate maximum number of ticks of a time axis.
-pub(super) const X_TICKS: usize = 6;
+pub const X_TICKS: usize = 6;
 
 /// Values beyond this do not count for limits, because their sums could overflow.
 const MAX_MAGNITUDE: f64 = 1e30;
 
 /// One axis: its limits, and how many ticks it has if there is room.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Axis {
-    pub(super) low: f64,
-    pub(super) high: f64,
-    /// Whether the axis is logarithmic; limits and ticks are then exponents of ten.
-    pub(super) log: bool,
+pub struct Axis {
+    /// The lower limit.
+    pub low: f64,
+    /// The upper limit.
+    pub high: f64,
+    /// True if the axis is logarithmic; limits and ticks are then exponents of ten.
+    pub log: bool,
     max_ticks: usize,
 }
 
 /// The ticks of an axis, in its coordinate, each with its label.
-pub(super) type Ticks = Vec<(f64, String)>;
+pub type Ticks = Vec<(f64, String)>;
 
 impl Axis {
     /// Returns an axis with exactly these limits. Without ticks (0) it has no labels.
-    pub(super) fn exact(range: (f64, f64), max_ticks: usize) -> Self {
+    #[must_use]
+    pub fn exact(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
         Self { low, high, log: false, max_ticks }
     }
 
     /// Returns an axis with a margin around the data. The upper margin is larger, for the marks of alarms.
-    pub(super) fn padded(range: (f64, f64), max_ticks: usize) -> Self {
+    #[must_use]
+    pub fn padded(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
         let margin = 0.05 * (high - low);
         Self::exact((low - margin, high + 2.2 * margin), max_ticks)
     }
 
     /// Returns an axis from 0, for quantities that cannot be negative.
-    pub(super) fn from_zero(high: f64, max_ticks: usize) -> Self {
+    #[must_use]
+    pub fn from_zero(high: f64, max_ticks: usize) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
         Self::exact((0.0, 1.14 * high), max_ticks)
     }
 
     /// Returns a logarithmic axis over a positive `range`.
-    pub(super) fn log10(range: (f64, f64)) -> Self {
+    #[must_use]
+    pub fn log10(range: (f64, f64)) -> Self {
         let (low, high) = sane((range.0.max(1e-300).log10(), range.1.max(1e-300).log10()));
         Self { low, high, log: true, max_ticks: X_TICKS }
     }
 
-    /// Whether it has ticks and their labels.
-    pub(super) fn has_ticks(&self) -> bool {
-        self.max_ticks > 0
+    /// Returns the axis over these values, in their own coordinate.
+    #[must_use]
+    pub fn over(range: (f64, f64), is_log: bool, max_ticks: usize) -> Self {
+        if is_log { Self::log10(range) } else { Self::exact(range, max_ticks) }
+    }
+
+    /// Returns all ticks that the axis has where there is room for their labels.
+    #[must_use]
+    pub fn all_ticks(&self) -> Ticks {
+        self.ticks(|_| true)
+    }
+
+    /// Returns a place within the limits, or that of the limit that is closer.
+    #[must_use]
+    pub fn within(&self, place: f64) -> f64 {
+        place.max(self.low).min(self.high)
     }
 
     /// Returns `value` in the coordinate of the axis.
-    pub(super) fn place(&self, value: f64) -> f64 {
+    #[must_use]
+    pub fn place(&self, value: f64) -> f64 {
         if self.log && value.is_finite() { if value > 0.0 { value.log10() } else { self.low - 1.0 } } else { value }
     }
 
     /// Returns the ticks: as many as the axis has, or fewer until all labels fit.
-    pub(super) fn ticks(&self, fits: impl Fn(&Ticks) -> bool) -> Ticks {
+    pub fn ticks(&self, fits: impl Fn(&Ticks) -> bool) -> Ticks {
         if self.max_ticks == 0 {
             return vec![];
         }
@@ -123,7 +143,7 @@ fn plain(tick: f64) -> String {
 }
 
 /// Returns the minimum and maximum of the finite values.
-pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
+pub fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     values.into_iter().filter(|v| v.abs() <= MAX_MAGNITUDE).fold(None, |range, v| match range {
         None => Some((v, v)),
         Some((low, high)) => Some((low.min(v), high.max(v))),
@@ -131,7 +151,7 @@ pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)
 }
 
 /// Returns the quantiles at `1 - level` and `level` of the finite values, so that a few outliers do not set the axis.
-pub(super) fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64) -> Option<(f64, f64)> {
+pub fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64) -> Option<(f64, f64)> {
     let mut kept: Vec<f64> = values.into_iter().filter(|v| v.abs() <= MAX_MAGNITUDE).collect();
     let last = kept.len().checked_sub(1)?;
     let high_rank = ((level * last as f64).ceil() as usize).min(last);
@@ -142,7 +162,7 @@ pub(super) fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64)
 }
 
 /// Returns the smallest range that contains both.
-pub(super) fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64, f64)> {
+pub fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64, f64)> {
     match (a, b) {
         (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
         (a, b) => a.or(b),
@@ -209,7 +229,7 @@ mod tests {
     use super::*;
 
     fn labels(axis: &Axis) -> Vec<String> {
-        axis.ticks(|_| true).into_iter().map(|(_, label)| label).collect()
+        axis.all_ticks().into_iter().map(|(_, label)| label).collect()
     }
 
     #[test]
@@ -233,7 +253,7 @@ mod tests {
         for axis in [Axis::exact((0.0, 10.0), 6), Axis::log10((1e-3, 1e3)), Axis::log10((2e-3, 2e-1))] {
             let few = axis.ticks(|ticks| ticks.len() <= 3);
             assert!((2..=3).contains(&few.len()), "{few:?}");
-            assert!(axis.ticks(|_| true).len() > 3);
+            assert!(axis.all_ticks().len() > 3);
         }
     }
 

@@ -1,6 +1,6 @@
 //! What an interval of time is shaded for, and its colour.
 
-use super::style::{Color, GREY, ORANGE, SKY};
+use super::{Color, GREY, ORANGE, SKY};
 use trocar_studies::detect::Phase;
 
 /// What an interval of time is shaded for.
@@ -19,7 +19,8 @@ pub enum Shade {
 }
 
 impl Shade {
-    pub(super) const ALL: [Self; 5] = [Self::Frozen, Self::Reengaging, Self::Insertion, Self::Hold, Self::Withdrawal];
+    /// All shades.
+    pub const ALL: [Self; 5] = [Self::Frozen, Self::Reengaging, Self::Insertion, Self::Hold, Self::Withdrawal];
 
     /// Returns the shade of a phase; free motion has none.
     #[must_use]
@@ -44,7 +45,9 @@ impl Shade {
         }
     }
 
-    pub(super) fn color(self) -> Color {
+    /// Returns its colour on white paper.
+    #[must_use]
+    pub fn color(self) -> Color {
         match self {
             Self::Frozen => ORANGE.pale(0.34),
             Self::Reengaging => ORANGE.pale(0.13),

@@ -49,7 +49,7 @@ impl Default for FigureWidth {
 
 impl FigureWidth {
     /// Returns the width in points.
-    pub(super) fn points(self) -> f64 {
+    pub(crate) fn points(self) -> f64 {
         POINTS_PER_INCH * self.inches
     }
 }

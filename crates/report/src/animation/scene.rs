@@ -1,0 +1,399 @@
+//! A run at one time as shapes: needle, tissue, hand and felt force. Pages and the animated picture only place them.
+
+use serde::Serialize;
+use serde_json::{Value as Json, json};
+
+use super::tissue::{DrawnTissue, Layer};
+use crate::digits::Few;
+use crate::figures::draw::{Anchor, text_width};
+use trocar_scenario::Scenario;
+
+/// Names of the modes, by their numbers.
+const MODES: [&str; 3] = ["teleoperation", "frozen", "re-engaging"];
+
+/// Free space above and below the drawn depths, and around texts.
+const MARGIN: f64 = 22.0;
+/// Half the width of the needle, and the length of its bevel.
+const NEEDLE: f64 = 3.0;
+const BEVEL: f64 = 12.0;
+/// How far shapes go beyond the drawing, for wider or higher paper.
+const BEYOND: f64 = 1500.0;
+/// Height of a small text.
+const SMALL: f64 = 12.0;
+/// Number of points of each side of a dip.
+const DIP_POINTS: i32 = 9;
+/// Lengths of the scale in mm.
+const LENGTHS_MM: [f64; 8] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
+/// Time for which a rupture is named in a live drawing, in s.
+const NAMED_S: f64 = 0.1;
+
+/// The size of a drawing and the horizontal places of its parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Form {
+    pub(super) width: f64,
+    pub(super) height: f64,
+    bar: f64,
+    bar_width: f64,
+    hand: f64,
+    /// The left end of the tissue.
+    tissue: f64,
+    needle: f64,
+    /// True if there is room for the word "force".
+    is_wide: bool,
+}
+
+impl Form {
+    const fn wide(width: f64, height: f64) -> Self {
+        let needle = 98.0 + 0.45 * (width - 98.0);
+        Self { width, height, bar: 8.0, bar_width: 16.0, hand: 64.0, tissue: 98.0, needle, is_wide: true }
+    }
+
+    /// On a page, and on one of a telephone.
+    pub(super) const PAGE: [Self; 2] = [
+        Self::wide(440.0, 216.0),
+        Self {
+            width: 200.0,
+            height: 176.0,
+            bar: 4.0,
+            bar_width: 12.0,
+            hand: 42.0,
+            tissue: 64.0,
+            needle: 76.0,
+            is_wide: false,
+        },
+    ];
+    /// The field of an insertion by hand.
+    const FIELD: Self = Self::wide(480.0, 384.0);
+    /// In the animated picture.
+    pub(super) const PICTURE: Self = Self::wide(376.0, 260.0);
+}
+
+/// What a shape is. The theme of a page has a style of each, and so has the animated picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Role {
+    /// A layer of the tissue from its top down.
+    TissueEven,
+    TissueOdd,
+    /// The opening of a torn layer around the needle.
+    Tear,
+    /// The name of a layer or of a part.
+    Label,
+    /// The height of the hand, as a line to the needle.
+    Level,
+    /// The overshoot.
+    Bracket,
+    Overshoot,
+    Needle,
+    /// The clamp that holds a frozen needle.
+    Clamp,
+    /// The rail of the hand.
+    Rail,
+    Hand,
+    Grip,
+    /// The bar of the felt force.
+    Track,
+    Force,
+    Pull,
+    Newtons,
+    /// The length of some millimetres.
+    Ruler,
+}
+
+/// A polygon, a line, or a text at one place. Without places it is not drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Shape {
+    pub(super) role: Role,
+    pub(super) x: Vec<f64>,
+    pub(super) y: Vec<f64>,
+    /// The end of the text that is at its place, and the text.
+    pub(super) text: Option<(Anchor, String)>,
+}
+
+impl Shape {
+    fn new<const N: usize>(role: Role, points: [(f64, f64); N]) -> Self {
+        let (x, y) = points.into_iter().unzip();
+        Self { role, x, y, text: None }
+    }
+
+    fn rectangle(role: Role, (left, right): (f64, f64), (top, bottom): (f64, f64)) -> Self {
+        Self::new(role, [(left, top), (right, top), (right, bottom), (left, bottom)])
+    }
+
+    fn text(role: Role, at: (f64, f64), anchor: Anchor, text: impl Into<String>) -> Self {
+        Self { text: Some((anchor, text.into())), ..Self::new(role, [at]) }
+    }
+
+    fn shown_if(self, is_shown: bool) -> Self {
+        if is_shown { self } else { Self { x: vec![], y: vec![], ..self } }
+    }
+
+    fn kind(&self) -> &'static str {
+        match self.role {
+            _ if self.text.is_some() => "text",
+            Role::Level | Role::Bracket | Role::Rail | Role::Grip | Role::Ruler => "polyline",
+            _ => "polygon",
+        }
+    }
+}
+
+/// A run at one time.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Moment {
+    pub(super) tip_mm: f64,
+    /// The position of the hand in mm, in the scale of the needle.
+    pub(super) hand_mm: f64,
+    pub(super) felt_n: f64,
+    pub(super) mode: u8,
+    /// The depth of each layer's top at the needle in mm, and whether the layer is torn.
+    pub(super) tops_mm: Vec<f64>,
+    pub(super) torn: Vec<bool>,
+    /// The place of the tip at the rupture and the advance since then in mm, and its text.
+    pub(super) overshoot: Option<(f64, f64, String)>,
+}
+
+/// What does not change with time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scene<'a> {
+    pub(super) form: Form,
+    pub(super) layers: &'a [Layer],
+    /// The drawn depths in mm.
+    pub(super) range_mm: (f64, f64),
+    /// The force of a full bar in N.
+    pub(super) max_force_n: f64,
+}
+
+impl Scene<'_> {
+    fn per_mm(&self) -> f64 {
+        (self.form.height - 2.0 * MARGIN) / (self.range_mm.1 - self.range_mm.0)
+    }
+
+    /// Returns the height of a depth.
+    fn y(&self, mm: f64) -> f64 {
+        MARGIN + (mm - self.range_mm.0) * self.per_mm()
+    }
+
+    /// Returns the shapes at a time, always the same number of them and in the same order.
+    pub(super) fn shapes(&self, now: &Moment) -> Vec<Shape> {
+        let Form { width, height, bar, bar_width, hand, tissue, needle, is_wide } = self.form;
+        let (tip, bottom) = (self.y(now.tip_mm), height - MARGIN);
+        let mut shapes = vec![];
+        for (index, layer) in self.layers.iter().enumerate() {
+            let (flat, dip) = (self.y(layer.top_mm.0), self.y(now.tops_mm[index]));
+            let mut outline = self.top(flat, dip);
+            outline.extend([(width + BEYOND, height + BEYOND), (tissue, height + BEYOND)]);
+            let (x, y) = outline.into_iter().unzip();
+            let area = Shape { role: [Role::TissueEven, Role::TissueOdd][index % 2], x, y, text: None };
+            let (wide, deep) = (NEEDLE + 7.0, (tip - dip).min(16.0));
+            let tear = [-wide, -NEEDLE - 3.0, -NEEDLE, NEEDLE, NEEDLE + 3.0, wide].map(|x| needle + x);
+            let down = [-1.0, 0.2 * deep, deep, deep, 0.2 * deep, -1.0].map(|y| dip + y);
+            let tear = Shape { role: Role::Tear, x: tear.into(), y: down.into(), text: None };
+            shapes.extend([area, tear.shown_if(now.torn[index] && tip > dip)]);
+        }
+        shapes.extend(self.labels());
+        let at = self.y(now.hand_mm).clamp(-4.0, height + 4.0);
+        shapes.push(Shape::new(Role::Level, [(hand, at), (needle, at)]));
+        let (from, reached, text) = now
+            .overshoot
+            .as_ref()
+            .map_or((0.0, 0.0, ""), |(from, reached, text)| (self.y(*from), self.y(from + reached), text.as_str()));
+        let right = needle + if is_wide { 24.0 } else { 16.0 };
+        let bracket = [(right - 8.0, from), (right, from), (right, reached), (right - 8.0, reached)];
+        let middle = (0.5 * (from + reached)).min(height - 11.0);
+        let overshoot = Shape::text(Role::Overshoot, (right + 6.0, middle), Anchor::Start, text);
+        let has_overshoot = now.overshoot.is_some();
+        shapes.push(Shape::new(Role::Bracket, bracket).shown_if(has_overshoot));
+        shapes.push(overshoot.shown_if(has_overshoot));
+        let (left_edge, right_edge) = (needle - NEEDLE, needle + NEEDLE);
+        let outline = [(left_edge, -BEYOND), (left_edge, tip), (right_edge, tip - BEVEL), (right_edge, -BEYOND)];
+        shapes.push(Shape::new(Role::Needle, outline));
+        for side in [-1.0, 1.0] {
+            let middle = needle + side * (NEEDLE + 7.0);
+            let clamp = Shape::rectangle(Role::Clamp, (middle - 6.0, middle + 6.0), (2.0, 17.0));
+            shapes.push(clamp.shown_if(now.mode == 1));
+        }
+        shapes.push(Shape::new(Role::Rail, [(hand, MARGIN - 8.0), (hand, bottom + 4.0)]));
+        shapes.push(Shape::rectangle(Role::Hand, (hand - 17.0, hand + 17.0), (at - 9.0, at + 9.0)));
+        shapes.extend([-8.0, 0.0, 8.0].map(|x| Shape::new(Role::Grip, [(hand + x, at - 4.0), (hand + x, at + 4.0)])));
+        let foot = height - 9.0;
+        shapes.push(Shape::text(Role::Label, (hand, foot), Anchor::Middle, "hand"));
+        let across = (bar, bar + bar_width);
+        shapes.push(Shape::rectangle(Role::Track, across, (MARGIN, bottom)));
+        let full = bottom - (now.felt_n.abs() / self.max_force_n).min(1.0) * (bottom - MARGIN);
+        for (role, is_shown) in [(Role::Force, now.felt_n >= 0.0), (Role::Pull, now.felt_n < 0.0)] {
+            shapes.push(Shape::rectangle(role, across, (full, bottom)).shown_if(is_shown));
+        }
+        // Adding zero takes the sign from a zero.
+        let shown_n = format!("{:.2} N", (100.0 * now.felt_n).round() / 100.0 + 0.0);
+        shapes.push(Shape::text(Role::Newtons, (2.0, 0.5 * MARGIN - 1.0), Anchor::Start, shown_n));
+        // In a narrow drawing only the unit tells that the bar is a force.
+        shapes.push(Shape::text(Role::Label, (2.0, foot), Anchor::Start, "force").shown_if(is_wide));
+        let range_mm = self.range_mm.1 - self.range_mm.0;
+        let length_mm = LENGTHS_MM.into_iter().rfind(|mm| *mm <= range_mm / 3.0).unwrap_or(range_mm / 4.0);
+        let (x, low, high) = (tissue + 9.0, height - 8.0, height - 8.0 - length_mm * self.per_mm());
+        let ends = [(x - 3.0, high), (x + 3.0, high), (x, high), (x, low), (x - 3.0, low), (x + 3.0, low)];
+        shapes.push(Shape::new(Role::Ruler, ends));
+        shapes.push(Shape::text(Role::Label, (x + 6.0, low - 6.0), Anchor::Start, format!("{length_mm} mm")));
+        shapes
+    }
+
+    /// Returns the top of a layer, which dips at the needle. Its places x are the same at any time.
+    fn top(&self, flat: f64, dip: f64) -> Vec<(f64, f64)> {
+        let Form { width, tissue, needle, is_wide, .. } = self.form;
+        let (half, reach) = (NEEDLE + 1.0, if is_wide { 90.0_f64 } else { 60.0 });
+        // Half a dip as a Bézier curve: level at the needle and at its end, where the controls are at 0.2 and 0.45 of its reach.
+        let side = (0..=DIP_POINTS).map(|k| f64::from(k) / f64::from(DIP_POINTS)).map(|t| {
+            let rest = 1.0 - t;
+            let across = 3.0 * rest * t * (0.2 * rest + 0.45 * t) + t.powi(3);
+            (half + reach * across, flat + (dip - flat) * rest * rest * (1.0 + 2.0 * t))
+        });
+        let mut points: Vec<(f64, f64)> = side.clone().map(|(x, y)| ((needle - x).max(tissue), y)).collect();
+        points.push((tissue, flat));
+        points.reverse();
+        points.extend(side.map(|(x, y)| (needle + x, y)));
+        points.push((width + BEYOND, flat));
+        points
+    }
+
+    /// Returns the names of the layers; that of a thin layer stands above it, unless another one is there.
+    fn labels(&self) -> Vec<Shape> {
+        let Form { width, height, .. } = self.form;
+        let tops = || self.layers.iter().map(|layer| self.y(layer.top_mm.0));
+        let mut free = f64::NEG_INFINITY;
+        let label = |((layer, top), next): ((&Layer, f64), f64)| {
+            let top = top.max(0.0);
+            let at = if next - top < 16.0 { top - 8.0 } else { top + 9.0 };
+            let fits = !layer.label.is_empty() && at > free && at < height - 8.0 && next > 0.0;
+            free = if fits { at + SMALL + 1.0 } else { free };
+            let is_short = text_width(&layer.label, SMALL, false) < width - self.form.tissue;
+            Shape::text(Role::Label, (width - 6.0, at), Anchor::End, &*layer.label).shown_if(fits && is_short)
+        };
+        self.layers.iter().zip(tops()).zip(tops().skip(1).chain([height])).map(label).collect()
+    }
+}
+
+/// Returns coordinates to a tenth.
+fn tenths(places: &[f64]) -> Vec<Few> {
+    places.iter().map(|place| Few((10.0 * place).round() / 10.0 + 0.0)).collect()
+}
+
+/// Returns a shape at one time for a page.
+fn placed(shape: &Shape) -> Json {
+    let (anchor, text) = shape.text.as_ref().map_or((None, None), |(anchor, text)| (Some(anchor.css()), Some(text)));
+    json!({
+        "kind": shape.kind(),
+        "role": shape.role,
+        "anchor": anchor,
+        "x": tenths(&shape.x),
+        "states": [[0, tenths(&shape.y), text]],
+    })
+}
+
+/// Returns the shapes of all frames for a page: for each shape its places x, and its states: a frame, the places y from then on, empty
+/// for a shape that is not drawn, and the text.
+pub(super) fn tracks(form: Form, mut frames: impl Iterator<Item = Vec<Shape>>) -> Json {
+    let Some(first) = frames.next() else { return Json::Null };
+    let mut tracks: Vec<Json> = first.iter().map(placed).collect();
+    let mut last = first;
+    for (frame, shapes) in (1..).zip(frames) {
+        for ((track, shape), last) in tracks.iter_mut().zip(&shapes).zip(&last) {
+            if !shape.x.is_empty() && track["x"].as_array().is_some_and(Vec::is_empty) {
+                track["x"] = json!(tenths(&shape.x));
+            }
+            if let (true, Some(states)) = (shape != last, track["states"].as_array_mut()) {
+                let text = shape.text.as_ref().map(|(_, text)| text);
+                states.push(if text.is_some() {
+                    json!([frame, tenths(&shape.y), text])
+                } else {
+                    json!([frame, tenths(&shape.y)])
+                });
+            }
+        }
+        last = shapes;
+    }
+    json!({ "size": [form.width, form.height], "shapes": tracks })
+}
+
+/// Returns the name of a mode.
+pub(super) fn mode_name(mode: u8) -> &'static str {
+    MODES[usize::from(mode).min(MODES.len() - 1)]
+}
+
+/// The drawing of an insertion by hand, while it happens.
+#[derive(Debug)]
+pub struct LiveDrawing {
+    layers: Vec<Layer>,
+    range_mm: (f64, f64),
+    position_scale: f64,
+    max_force_n: f64,
+    ruptured_s: f64,
+}
+
+/// The tips, hands and forces of a live drawing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LiveMoment<'a> {
+    /// Time, s.
+    pub time_s: f64,
+    /// Position of the slave, mm.
+    pub tip_mm: f64,
+    /// Position of the master, mm.
+    pub master_mm: f64,
+    /// Force on the hand, N.
+    pub felt_n: f64,
+    /// 0 teleoperation, 1 frozen, 2 re-engaging.
+    pub mode: u8,
+    /// The depth of each layer's top at the needle, mm.
+    pub tops_mm: &'a [f64],
+    /// True for each layer that has ruptured.
+    pub torn: &'a [bool],
+    /// True if a layer ruptures.
+    pub ruptures: bool,
+}
+
+impl LiveDrawing {
+    /// Returns the drawing of a scenario whose hand can move in a range (m).
+    #[must_use]
+    pub fn new(scenario: &Scenario, (from_m, to_m): (f64, f64)) -> Self {
+        let position_scale = scenario.position_scale();
+        let (from_mm, to_mm) = (1e3 * position_scale * from_m, 1e3 * position_scale * to_m);
+        let margin_mm = 0.05 * (to_mm - from_mm).max(1.0);
+        Self {
+            layers: DrawnTissue::of_scenario(scenario).layers().to_vec(),
+            range_mm: (from_mm - margin_mm, to_mm + margin_mm),
+            position_scale,
+            max_force_n: 1.0,
+            ruptured_s: f64::NEG_INFINITY,
+        }
+    }
+
+    /// Returns two heights of the drawing and the positions of the hand there in mm, for a pointer.
+    #[must_use]
+    pub fn heights(&self) -> Json {
+        let hand = |mm: f64| mm / self.position_scale;
+        json!([[MARGIN, hand(self.range_mm.0)], [Form::FIELD.height - MARGIN, hand(self.range_mm.1)]])
+    }
+
+    /// Returns the state by its name, and the shapes.
+    #[must_use]
+    pub fn frame(&mut self, now: &LiveMoment<'_>) -> Json {
+        self.max_force_n = self.max_force_n.max(now.felt_n.abs());
+        if now.ruptures {
+            self.ruptured_s = now.time_s;
+        }
+        let moment = Moment {
+            tip_mm: now.tip_mm,
+            hand_mm: now.master_mm * self.position_scale,
+            felt_n: now.felt_n,
+            mode: now.mode,
+            tops_mm: now.tops_mm.to_vec(),
+            torn: now.torn.to_vec(),
+            overshoot: None,
+        };
+        let (form, range_mm, max_force_n) = (Form::FIELD, self.range_mm, self.max_force_n);
+        let shapes = Scene { form, layers: &self.layers, range_mm, max_force_n }.shapes(&moment);
+        let is_rupturing = now.mode == 0 && now.time_s - self.ruptured_s < NAMED_S;
+        let mut drawing = tracks(form, std::iter::once(shapes));
+        drawing["state"] = if is_rupturing { "rupture" } else { mode_name(now.mode) }.into();
+        drawing
+    }
+}
