@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar_report::{stability_json, stability_text};
+use trocar_document::Study as _;
+use trocar_report::document_text;
 use trocar_stability::Axis;
 use trocar_studies::stability_check::{CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, Verdict, is_tissue};
 
@@ -60,7 +61,8 @@ pub(crate) fn stability<'py>(
     })?;
     tell(py)?;
     let study = studied.map_err(|error: CheckError| error::check(py, &error))?;
-    let (json, text) = (convert::parsed(py, &stability_json(&study))?, stability_text(&study));
+    let document = study.document();
+    let (json, text) = (convert::parsed(py, &document.json.to_string())?, document_text(&document, false));
     let StabilityStudy { map, check, .. } = study;
     let columns = PyDict::new(py);
     put(&columns, "x", (0..map.x.count).map(|index| map.x.value(index)).collect())?;

@@ -39,7 +39,7 @@ impl Columns {
         }
         Ok(Self {
             case: vec![],
-            axes: design.axes.iter().map(|axis| (axis.key.path.to_owned(), AxisColumn::of(axis))).collect(),
+            axes: design.axes.iter().map(|axis| (axis.key.path.to_string(), AxisColumn::of(axis))).collect(),
             seed: vec![],
             outcome: vec![],
             metrics: design.columns.iter().map(|column| (column.name.clone(), vec![])).collect(),

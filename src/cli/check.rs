@@ -8,7 +8,7 @@ use serde_json::json;
 use super::error::CliError;
 use super::warnings::text;
 use super::{ScenarioArgs, terminal};
-use trocar_report::{loop_verdict_json, verdict_sentence, wrapped};
+use trocar_report::wrapped;
 use trocar_scenario::{Scenario, Source};
 use trocar_stability::{LinearLoop, TissueRange};
 use trocar_studies::run::{force_bound_gap, outside_measured, promise_gaps};
@@ -68,8 +68,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         if args.json {
             let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
             let mut one = json!({ "name": scenario.name, "kind": "scenario", "ticks": ticks, "tick_s": tick_s });
-            one["loop"] =
-                verdict.map_or_else(|reason| json!({ "reason": reason }), |verdict| loop_verdict_json(&verdict));
+            one["loop"] = verdict.map_or_else(|reason| json!({ "reason": reason }), |verdict| verdict.json());
             if !found.is_empty() {
                 one["warnings"] = json!(found);
             }
@@ -79,7 +78,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         } else if !args.quiet {
             let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
             let loop_line =
-                verdict.map_or_else(|reason| format!("not analysed ({reason})"), |verdict| verdict_sentence(&verdict));
+                verdict.map_or_else(|reason| format!("not analysed ({reason})"), |verdict| verdict.sentence());
             let text = format!("{}: valid, {ticks} ticks of {tick_s} s\nlinear loop: {loop_line}\n", scenario.name);
             terminal::print(&wrapped(&text, 2))?;
         }

@@ -5,17 +5,12 @@ use clap::Args;
 use super::error::CliError;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
-use trocar_report::html::{StabilityPage, command_line, stability_html};
-use trocar_report::{
-    absolute_csv, absolute_picture, absolute_text, boundary_csv, certificate_json, hand_damping_csv, locus_csv,
-    locus_picture, loop_gain_csv, loop_picture, map_csv, poles_csv, population_csv, population_map_csv,
-    population_picture, population_text, ports_csv, released_csv, sensitivities_csv, stability_json,
-    stability_pictures, stability_text, step_csv, switching_csv, switching_picture, z_width_csv, z_width_picture,
-    z_width_text,
-};
+use trocar_document::Study as _;
+use trocar_report::html::{DocumentPage, command_line, document_html};
+use trocar_report::{PictureError, document_text, stability_figures, to_json, write_document, write_figures};
 use trocar_scenario::Source;
-use trocar_stability::{Axis, Locus, LoopResponse, Parameter, Terminations};
-use trocar_studies::stability_check::{self, CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
+use trocar_stability::{Axis, Parameter, Terminations};
+use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
@@ -129,91 +124,33 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         study.simulate(&scenario, interrupt::stop_flag(), || bar.inc(1))?;
         bar.finish_and_clear();
     }
-    let warnings = Warnings::new(&args.output);
-    warnings.print(&study.warnings());
-    let StabilityStudy { analysis, map, switching, check, .. } = &study;
-    let folder = args.output.folder().folder(&scenario.name);
-    let json = stability_json(&study);
-    folder.write("stability.json", json.as_bytes())?;
-    folder.write("sensitivities.csv", sensitivities_csv(analysis).as_bytes())?;
-    folder.write("stability_map.csv", map_csv(map, check.as_ref()).as_bytes())?;
-    folder.write("stability_boundary.csv", boundary_csv(map).as_bytes())?;
-    folder.write("ports.csv", ports_csv(analysis).as_bytes())?;
-    folder.write("hand_damping.csv", hand_damping_csv(analysis, &study.bounded).as_bytes())?;
-    if let Some(absolute) = &study.absolute {
-        folder.write("absolute.csv", absolute_csv(absolute).as_bytes())?;
-        absolute_picture(&folder, &scenario.name, analysis, absolute)?;
-    }
-    let response = LoopResponse::of(&analysis.settings).map_err(CheckError::from)?;
-    folder.write("poles.csv", poles_csv(&response).as_bytes())?;
-    folder.write("loop_gain.csv", loop_gain_csv(&response).as_bytes())?;
-    if let Some(step) = step_csv(&response) {
-        folder.write("step.csv", step.as_bytes())?;
-    }
-    loop_picture(&folder, &scenario.name, &response)?;
     if let Some(axis) = &of_locus {
-        let locus = Locus::of(&analysis.settings, axis).map_err(CheckError::from)?;
-        folder.write("locus.csv", locus_csv(&locus, analysis.settings.tick_s).as_bytes())?;
-        locus_picture(&folder, &scenario.name, &locus, analysis.settings.tick_s)?;
+        study.compute_locus(axis)?;
     }
-    if let Some(z_width) = &study.z_width {
-        folder.write("z_width.csv", z_width_csv(z_width).as_bytes())?;
-        z_width_picture(&folder, &scenario.name, z_width)?;
-    }
-    if let Some(population) = &study.population {
-        folder.write("population.csv", population_csv(population).as_bytes())?;
-        folder.write("population_map.csv", population_map_csv(population).as_bytes())?;
-        population_picture(&folder, &scenario.name, population)?;
-    }
-    if let Ok(switching) = switching {
-        folder.write("switching.csv", switching_csv(switching).as_bytes())?;
-        folder.write("released.csv", released_csv(switching).as_bytes())?;
-        switching_picture(&folder, &scenario.name, switching)?;
-        if let Some(certificate) = certificate_json(switching) {
-            folder.write("certificate.json", certificate.as_bytes())?;
-        }
-        let source = Source::parse(&args.scenario);
-        let shown = stability_check::worst_events(&source, &args.changes.settings, switching)?;
-        folder.write("worst_events.toml", shown.echo().as_bytes())?;
-    }
-    stability_pictures(&folder, &study)?;
+    study.make_worst_events(&Source::parse(&args.scenario), &args.changes.settings)?;
+    let warnings = Warnings::new(&args.output);
+    let document = study.document();
+    warnings.print(&document.warnings);
+    let folder = args.output.folder().folder(&scenario.name);
+    write_document(&folder, &document)?;
+    let figures = stability_figures(&study).map_err(PictureError::Describe)?;
+    write_figures(&folder, &figures)?;
     if args.report {
-        let page = StabilityPage { study: &study, toml: &scenario.echo(), line: &command(args, &scenario.name) };
-        folder.write(report::FILE, stability_html(&page)?.as_bytes())?;
+        let (toml, line) = (&scenario.echo(), &command(args, &scenario.name));
+        let page = DocumentPage { document: &document, figures: &figures, command: "trocar stability", toml, line };
+        folder.write(report::FILE, document_html(&page)?.as_bytes())?;
     }
     if args.output.json {
-        terminal::print(&json)?;
+        terminal::print(&to_json(&document.json))?;
     } else if !args.output.quiet {
-        let mut text = stability_text(&study);
-        if let Some(population) = &study.population {
-            text = format!("{text}\n{}", population_text(population));
-        }
-        if let Some(absolute) = &study.absolute {
-            text = format!("{text}\n{}", absolute_text(absolute));
-        }
-        if let Some(z_width) = &study.z_width {
-            text = format!("{text}\n{}", z_width_text(z_width));
-        }
-        let figures: Vec<String> = [
-            (true, "stability"),
-            (true, "ports"),
-            (true, "loop"),
-            (switching.is_ok(), "switching"),
-            (of_locus.is_some(), "locus"),
-            (of_walls.is_some(), "z_width"),
-            (study.population.is_some(), "population"),
-            (study.absolute.is_some(), "absolute"),
-        ]
-        .into_iter()
-        .filter(|(is_drawn, _)| *is_drawn)
-        .map(|(_, name)| folder.figures().shown(name))
-        .collect();
-        let files = folder.path().display();
-        terminal::print(&format!("{text}\nfigures: {}\nfiles: {files}\n", figures.join(", ")))?;
+        let names: Vec<String> = figures.iter().map(|(name, _)| folder.figures().shown(name)).collect();
+        let (text, files) = (document_text(&document, false), folder.path().display());
+        terminal::print(&format!("{text}\nfigures: {}\nfiles: {files}\n", names.join(", ")))?;
         if args.report {
             report::print_path(&folder)?;
         }
     }
+    let StabilityStudy { map, check, .. } = &study;
     if let Some(check) = check {
         let kept = check.simulated.iter().flatten().count();
         if kept < map.stable.len() {

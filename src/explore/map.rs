@@ -7,7 +7,6 @@ use super::pair::PairMaker;
 use super::protocol::{MapRequest, ServerMessage};
 use super::state::StateError;
 use trocar_report::figures::description::{self as figures, X_TICKS};
-use trocar_report::loop_verdict_json;
 use trocar_stability::{Axis, Parameter, Spacing, map};
 use trocar_studies::stability_check::{CheckError, LoopVerdict};
 
@@ -52,7 +51,7 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
         "stable": rows.collect::<String>(),
         "boundary": map.boundary,
     });
-    if let (Value::Object(message), Value::Object(verdict)) = (&mut message, loop_verdict_json(&verdict)) {
+    if let (Value::Object(message), Value::Object(verdict)) = (&mut message, verdict.json()) {
         message.extend(verdict);
     }
     Ok(ServerMessage::json(&message))

@@ -14,4 +14,5 @@ pub mod parallel;
 pub mod quantiles;
 #[doc(hidden)]
 pub mod rows;
+pub mod unit;
 pub mod warning;

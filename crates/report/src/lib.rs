@@ -1,10 +1,8 @@
 //! The output of a run: tables, CSV, JSON, figures, reports and error messages. No other package formats or draws results.
 
-mod absolute;
 mod animation;
 mod answer;
 mod calibration;
-mod certificate;
 mod columns;
 mod comparison;
 mod decimate;
@@ -12,68 +10,58 @@ mod detection;
 mod detections;
 pub mod diagnostic;
 mod digits;
+mod document;
 pub mod figures;
 mod files;
 mod finding;
 pub mod html;
 mod json;
 mod live;
-mod loop_response;
-mod loop_verdict;
 mod metrics;
 mod number;
 mod paper;
 mod pictures;
-mod population;
 mod remote;
 mod roc;
 mod schemes;
 mod seeds;
 mod signals;
-mod stability;
-mod stability_text;
+mod stability_figures;
 mod strategies;
 mod sweep;
-mod switching;
 mod table;
 mod tables;
+mod terminal;
 mod terminal_chart;
 mod wrap;
-mod z_width;
 
-pub use absolute::{absolute_csv, absolute_picture, absolute_text, hand_damping_csv};
 pub use animation::{Animation, DrawnTissue, Layer, LiveDrawing, LiveMoment};
 pub use answer::answer_of_schemes;
 pub use calibration::{calibrated_settings, calibration_object, calibration_text, calibration_toml, run_lengths_text};
-pub use certificate::certificate_json;
 pub use columns::ColumnFormat;
 pub use comparison::{all_metrics_text, comparison_csv, comparison_text, facts_text, finding_text, row_cells};
 pub use detection::{EVENT_COLUMNS, detection_text, event_rows, write_detection};
 pub use detections::{DetectionEntry, detections_json, detections_text};
+pub use document::write_document;
 pub use files::{Folder, OutputError, stream_file, write_file};
 pub use json::{comparison_json, detection_object, run_object, schemes_json, summary_json, to_json};
 pub use live::live_text;
-pub use loop_response::{locus_csv, locus_picture, loop_gain_csv, loop_picture, poles_csv, step_csv};
-pub use loop_verdict::{loop_verdict_json, verdict_sentence};
 pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
 pub use paper::{paper_figures, paper_text};
 pub use pictures::{
     PictureError, comparison_pictures, detection_pictures, detections_pictures, live_signals, run_pictures, run_png,
-    teleoperation_axes,
+    teleoperation_axes, write_figures,
 };
-pub use population::{population_csv, population_map_csv, population_picture, population_text};
 pub use remote::{side_object, side_text};
 pub use roc::{roc_csv, roc_json, roc_picture, roc_text};
 pub use schemes::schemes_text;
 pub use seeds::{seeds_csv, seeds_text};
 pub use signals::{signals_object, signals_text};
-pub use stability::{boundary_csv, map_csv, ports_csv, sensitivities_csv, stability_json, stability_pictures};
-pub use stability_text::stability_text;
+pub use stability_figures::stability_figures;
 pub use strategies::{strategies_csv, strategies_json, strategies_picture, strategies_text};
 pub use sweep::{sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv, write_sweep_parquet};
-pub use switching::{released_csv, switching_csv, switching_picture, switching_text};
 pub use table::Table;
 pub use tables::{run_text, write_trace, write_trace_columns, write_trace_csv};
+pub use terminal::document_text;
 pub use terminal_chart::runs_chart;
 pub use wrap::{WIDTH, filled, wrapped};
-pub use z_width::{z_width_csv, z_width_picture, z_width_text};

@@ -18,6 +18,16 @@ pub struct Table {
     flush_left: bool,
 }
 
+impl From<&trocar_document::Table> for Table {
+    fn from(table: &trocar_document::Table) -> Self {
+        let mut text = Self::new(table.columns.iter().map(|column| column.label.as_str()));
+        for row in &table.rows {
+            text.row(row.cells.iter().map(ToString::to_string));
+        }
+        Self { flush_left: table.is_text, ..text }
+    }
+}
+
 impl Table {
     /// Returns a table with a heading and no rows.
     #[must_use]

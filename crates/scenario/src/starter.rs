@@ -212,7 +212,7 @@ fn any_layer() -> String {
     let kinds = acts.map_or(String::new(), |acts| format!(", for {} = {}", acts.key, acts.words().join(", ")));
     let mut text = format!("# [[{LAYER_LIST}]] # A layer{kinds}; the first one is at the surface.\n");
     // Indented, as they are no keys of the section above.
-    text.push_str(&format!("#   name = \"organ\" # Name of the layer.\n"));
+    text.push_str("#   name = \"organ\" # Name of the layer.\n");
     let lines = LAYER_KEYS.iter().filter_map(|key| Default(key.path).text());
     text.extend(lines.map(|line| line.replacen("# ", "#   ", 1)));
     text

@@ -22,6 +22,7 @@ pub type Any<L> = AnyChain<L, HumanOperator<L>, AnyTissue<L>, AnySensor<L>, Link
 ///
 /// All give the same bits; a tick is faster with fewer branches on the kind of a part.
 #[derive(Debug, Clone)]
+#[expect(clippy::type_complexity, reason = "each variant names the parts for which the engine is compiled")]
 pub enum Wired<L: Lane, P> {
     /// The paper's experiment: recorded hand and force, a direct link, ideal sensors.
     Paper(Engine<P, PaperChain<L, Replay, RecordedForce, PerfectSensor, DirectLink<L>>>),

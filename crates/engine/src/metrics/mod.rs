@@ -16,7 +16,6 @@ mod run_metric;
 mod rupture;
 mod summary;
 mod sums;
-mod unit;
 
 pub use catalogue::{Better, Declaration, Metric, Scope, Shown};
 pub use event::EventMetrics;
@@ -27,7 +26,7 @@ pub use ports::{PortColumns, PortMetrics};
 pub use run_metric::RunMetric;
 pub use rupture::RuptureMetrics;
 pub use summary::{Alarm, LinkMetrics, Metrics, ModeTimes, Outcome};
-pub use unit::Unit;
+pub use trocar_base::unit::Unit;
 
 /// The window after a rupture in s: for overshoot, master travel, force fall and peak rate, and for the alarm that
 /// counts as its detection.

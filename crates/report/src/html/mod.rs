@@ -9,14 +9,14 @@ mod bars;
 mod command;
 mod compared;
 mod detected;
+mod document;
 mod events;
 mod page;
-mod stable;
 mod swept;
 
 pub use command::command_line;
 pub use compared::{comparison_html, run_html};
 pub use detected::{DetectionPage, detection_html, detections_html};
+pub use document::{DocumentPage, document_html};
 pub use page::HtmlError;
-pub use stable::{StabilityPage, stability_html};
 pub use swept::{DrawnCases, SweepPage, sweep_html};

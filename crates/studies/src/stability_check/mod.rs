@@ -5,6 +5,7 @@
 //! needle's motion late in the run is compared with its earlier motion: an unstable loop grows long before contact is
 //! lost.
 
+mod document;
 mod events;
 mod run;
 mod sequences;

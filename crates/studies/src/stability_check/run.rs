@@ -40,6 +40,18 @@ pub enum Verdict {
     Undecided,
 }
 
+impl Verdict {
+    /// Its word in files.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Decays => "decays",
+            Self::Grows => "grows",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
 /// Observes the needle's speed over four quarters of a run.
 struct SpeedObserver {
     quarter: u64,

@@ -4,12 +4,12 @@ use std::sync::atomic::AtomicBool;
 
 use super::tissue_of_run::linear_loop;
 use super::verdict::LoopVerdict;
-use super::{Check, CheckError, check};
+use super::{Check, CheckError, check, worst_events};
 use trocar_base::warning::{Code, Warning};
-use trocar_scenario::Scenario;
+use trocar_scenario::{Scenario, ScenarioError, Source};
 use trocar_stability::{
-    AbsoluteOver, Analysis, Axis, Bounded, Population, StabilityMap, Switching, SwitchingSettings, Terminations,
-    TissueRange, ZWidth, map,
+    AbsoluteOver, Analysis, Axis, Bounded, Locus, LoopResponse, Population, StabilityMap, Switching, SwitchingSettings,
+    Terminations, TissueRange, ZWidth, map,
 };
 
 /// Maximum tissue stiffness of the switching analysis, in N/m.
@@ -39,6 +39,12 @@ pub struct StabilityStudy {
     pub absolute: Option<AbsoluteOver>,
     /// The comparison of the map with the engine, if it was run.
     pub check: Option<Check>,
+    /// The loop over frequency and time.
+    pub response: LoopResponse,
+    /// The poles over a parameter, if they were computed.
+    pub locus: Option<Locus>,
+    /// The scenario that runs the worst sequence of events, if it was asked for.
+    pub worst_events: Option<Scenario>,
 }
 
 impl StabilityStudy {
@@ -61,14 +67,15 @@ impl StabilityStudy {
             let population = population.varies().then(over_people).transpose()?;
             let (analysis, map) = (Analysis::of(&settings)?, map(&settings, x, y)?);
             let verdict = LoopVerdict::with_loop(scenario, settings.clone())?;
-            Ok((verdict, analysis, map, population, Bounded::of(&settings, &terminations)?))
+            let (bounded, response) = (Bounded::of(&settings, &terminations)?, LoopResponse::of(&settings)?);
+            Ok((verdict, analysis, map, population, bounded, response))
         };
         let of_events = || match SwitchingSettings::of(scenario, settings.clone(), sector) {
             Ok(settings) => Switching::of(&settings).map(Ok),
             Err(reason) => Ok(Err(reason)),
         };
         let (linear, switching) = rayon::join(linear, of_events);
-        let ((verdict, analysis, map, population, bounded), switching) = (linear?, switching?);
+        let ((verdict, analysis, map, population, bounded, response), switching) = (linear?, switching?);
         Ok(Self {
             name: scenario.name.clone(),
             verdict,
@@ -80,6 +87,9 @@ impl StabilityStudy {
             bounded,
             absolute: None,
             check: None,
+            response,
+            locus: None,
+            worst_events: None,
         })
     }
 
@@ -100,6 +110,26 @@ impl StabilityStudy {
         let settings = &self.analysis.settings;
         self.bounded = Bounded::of(settings, terminations)?;
         self.absolute = axis.map(|axis| AbsoluteOver::of(settings, axis, terminations)).transpose()?;
+        Ok(())
+    }
+
+    /// Computes the poles of the closed loop over the values of an axis.
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn compute_locus(&mut self, axis: &Axis) -> Result<(), CheckError> {
+        self.locus = Some(Locus::of(&self.analysis.settings, axis)?);
+        Ok(())
+    }
+
+    /// Makes the scenario that runs the worst sequence of events, from the source and the settings of this one; nothing if the
+    /// switching is not analysed.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn make_worst_events(&mut self, source: &Source, settings: &[String]) -> Result<(), ScenarioError> {
+        self.worst_events =
+            self.switching.as_ref().ok().map(|switching| worst_events(source, settings, switching)).transpose()?;
         Ok(())
     }
 

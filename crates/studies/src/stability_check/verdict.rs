@@ -1,7 +1,7 @@
 //! The verdict on the linear loop of a scenario, with what it leaves out.
 
-use super::CheckError;
 use super::tissue_of_run::linear_loop;
+use super::{CheckError, document};
 use trocar_scenario::Scenario;
 use trocar_stability::{
     ClosedLoop, LeftOut, LinearLoop, LoopLimit, Margins, Mode, VaryingDelays, left_out_with, loop_limits, unmodelled,
@@ -69,5 +69,18 @@ impl LoopVerdict {
     #[must_use]
     pub fn is_linear_loop_stable(&self) -> bool {
         self.mode.spectral_radius < 1.0
+    }
+
+    /// The verdict in a sentence, with the tissue that it stands for.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        document::verdict::sentence(self)
+    }
+
+    /// The verdict with its tissue and what it leaves out: the first part of `stability.json`, and what the page and Python show of
+    /// a loop.
+    #[must_use]
+    pub fn json(&self) -> serde_json::Value {
+        document::verdict::json(self)
     }
 }

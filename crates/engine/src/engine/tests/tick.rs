@@ -105,12 +105,7 @@ impl Connection<f64> for Marking {
         self.call(format!("limit reference {reference_m}"));
         reference_m + 0.5
     }
-    fn to_master(
-        &mut self,
-        modes: Modes<f64>,
-        _slave: &AtSlave<f64>,
-        _master: &AtMaster<f64>,
-    ) -> (Modes<f64>, f64) {
+    fn to_master(&mut self, modes: Modes<f64>, _slave: &AtSlave<f64>, _master: &AtMaster<f64>) -> (Modes<f64>, f64) {
         self.call("to master".into());
         (modes, 61.0)
     }

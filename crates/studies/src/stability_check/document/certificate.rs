@@ -11,8 +11,7 @@ use trocar_stability::{Certificate, KeptGap, StateMap, StateSpace, Switching};
 /// `V = zᵀ P z` on scaled states, its maps on states, and its inequalities: sums of `factor · Mᵀ P M`, with `M` the
 /// product of maps between scaled states, the first one applied last, that are positive definite. A map with a power is
 /// raised to each power of the inequality's range. That of a kept gap has no functions: see [`kept_gap`].
-#[must_use]
-pub fn certificate_json(switching: &Switching) -> Option<String> {
+pub(super) fn certificate_json(switching: &Switching) -> Option<String> {
     let mut certificates = serde_json::Map::new();
     match (&switching.certificate, &switching.kept_gap) {
         (Some(shortest), _) => {

@@ -1,4 +1,4 @@
-//! The units of metrics.
+//! The units in which quantities are displayed.
 
 use serde::Serialize;
 

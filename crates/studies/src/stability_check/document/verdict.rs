@@ -2,13 +2,12 @@
 
 use serde_json::{Value as Json, json};
 
-use super::number::significant;
+use crate::stability_check::LoopVerdict;
+use trocar_document::significant;
 use trocar_stability::{DelayRange, LeftOut, LinearLoop, TissueRange, TissueSource, VaryingDelays};
-use trocar_studies::stability_check::LoopVerdict;
 
-/// Returns the verdict on the loop in a sentence, with the tissue that it stands for.
-#[must_use]
-pub fn verdict_sentence(verdict: &LoopVerdict) -> String {
+/// The verdict on the loop in a sentence, with the tissue that it stands for.
+pub(crate) fn sentence(verdict: &LoopVerdict) -> String {
     let settings = &verdict.settings;
     let tissue = in_tissue(settings);
     let word = |is_stable: bool| if is_stable { "stable" } else { "not stable" };
@@ -62,13 +61,11 @@ fn ranges(delays: &VaryingDelays) -> String {
     format!("delays of {} to the slave and of {} to the master", range(delays.forward), range(delays.backward))
 }
 
-/// Returns the verdict on a loop, with its tissue and what it leaves out: the first part of `stability.json`, and what the
-/// page and Python show of a loop.
-#[must_use]
-pub fn loop_verdict_json(verdict: &LoopVerdict) -> Json {
+/// The verdict on a loop, with its tissue and what it leaves out.
+pub(crate) fn json(verdict: &LoopVerdict) -> Json {
     let LoopVerdict { settings, mode, margins, .. } = verdict;
     json!({
-        "verdict": verdict_sentence(verdict),
+        "verdict": sentence(verdict),
         "is_stable": verdict.is_stable(),
         "is_linear_loop_stable": verdict.is_linear_loop_stable(),
         "tissue": {

@@ -1,17 +1,11 @@
-//! The stability under switching, as text, JSON, CSV and a figure.
-
-use std::fmt::Write as _;
+//! The stability under switching.
 
 use serde_json::{Value as Json, json};
 
-use super::figures::{self, Figure, FigureError};
-use super::number::significant;
-use super::pictures::{PictureError, keep};
-use super::tables::shortest;
-use super::{Folder, Table};
+use crate::stability_check::StabilityStudy;
 use trocar_core::augmentation::Reengage;
+use trocar_document::{Cell, DataTable, Number, Table, Unit, significant};
 use trocar_stability::{Certificate, EventBound, GAP_M, LONGEST_DWELL_S, Switching};
-use trocar_studies::stability_check::StabilityStudy;
 
 fn policy(reengage: Reengage) -> &'static str {
     match reengage {
@@ -33,98 +27,79 @@ fn milliseconds(switching: &Switching, ticks: u64) -> String {
     format!("{} ms", significant(1e3 * seconds(switching, ticks)))
 }
 
-/// Returns the analysis of the switching as text, or the reason why there is none.
-#[must_use]
-pub fn switching_text(study: &StabilityStudy) -> String {
-    match &study.switching {
-        Ok(switching) => format!("{}\n{}", switching_lines(study, switching), event_table(&switching.events)),
-        Err(reason) => format!("Switching: not analysed ({reason}).\n"),
-    }
-}
-
-/// Returns the findings, one per line.
-pub(super) fn switching_lines(study: &StabilityStudy, switching: &Switching) -> String {
+/// The findings, a line each.
+pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String> {
     let ms = |ticks| milliseconds(switching, ticks);
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
     let phases = switching.phases;
-    let mut text = format!(
-        "switching: {} to {} N/m at any tick, frozen for {} to {}, cross-fade of {}, {}\n",
+    let mut lines = vec![format!(
+        "switching: {} to {} N/m at any tick, frozen for {} to {}, cross-fade of {}, {}",
         significant(softest),
         significant(stiffest),
         ms(phases.held.0),
         ms(phases.held.1),
         ms(phases.blend),
         policy(switching.settings.augmentation.reengage),
-    );
+    )];
     let conditions = switching.certificate.as_ref().map(|found| found.conditions);
     let conditions = conditions.or(switching.kept_gap.as_ref().map(|found| found.conditions));
-    let _ = match (switching.dwell_ticks(), conditions) {
-        (Some(dwell), Some(conditions)) => writeln!(
-            text,
+    lines.push(match (switching.dwell_ticks(), conditions) {
+        (Some(dwell), Some(conditions)) => format!(
             "certificate: the motion decays under any sequence of events with {} of teleoperation between them; {conditions} conditions verified",
             ms(dwell),
         ),
-        _ => writeln!(
-            text,
+        _ => format!(
             "certificate: none found with up to {LONGEST_DWELL_S} s of teleoperation between events; \
              this does not show instability"
         ),
-    };
-    let _ = writeln!(
-        text,
-        "the supervisor enforces {}: {}",
-        ms(phases.refractory),
-        match (switching.dwell_ticks(), switching.is_certified()) {
-            (_, true) => certified_for(study, switching),
-            (Some(dwell), false) =>
-                format!("not certified, augmentation.refractory_s must be {}", seconds(switching, dwell)),
-            (None, false) => "not certified".to_owned(),
+    });
+    let enforced = match (switching.dwell_ticks(), switching.is_certified()) {
+        (_, true) => certified_for(study, switching),
+        (Some(dwell), false) => {
+            format!("not certified, augmentation.refractory_s must be {}", seconds(switching, dwell))
         }
-    );
+        (None, false) => "not certified".to_owned(),
+    };
+    lines.push(format!("the supervisor enforces {}: {enforced}", ms(phases.refractory)));
     if let Some(covers) = switching.covers_lost_contact {
         let word = if covers { "certified" } else { "not certified" };
-        let _ = writeln!(text, "with a needle that may lose contact at any tick: {word}");
+        lines.push(format!("with a needle that may lose contact at any tick: {word}"));
     }
     let found = switching.growth.found;
-    let _ = match switching.certified_growth() {
-        Some(certified) => writeln!(
-            text,
-            "growth per event at {}: {} found with the stiffness chosen at every tick, at most {} by the certificate, {} times as much",
-            ms(phases.refractory),
-            significant(found),
+    let growth = format!(
+        "growth per event at {}: {} found with the stiffness chosen at every tick",
+        ms(phases.refractory),
+        significant(found)
+    );
+    lines.push(match switching.certified_growth() {
+        Some(certified) => format!(
+            "{growth}, at most {} by the certificate, {} times as much",
             significant(certified),
             significant(certified / found),
         ),
-        None => writeln!(
-            text,
-            "growth per event at {}: {} found with the stiffness chosen at every tick",
-            ms(phases.refractory),
-            significant(found)
-        ),
-    };
-    let _ = match switching.growing_dwell_ticks {
-        None => writeln!(text, "no growing sequence found, down to one tick between events"),
-        Some(ticks) => writeln!(text, "growing sequences found with {} between events", ms(ticks)),
-    };
+        None => growth,
+    });
+    lines.push(match switching.growing_dwell_ticks {
+        None => "no growing sequence found, down to one tick between events".to_owned(),
+        Some(ticks) => format!("growing sequences found with {} between events", ms(ticks)),
+    });
     if switching.shown.found >= 1.0 {
-        let _ = writeln!(
-            text,
+        lines.push(format!(
             "with the enforced time, the motion grows {} times from one event to the next: see worst_events.toml",
             significant(switching.shown.found),
-        );
+        ));
     }
     if let Some(reach) = &switching.reach {
-        let _ = writeln!(
-            text,
+        lines.push(format!(
             "after a release of the hand at 1 mm, the needle moves at most {} mm under any events (found: {} mm), and the feedback \
              force is at most {} N (found: {} N)",
             significant(reach.slave.0),
             significant(reach.slave_found),
             significant(1e-3 * reach.force.0),
             significant(1e-3 * reach.force_found),
-        );
+        ));
     }
-    text
+    lines
 }
 
 /// Returns what a certificate says about the scenario.
@@ -148,26 +123,27 @@ fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
     )
 }
 
+/// The end of one event, by re-engagement policy.
 pub(super) fn event_table(events: &[EventBound]) -> Table {
-    let mut table = Table::new([
-        format!("released {} mm from the hand", significant(1e3 * GAP_M)).as_str(),
-        "reference jumps",
-        "needle motion",
-        "max speed",
-        "max feedback force",
-        "max step per tick",
-    ]);
-    let millimetres =
-        |metres: f64| if metres < 1e-9 { "0 mm".into() } else { format!("{} mm", significant(1e3 * metres)) };
-    let newtons = |force: f64| if force < 1e-9 { "0 N".into() } else { format!("{} N", significant(force)) };
+    let columns = [
+        ("reengage", format!("released {} mm from the hand", significant(1e3 * GAP_M))),
+        ("reference_jump_m", "reference jumps".to_owned()),
+        ("slave_motion_m", "needle motion".to_owned()),
+        ("slave_speed_m_per_s", "max speed".to_owned()),
+        ("force_n", "max feedback force".to_owned()),
+        ("force_step_n", "max step per tick".to_owned()),
+    ];
+    let mut table = Table::new("released", "The end of one event, by re-engagement policy", columns);
+    // A motion below a nanometre and a force below a nanonewton are rounding errors.
+    let shown = |value: f64, unit: Unit| Number::new(if value < 1e-9 { 0.0 } else { value }, unit);
     for event in events {
         table.row([
-            policy(event.reengage).to_owned(),
-            millimetres(event.reference_jump_m),
-            millimetres(event.slave_motion_m),
-            format!("{}/s", millimetres(event.slave_speed_m_per_s)),
-            newtons(event.force_n),
-            newtons(event.force_step_n),
+            Cell::from(policy(event.reengage)),
+            shown(event.reference_jump_m, Unit::Metre).into(),
+            shown(event.slave_motion_m, Unit::Metre).into(),
+            shown(event.slave_speed_m_per_s, Unit::MetrePerSecond).into(),
+            shown(event.force_n, Unit::Newton).into(),
+            shown(event.force_step_n, Unit::Newton).into(),
         ]);
     }
     table
@@ -178,8 +154,8 @@ pub(super) fn rows(matrix: &nalgebra::DMatrix<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
-/// Returns the part `switching` of `stability.json`.
-pub(super) fn switching_object(study: &StabilityStudy) -> Json {
+/// The part `switching` of `stability.json`.
+pub(super) fn json(study: &StabilityStudy) -> Json {
     let switching = match &study.switching {
         Ok(switching) => switching,
         Err(reason) => return json!({ "unmodelled": reason }),
@@ -245,44 +221,23 @@ pub(super) fn switching_object(study: &StabilityStudy) -> Json {
     })
 }
 
-/// Returns `switching.csv`: a row per analysed dwell time.
-#[must_use]
-pub fn switching_csv(switching: &Switching) -> String {
-    let mut text = "dwell_s,certified_growth,found_growth\n".to_owned();
-    for point in &switching.by_dwell {
-        let _ = writeln!(
-            text,
-            "{},{},{}",
-            shortest(seconds(switching, point.dwell_ticks)),
-            point.certified.map_or(String::new(), shortest),
-            shortest(point.found),
-        );
-    }
-    text
+/// A row per analysed time between events.
+pub(super) fn growth(switching: &Switching) -> DataTable<'static> {
+    let points = &switching.by_dwell;
+    DataTable::new("switching")
+        .numbers("dwell_s", points.iter().map(|point| seconds(switching, point.dwell_ticks)))
+        .optional("certified_growth", points.iter().map(|point| point.certified))
+        .numbers("found_growth", points.iter().map(|point| point.found))
 }
 
-/// Returns `released.csv`: the end of one event, by re-engagement policy.
-#[must_use]
-pub fn released_csv(switching: &Switching) -> String {
-    let mut text =
-        "reengage,gap_m,reference_jump_m,slave_motion_m,slave_speed_m_per_s,force_n,force_step_n\n".to_owned();
-    for event in &switching.events {
-        let EventBound { reengage, reference_jump_m, slave_motion_m, slave_speed_m_per_s, force_n, force_step_n } =
-            *event;
-        let cells = [GAP_M, reference_jump_m, slave_motion_m, slave_speed_m_per_s, force_n, force_step_n].map(shortest);
-        let _ = writeln!(text, "{},{}", policy(reengage), cells.join(","));
-    }
-    text
-}
-
-/// Writes the figure `switching`.
-///
-/// # Errors
-/// [`PictureError`].
-pub fn switching_picture(folder: &Folder, name: &str, switching: &Switching) -> Result<(), PictureError> {
-    keep(folder, "switching", &figure(name, switching)?)
-}
-
-pub(super) fn figure(name: &str, switching: &Switching) -> Result<Figure<'static>, FigureError> {
-    figures::switching(name, &switching.by_dwell, switching.settings.of_loop.tick_s)
+/// The end of one event, by re-engagement policy.
+pub(super) fn released(events: &[EventBound]) -> DataTable<'static> {
+    DataTable::new("released")
+        .texts("reengage", events.iter().map(|event| policy(event.reengage)))
+        .numbers("gap_m", events.iter().map(|_| GAP_M))
+        .numbers("reference_jump_m", events.iter().map(|event| event.reference_jump_m))
+        .numbers("slave_motion_m", events.iter().map(|event| event.slave_motion_m))
+        .numbers("slave_speed_m_per_s", events.iter().map(|event| event.slave_speed_m_per_s))
+        .numbers("force_n", events.iter().map(|event| event.force_n))
+        .numbers("force_step_n", events.iter().map(|event| event.force_step_n))
 }

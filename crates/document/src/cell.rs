@@ -1,0 +1,207 @@
+//! The cells of tables.
+
+use std::borrow::Cow;
+use std::fmt::{self, Display, Formatter};
+
+use trocar_base::unit::Unit;
+
+use crate::number::{readable, significant};
+
+/// A quantity with the unit and the precision in which it is shown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Number {
+    /// The value in SI units.
+    pub value: f64,
+    /// The factor from SI to the shown unit.
+    pub factor: f64,
+    /// The shown unit with the space before it, as in ` mm`; empty for a plain number.
+    pub unit: Cow<'static, str>,
+    /// How many digits are shown.
+    pub digits: Digits,
+}
+
+/// How many digits of a number are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Digits {
+    /// Four significant digits, at most four of them after the point.
+    Four,
+    /// All of them, as of a count.
+    All,
+    /// A fixed number after the point.
+    Decimals(usize),
+    /// A fixed number after the point, and a sign.
+    Signed(usize),
+}
+
+/// A cell of a table. Its [`Display`] form is what every surface shows.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// No value: not measured, not reached, without meaning. Shown as `—`.
+    Undefined,
+    /// A text, such as the name of a row.
+    Text(String),
+    /// A quantity.
+    Number(Number),
+    /// A quantity with the ends of its interval.
+    Interval(Number, [f64; 2]),
+    /// A quantity with the half-width of its interval.
+    PlusMinus(Number, f64),
+    /// Yes or no.
+    Flag(bool),
+}
+
+impl Number {
+    /// A value in the unit in which metrics of this kind are shown.
+    #[must_use]
+    pub fn new(value: f64, unit: Unit) -> Self {
+        let (factor, name) = readable(unit);
+        // A second and more is not shown in milliseconds.
+        let (factor, name) = if unit == Unit::Second && value >= 1.0 { (1.0, " s") } else { (factor, name) };
+        let digits = if unit == Unit::Count { Digits::All } else { Digits::Four };
+        Self { value, factor, unit: name.into(), digits }
+    }
+
+    /// A value that is shown in its SI unit, such as `N/m`; empty for a plain number.
+    #[must_use]
+    pub fn si(value: f64, unit: impl Into<String>) -> Self {
+        let unit = unit.into();
+        let unit = if unit.is_empty() { unit } else { format!(" {unit}") };
+        Self { value, factor: 1.0, unit: unit.into(), digits: Digits::Four }
+    }
+
+    /// The same value with other digits.
+    #[must_use]
+    pub fn digits(self, digits: Digits) -> Self {
+        Self { digits, ..self }
+    }
+
+    /// A value of the same unit, without the unit.
+    fn bare(&self, value: f64) -> String {
+        let value = self.factor * value;
+        match self.digits {
+            Digits::Four => significant(value),
+            Digits::All => format!("{value}"),
+            Digits::Decimals(count) => format!("{value:.count$}"),
+            Digits::Signed(count) => format!("{value:+.count$}"),
+        }
+    }
+}
+
+impl Cell {
+    /// A quantity of a metric, or [`Cell::Undefined`].
+    #[must_use]
+    pub fn of(value: Option<f64>, unit: Unit) -> Self {
+        value.map_or(Self::Undefined, |value| Self::Number(Number::new(value, unit)))
+    }
+
+    /// A quantity in its SI unit, or [`Cell::Undefined`].
+    #[must_use]
+    pub fn si(value: Option<f64>, unit: &str) -> Self {
+        value.map_or(Self::Undefined, |value| Self::Number(Number::si(value, unit)))
+    }
+
+    /// A count.
+    #[must_use]
+    pub fn count(count: u64) -> Self {
+        Self::Number(Number::new(count as f64, Unit::Count))
+    }
+
+    /// Yes, no, or [`Cell::Undefined`].
+    #[must_use]
+    pub fn flag(flag: Option<bool>) -> Self {
+        flag.map_or(Self::Undefined, Self::Flag)
+    }
+
+    /// An empty cell, where a row has nothing to say.
+    #[must_use]
+    pub fn empty() -> Self {
+        Self::Text(String::new())
+    }
+
+    /// The value in SI units, if the cell is a quantity.
+    #[must_use]
+    pub fn value(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) | Self::Interval(number, _) | Self::PlusMinus(number, _) => Some(number.value),
+            Self::Undefined | Self::Text(_) | Self::Flag(_) => None,
+        }
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+impl From<Number> for Cell {
+    fn from(number: Number) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl Display for Number {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", self.bare(self.value), self.unit)
+    }
+}
+
+impl Display for Cell {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Undefined => f.write_str("—"),
+            Self::Text(text) => f.write_str(text),
+            Self::Number(number) => number.fmt(f),
+            Self::Interval(number, [low, high]) => {
+                write!(
+                    f,
+                    "{} [{}, {}]{}",
+                    number.bare(number.value),
+                    number.bare(*low),
+                    number.bare(*high),
+                    number.unit
+                )
+            }
+            Self::PlusMinus(number, half) => {
+                write!(f, "{} ± {}{}", number.bare(number.value), number.bare(*half), number.unit)
+            }
+            Self::Flag(flag) => f.write_str(if *flag { "yes" } else { "no" }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quantity_is_shown_in_its_readable_unit() {
+        assert_eq!(Cell::of(Some(0.009), Unit::Metre).to_string(), "9.000 mm");
+        assert_eq!(Cell::of(Some(0.0), Unit::Second).to_string(), "0 ms");
+        assert_eq!(Cell::of(Some(0.25), Unit::Second).to_string(), "250.0 ms");
+        assert_eq!(Cell::of(Some(1.5), Unit::Second).to_string(), "1.500 s");
+        assert_eq!(Cell::of(Some(3.0), Unit::Count).to_string(), "3");
+        assert_eq!(Cell::si(Some(882.0), "N/m").to_string(), "882.0 N/m");
+        assert_eq!(Cell::from(Number::si(0.12345, "").digits(Digits::Signed(2))).to_string(), "+0.12");
+    }
+
+    #[test]
+    fn an_undefined_value_is_a_dash_and_no_number() {
+        assert_eq!(Cell::of(None, Unit::Metre).to_string(), "—");
+        assert_eq!(Cell::of(None, Unit::Metre).value(), None);
+        assert_eq!(Cell::flag(None).to_string(), "—");
+    }
+
+    #[test]
+    fn an_interval_has_one_unit_at_its_end() {
+        let delay = Number::new(0.003, Unit::Second);
+        assert_eq!(Cell::Interval(delay.clone(), [0.002, 0.005]).to_string(), "3.000 [2.000, 5.000] ms");
+        assert_eq!(Cell::PlusMinus(delay, 0.001).to_string(), "3.000 ± 1.000 ms");
+    }
+}

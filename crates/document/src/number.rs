@@ -1,0 +1,76 @@
+//! Numbers as text.
+
+use trocar_base::unit::Unit;
+
+/// Returns the factor from SI to the displayed unit, and the displayed unit.
+#[must_use]
+pub fn readable(unit: Unit) -> (f64, &'static str) {
+    match unit {
+        Unit::Metre => (1e3, " mm"),
+        Unit::MetrePerSecond => (1e3, " mm/s"),
+        Unit::Second => (1e3, " ms"),
+        Unit::Newton => (1.0, " N"),
+        Unit::NewtonPerSecond => (1.0, " N/s"),
+        Unit::NewtonPerMetre => (1.0, " N/m"),
+        Unit::Joule => (1e3, " mJ"),
+        Unit::Share => (100.0, " %"),
+        Unit::Number | Unit::Count => (1.0, ""),
+    }
+}
+
+/// Returns a number with four significant digits and at most four decimals. Very small and very large numbers have a power of
+/// ten.
+#[must_use]
+pub fn significant(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == 0.0 {
+        "0".into()
+    } else if !(5e-5..1e6).contains(&magnitude) {
+        format!("{value:.1e}")
+    } else {
+        format!("{value:.*}", decimals(magnitude, 4))
+    }
+}
+
+/// Returns a number with four significant digits without zeros at its end.
+#[must_use]
+pub fn plain(value: f64) -> String {
+    let text = significant(value);
+    if !text.contains('.') || text.contains('e') {
+        return text;
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// Returns a count with its noun, in the plural if needed.
+#[must_use]
+pub fn counted(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Returns the shortest decimal form that reads back to the same value.
+#[must_use]
+pub fn shortest(value: f64) -> String {
+    ryu::Buffer::new().format(value).to_owned()
+}
+
+/// Returns the number of decimals, at most four, of a magnitude with so many significant digits.
+pub fn decimals(magnitude: f64, digits: usize) -> usize {
+    // The exponent after rounding: 99.996 has three integer digits if four digits are significant.
+    let scientific = format!("{magnitude:.*e}", digits - 1);
+    let exponent: i32 = scientific.rsplit('e').next().and_then(|exponent| exponent.parse().ok()).unwrap_or(0);
+    (digits as i32 - 1 - exponent).clamp(0, 4) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_significant_digits_are_shown() {
+        let shown = [9.0, 0.0, 123.456, 0.0123456, -5.6732, 1e-12, 15361.0, 99.995].map(significant);
+        assert_eq!(shown, ["9.000", "0", "123.5", "0.0123", "-5.673", "1.0e-12", "15361", "100.0"]);
+        assert_eq!([500.0, 0.3, 1.0, 1e-7, 1200.0].map(plain), ["500", "0.3", "1", "1.0e-7", "1200"]);
+        assert_eq!((counted(1, "case"), counted(2, "case")), ("1 case".into(), "2 cases".into()));
+    }
+}

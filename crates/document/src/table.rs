@@ -1,0 +1,97 @@
+//! Tables of typed cells.
+
+use crate::Shown;
+use crate::cell::Cell;
+
+/// A column of a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Its key, which stays the same from version to version.
+    pub key: String,
+    /// Its heading.
+    pub label: String,
+}
+
+/// A table. The first column names the rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// Its key, which stays the same from version to version.
+    pub key: &'static str,
+    /// Its caption.
+    pub caption: String,
+    /// The columns.
+    pub columns: Vec<Column>,
+    /// The rows. A row with fewer cells than columns ends early.
+    pub rows: Vec<Row>,
+    /// Where it is shown.
+    pub shown: Shown,
+    /// True if all columns are texts, which are flush left.
+    pub is_text: bool,
+}
+
+/// A row of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The cells, the name of the row first.
+    pub cells: Vec<Cell>,
+    /// What the row means, in a sentence; reports show it. Empty if its name says it.
+    pub meaning: &'static str,
+}
+
+impl Table {
+    /// A table without rows. Columns are given as key and heading.
+    #[must_use]
+    pub fn new<K: Into<String>, L: Into<String>>(
+        key: &'static str,
+        caption: impl Into<String>,
+        columns: impl IntoIterator<Item = (K, L)>,
+    ) -> Self {
+        let columns = columns.into_iter().map(|(key, label)| Column { key: key.into(), label: label.into() });
+        Self {
+            key,
+            caption: caption.into(),
+            columns: columns.collect(),
+            rows: vec![],
+            shown: Shown::Everywhere,
+            is_text: false,
+        }
+    }
+
+    /// The same with every column flush left.
+    #[must_use]
+    pub fn of_text(self) -> Self {
+        Self { is_text: true, ..self }
+    }
+
+    /// The same, shown elsewhere.
+    #[must_use]
+    pub fn shown(self, shown: Shown) -> Self {
+        Self { shown, ..self }
+    }
+
+    /// Adds a row.
+    pub fn row<C: Into<Cell>>(&mut self, cells: impl IntoIterator<Item = C>) {
+        self.explained(cells, "");
+    }
+
+    /// Adds a row with its meaning.
+    pub fn explained<C: Into<Cell>>(&mut self, cells: impl IntoIterator<Item = C>, meaning: &'static str) {
+        self.rows.push(Row { cells: cells.into_iter().map(Into::into).collect(), meaning });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Number;
+
+    #[test]
+    fn rows_take_texts_and_numbers() {
+        let mut table = Table::new("loop", "The loop", [("quantity", "loop"), ("value", "value")]);
+        table.row(["a text", "another"]);
+        table.explained([Cell::from("gain"), Number::si(2.0, "").into()], "A factor.");
+        assert_eq!(table.rows[1].cells[1].value(), Some(2.0));
+        assert_eq!(table.rows[1].meaning, "A factor.");
+        assert_eq!(table.columns[0], Column { key: "quantity".into(), label: "loop".into() });
+    }
+}

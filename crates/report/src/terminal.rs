@@ -1,0 +1,77 @@
+//! A document on the terminal.
+
+use trocar_document::{Block, Document, Section, Shown};
+
+use super::Table;
+use super::wrap::wrapped;
+
+/// The indent of the second and later lines of a wrapped line.
+const INDENT: usize = 2;
+
+/// Returns a document as text: the answer, what it leaves out, and the sections that the terminal shows; with `all`, also those that
+/// are shown on request.
+#[must_use]
+pub fn document_text(document: &Document<'_>, all: bool) -> String {
+    let mut text = format!("{}: {}\n", document.title, document.verdict.text());
+    for line in &document.verdict.left_out {
+        text.push_str(line);
+        text.push('\n');
+    }
+    let is_shown = |shown: Shown| match shown {
+        Shown::Everywhere | Shown::OnTerminal => true,
+        Shown::WithAll => all,
+        Shown::InReports => false,
+    };
+    for section in document.sections.iter().filter(|section| is_shown(section.shown)) {
+        text.push('\n');
+        text.push_str(&section_text(section, is_shown));
+    }
+    wrapped(&text, INDENT)
+}
+
+fn section_text(section: &Section, is_shown: impl Fn(Shown) -> bool) -> String {
+    let mut text = String::new();
+    for block in &section.blocks {
+        match block {
+            Block::Text(line) => {
+                text.push_str(line);
+                text.push('\n');
+            }
+            Block::Table(table) if is_shown(table.shown) => {
+                if !text.is_empty() {
+                    text.push('\n');
+                }
+                text.push_str(&Table::from(table).to_string());
+            }
+            Block::Table(_) | Block::Figure(_) => {}
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trocar_document::Verdict;
+
+    #[test]
+    fn the_terminal_shows_the_answer_first_and_further_sections_on_request() {
+        let mut first = Section::new("a", "A");
+        first.text("a line");
+        let mut table = trocar_document::Table::new("t", "T", [("metric", "metric"), ("x", "x")]);
+        table.row(["µ", "1 mm"]);
+        first.table(table.clone());
+        first.table(table.shown(Shown::InReports));
+        let mut further = Section::new("b", "B").shown(Shown::WithAll);
+        further.text("more");
+        let document = Document {
+            title: "name".into(),
+            verdict: Verdict { sentences: vec!["stable".into()], left_out: vec!["not modelled: friction".into()] },
+            sections: vec![first, further],
+            ..Document::default()
+        };
+        let short = "name: stable\nnot modelled: friction\n\na line\n\nmetric     x\n────────────\nµ       1 mm\n";
+        assert_eq!(document_text(&document, false), short);
+        assert_eq!(document_text(&document, true), format!("{short}\nmore\n"));
+    }
+}

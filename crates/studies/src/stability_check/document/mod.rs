@@ -1,0 +1,129 @@
+//! What a stability study says.
+
+mod absolute;
+mod certificate;
+mod data;
+mod json;
+mod population;
+mod response;
+mod switching;
+mod tables;
+pub(super) mod verdict;
+mod z_width;
+
+use super::StabilityStudy;
+use trocar_document::{DataTable, Document, Section, Study, TextFile, Verdict};
+
+impl Study for StabilityStudy {
+    fn document(&self) -> Document<'_> {
+        let unreached = self.verdict.unreached.iter().map(tables::unreached);
+        let mut left_out = vec![format!("not in the linear model: {}", self.verdict.unmodelled.join("; "))];
+        left_out.extend(unreached);
+        Document {
+            name: "stability",
+            title: self.name.clone(),
+            verdict: Verdict { sentences: vec![self.verdict.sentence()], left_out },
+            warnings: self.warnings(),
+            sections: sections(self),
+            data: data_tables(self),
+            files: files(self),
+            json: json::json(self),
+        }
+    }
+}
+
+fn sections(study: &StabilityStudy) -> Vec<Section> {
+    let StabilityStudy { analysis, map, check, .. } = study;
+    let mut of_loop = Section::new("metrics", "Closed loop");
+    of_loop.table(tables::loop_table(analysis));
+    of_loop.figure("loop");
+    if study.locus.is_some() {
+        of_loop.figure("locus");
+    }
+    let mut of_map = Section::new("map", "Stability map");
+    of_map.figure("stability");
+    of_map.text(tables::map_line(map));
+    if let Some(check) = check {
+        of_map.text(tables::checked_line(check));
+        if let Some((table, more)) = tables::disagreements(map, check) {
+            of_map.table(table);
+            of_map.text(more.unwrap_or_default());
+        }
+    }
+    let mut limits = Section::new("limits", "Limits and sensitivities");
+    limits.table(tables::limit_table(analysis));
+    limits.table(tables::sensitivity_table(analysis));
+    let mut sections = vec![of_loop, of_map, limits];
+    if let Some(population) = &study.population {
+        let mut section = Section::new("population", "Population");
+        let [stable, smallest] = population::lines(population);
+        section.text(stable);
+        section.table(population::table(population));
+        section.text(smallest);
+        section.figure("population");
+        sections.push(section);
+    }
+    let mut ports = Section::new("ports", "Ports over frequency");
+    ports.table(tables::port_table(analysis));
+    ports.text(tables::port_passivity(analysis));
+    ports.text(absolute::bounded_line(analysis, &study.bounded));
+    ports.text(tables::sampled(analysis));
+    if !analysis.ports.is_empty() {
+        ports.figure("ports");
+    }
+    sections.push(ports);
+    if let Some(absolute) = &study.absolute {
+        let mut section = Section::new("absolute", "Absolute stability");
+        section.text(absolute::line(absolute));
+        section.figure("absolute");
+        sections.push(section);
+    }
+    if let Some(z_width) = &study.z_width {
+        let mut section = Section::new("z_width", "Z-width");
+        z_width::lines(z_width).into_iter().for_each(|line| section.text(line));
+        section.figure("z_width");
+        sections.push(section);
+    }
+    let mut events = Section::new("events", "Events");
+    match &study.switching {
+        Ok(switching) => {
+            switching::lines(study, switching).into_iter().for_each(|line| events.text(line));
+            events.table(switching::event_table(&switching.events));
+            events.figure("switching");
+        }
+        Err(reason) => events.text(format!("Switching: not analysed ({reason}).")),
+    }
+    sections.push(events);
+    sections
+}
+
+fn data_tables(study: &StabilityStudy) -> Vec<DataTable<'_>> {
+    let StabilityStudy { analysis, map, check, response, .. } = study;
+    let mut tables = vec![
+        data::sensitivities(analysis),
+        data::map(map, check.as_ref()),
+        data::boundary(map),
+        data::ports(analysis),
+        absolute::hand_damping(analysis, &study.bounded),
+        response::poles(response),
+        response::loop_gain(response),
+    ];
+    tables.extend(response::step(response));
+    tables.extend(study.absolute.as_ref().map(absolute::table));
+    tables.extend(study.locus.as_ref().map(|locus| response::locus(locus, analysis.settings.tick_s)));
+    tables.extend(study.z_width.as_ref().map(z_width::table));
+    tables.extend(study.population.iter().flat_map(|all| [population::members(all), population::map(all)]));
+    if let Ok(switching) = &study.switching {
+        tables.push(switching::growth(switching));
+        tables.push(switching::released(&switching.events));
+    }
+    tables
+}
+
+fn files(study: &StabilityStudy) -> Vec<TextFile> {
+    let certificate = study.switching.as_ref().ok().and_then(certificate::certificate_json);
+    let certificate = certificate.map(|text| TextFile { name: "certificate.json".into(), text });
+    let worst = study.worst_events.as_ref();
+    let worst = worst.map(|scenario| TextFile { name: "worst_events.toml".into(), text: scenario.echo() });
+    certificate.into_iter().chain(worst).collect()
+}

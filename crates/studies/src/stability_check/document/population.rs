@@ -1,0 +1,149 @@
+//! Limits over a population.
+
+use serde_json::{Value as Json, json};
+
+use super::data::map_points;
+use trocar_document::{Cell, DataTable, Number, Table, significant};
+use trocar_scenario::population::{Arms, Delays, Draw, Tissues};
+use trocar_scenario::unit_of;
+use trocar_stability::{LIMITED, Parameter, Population};
+
+/// The names of the factors that are drawn, of the arm first.
+const FACTORS: [&str; 7] = [
+    "k_a_factor",
+    "b_a_factor",
+    "k_h_factor",
+    "b_h_factor",
+    "m_h_factor",
+    "tissue_stiffness_factor",
+    "tissue_damping_factor",
+];
+
+/// A row per member. A limit is 0 if no value is stable, and `inf` beyond the search range; a delay that is the scenario's is
+/// empty.
+pub(super) fn members(population: &Population) -> DataTable<'static> {
+    let members = &population.members;
+    let factors = |draw: &Draw| {
+        let [k_a, b_a, k_h, b_h, m_h] = draw.arm;
+        [k_a, b_a, k_h, b_h, m_h, draw.stiffness, draw.damping]
+    };
+    let mut table = DataTable::new("population");
+    for (index, name) in FACTORS.into_iter().enumerate() {
+        table = table.numbers(name, members.iter().map(|member| factors(&member.draw)[index]));
+    }
+    table = table
+        .optional("delay_s", members.iter().map(|member| member.draw.delay_s))
+        .flags("is_stable", members.iter().map(|member| member.is_stable));
+    for (index, limit) in LIMITED.iter().enumerate() {
+        table = table.numbers(format!("max_{}", limit.key()), members.iter().map(|member| member.limits[index]));
+    }
+    table
+}
+
+/// The share of members that is stable, with its 95 % interval.
+pub(super) fn map(population: &Population) -> DataTable<'static> {
+    let map = &population.map;
+    let points: Vec<(usize, usize)> = map_points(&map.x, &map.y).collect();
+    let share = |(column, row): &(usize, usize)| map.share(*column, *row);
+    DataTable::new("population_map")
+        .numbers(map.x.parameter.key(), points.iter().map(|(column, _)| map.x.value(*column)))
+        .numbers(map.y.parameter.key(), points.iter().map(|(_, row)| map.y.value(*row)))
+        .numbers("stable_share", points.iter().map(|point| share(point).0))
+        .numbers("low", points.iter().map(|point| share(point).1.0))
+        .numbers("high", points.iter().map(|point| share(point).1.1))
+}
+
+/// What is drawn, in words.
+fn drawn(population: &Population) -> String {
+    let settings = &population.settings;
+    let parts = [
+        (settings.arms != Arms::None, "arms"),
+        (settings.tissues != Tissues::None, "tissues"),
+        (settings.delays != Delays::None, "delays"),
+    ];
+    let parts: Vec<&str> = parts.into_iter().filter(|(is_drawn, _)| *is_drawn).map(|(_, what)| what).collect();
+    match parts.as_slice() {
+        [] => "loops".to_owned(),
+        [all @ .., last] if !all.is_empty() => format!("{} and {last}", all.join(", ")),
+        all => all.join(""),
+    }
+}
+
+fn unit(parameter: Parameter) -> String {
+    unit_of(parameter.key()).map_or(String::new(), |unit| format!(" ({unit})"))
+}
+
+fn limit(value: f64) -> String {
+    if value.is_finite() { significant(value) } else { "beyond search".to_owned() }
+}
+
+/// The quantiles of the limits.
+pub(super) fn table(population: &Population) -> Table {
+    let limits = &population.limits;
+    let of_limit = |parameter: Parameter| (parameter.key(), format!("{}{}", parameter.key(), unit(parameter)));
+    let columns = limits.iter().map(|of| of_limit(of.parameter));
+    let columns = std::iter::once(("share", "share with a smaller limit".to_owned())).chain(columns);
+    let mut table = Table::new("population_limits", "Limits over the population [95 % interval]", columns);
+    for (index, one) in limits.first().into_iter().flat_map(|of| of.quantiles.iter().enumerate()) {
+        let cells = limits.iter().map(|of| {
+            let quantile = &of.quantiles[index];
+            let (low, high) = quantile.interval;
+            if [quantile.value, low, high].iter().all(|value| value.is_finite()) {
+                return Cell::Interval(Number::si(quantile.value, ""), [low, high]);
+            }
+            Cell::Text(format!("{} [{}, {}]", limit(quantile.value), limit(low), limit(high)))
+        });
+        let share = Cell::Text(format!("{} %", significant(100.0 * one.share)));
+        table.row(std::iter::once(share).chain(cells));
+    }
+    table
+}
+
+/// The lines about a population: the share that is stable, and the smallest limit.
+pub(super) fn lines(population: &Population) -> [String; 2] {
+    let (share, (low, high)) = population.stable_share;
+    let of = population.members.len();
+    let stable = format!(
+        "population of {of} {}: the loop is stable with {:.1} % of them (95 % interval {:.1} to {:.1} %)",
+        drawn(population),
+        100.0 * share,
+        100.0 * low,
+        100.0 * high,
+    );
+    let worst = population.worst.stiffness_n_per_m;
+    let worst = if worst.is_finite() { format!("{} N/m", significant(worst)) } else { "beyond the search".to_owned() };
+    [stable, format!("smallest maximum stiffness found in the whole range: {worst}")]
+}
+
+/// Returns a population for `stability.json`. A limit beyond the search range is `null`, with `is_beyond_search`.
+pub(super) fn json(population: &Population) -> Json {
+    let value = |value: f64| json!(Some(value).filter(|value| value.is_finite()));
+    let limits: Vec<Json> = population
+        .limits
+        .iter()
+        .map(|of| {
+            let quantiles = of.quantiles.iter().map(|one| {
+                json!({
+                    "share": one.share,
+                    "value": value(one.value),
+                    "interval": [value(one.interval.0), value(one.interval.1)],
+                    "is_beyond_search": one.value.is_infinite(),
+                })
+            });
+            json!({ "parameter": of.parameter.key(), "quantiles": quantiles.collect::<Vec<_>>() })
+        })
+        .collect();
+    let Draw { arm, stiffness: _, damping, delay_s } = population.worst.draw;
+    let (share, interval) = population.stable_share;
+    json!({
+        "size": population.members.len(),
+        "stable_share": { "value": share, "interval": interval },
+        "limits": limits,
+        "smallest_found": {
+            "max_stiffness_n_per_m": value(population.worst.stiffness_n_per_m),
+            "arm_factors": { "k_a": arm[0], "b_a": arm[1], "k_h": arm[2], "b_h": arm[3], "m_h": arm[4] },
+            "tissue_damping_factor": damping,
+            "delay_s": delay_s,
+        },
+    })
+}

@@ -1,0 +1,71 @@
+//! Poles, zeros, loop gain, step and root locus as columns.
+
+use std::f64::consts::TAU;
+
+use trocar_document::DataTable;
+use trocar_lti::Complex64;
+use trocar_stability::{Locus, LoopResponse};
+
+/// Adds the columns of poles or zeros: both parts, modulus, and as `s = ln(z) / T` the frequency in Hz and the damping ratio.
+fn with_points<'a>(table: DataTable<'a>, points: &[Complex64], tick_s: f64) -> DataTable<'a> {
+    let continuous = |z: &Complex64| {
+        let s = z.ln() / tick_s;
+        (z.norm() > 0.0 && s.norm() > 0.0).then_some(s)
+    };
+    table
+        .numbers("re", points.iter().map(|z| z.re))
+        .numbers("im", points.iter().map(|z| z.im))
+        .numbers("modulus", points.iter().map(|z| z.norm()))
+        .optional("frequency_hz", points.iter().map(|z| continuous(z).map(|s| s.im.abs() / TAU)))
+        .optional("damping_ratio", points.iter().map(|z| continuous(z).map(|s| -s.re / s.norm())))
+}
+
+/// All poles and zeros of the closed loop and of the loop gain.
+pub(super) fn poles(response: &LoopResponse) -> DataTable<'static> {
+    let (mut systems, mut kinds, mut points) = (vec![], vec![], vec![]);
+    for one in &response.poles {
+        for (kind, values) in [("pole", &one.poles), ("zero", &one.zeros)] {
+            for value in values {
+                systems.push(one.system);
+                kinds.push(kind);
+                points.push(*value);
+            }
+        }
+    }
+    let table = DataTable::new("poles").texts("system", systems).texts("kind", kinds);
+    with_points(table, &points, response.tick_s)
+}
+
+/// The loop gain over frequency.
+pub(super) fn loop_gain(response: &LoopResponse) -> DataTable<'static> {
+    let gain = &response.gain;
+    DataTable::new("loop_gain")
+        .numbers("frequency_hz", gain.iter().map(|(hertz, _)| *hertz))
+        .numbers("re", gain.iter().map(|(_, gain)| gain.re))
+        .numbers("im", gain.iter().map(|(_, gain)| gain.im))
+        .numbers("magnitude", gain.iter().map(|(_, gain)| gain.norm()))
+        .numbers("phase_deg", response.phases_deg())
+}
+
+/// The response to a unit step of the desired position, if there is one.
+pub(super) fn step(response: &LoopResponse) -> Option<DataTable<'_>> {
+    let step = response.step.as_ref()?;
+    let output = |row: usize| (0..step.time_s.len()).map(move |k| step.outputs[(row, k)]);
+    Some(
+        DataTable::new("step")
+            .numbers("time_s", step.time_s.iter().copied())
+            .numbers("master_position_m_per_m", output(0))
+            .numbers("slave_position_m_per_m", output(1))
+            .numbers("feedback_force_n_per_m", output(2)),
+    )
+}
+
+/// The poles of the closed loop over a parameter.
+pub(super) fn locus(locus: &Locus, tick_s: f64) -> DataTable<'static> {
+    let (mut values, mut points) = (vec![], vec![]);
+    for (value, poles) in &locus.branches {
+        values.extend(poles.iter().map(|_| *value));
+        points.extend_from_slice(poles);
+    }
+    with_points(DataTable::new("locus").numbers(locus.parameter.key(), values), &points, tick_s)
+}
