@@ -52,7 +52,7 @@ fn a_run_needs_a_scenario_and_writes_to_out() {
 
 #[test]
 fn what_is_unknown_is_refused_with_what_is_near() {
-    assert!(refused(&["rn"]).contains("'run'"));
+    assert!(refused(&["comparee"]).contains("'compare'"));
     assert!(refused(&["run", "a.toml", "--quite"]).contains("'--quiet'"));
     assert!(refused(&["run", "a.toml", "--format", "cvs"]).contains("csv"));
     assert!(refused(&["run", "a.toml", "--figure-width", "wide"]).contains("--figure-width"));

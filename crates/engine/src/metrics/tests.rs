@@ -662,8 +662,10 @@ fn eight_insertions() -> [Insertion; 8] {
         varied(5)
             .rupture_at(2000)
             .alarm_at(2100)
-            .from(2080, |s| s.feedback_force_n = 0.0)
-            .from(2090, |s| s.operator_force_n = 0.01)
+            .at(2000, |s| (s.feedback_force_n, s.operator_force_n) = (4.0, 3.0))
+            .from(2070, |s| (s.feedback_force_n, s.operator_force_n) = (0.21, 0.16))
+            .from(2080, |s| s.feedback_force_n = 0.19)
+            .from(2090, |s| s.operator_force_n = 0.14)
             .from(4000, |s| s.measured_force_n = f64::NAN),
         varied(6).by(Some(1.2), true).event([100, 200, 300]).event([3000, 3300, 3301]).noticed_at(50).noticed_at(3100),
         varied(7).ignored_alarm_at(10).rupture_at(5800).event([5900, 7000, 8000]).by(None, true).alarm_at(3),

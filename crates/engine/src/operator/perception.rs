@@ -307,4 +307,68 @@ mod tests {
         assert!((mean - 200.0).abs() < 2.0 && (std - 40.0).abs() < 1.5, "{mean} {std}");
         assert!(times.iter().all(|&time| time >= 100.0));
     }
+
+    /// A person without lapses whose criterion varies.
+    fn person() -> Noticing<f64> {
+        Noticing::new(&PerceptionSettings { lapse_rate: 0.0, interval_s: 0.1, ..settings() }, 5, 0, 1e-3)
+    }
+
+    #[test]
+    fn the_criterion_is_drawn_anew_after_each_interval_and_kept_while_a_change_is_in_progress() {
+        let mut person = person();
+        let drawn = person.criteria;
+        for tick in 0..1000 {
+            person.step(f64::from(tick), 4.0, false, false);
+            assert_eq!(person.criterion, drawn[tick as usize / 100], "{tick}");
+        }
+        // A slow loss of force: evidence all the time.
+        let mut force = 4.0;
+        let mut kept = None;
+        for tick in 1000..1400 {
+            force *= 0.9995;
+            person.step(f64::from(tick), force, false, false);
+            if person.evidence > IN_PROGRESS {
+                assert_eq!(*kept.get_or_insert(person.criterion), person.criterion, "{tick}");
+            }
+        }
+        assert!(kept.is_some() && person.evidence > IN_PROGRESS, "{}", person.evidence);
+    }
+
+    #[test]
+    fn after_a_reaction_the_present_force_is_the_one_to_compare_with() {
+        let (mut person, mut other) = (person(), person());
+        for tick in 0..300 {
+            let force = if tick < 200 { 4.0 } else { 1.0 };
+            person.step(f64::from(tick), force, false, false);
+            other.step(f64::from(tick), force, false, false);
+        }
+        assert!(person.evidence > IN_PROGRESS);
+        person.restart(true, 300.0, 1.0);
+        other.restart(false, 300.0, 1.0);
+        person.step(300.0, 1.0, false, false);
+        other.step(300.0, 1.0, false, false);
+        assert!(person.evidence == 0.0 && person.next_draw == 400.0, "{} {}", person.evidence, person.next_draw);
+        assert!(other.evidence > IN_PROGRESS, "in another lane");
+    }
+
+    #[test]
+    fn the_evidence_of_a_sudden_drop_reaches_its_share_in_units_of_the_noise() {
+        // Without an absolute threshold: ΔF / (w F).
+        let mut person = person();
+        let peak = (0..900).map(|tick| {
+            person.step(f64::from(tick), if tick < 50 { 4.0 } else { 3.0 }, false, false);
+            person.evidence
+        });
+        let peak = peak.fold(0.0, f64::max);
+        // The memory has lost a little of the force by the tick at which the change counts as begun.
+        assert!((0.25 / 0.07..0.251 / 0.07).contains(&peak), "{peak}");
+    }
+
+    #[test]
+    fn an_operator_who_withdraws_takes_a_falling_force_for_no_evidence() {
+        let mut person = person();
+        let noticed =
+            (0..900).any(|tick| person.step(f64::from(tick), if tick < 50 { 4.0 } else { 0.1 }, false, tick > 40));
+        assert!(!noticed && person.evidence == 0.0);
+    }
 }

@@ -321,4 +321,25 @@ mod tests {
             assert!(bad.validate().is_err(), "{bad:?}");
         }
     }
+
+    #[test]
+    fn each_reaction_draws_a_time_of_its_own() {
+        let mut reaction = Reaction::<f64>::new(&settings(), &Perception::None, (3, 0), 1e-3);
+        let drawn = reaction.reaction_ticks;
+        let (mut noticed_at, mut waits, mut before) = (None, vec![], 0.0);
+        for tick in 1..12_000 {
+            // A drop every 2 s.
+            let (clock, _) = reaction.step(tick, if tick % 2000 < 1000 { 2.0 } else { 1.0 }, false);
+            if reaction.has_noticed() {
+                noticed_at = Some(tick);
+            }
+            if let Some(noticed) = noticed_at.filter(|_| clock == before) {
+                waits.push((tick - noticed) as f64 - 1.0);
+                noticed_at = None;
+            }
+            before = clock;
+        }
+        assert_eq!(waits, drawn[..6]);
+        assert!(waits.windows(2).any(|pair| pair[0] != pair[1]));
+    }
 }

@@ -168,4 +168,27 @@ mod tests {
             assert!(bad.validate_on_ticks(TICK_S).is_err(), "{bad:?}");
         }
     }
+
+    #[test]
+    fn it_grows_from_rest_and_keeps_within_its_bounds() {
+        let settings = TremorSettings { amplitude_m: 1e-4, low_hz: 8.0, high_hz: 12.0 };
+        let [displacement_m, speed_m_per_s] = settings.largest();
+        // Eight sines of the amplitude √2/√8 of the root mean square, all at their peaks.
+        assert!((displacement_m - 8.0 * 0.5 * 1e-4).abs() < 1e-15, "{displacement_m}");
+        assert!((speed_m_per_s - displacement_m * (TAU * 12.0 + 1.5 / 0.25)).abs() < 1e-12, "{speed_m_per_s}");
+        for tick_s in [1e-3, 5e-4] {
+            let [growing, whole] = [1, 2].map(|stream| settings.displacements::<f64>(7, stream, tick_s, 4000));
+            for signal in [&growing, &whole] {
+                assert!(signal.iter().all(|x| x.abs() <= displacement_m));
+                assert!(signal.windows(2).all(|pair| (pair[1] - pair[0]).abs() <= speed_m_per_s * tick_s));
+            }
+            // Over the first quarter of a second it is the same sum of sines, scaled by 3 s² - 2 s³.
+            let mut sines = SineSum::new(&settings, 7, 1, tick_s);
+            for (tick, displacement) in growing.iter().enumerate() {
+                let share = (tick as f64 * tick_s / 0.25).min(1.0);
+                let expected = (3.0 * share * share - 2.0 * share.powi(3)) * sines.next();
+                assert!((displacement - expected).abs() < 1e-15, "{tick}");
+            }
+        }
+    }
 }

@@ -228,16 +228,16 @@ mod tests {
 
     #[test]
     fn a_slow_motion_takes_the_first_terms_of_the_inverse_transfer_function() {
-        // (2 s² + 6 s + 3) / (s + 4) = 3/4 + (6 - 3/4)/4 s + (2 - (6 - 3/4)/4)/4 s² + ...
+        // (2 s² + 6 s + 3) / (2 s + 4) = 3/4 + (6 - 2 · 3/4)/4 s + (2 - 2 (6 - 2 · 3/4)/4)/4 s² + ...
         let slave = |numerator: &[f64], denominator: &[f64]| SlaveParameters {
             numerator: numerator.into(),
             denominator: denominator.into(),
             ..SlaveParameters::default()
         };
-        let drag = (6.0 - 0.75) / 4.0;
-        let (found, inertia) = slave(&[1.0, 4.0], &[1.0, 2.0, 6.0, 3.0]).slow_motion().expect("valid");
+        let drag = (6.0 - 1.5) / 4.0;
+        let (found, inertia) = slave(&[2.0, 4.0], &[1.0, 2.0, 6.0, 3.0]).slow_motion().expect("valid");
         assert!((found - drag).abs() < 1e-12, "{found}");
-        assert!((inertia - (2.0 - drag) / 4.0).abs() < 1e-12, "{inertia}");
+        assert!((inertia - (2.0 - 2.0 * drag) / 4.0).abs() < 1e-12, "{inertia}");
         let error = slave(&[1.0, 0.0], &[1.0, 2.0, 6.0, 3.0]).slow_motion().expect_err("no slow motion");
         assert!(error.to_string().contains("slave.numerator"), "{error}");
     }

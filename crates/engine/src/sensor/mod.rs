@@ -349,6 +349,8 @@ mod tests {
         assert!(!Sensor::<f64>::excludes_shaft(&PerfectSensor));
         let boxed: Box<dyn Sensor<f64>> = Box::new(at(true));
         assert!(boxed.excludes_shaft());
+        let boxed: Box<dyn Sensor<f64>> = Box::new(at(false));
+        assert!(!boxed.excludes_shaft());
     }
 
     #[test]
@@ -385,6 +387,15 @@ mod tests {
         for _ in 0..500 {
             assert_eq!(own.read(1.0, 0.0, 0.0).force_n, shared.read(1.0, 0.0, 0.0).force_n);
             assert_eq!(silenced.read(1.0, 0.0, 0.0).force_n, 1.25);
+        }
+    }
+
+    #[test]
+    fn the_noise_is_added_after_the_bias() {
+        let settings = SensorSettings { force_noise_std_n: 0.1, force_bias_n: 0.25, ..Default::default() };
+        let mut noise = WhiteNoise::<f64>::new(3, 0);
+        for read in readings(&settings, (0..50).map(f64::from)).into_iter().zip(0..) {
+            assert_eq!(read.0, f64::from(read.1) + 0.25 + 0.1 * noise.draw());
         }
     }
 }

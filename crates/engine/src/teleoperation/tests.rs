@@ -175,3 +175,75 @@ fn settings_out_of_range_are_refused() {
     let error = Link::<f64>::new(&settings, lines, &slave, 1e-3, 0.0).expect_err("a negative speed");
     assert_eq!(error.name, "channel.recovery_speed_m_per_s");
 }
+
+#[test]
+fn what_a_scheme_withholds_in_an_outage_stays_withheld() {
+    // The scheme has no energy for a way of 100 mm against 1 kN, and the link is down meanwhile.
+    let mut link = link(|settings| settings.passivity.scheme = Scheme::TimeDomain, [2, 2], 100..2000);
+    let mut target = 0.0;
+    let still = |position_m: f64, force_n: f64| AtSlave { position_m, velocity_m_per_s: 0.0, force_n };
+    let hand = |position_m: f64| AtMaster { position_m, velocity_m_per_s: 0.0, hand_force_n: 0.0 };
+    for tick in 0..400 {
+        let at_slave = still(0.0, if tick < 90 { 0.0 } else { 1000.0 });
+        let at_master = hand(if tick < 90 { 0.0 } else { 0.2 });
+        target = link.to_slave(&at_master, &at_slave);
+        let reference = link.limit_reference(target, &at_slave);
+        let (_, force) = link.to_master(in_mode(Mode::Teleoperation), &at_slave, &at_master);
+        link.limit(force, &at_master);
+        assert!(reference < 0.01, "{tick}: the scheme holds the slave: {reference}");
+    }
+    assert!(target < 0.01, "it does not go on to where the hand was: {target}");
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn links_with_any_architecture_and_scheme_run_side_by_side_as_alone() {
+    use crate::engine::{Avx2, InstructionSet};
+    use trocar_core::lane::{Gather, Lane as _};
+    if !InstructionSet::Avx2.is_available() {
+        return;
+    }
+    for kind in ControllerKind::ALL {
+        for scheme in Scheme::ALL {
+            let change = |scale: f64| {
+                move |settings: &mut LinkSettings| {
+                    (settings.controller.kind, settings.passivity.scheme) = (kind, scheme);
+                    settings.machines.force_scale = scale;
+                }
+            };
+            let mut alone: [Link<f64>; 8] =
+                std::array::from_fn(|lane| link(change(1.0 + lane as f64), [3, 2], 50..180));
+            let mut together: Link<Avx2> = Gather::gather(std::array::from_fn(|lane| &alone[lane])).expect("alike");
+            for tick in 0..300 {
+                let wide = |of: fn(u64) -> f64| Avx2::splat(of(tick));
+                let at_master = AtMaster {
+                    position_m: wide(|tick| master(tick).position_m),
+                    velocity_m_per_s: wide(|tick| master(tick).velocity_m_per_s),
+                    hand_force_n: wide(|tick| master(tick).hand_force_n),
+                };
+                let at_slave = AtSlave {
+                    position_m: wide(|tick| slave(tick).position_m),
+                    velocity_m_per_s: wide(|tick| slave(tick).velocity_m_per_s),
+                    force_n: wide(|tick| slave(tick).force_n),
+                };
+                let target = together.to_slave(&at_master, &at_slave);
+                let reference = together.limit_reference(target, &at_slave);
+                let mode = Avx2::splat(in_mode(Mode::Teleoperation));
+                let (_, arrived) = together.to_master(mode, &at_slave, &at_master);
+                let force = together.limit(arrived, &at_master);
+                for (lane, one) in alone.iter_mut().enumerate() {
+                    let (at_master, at_slave) = (master(tick), slave(tick));
+                    let target = one.to_slave(&at_master, &at_slave);
+                    let expected = one.limit_reference(target, &at_slave);
+                    let (_, arrived) = one.to_master(in_mode(Mode::Teleoperation), &at_slave, &at_master);
+                    let felt = one.limit(arrived, &at_master);
+                    assert_eq!(reference.lane(lane).to_bits(), expected.to_bits(), "{kind:?} {scheme:?} {tick} {lane}");
+                    assert_eq!(force.lane(lane).to_bits(), felt.to_bits(), "{kind:?} {scheme:?} {tick} {lane}");
+                }
+            }
+            for (lane, one) in alone.iter().enumerate() {
+                assert_eq!(together.report(lane), one.report(0), "{kind:?} {scheme:?} {lane}");
+            }
+        }
+    }
+}

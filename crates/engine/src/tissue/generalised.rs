@@ -224,4 +224,9 @@ mod tests {
         assert_eq!(refused(&[0.0, 0.01], &[1.0], &[1.0; 2]), Some("tissue.mus"));
         assert_eq!(refused(&[0.0, 0.01], &[1.0; 2], &[1.0, -1.0]), Some("tissue.lambdas"));
     }
+
+    #[test]
+    fn its_surface_is_that_of_its_settings() {
+        assert_eq!(Generalised::<f64>::surface_m(&settings(&[0.0], &[1.0], &[1.0], 1.0, 0.013)), 0.013);
+    }
 }

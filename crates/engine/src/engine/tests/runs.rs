@@ -161,7 +161,6 @@ fn two_sides_in_two_processes_run_as_one() {
         let case = Case { ticks: 1500, delays, scheme, alarm_at: Some(600), ..CASE };
         let together = case.trace();
         let (mut master, mut slave) = (MasterSide::new(case.side(), [0.0; 5]), SlaveSide::new(case.side(), [0.0; 4]));
-        assert_eq!((master.initial(), slave.initial()), ([0.0; 5], [0.0; 4]));
         let (mut of_master, mut of_slave) = (Trace::new(case.grid()), Trace::new(case.grid()));
         let (mut forward, mut forward_payload) = (Delay::new(delays[0], [0.0; 4]), Delay::new(delays[0], [0.0; 4]));
         let (mut backward, mut backward_payload) = (Delay::new(delays[1], [0.0; 5]), Delay::new(delays[1], [0.0; 4]));
@@ -256,4 +255,11 @@ fn user_defined_parts_are_told_by_their_roles() {
     assert_eq!(format!("{parts:?}"), "{\"tissue\"}");
     let operator = HumanOperator::new(Motion::Recording(Arc::from([0.0])));
     assert_eq!(parts.operator(operator).roles(), ["operator", "tissue"]);
+}
+
+#[test]
+fn a_side_begins_with_the_sample_that_it_was_given() {
+    let (of_slave, of_master) = ([1.0, 2.0, 3.0, 4.0, 0.0], [5.0, 6.0, 7.0, 8.0]);
+    let (master, slave) = (MasterSide::new(CASE.side(), of_slave), SlaveSide::new(CASE.side(), of_master));
+    assert_eq!((master.initial(), slave.initial()), (of_slave, of_master));
 }

@@ -120,4 +120,35 @@ mod tests {
         assert_eq!(limit.limit(0.0, 50.0, 0.1, 1.0), 1.5);
         assert_eq!(limit.limit(0.0, 10.0, 0.1, 1.0), 1.0);
     }
+
+    #[test]
+    fn the_work_is_that_of_the_force_and_what_it_has_more_than_its_command_is_dissipated() {
+        let mut limit = ForceLimit::new(&SchemeContext::<f64>::for_tests());
+        limit.show(5.0);
+        limit.velocity = 0.1;
+        // 1 N and a damping of 20 N·s/m at 0.1 m/s.
+        assert_eq!(limit.limit(1.0, 20.0, 0.1, 1.0), 3.0);
+        assert!((limit.work_j(2e-3) - 6e-3).abs() < 1e-15);
+        assert!((limit.dissipated_j - 4e-3).abs() < 1e-15);
+        limit.work_j(1e-3);
+        assert!((limit.dissipated_j - 6e-3).abs() < 1e-15, "a running total");
+    }
+
+    #[test]
+    fn a_force_that_changes_or_an_acceleration_moves_the_hand_by_its_share_of_the_tick() {
+        let context = SchemeContext::<f64>::for_tests();
+        // d = T² (|a| + |F - F_last| / m) / 2 at rest: 2 N more on 0.245 kg.
+        let mut limit = ForceLimit::new(&context);
+        let travel = 0.5e-6 * 2.0 / context.master_mass_kg;
+        assert!((limit.limit(2.0, 0.0, 0.0, 1.5 * travel) - 1.5).abs() < 1e-9);
+        // From 0 to 0.01 m/s outwards: 10 m/s², and 0.01 mm along.
+        let mut limit = ForceLimit::new(&context);
+        limit.force_n = 2.0;
+        let travel = 0.01e-3 + 0.5e-6 * 10.0;
+        assert!((limit.limit(2.0, 0.0, -0.01, 1.5 * travel) - 1.5).abs() < 1e-9);
+        // A force that draws the hand in is paid for when it moves in.
+        let mut limit = ForceLimit::new(&context);
+        (limit.force_n, limit.velocity) = (-2.0, 0.01);
+        assert!((limit.limit(-2.0, 0.0, 0.01, 1.5 * 0.01e-3) + 1.5).abs() < 1e-9);
+    }
 }

@@ -225,4 +225,34 @@ mod tests {
         let mut with = self::limit(false, 0.03);
         assert_eq!(with.follow(1e-4, 1e-4, &port(0.0, 0.0, -4.0), energy), 1e-4, "along the force it costs nothing");
     }
+
+    #[test]
+    fn what_is_committed_is_the_work_of_the_way_that_the_slave_has_before_it() {
+        use crate::plant::{ControlTiming, SlaveParameters, SlaveStep};
+        let step = SlaveStep::new(&SlaveParameters::default(), ControlTiming::Continuous, 1e-3).expect("valid");
+        let mut limit = limit(true, f64::INFINITY);
+        let advance = |state: [f64; 3], reference: f64| -> [f64; 3] {
+            std::array::from_fn(|i| {
+                (0..3).map(|j| step.transition[i][j] * state[j]).sum::<f64>() + step.reference[i] * reference
+            })
+        };
+        let mut state = [0.0; 3];
+        for tick in 0..60 {
+            let target = 4e-5 * f64::from(tick) + 1e-3 * (0.3 * f64::from(tick)).sin();
+            let reference = limit.follow(target, target, &port(state[0], state[1], 2.0), 100.0);
+            // From here the command acts for a tick, and then the brake.
+            let mut braked = advance(state, reference);
+            for _ in 0..3000 {
+                braked = advance(braked, (braked[0] - limit.brake * braked[1]) / limit.gain);
+            }
+            let travel = braked[0] - state[0];
+            let work = 2.0 * travel + 0.5 * STIFFNESS_N_PER_M * travel * travel;
+            assert!(
+                (limit.committed_j - work.max(0.0)).abs() < 1e-7,
+                "{tick}: {} instead of {work}",
+                limit.committed_j
+            );
+            state = advance(state, reference);
+        }
+    }
 }
