@@ -48,27 +48,6 @@ impl Unit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::RunMetric;
-
-    #[test]
-    fn the_key_of_a_metric_ends_with_its_unit() {
-        for metric in RunMetric::all() {
-            let name = metric.declaration().name;
-            let suffix = match metric.declaration().unit {
-                Unit::Metre => "_m",
-                Unit::MetrePerSecond => "_m_per_s",
-                Unit::Second => "_s",
-                Unit::Newton => "_n",
-                Unit::NewtonPerSecond => "_n_per_s",
-                Unit::NewtonPerMetre => "_n_per_m",
-                Unit::Joule => "_j",
-                Unit::Share | Unit::Number | Unit::Count => "",
-            };
-            assert!(name.ends_with(suffix), "{name}");
-            let has_unit = ["_m", "_s", "_n", "_j"].iter().any(|unit| name.ends_with(unit));
-            assert_eq!(has_unit, !suffix.is_empty(), "{name}");
-        }
-    }
 
     #[test]
     fn the_si_unit_is_that_of_the_name() {

@@ -6,7 +6,7 @@ use super::*;
 use crate::channel::{Delay, Irregularity, Schedule};
 use crate::metrics::fixtures::in_mode;
 use crate::plant::{ControlTiming, SlaveParameters, SlaveStep};
-use trocar_core::augmentation::Mode;
+use trocar_core::augmentation::{Mode, Modes};
 
 const MACHINES: Machines = Machines {
     master_mass_kg: 0.3,
@@ -228,7 +228,7 @@ fn links_with_any_architecture_and_scheme_run_side_by_side_as_alone() {
                 };
                 let target = together.to_slave(&at_master, &at_slave);
                 let reference = together.limit_reference(target, &at_slave);
-                let mode = Avx2::splat(in_mode(Mode::Teleoperation));
+                let mode = Modes::<Avx2>::splat(Mode::Teleoperation);
                 let (_, arrived) = together.to_master(mode, &at_slave, &at_master);
                 let force = together.limit(arrived, &at_master);
                 for (lane, one) in alone.iter_mut().enumerate() {

@@ -227,6 +227,6 @@ mod tests {
 
     #[test]
     fn its_surface_is_that_of_its_settings() {
-        assert_eq!(Generalised::<f64>::surface_m(&settings(&[0.0], &[1.0], &[1.0], 1.0, 0.013)), 0.013);
+        assert_eq!(Generalised::<f64>::surface_m(&settings(&[0.0], &[1.0], &[1.0], 1.0, 0.013)), Some(0.013));
     }
 }

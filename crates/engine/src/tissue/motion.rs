@@ -213,12 +213,12 @@ mod tests {
 
     #[test]
     fn a_moving_tissue_has_the_shaft_force_and_the_failure_of_the_tissue_in_it() {
-        let spring = AnyTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
+        let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
         let motion = OrganMotion { breathing_amplitude_m: 4e-3, ..OrganMotion::DEFAULT };
         let tissue = motion.applied_to(spring, 1e-3).expect("valid");
         assert_eq!((tissue.shaft_force_n(), tissue.failure().is_none()), (0.0, true));
         let bad = OrganMotion { breathing_period_s: 0.0, ..motion };
-        let spring = AnyTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
+        let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
         assert_eq!(bad.applied_to(spring, 1e-3).expect_err("no period").name, "tissue.breathing_period_s");
     }
 }
