@@ -577,7 +577,7 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * The version of the library, as in "0.3.0"; never freed.
+ * The version of the library, such as "1.2.3"; never freed.
  */
 const char *trocar_version(void);
 
