@@ -328,4 +328,4 @@ def test_a_unit_of_another_program_gives_the_bits_of_the_built_in_tissue(tmp_pat
 
 def test_without_a_library_the_remedy_is_named(cli: object, tmp_path: Path) -> None:
     made: subprocess.CompletedProcess[str] = cli("export", "fmu", "paper/augmented", "--library", tmp_path / "none")  # type: ignore[operator]
-    assert made.returncode == 2 and "cargo build --release" in made.stderr
+    assert made.returncode == 2 and "run `cargo build --release`, which makes" in made.stderr

@@ -376,7 +376,11 @@ fn the_command_says_what_is_missing() {
     let folder = TestFolder::new();
     let outcome = folder.trocar(&["export", "fmu", "paper/augmented", "--library", "none.so"]);
     assert_eq!(outcome.code, 2);
-    assert!(outcome.err.contains("none.so") && outcome.err.contains("cargo build --release"), "{}", outcome.err);
+    assert!(
+        outcome.err.contains("none.so") && outcome.err.contains("run `cargo build --release`, which makes"),
+        "{}",
+        outcome.err
+    );
     folder.file("library.so", "not a library, but the command does not run it");
     let arguments =
         ["export", "fmu", "paper/augmented", "--rig", "--fmi", "2", "--library", "library.so", "--out", "rig.fmu"];

@@ -115,7 +115,7 @@ impl From<rig::Command> for Command {
     }
 }
 
-/// The version of the library, as in "0.3.0"; never freed.
+/// The version of the library, such as "1.2.3"; never freed.
 #[allow(unsafe_code, reason = "the name is exported to C")]
 #[unsafe(no_mangle)]
 pub extern "C" fn trocar_version() -> *const c_char {

@@ -94,8 +94,9 @@ impl Quadratic {
     }
 }
 
-/// The stiffness in N/m of a spring that keeps the position from drifting, and nothing else.
-const WEAKEST_N_PER_M: f64 = 0.01;
+/// The modulus from which a pole counts as growth: about 1 % in a quarter of an hour, with ticks of 1 ms. A position that
+/// drifts, as without any spring, has a pole at 1 and does not grow.
+const GROWS: f64 = 1.0 + 1e-8;
 
 impl Terminations {
     /// Whether no hand between `r` and the range's maximum has a pole at a frequency with a tissue of the range.
@@ -129,9 +130,7 @@ impl Terminations {
         other.arm.m_h_kg = 1.0;
         other.arm.k_h_n_per_m = 1e6;
         other.arm.b_h_n_s_per_m = 1e4;
-        // Between dampers alone the position drifts, which is a pole at 1 and no growth: a weak spring removes it.
-        let stiffness_n_per_m = 0.5 * (self.stiffness_n_per_m.0 + self.stiffness_n_per_m.1);
-        other.stiffness_n_per_m = stiffness_n_per_m.max(WEAKEST_N_PER_M);
+        other.stiffness_n_per_m = 0.5 * (self.stiffness_n_per_m.0 + self.stiffness_n_per_m.1);
         other.damping_n_s_per_m = 0.5 * (self.damping_n_s_per_m.0 + self.damping_n_s_per_m.1);
         other
     }
@@ -154,7 +153,7 @@ impl Bounded {
         let mut bounded = Self { terminations: *terminations, needed, is_middle_stable: false };
         let low = terminations.hand_n_s_per_m.0.max(bounded.most().map_or(0.0, |most| most.damping_n_s_per_m));
         if low.is_finite() {
-            bounded.is_middle_stable = ClosedLoop::new(&terminations.middle(settings, low))?.is_stable()?;
+            bounded.is_middle_stable = ClosedLoop::new(&terminations.middle(settings, low))?.poles_outside(GROWS)? == 0;
         }
         Ok(bounded)
     }
@@ -245,9 +244,11 @@ impl AbsoluteOver {
 
 #[cfg(test)]
 mod tests {
+    use super::super::TissueRange;
     use super::*;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+    use trocar_scenario::{Scenario, Source};
 
     const OMEGA: f64 = 20.0;
 
@@ -320,5 +321,33 @@ mod tests {
             }
         }
         assert!(counts.iter().all(|count| *count > 100), "{counts:?}");
+    }
+
+    /// Any passive hand without a tissue, in a shipped scenario with settings.
+    fn in_free_motion(settings: &[&str]) -> Bounded {
+        let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+        let scenario = Scenario::load(&Source::parse("paper/classical"), &settings).expect("good");
+        let tissue = TissueRange::of_parameters(&scenario).expect("a recorded force");
+        let of_loop = LinearLoop::of(&scenario, tissue).expect("analysed");
+        let free = Terminations {
+            hand_n_s_per_m: (0.0, f64::INFINITY),
+            stiffness_n_per_m: (0.0, 0.0),
+            damping_n_s_per_m: (0.0, 0.0),
+        };
+        Bounded::of(&of_loop, &free).expect("analysed")
+    }
+
+    #[test]
+    fn a_position_that_drifts_without_a_tissue_is_stable_with_every_hand() {
+        for settings in [&[][..], &["controller.kind=position-position"]] {
+            let bounded = in_free_motion(settings);
+            assert_eq!((bounded.needed_damping(), bounded.is_stable()), (Some(0.0), Some(true)), "{settings:?}");
+        }
+    }
+
+    #[test]
+    fn a_loop_that_grows_without_a_tissue_is_stable_with_no_hand() {
+        let bounded = in_free_motion(&["controller.kind=four-channel", "channel.delay_s=0.1"]);
+        assert_eq!((bounded.needed_damping(), bounded.is_stable()), (Some(f64::INFINITY), Some(false)));
     }
 }
