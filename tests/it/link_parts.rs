@@ -1,6 +1,7 @@
 //! The parts of the link: the direct link equals the full one, and user-defined parts equal built-in ones.
 
 use proptest::prelude::*;
+use trocar::augmentation::Modes;
 use trocar::scenario::{Scenario, Source};
 use trocar::teleoperation::{
     Architecture, Arrived, ArrivedAtMaster, AtMaster, AtSlave, Connection, DirectLink, Link, MasterSample,
@@ -20,10 +21,10 @@ fn link(settings: &[&str]) -> Link<f64> {
 fn tick(link: &mut impl Connection<f64>, mode: f64, master: &AtMaster<f64>, slave: &AtSlave<f64>) -> [u64; 5] {
     let commanded_m = link.to_slave(master, slave);
     let target_m = link.limit_reference(commanded_m, slave);
-    let (arrived_mode, force_n) = link.to_master(mode, slave, master);
+    let (arrived_modes, force_n) = link.to_master(Modes::from_codes(mode), slave, master);
     let fed_back_n = link.limit(force_n, master);
     let reference_m = link.apply_compliance(target_m, slave.force_n);
-    [target_m, arrived_mode, force_n, fed_back_n, reference_m].map(f64::to_bits)
+    [target_m, arrived_modes.codes(), force_n, fed_back_n, reference_m].map(f64::to_bits)
 }
 
 /// Compares two links over ten thousand ticks of an oscillating hand and a needle that follows or is frozen at times.
