@@ -36,17 +36,16 @@ enum trocar_estimator_forgetting {
  */
 enum trocar_detector_distance {
     TROCAR_DETECTOR_DISTANCE_SQUARED_RESIDUAL = 0,
-    TROCAR_DETECTOR_DISTANCE_SQUARED_DROP = 1,
-    TROCAR_DETECTOR_DISTANCE_MEAN_CHANGE = 2,
-    TROCAR_DETECTOR_DISTANCE_VARIANCE_CHANGE = 3,
-    TROCAR_DETECTOR_DISTANCE_PARAMETER_CHANGE = 4,
-    TROCAR_DETECTOR_DISTANCE_FORCE_DERIVATIVE = 5,
-    TROCAR_DETECTOR_DISTANCE_LIKELIHOOD_RATIO = 6,
-    TROCAR_DETECTOR_DISTANCE_PAGE_HINKLEY = 7,
-    TROCAR_DETECTOR_DISTANCE_ADAPTIVE = 8,
-    TROCAR_DETECTOR_DISTANCE_MOVING_AVERAGE = 9,
-    TROCAR_DETECTOR_DISTANCE_WINDOWED_DERIVATIVE = 10,
-    TROCAR_DETECTOR_DISTANCE_LINEAR_FIT = 11
+    TROCAR_DETECTOR_DISTANCE_MEAN_CHANGE = 1,
+    TROCAR_DETECTOR_DISTANCE_VARIANCE_CHANGE = 2,
+    TROCAR_DETECTOR_DISTANCE_PARAMETER_CHANGE = 3,
+    TROCAR_DETECTOR_DISTANCE_FORCE_DERIVATIVE = 4,
+    TROCAR_DETECTOR_DISTANCE_LIKELIHOOD_RATIO = 5,
+    TROCAR_DETECTOR_DISTANCE_PAGE_HINKLEY = 6,
+    TROCAR_DETECTOR_DISTANCE_ADAPTIVE = 7,
+    TROCAR_DETECTOR_DISTANCE_MOVING_AVERAGE = 8,
+    TROCAR_DETECTOR_DISTANCE_WINDOWED_DERIVATIVE = 9,
+    TROCAR_DETECTOR_DISTANCE_LINEAR_FIT = 10
 };
 
 /**
@@ -213,10 +212,10 @@ typedef struct trocar_rig_settings {
      */
     double estimator_dead_zone_n;
     /**
-     * detector.distance: The distance: e², e² of drops only, eq. 22, eq. 23, the stiffness of eq. 26, the
-     * derivative, the likelihood ratio, Page-Hinkley, adaptive, which needs no settings and no contact position,
-     * or a baseline: moving average, windowed derivative, linear fit. One of enum trocar_detector_distance;
-     * default TROCAR_DETECTOR_DISTANCE_SQUARED_RESIDUAL.
+     * detector.distance: The distance: e², eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the likelihood
+     * ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline: moving
+     * average, windowed derivative, linear fit. One of enum trocar_detector_distance; default
+     * TROCAR_DETECTOR_DISTANCE_SQUARED_RESIDUAL.
      */
     uint64_t detector_distance;
     /**

@@ -77,7 +77,7 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         let one = L::splat(1.0);
         let moved = (force - self.measured).abs();
         let begins = modes.has_become(Mode::Augmented);
-        if modes.any() {
+        if modes.any_changed() {
             core::hint::cold_path();
             self.fed_back = L::select(modes.before.is_teleoperation(), self.measured, self.fed_back);
             self.anchor = L::select(begins, self.fed_back, self.anchor);

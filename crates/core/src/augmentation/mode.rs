@@ -143,7 +143,7 @@ impl<L: Lane> ModeChange<L> {
     /// Whether the mode of any lane has changed.
     #[inline(always)]
     #[must_use]
-    pub fn any(&self) -> bool {
+    pub fn any_changed(&self) -> bool {
         self.now.differs(self.before).any()
     }
 }

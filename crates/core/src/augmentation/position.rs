@@ -162,7 +162,7 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
     #[inline(always)]
     fn update(&mut self, modes: ModeChange<L>, hand: L, slave: L) -> L {
         let mut reengaging = self.gap - self.gap.clamp(-self.closing_step, self.closing_step);
-        if modes.any() {
+        if modes.any_changed() {
             core::hint::cold_path();
             let held = match self.freeze {
                 Freeze::Measured => slave,

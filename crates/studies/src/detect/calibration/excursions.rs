@@ -114,17 +114,17 @@ mod tests {
 
     #[test]
     fn an_excursion_runs_from_zero_to_zero() {
-        let residual_n = vec![0.0, -1.0, -1.0, 0.0, 0.5, 0.0, 0.0, -2.0];
+        let residual_n = vec![0.0, -1.0, -1.0, 1.2, 0.0, 0.0, 0.0, 0.0, -2.0];
         let count = residual_n.len();
         let residuals =
             Residuals { residual_n, predicted_n: vec![3.0; count], depth_m: vec![0.01; count], evidence: vec![] };
         let still = vec![0.0; count];
         let signal = Signal { interval_s: 1e-3, position_m: &still, velocity_m_per_s: &still, force_n: &still };
-        // Decision: 0, 0.5, 1, 0.5, 0, 0, 0, 3.5.
+        // Decision: 0, 0.5, 1, 1.94, 1.44, 0.94, 0.44, 0, 3.5. The rise at sample 3 raises no alarm, and is no peak.
         let found = excursions(&signal, &residuals, (0.5, 0.75), 0.0);
         assert_eq!(found.len(), 2, "{found:?}");
-        assert_eq!((found[0].from, found[0].to, found[0].crossing), (1, 4, Some(2)));
+        assert_eq!((found[0].from, found[0].to, found[0].crossing), (1, 7, Some(2)));
         assert_eq!((found[0].peak, found[1].peak), (1.0, 3.5));
-        assert_eq!((found[1].from, found[1].to, found[1].crossing), (7, 8, Some(7)));
+        assert_eq!((found[1].from, found[1].to, found[1].crossing), (8, 9, Some(8)));
     }
 }
