@@ -251,7 +251,7 @@ impl Values {
     ///
     /// # Errors
     /// [`ScenarioError`] at all such keys.
-    pub(super) fn check_acting(&self, acts_elsewhere: impl Fn(&Key) -> bool) -> Result<(), ScenarioError> {
+    pub(super) fn check_acting(&self, acts_elsewhere: impl Fn(&KeyAt) -> bool) -> Result<(), ScenarioError> {
         let layer = |path: &str| self.slot(path).filter(|given| given.place.is_some()).map(|given| given.layer);
         let unmet_at = |key: &Key, written: usize| {
             let is_nearer = |acts: &ActsFor| layer(acts.key).is_some_and(|kind| kind < written);
