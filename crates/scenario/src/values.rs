@@ -177,9 +177,11 @@ impl Values {
 
     /// The value of a key, if it has one. The layer `*` is the visited one.
     fn slot(&self, path: &str) -> Option<&Given> {
-        let Some((name, wanted)) = split(path) else { return self.given.get(path) };
-        let name = if name == ANY { self.visited.as_deref()? } else { name };
-        self.of_layers.get(name)?.get(key_of(wanted)?.path)
+        match split(path) {
+            None => self.given.get(path),
+            Some((ANY, _)) => self.of_layers.get(self.visited.as_deref()?)?.get(path),
+            Some((name, wanted)) => self.of_layers.get(name)?.get(key_of(wanted)?.path),
+        }
     }
 
     /// The value of a key, if it has one, to be changed.
