@@ -288,7 +288,7 @@ fn a_key_without_effect_is_an_error_unless_the_kind_was_changed_later() {
         ["run", "hand/reflex", "--set", "tissue.kind=kelvin-voigt", "--set", "tissue.layer.skin.rupture_force_n=2"];
     folder.refused(&given, &["tissue.layer.skin.rupture_force_n has no effect"]);
     // The base's layers are not this file's fault.
-    folder.file("base.toml", "base = \"hand/reflex\"\n[tissue]\nskin.rupture_force_n = 2\n");
+    folder.file("base.toml", "base = \"hand/reflex\"\n[tissue]\nlayer.skin.rupture_force_n = 2\n");
     folder.file("good.toml", "base = \"base.toml\"\n[tissue]\nkind = \"kelvin-voigt\"\n");
     let outcome = folder.trocar(&["check", "good.toml"]);
     assert_eq!(outcome.code, 0, "{}", outcome.err);

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use trocar_core::settings::{Key, Source as _};
+use trocar_core::settings::Source as _;
 
 use super::document::Source;
 use super::error::ScenarioError;
-use super::keys::find;
+use super::keys::{KeyAt, find};
 use super::replay::{RecordingSpec, load_recording};
 use super::run_settings::RunSettings;
 use super::scenario::{GROUPS, Reading, Scenario};
@@ -88,7 +88,7 @@ impl Scenario {
     #[must_use]
     pub fn load_all(sources: &[Source], settings: &[String]) -> Vec<Result<Self, ScenarioError>> {
         let all: Vec<_> = sources.iter().map(|source| Values::load(source, settings)).collect();
-        let acts = |key: &Key| all.iter().flatten().any(|values| values.is_acting(key));
+        let acts = |key: &KeyAt| all.iter().flatten().any(|values| values.is_acting(key));
         let resolve = |values: &Result<Values, ScenarioError>| {
             let values = values.clone()?;
             values.check_acting(acts)?;

@@ -77,7 +77,7 @@ impl Template {
             written.derive("name", Value::Text(harmless_name(&base.stem())));
         }
         written.fill_defaults();
-        written.check_acting(|key| is_open(key.path) || written.unmet(key).any(|acts| is_open(acts.key)))?;
+        written.check_acting(|key| is_open(&key.path) || written.unmet(key).any(|acts| is_open(acts.key)))?;
         let first = Scenario::resolve(written.clone())?;
         let keys: Vec<KeyAt> = open.iter().map(|(key, ..)| key.clone()).collect();
         let groups = groups_of(&keys);
@@ -231,5 +231,19 @@ mod tests {
         assert!(count_compared("layers/skin-augmented", &[""]) > 300);
         assert!(count_compared("link/four-channel", &["controller", "scaling", "slave", "master", "passivity"]) > 30);
         assert!(count_compared("paper/depth-augmented", &["tissue.presliding", "scaling", "operator.start"]) > 5);
+    }
+
+    #[test]
+    fn an_open_key_of_a_layer_may_have_no_effect_and_must_name_a_layer() {
+        let base = Source::parse("layers/skin-augmented");
+        let open = |path: &str| {
+            let place = Place { file: "sweep".into(), text: "".into(), span: 0..0 };
+            let key = super::super::find_key(path).expect("a key");
+            Template::new(&base, vec![], &[], &[(key, Value::Number(100.0), place)]).map_err(|error| error.message)
+        };
+        // The caller reports an axis without effect.
+        assert!(open("tissue.layer.skin.toughness_j_per_m2").is_ok());
+        let stray = open("tissue.layer.dura.friction_n_per_m").expect_err("no such layer");
+        assert_eq!(stray, "there is no layer dura in [[tissue.layer]]");
     }
 }

@@ -177,9 +177,11 @@ impl Values {
 
     /// The value of a key, if it has one. The layer `*` is the visited one.
     fn slot(&self, path: &str) -> Option<&Given> {
-        let Some((name, wanted)) = split(path) else { return self.given.get(path) };
-        let name = if name == ANY { self.visited.as_deref()? } else { name };
-        self.of_layers.get(name)?.get(key_of(wanted)?.path)
+        match split(path) {
+            None => self.given.get(path),
+            Some((ANY, _)) => self.of_layers.get(self.visited.as_deref()?)?.get(path),
+            Some((name, wanted)) => self.of_layers.get(name)?.get(key_of(wanted)?.path),
+        }
     }
 
     /// The value of a key, if it has one, to be changed.
@@ -251,7 +253,7 @@ impl Values {
     ///
     /// # Errors
     /// [`ScenarioError`] at all such keys.
-    pub(super) fn check_acting(&self, acts_elsewhere: impl Fn(&Key) -> bool) -> Result<(), ScenarioError> {
+    pub(super) fn check_acting(&self, acts_elsewhere: impl Fn(&KeyAt) -> bool) -> Result<(), ScenarioError> {
         let layer = |path: &str| self.slot(path).filter(|given| given.place.is_some()).map(|given| given.layer);
         let unmet_at = |key: &Key, written: usize| {
             let is_nearer = |acts: &ActsFor| layer(acts.key).is_some_and(|kind| kind < written);
