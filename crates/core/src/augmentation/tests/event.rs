@@ -101,10 +101,10 @@ fn falling(tick: u64) -> f64 {
 #[test]
 fn in_teleoperation_the_force_is_the_measured_one_and_may_change_as_it_does() {
     let commands = Timeline::new(settings()).run(50, |tick| falling(tick * tick));
-    for tick in 1..50 {
-        let (now, before) = (falling((tick * tick) as u64), falling(((tick - 1) * (tick - 1)) as u64));
-        assert_eq!(commands[tick].feedback_force_n, now);
-        assert!((commands[tick].allowed_step_n - (before - now)).abs() < 1e-12);
+    for (command, tick) in commands.iter().zip(0..50_u64).skip(1) {
+        let (now, before) = (falling(tick * tick), falling((tick - 1) * (tick - 1)));
+        assert_eq!(command.feedback_force_n, now);
+        assert!((command.allowed_step_n - (before - now)).abs() < 1e-12);
     }
 }
 
