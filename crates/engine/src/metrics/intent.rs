@@ -199,3 +199,23 @@ impl<L: Lane> Pursuit<L> {
         self.next_end_tick = ends.min().unwrap_or(u64::MAX);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_horizon_is_due_at_its_end_and_one_that_is_abandoned_never() {
+        let mut pursuit = Pursuit::<f64>::new(1e-3, 0.01);
+        assert!(!pursuit.follow(0, 0.0, 0.5));
+        pursuit.open(0, 0, 3);
+        assert!((1..10).all(|tick| !pursuit.follow(tick, 0.0, 0.5)));
+        assert!(pursuit.close(0, 9, false).is_none());
+        assert!(pursuit.follow(10, 0.0, 0.75));
+        let (rupture, aftermath) = pursuit.close(0, 10, false).expect("it is due");
+        assert_eq!((rupture, aftermath.advance_m, aftermath.beyond_intent_m), (3, 0.25, None));
+        pursuit.open(0, 10, 4);
+        pursuit.abandon(0);
+        assert!(!pursuit.follow(99, 0.0, 0.5) && pursuit.close(0, 99, true).is_none());
+    }
+}

@@ -477,4 +477,21 @@ mod tests {
         let sine = SineSettings { start, amplitude_m: 0.002, frequency_hz: 5.0 }.positions_m(1e-3, 100);
         assert!((sine[50] - 0.012).abs() < 1e-12 && sine[0] == 0.01);
     }
+
+    #[test]
+    fn a_cue_on_the_skin_is_noticed() {
+        let settings = PerceptionSettings { lapse_rate: 0.0, criterion: 9.0, ..PerceptionSettings::DEFAULT };
+        let perception = Perception::Psychometric(settings);
+        let mut operator = ramp().reacting(&ReflexSettings::default(), &perception, (1, 0), 1e-3);
+        let mut noticed = vec![];
+        for tick in 0..600 {
+            operator.cue((200..400).contains(&tick));
+            operator.desired_position_m(tick, 2.0);
+            if operator.notices() {
+                noticed.push(tick);
+            }
+        }
+        // Half of it is taken up after ln 2 of the 50 ms.
+        assert_eq!(noticed, [234]);
+    }
 }

@@ -73,11 +73,11 @@ mod tests {
     fn position_and_force_arrive_scaled_in_the_same_tick() {
         let mut link = DirectLink::<f64>::new(0.5, 3.0);
         let master = AtMaster { position_m: 0.02, velocity_m_per_s: 9.0, hand_force_n: 9.0 };
-        let slave = AtSlave { position_m: 9.0, velocity_m_per_s: 9.0, force_n: 1.5 };
+        let slave = AtSlave { position_m: 9.0, velocity_m_per_s: 9.0, force_n: 2.5 };
         assert_eq!((link.position_scale(), link.force_scale()), (0.5, 3.0));
         assert_eq!(link.to_slave(&master, &slave), 0.01);
         assert_eq!(link.limit_reference(0.7, &slave), 0.7);
-        assert_eq!(link.to_master(in_mode(Mode::Augmented), &slave, &master), (in_mode(Mode::Augmented), 4.5));
+        assert_eq!(link.to_master(in_mode(Mode::Augmented), &slave, &master), (in_mode(Mode::Augmented), 7.5));
         assert_eq!((link.limit(0.7, &master), link.apply_compliance(0.7, 5.0)), (0.7, 0.7));
         assert!(link.report(0).is_none());
     }

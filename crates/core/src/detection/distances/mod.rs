@@ -343,4 +343,19 @@ mod tests {
             assert_eq!(kind.is_one_sided(), has_direction, "{kind:?}");
         }
     }
+
+    #[cfg(feature = "alloc")]
+    #[test]
+    fn a_boxed_distance_is_the_distance_in_it() {
+        use alloc::boxed::Box;
+        let mut boxed: Box<dyn Distance<f64>> = Box::new(PageHinkley::<f64>::new(&DistanceSettings::DEFAULT, 1e-3));
+        let at = |boxed: &mut Box<dyn Distance<f64>>, residual_n| boxed.update(&evidence(residual_n, 5.0));
+        assert_eq!([at(&mut boxed, 1.0), at(&mut boxed, 0.0)], [0.0, 0.5]);
+        boxed.reset(true);
+        assert_eq!(at(&mut boxed, -4.0), 0.0, "the mean begins anew");
+        assert!(boxed.accumulates() && boxed.is_ready().is_none());
+        let derivative = WindowedDerivative::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
+        let boxed: Box<dyn Distance<f64>> = Box::new(derivative);
+        assert!(!boxed.accumulates() && boxed.is_ready() == Some(false));
+    }
 }

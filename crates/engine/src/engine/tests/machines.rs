@@ -75,14 +75,20 @@ fn the_exact_step_is_that_of_the_equations_integrated_numerically() {
 }
 
 #[test]
-fn a_slave_of_second_order_is_stepped_exactly_too() {
+fn a_slave_of_second_order_and_one_that_is_held_are_stepped_exactly_too() {
     let (master, arm) = (MasterParameters::default(), ArmParameters::default());
-    let slave =
-        SlaveParameters { numerator: vec![0.0, 12.6], denominator: vec![2.0, 3.0, 0.5], ..SlaveParameters::default() };
-    for timing in [ControlTiming::Continuous, ControlTiming::Sampled] {
-        let machines = (&master, &arm, &slave);
-        let integrated = IntegratedPlants::new(machines, timing, TICK_S, START_M, REFERENCE_M);
-        assert_alike(differences(exact(machines, timing), integrated, 250), &format!("{timing:?}"));
+    let (numerator, denominator) = (vec![0.0, 12.6], vec![2.0, 3.0, 0.5]);
+    let second = SlaveParameters { numerator, denominator, ..SlaveParameters::default() };
+    // Every coefficient acts, and the rest under a reference is not at it.
+    let (numerator, denominator) = (vec![9.0, 700.0], vec![1.0, 104.0, 60.0, 4e4]);
+    let third = SlaveParameters { numerator, denominator, ..SlaveParameters::default() };
+    for slave in [second, third] {
+        for timing in [ControlTiming::Continuous, ControlTiming::Sampled] {
+            let machines = (&master, &arm, &slave);
+            let integrated = IntegratedPlants::new(machines, timing, TICK_S, START_M, REFERENCE_M);
+            let found = differences(exact(machines, timing), integrated, 250);
+            assert_alike(found, &format!("{timing:?} {:?}", slave.denominator));
+        }
     }
 }
 

@@ -149,3 +149,22 @@ fn the_dampings_that_a_scheme_holds_over_a_tick_are_named() {
     assert_eq!([of(Scheme::TimeDomain), of(Scheme::EnergyTank)], [[damping, None]; 2]);
     assert_eq!(of(Scheme::WaveVariables), [Some(("passivity.wave_impedance_n_s_per_m", 90.0)), damping]);
 }
+
+#[test]
+fn the_slave_stays_behind_the_hand_by_what_the_hand_will_give_way() {
+    use super::{Arrived, PAYLOAD, PassivityScheme as _, SchemeContext, SlavePort};
+    let context = SchemeContext::<f64>::for_tests();
+    let settings = |scheme| PassivitySettings { scheme, ..PassivitySettings::DEFAULT };
+    let port = SlavePort { force_n: 7.0, cost_j_per_m: 7.0, work_j: 0.0, position_m: 0.0, velocity_m_per_s: 0.0 };
+    // The hand feels nothing yet.
+    let arrived = Arrived { payload: [0.0; PAYLOAD], is_fresh: true };
+    for scheme in [Scheme::TimeDomain, Scheme::EnergyTank] {
+        let mut scheme = super::super::AnyScheme::new(&settings(scheme), &context);
+        let mut position = 0.0;
+        for _ in 0..2000 {
+            position = scheme.receive_position(0.03, &arrived, &port);
+        }
+        // 7 N on a hand of 700 N/m.
+        assert!((position - 0.02).abs() < 1e-9, "{position}");
+    }
+}
