@@ -21,7 +21,7 @@ const BEYOND: f64 = 1500.0;
 /// Height of a small text.
 const SMALL: f64 = 12.0;
 /// Number of points of each side of a dip.
-const DIP_POINTS: i32 = 9;
+const DIP_POINTS: i32 = 7;
 /// Lengths of the scale in mm.
 const LENGTHS_MM: [f64; 8] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 /// Time for which a rupture is named in a live drawing, in s.
@@ -63,7 +63,7 @@ impl Form {
         },
     ];
     /// The field of an insertion by hand.
-    const FIELD: Self = Self::wide(480.0, 384.0);
+    const FIELD: Self = Self::wide(400.0, 384.0);
     /// In the animated picture.
     pub(super) const PICTURE: Self = Self::wide(376.0, 260.0);
 }
@@ -214,7 +214,7 @@ impl Scene<'_> {
         }
         shapes.push(Shape::new(Role::Rail, [(hand, MARGIN - 8.0), (hand, bottom + 4.0)]));
         shapes.push(Shape::rectangle(Role::Hand, (hand - 17.0, hand + 17.0), (at - 9.0, at + 9.0)));
-        shapes.extend([-8.0, 0.0, 8.0].map(|x| Shape::new(Role::Grip, [(hand + x, at - 4.0), (hand + x, at + 4.0)])));
+        shapes.push(Shape::new(Role::Grip, [(hand - 8.0, at), (hand + 8.0, at)]));
         let foot = height - 9.0;
         shapes.push(Shape::text(Role::Label, (hand, foot), Anchor::Middle, "hand"));
         let across = (bar, bar + bar_width);
