@@ -689,7 +689,8 @@ fn metrics_side_by_side<L: trocar_core::lane::Lane>(all: &[Insertion; 8]) -> [Me
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn eight_runs_side_by_side_have_the_metrics_of_each_alone() {
-    use trocar_engine::engine::{Avx2, Avx512, InstructionSet};
+    use trocar_engine::engine::InstructionSet;
+    use trocar_engine::wide_lanes::{Avx2, Avx512};
     let all = eight_insertions();
     let alone: Vec<Metrics> = all.iter().map(Insertion::metrics).collect();
     // What the lanes differ in: without it the comparison would say little.
@@ -707,7 +708,8 @@ fn eight_runs_side_by_side_have_the_metrics_of_each_alone() {
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn eight_runs_end_once_all_have_diverged() {
-    use trocar_engine::engine::{Avx2, InstructionSet, Observer as _};
+    use trocar_engine::engine::{InstructionSet, Observer as _};
+    use trocar_engine::wide_lanes::Avx2;
     if !InstructionSet::Avx2.is_available() {
         return;
     }
