@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example own_detector`
 
-use trocar::detection::{Decision, Detector, Evidence};
+use trocar::detector::{Decision, Detector, Evidence};
 use trocar::engine::OwnParts;
 use trocar::run::{Run, run_with};
 use trocar::scenario::{Scenario, Source};

@@ -59,7 +59,7 @@
 //!
 //! # Your own parts
 //! Every role in the loop is a trait: [`Operator`](operator::Operator), [`Tissue`](tissue::Tissue),
-//! [`Estimator`](estimation::Estimator), [`Detector`](detection::Detector), [`Distance`](detection::Distance),
+//! [`Estimator`](estimation::Estimator), [`Detector`](detector::Detector), [`Distance`](detector::Distance),
 //! [`ForceLaw`](augmentation::ForceLaw), [`MotionLaw`](augmentation::MotionLaw),
 //! [`Architecture`](teleoperation::Architecture) and [`PassivityScheme`](teleoperation::PassivityScheme). A type that implements
 //! one of them for `f64` runs in any scenario.
@@ -97,16 +97,18 @@
 //! | 5 | `trocar-stability` | [`stability`] (the linear loop, without the engine) |
 //! | 5 | `trocar-link` | the two sides of an insertion as two processes |
 //! | 4 | `trocar-scenario` | [`scenario`] (TOML, validated, resolved and echoed), [`population`] (people, tissues and links drawn at random) |
-//! | 3 | `trocar-engine` | [`engine`] (one tick, N ticks, observers), [`metrics`] (numbers from observers), [`teleoperation`] (architectures, recovery, passivity), [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`] |
+//! | 4 | `trocar-metrics` | [`metrics`] (numbers that an observer takes from a run) |
+//! | 3 | `trocar-engine` | [`engine`] (one tick, N ticks, observers), [`teleoperation`] (architectures, recovery, passivity), [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`] |
 //! | 2 | `trocar-lti` | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
 //! | 2 | `trocar-recording` | [`recording`] (recordings from files of several formats) |
 //! | 1 | `trocar-base` | [`warning`], quantiles, work on several threads |
-//! | core | `trocar-core` | [`rig`] (one step of a real controller), [`chain`] (estimator, distance, decision), [`augmentation`], [`detection`], [`estimation`], [`settings`], [`time`], [`lane`], [`error`] |
+//! | core | `trocar-core` | [`rig`] (one step of a real controller), [`chain`] (estimator, distance, decision), [`augmentation`], [`detector`], [`estimation`], [`settings`], [`time`], [`lane`], [`error`] |
 
 pub use trocar_base::warning;
-pub use trocar_core::{augmentation, chain, detection, error, estimation, lane, rig, settings, time};
-pub use trocar_engine::{channel, engine, metrics, operator, plant, sensor, teleoperation, tissue};
+pub use trocar_core::{augmentation, chain, detector, error, estimation, lane, rig, settings, time};
+pub use trocar_engine::{channel, engine, operator, plant, sensor, teleoperation, tissue};
 pub use trocar_lti as lti;
+pub use trocar_metrics as metrics;
 pub use trocar_recording as recording;
 pub use trocar_report as report;
 pub use trocar_scenario as scenario;

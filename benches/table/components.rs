@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use trocar::detection::{CusumDetector, DetectorSettings, DistanceKind, Hypotheses, SquaredResidual};
+use trocar::detector::{CusumDetector, DetectorSettings, DistanceKind, Hypotheses, SquaredResidual};
 use trocar::estimation::Rls;
 use trocar::sensor::ForceSensor;
 

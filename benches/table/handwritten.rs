@@ -5,7 +5,7 @@
 //! decays. The scenario's numbers are read once; the kinds of parts are fixed in the code. No metrics.
 
 use trocar::augmentation::{DecaySettings, ForceLawSettings, Freeze, Reengage};
-use trocar::detection::{DistanceKind, Motion};
+use trocar::detector::{DistanceKind, Motion};
 use trocar::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 use trocar::scenario::Scenario;
 use trocar::time::nearest_ticks;

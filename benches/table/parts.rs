@@ -1,7 +1,7 @@
 //! The components of a tick, each run alone.
 
 use trocar::augmentation::{Situation, Supervisor};
-use trocar::detection::{CusumDetector, Detector, Evidence, SquaredResidual};
+use trocar::detector::{CusumDetector, Detector, Evidence, SquaredResidual};
 use trocar::engine::{ExactPlants, Observer, Plants, Signals};
 use trocar::estimation::{Estimator, Rls};
 use trocar::metrics::MetricsObserver;

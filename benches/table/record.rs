@@ -1,7 +1,7 @@
 //! The inputs of each component of an engine over a whole run.
 
 use trocar::augmentation::Situation;
-use trocar::detection::Evidence;
+use trocar::detector::Evidence;
 use trocar::engine::{Observer, Signals};
 use trocar::estimation::{Estimator, Rls};
 use trocar::operator::Operator;

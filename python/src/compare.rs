@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_base::parallel::try_map;
-use trocar_engine::metrics::Metrics;
+use trocar_metrics::Metrics;
 use trocar_report::{all_metrics_text, comparison_json, facts_text, seeds_text};
 use trocar_studies::compare::{Comparison, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_studies::run::RunError;

@@ -3,7 +3,7 @@
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trocar_core::detection::DistanceKind;
+use trocar_core::detector::DistanceKind;
 use trocar_engine::engine::TrustColumns;
 use trocar_report::figures::{
     CharacteristicView, ESTIMATION_FIGURES, EstimationView, FigureError, MapAxisView, MapView, RUN_FIGURES, RunView,

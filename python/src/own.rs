@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyTuple};
 use trocar_core::augmentation::{AugmentedTick, ForceLaw, Mode, ModeChange, MotionLaw};
-use trocar_core::detection::{Decision, Detector, Evidence};
+use trocar_core::detector::{Decision, Detector, Evidence};
 use trocar_core::estimation::{Estimate, Estimator};
 use trocar_engine::engine::OwnParts;
 use trocar_engine::operator::Operator;

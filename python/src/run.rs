@@ -6,7 +6,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_engine::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS};
-use trocar_engine::metrics::Metrics;
+use trocar_metrics::Metrics;
 use trocar_report::{run_text, summary_json};
 use trocar_studies::run::{RunError, observe, observe_with};
 

@@ -7,7 +7,7 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_base::parallel::try_map;
-use trocar_engine::metrics::{Declaration, Metrics};
+use trocar_metrics::{Declaration, Metrics};
 use trocar_scenario::{ScenarioError, Source};
 use trocar_studies::run::RunError;
 use trocar_studies::sweep::{

@@ -5,7 +5,7 @@ use clap::Args;
 use super::error::CliError;
 use super::terminal;
 use trocar_base::warning::Code;
-use trocar_engine::metrics::Declaration;
+use trocar_metrics::Declaration;
 use trocar_report::{WIDTH, declarations, filled};
 use trocar_scenario::{Fallback, KeyAt, find_key, nearest_key, nearest_of, unit_of};
 

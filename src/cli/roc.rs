@@ -7,7 +7,7 @@ use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded, terminal};
-use trocar_core::detection::DistanceKind;
+use trocar_core::detector::DistanceKind;
 use trocar_recording::InVivoLikeVariant;
 use trocar_report::{roc_csv, roc_json, roc_picture, roc_text};
 use trocar_scenario::{DetectionSpec, Scenario, Source, Values};
@@ -198,5 +198,5 @@ fn depth(text: &str) -> Result<f64, String> {
 }
 
 fn within(text: &str) -> Result<f64, String> {
-    between(text, (0.0, trocar_engine::metrics::RUPTURE_WINDOW_S), "s")
+    between(text, (0.0, trocar_metrics::RUPTURE_WINDOW_S), "s")
 }

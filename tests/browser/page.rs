@@ -14,7 +14,7 @@ use serde_json::{Value as Json, json};
 use crate::server::{Running, explore};
 
 /// The body of a trial.
-pub type Body = fn(Page) -> Pin<Box<dyn Future<Output = Page>>>;
+pub type Body = fn(BrowserPage) -> Pin<Box<dyn Future<Output = BrowserPage>>>;
 
 /// Time limit of a page; a machine that runs all tests at once is slow.
 const TIMEOUT: Duration = Duration::from_secs(20);
@@ -29,7 +29,7 @@ pub fn is_there() -> bool {
 }
 
 /// An open page.
-pub struct Page {
+pub struct BrowserPage {
     pub client: Client,
     pub address: SocketAddr,
 }
@@ -50,14 +50,14 @@ pub fn run(body: Body) -> Result<(), String> {
         builder.capabilities([("goog:chromeOptions".to_owned(), options)].into_iter().collect());
         let client = builder.connect(&format!("http://127.0.0.1:{port}")).await.map_err(|error| error.to_string())?;
         // Apart, so that a trial that fails closes its browser, too.
-        let trial = tokio::task::spawn_local(body(Page { client: client.clone(), address }));
+        let trial = tokio::task::spawn_local(body(BrowserPage { client: client.clone(), address }));
         let outcome = trial.await;
         client.close().await.map_err(|error| error.to_string())?;
         outcome.map(drop).or_else(|failed| std::panic::resume_unwind(failed.into_panic()))
     })
 }
 
-impl Page {
+impl BrowserPage {
     /// Opens the page of a state and waits for its charts.
     pub async fn open(&self, state: &str) {
         // The same address with another hash does not load a new page.

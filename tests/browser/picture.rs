@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde_json::{Value as Json, json};
 use tokio::time::sleep;
 
-use crate::page::Page;
+use crate::page::BrowserPage;
 use crate::similar::{assert_similar, changed_share};
 use crate::test_folder::TestFolder;
 
@@ -25,7 +25,7 @@ const DRAWN: &str = r"return [...document.querySelectorAll('#animation .needle-p
         scale_px: box('.ruler').height, scale_mm: parseFloat(scale.textContent), state: panel.dataset.state };
 })";
 
-pub async fn animation(page: Page) -> Page {
+pub async fn animation(page: BrowserPage) -> BrowserPage {
     for scenario in ["paper/augmented", "layers/skin-augmented"] {
         page.open(&format!("scenario=builtin:{scenario}.toml")).await;
         let table = page.table().await;
@@ -98,7 +98,7 @@ pub async fn animation(page: Page) -> Page {
 }
 
 /// The ends of elements, in pixels from the top left of the window.
-async fn ends(page: &Page, elements: &str) -> Vec<(String, f64, f64)> {
+async fn ends(page: &BrowserPage, elements: &str) -> Vec<(String, f64, f64)> {
     let script = format!(
         "return [...document.querySelectorAll('{elements}')].map(one => {{
             const box = one.getBoundingClientRect(); return [one.id || one.getAttribute('class') || one.tagName, box.right, box.bottom]; }})"
@@ -106,7 +106,7 @@ async fn ends(page: &Page, elements: &str) -> Vec<(String, f64, f64)> {
     serde_json::from_value(page.evaluate(&script).await).expect("places")
 }
 
-pub async fn layout(page: Page) -> Page {
+pub async fn layout(page: BrowserPage) -> BrowserPage {
     for (width, height, elements, count) in [
         (
             1280,
@@ -140,7 +140,7 @@ pub async fn layout(page: Page) -> Page {
     page
 }
 
-pub async fn look(page: Page) -> Page {
+pub async fn look(page: BrowserPage) -> BrowserPage {
     let mut light = vec![];
     for (name, width, height) in [("desktop", 1280, 800), ("telephone", 390, 844)] {
         page.resize(width, height).await;
@@ -161,7 +161,7 @@ pub async fn look(page: Page) -> Page {
 }
 
 /// Checks the accessibility of every page with axe-core, if `TROCAR_AXE` names its `axe.min.js`, and the length of a printed report.
-pub async fn axe(page: Page) -> Page {
+pub async fn axe(page: BrowserPage) -> BrowserPage {
     let folder = TestFolder::new();
     let sweep =
         "base = \"builtin:paper/augmented.toml\"\n[axes]\nscaling.force = [0.5, 1.0]\nscaling.position = [0.5, 1.0]\n";
@@ -180,8 +180,8 @@ pub async fn axe(page: Page) -> Page {
     });
     page.client.goto(&reports[0]).await.expect("goes");
     sleep(Duration::from_millis(500)).await;
-    let printed = page.devtools("Page.printToPDF", json!({})).await;
-    let count = "return atob(arguments[0]).match(/\\/Type\\s*\\/Page[^s]/g).length";
+    let printed = page.devtools("BrowserPage.printToPDF", json!({})).await;
+    let count = "return atob(arguments[0]).match(/\\/Type\\s*\\/BrowserPage[^s]/g).length";
     let pages = page.client.execute(count, vec![printed["data"].clone()]).await.expect("a count");
     assert!(pages.as_u64().is_some_and(|pages| (1..=6).contains(&pages)), "{pages} printed pages");
     let Some(axe) = std::env::var_os("TROCAR_AXE") else {
@@ -215,7 +215,7 @@ pub async fn axe(page: Page) -> Page {
 }
 
 /// Moves a slider while the animation plays, and prints the times between frames.
-pub async fn playing(page: Page) -> Page {
+pub async fn playing(page: BrowserPage) -> BrowserPage {
     page.open("").await;
     let script = "window.frames_ms = []; window.shown = new Set(); let last = null;
         const slider = document.getElementById('key-scaling-force');

@@ -9,7 +9,7 @@ use fantoccini::key::Key;
 use serde_json::{Value as Json, json};
 use tokio::time::sleep;
 
-use crate::page::{Body, Page};
+use crate::page::{Body, BrowserPage};
 use crate::test_folder::TestFolder;
 
 /// All trials.
@@ -47,12 +47,12 @@ fn squeezed(line: &str) -> String {
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-async fn lines(page: &Page) -> Vec<String> {
+async fn lines(page: &BrowserPage) -> Vec<String> {
     let rows = page.table().await.into_iter().map(|cells| squeezed(&cells.join(" ")));
     rows.filter(|line| !line.starts_with("in noise")).collect()
 }
 
-async fn slider(page: Page) -> Page {
+async fn slider(page: BrowserPage) -> BrowserPage {
     page.open("").await;
     let printed = compared(&[]);
     assert!(printed.len() > 30);
@@ -69,7 +69,7 @@ async fn slider(page: Page) -> Page {
     page
 }
 
-async fn warnings(page: Page) -> Page {
+async fn warnings(page: BrowserPage) -> BrowserPage {
     page.open("").await;
     assert_eq!(page.evaluate("return document.getElementById('warnings').hidden").await, Json::Bool(true));
     page.open("detector.threshold=100").await;
@@ -81,7 +81,7 @@ async fn warnings(page: Page) -> Page {
 }
 
 /// What is no number, and what is refused, changes nothing and is shown as wrong.
-async fn refused(page: Page) -> Page {
+async fn refused(page: BrowserPage) -> BrowserPage {
     page.open("").await;
     let number = page.element("key-scaling-force-number").await;
     let wrong =
@@ -118,7 +118,7 @@ async fn refused(page: Page) -> Page {
 
 /// Prints the time from the input to the drawn frame. A browser hands the moves of a pointer over with a frame of the screen, and a
 /// key at any moment between two.
-async fn timing(page: Page) -> Page {
+async fn timing(page: BrowserPage) -> BrowserPage {
     page.resize(1280, 800).await;
     // 7 s of insertion through the skin, in ticks of 1 ms, classical and augmented.
     page.open("scenario=builtin:layers/skin-augmented.toml&simulation.duration_s=7").await;
@@ -156,7 +156,7 @@ async fn timing(page: Page) -> Page {
 }
 
 /// Moves the slider; returns the times in ms of the answer to it: on the server, and from the input to the drawn frame.
-async fn timing_of(page: &Page, moved: impl AsyncFnOnce()) -> [f64; 2] {
+async fn timing_of(page: &BrowserPage, moved: impl AsyncFnOnce()) -> [f64; 2] {
     page.evaluate("trocar.timings.length = 0").await;
     moved().await;
     page.wait("return !trocar.busy() && trocar.timings.some(t => t.total_ms !== null)").await;
@@ -166,7 +166,7 @@ async fn timing_of(page: &Page, moved: impl AsyncFnOnce()) -> [f64; 2] {
     [0, 1].map(|index| times[index].as_f64().expect("a time"))
 }
 
-async fn map(page: Page) -> Page {
+async fn map(page: BrowserPage) -> BrowserPage {
     page.open("y=tissue.stiffness_n_per_m").await;
     page.wait("return trocarMap.current() !== null").await;
     let ends = "const { x, y } = trocarMap.current(); return [x.low, x.high, y.low, y.high]";
@@ -199,7 +199,7 @@ async fn map(page: Page) -> Page {
     page
 }
 
-async fn push(page: Page) -> Page {
+async fn push(page: BrowserPage) -> BrowserPage {
     page.open("scenario=builtin:layers/skin-augmented.toml").await;
     let field = page.element("field").await;
     page.element("push").await.click().await.expect("clicked");
@@ -247,7 +247,7 @@ async fn push(page: Page) -> Page {
     page
 }
 
-async fn export(page: Page) -> Page {
+async fn export(page: BrowserPage) -> BrowserPage {
     page.open(
         "scenario=builtin:paper/augmented.toml&scaling.force=1.5&sensor.force_noise_std_n=0.01&simulation.seed=7",
     )
@@ -277,7 +277,7 @@ async fn export(page: Page) -> Page {
     page
 }
 
-async fn access(page: Page) -> Page {
+async fn access(page: BrowserPage) -> BrowserPage {
     page.open("").await;
     // The settings that are not in front are folded.
     page.element("all").await.find(Locator::Css("summary")).await.expect("a summary").click().await.expect("opened");
@@ -310,7 +310,7 @@ async fn access(page: Page) -> Page {
 }
 
 /// Sends the steps of a finger: the name of an event, and the point it touches if it does.
-async fn finger(page: &Page, steps: &[(&str, Option<(f64, f64)>)]) {
+async fn finger(page: &BrowserPage, steps: &[(&str, Option<(f64, f64)>)]) {
     for (event, point) in steps {
         let points: Vec<Json> = point.iter().map(|(x, y)| json!({ "x": x, "y": y })).collect();
         page.devtools("Input.dispatchTouchEvent", json!({ "type": event, "touchPoints": points })).await;
@@ -318,7 +318,7 @@ async fn finger(page: &Page, steps: &[(&str, Option<(f64, f64)>)]) {
     }
 }
 
-async fn touch(page: Page) -> Page {
+async fn touch(page: BrowserPage) -> BrowserPage {
     page.devtools("Emulation.setTouchEmulationEnabled", json!({ "enabled": true })).await;
     page.resize(390, 844).await;
     page.open("").await;
@@ -345,7 +345,7 @@ async fn touch(page: Page) -> Page {
 }
 
 /// Writes the pictures of the README, if a folder for them is given.
-async fn screenshots(page: Page) -> Page {
+async fn screenshots(page: BrowserPage) -> BrowserPage {
     page.resize(1280, 800).await;
     page.open("scenario=builtin:paper/augmented.toml").await;
     page.table().await;

@@ -3,7 +3,7 @@
 
 use nalgebra::dmatrix;
 use trocar::lti::{
-    Complex64, Continuous, Error, Signal, StateSpace, TransferFunction, Wiring, append, realise,
+    Complex64, Continuous, Error, Interconnection, Signal, StateSpace, TransferFunction, append, realise,
     realise_with_derivative,
 };
 
@@ -129,7 +129,7 @@ fn master_side() -> StateSpace<Continuous> {
     .expect("all continuous");
     let [x_h, v_h, x_a, v_a, integral, f_h] = [0, 1, 2, 3, 4, 5].map(Signal::Output);
     let [x_d, v_d, f_ed] = [0, 1, 2].map(Signal::External);
-    Wiring::new(&blocks, 3)
+    Interconnection::new(&blocks, 3)
         .feed(0, &[(1.0, f_h), (-1.0, f_ed), (-1.0, integral)])
         .and_then(|w| w.feed(1, &[(K_H, x_d), (-K_H, x_a), (B_H, v_d), (-B_H, v_a), (-1.0, f_h)]))
         .and_then(|w| w.feed(2, &[(1.0, f_ed), (-1.0, f_h)]))

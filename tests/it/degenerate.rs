@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use trocar::augmentation::{AmplifySettings, AugmentationSettings, ForceLawSettings, Reengage};
-use trocar::detection::{DetectorSettings, DistanceKind, Hypotheses};
+use trocar::detector::{DetectorSettings, DistanceKind, Hypotheses};
 use trocar::estimation::{Parameters, RlsSettings};
 use trocar::rig::{Command, HapticController, Sample, Settings, VelocitySource};
 
@@ -190,10 +190,10 @@ proptest! {
 fn what_would_be_divided_by_zero_is_refused() {
     let refused = |hypotheses: Hypotheses| {
         let detector = DetectorSettings {
-            distance: trocar::detection::DistanceSettings {
+            distance: trocar::detector::DistanceSettings {
                 kind: DistanceKind::VarianceChange,
                 hypotheses,
-                ..trocar::detection::DistanceSettings::DEFAULT
+                ..trocar::detector::DistanceSettings::DEFAULT
             },
             ..DetectorSettings::default()
         };

@@ -1,7 +1,7 @@
 //! Detection on recordings of a real rig, with the defaults.
 
 use trocar::detect::{Detection, DetectionReport, detect};
-use trocar::detection::DistanceKind;
+use trocar::detector::DistanceKind;
 use trocar::recording::Recording;
 use trocar::scenario::{DetectionSettings, DetectionSpec, Values};
 use trocar::warning::Code;

@@ -24,12 +24,12 @@ fn get(address: SocketAddr, path: &str, host: &str) -> String {
 }
 
 /// A page of this server.
-pub(crate) struct Page {
+pub(crate) struct ServedPage {
     socket: Socket,
     last_id: u32,
 }
 
-impl Page {
+impl ServedPage {
     pub(crate) fn open(address: SocketAddr) -> Self {
         let mut page = Self { socket: open(&address.to_string()), last_id: 0 };
         assert_eq!(page.receive("hello")["type"], "hello");
@@ -139,7 +139,7 @@ fn other_machines_need_the_token_of_the_printed_address() {
 #[test]
 fn all_invalid_values_are_named_at_once() {
     let (_server, address) = explore(&[]);
-    let mut page = Page::open(address);
+    let mut page = ServedPage::open(address);
     let set = json!({ "scaling.force": -1, "detector.threshold": "high", "simulation.seed": 1 });
     let state = json!({ "scenario": "builtin:paper/augmented.toml", "set": set });
     let refused = page.request(json!({ "type": "show", "state": state, "points": 400 }), "refused");
@@ -153,7 +153,7 @@ fn all_invalid_values_are_named_at_once() {
 #[test]
 fn invalid_requests_of_a_page_are_rejected_with_a_reason() {
     let (_server, address) = explore(&[]);
-    let mut page = Page::open(address);
+    let mut page = ServedPage::open(address);
     let refusals = [
         ("builtin:layers/skin-augmented.toml", json!({ "recording.file": "/etc/passwd" }), "cannot name files"),
         ("/etc/passwd", json!({}), "no scenario"),
@@ -179,7 +179,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     let (_server, address) = explore(&[]);
     let own = format!("http://{address}");
     let host = address.to_string();
-    let mut honest = Page::open(address);
+    let mut honest = ServedPage::open(address);
     let mut slowest = honest.moves_a_slider(1.0);
     let mut watch = |what: &str, force: f64| {
         let took = honest.moves_a_slider(force);
@@ -298,7 +298,7 @@ fn pages_are_counted_and_make_room_when_they_go() {
 #[test]
 fn a_hand_pushes_through_the_skin_in_real_time() {
     let (_server, address) = explore(&[]);
-    let mut page = Page::open(address);
+    let mut page = ServedPage::open(address);
     let state = json!({ "scenario": "builtin:layers/skin-augmented.toml", "set": {} });
     page.last_id += 1;
     let began = Instant::now();
@@ -337,7 +337,7 @@ fn a_hand_pushes_through_the_skin_in_real_time() {
 #[cfg(unix)]
 fn ctrl_c_ends_it_cleanly_with_a_page_open() {
     let (mut server, address) = explore(&[]);
-    let mut page = Page::open(address);
+    let mut page = ServedPage::open(address);
     page.moves_a_slider(1.0);
     let killed = std::process::Command::new("kill").args(["-INT", &server.id().to_string()]).status().expect("runs");
     assert!(killed.success());

@@ -4,7 +4,7 @@ use crate::support::closed_forms::{Lag, MassDamper};
 use nalgebra::{DMatrix, DVector, dvector};
 use proptest::prelude::*;
 use trocar::lti::{
-    Complex64, Continuous, Hold, Polynomial, StateSpace, TransferFunction, exact_step, exponential, feedback,
+    Complex64, Continuous, InputHold, Polynomial, StateSpace, TransferFunction, exact_step, exponential, feedback,
     logarithm, parallel, realise, series, step_response, step_response_discrete, tustin, undo_tustin,
     undo_zero_order_hold, zero_order_hold,
 };
@@ -13,7 +13,7 @@ const TICK_S: f64 = 1e-3;
 
 #[test]
 fn a_held_force_moves_the_master_as_its_closed_form() {
-    let held = exact_step(&MassDamper::MASTER.system(), TICK_S, &[Hold::Held]).expect("finite");
+    let held = exact_step(&MassDamper::MASTER.system(), TICK_S, &[InputHold::Held]).expect("finite");
     let force = dvector![2.5];
     let mut x = DVector::zeros(2);
     for k in 1..=2000 {
@@ -25,7 +25,7 @@ fn a_held_force_moves_the_master_as_its_closed_form() {
 
 #[test]
 fn a_ramped_force_moves_the_master_as_its_closed_form() {
-    let linear = exact_step(&MassDamper::MASTER.system(), 0.02, &[Hold::Linear]).expect("finite");
+    let linear = exact_step(&MassDamper::MASTER.system(), 0.02, &[InputHold::Linear]).expect("finite");
     let force = |k: u32| dvector![3.0 * 0.02 * f64::from(k)];
     let mut x = DVector::zeros(2);
     for k in 0..100 {
@@ -120,8 +120,8 @@ proptest! {
 
     #[test]
     fn a_step_with_equal_samples_is_a_held_step(system in stable_system(), tick_s in 1e-3..0.5f64) {
-        let held = exact_step(&system, tick_s, &[Hold::Held; 2]).expect("finite");
-        let linear = exact_step(&system, tick_s, &[Hold::Linear, Hold::Held]).expect("finite");
+        let held = exact_step(&system, tick_s, &[InputHold::Held; 2]).expect("finite");
+        let linear = exact_step(&system, tick_s, &[InputHold::Linear, InputHold::Held]).expect("finite");
         prop_assert!(close(&(&linear.gamma_now + &linear.gamma_next), &held.gamma_now, 1e-13));
         prop_assert_eq!(linear.gamma_next.column(1).amax(), 0.0);
     }

@@ -7,34 +7,6 @@ use trocar::report::{declarations, metrics_markdown, trace_columns_markdown};
 use trocar::sweep::{Column, sweep_schema};
 
 use crate::support::test_folder::TestFolder;
-use crate::support::{file, files_with};
-
-/// Returns the sources of all packages.
-fn sources() -> String {
-    let folders = ["crates", "src", "python/src"].map(file);
-    let files = folders.iter().flat_map(|folder| files_with("rs", folder));
-    files.map(|path| std::fs::read_to_string(path).expect("a source")).collect()
-}
-
-/// Returns the number of occurrences of a whole word in a text.
-fn occurrences(text: &str, word: &str) -> usize {
-    let is_of_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
-    let is_alone =
-        |at: usize| !is_of_word(text[..at].chars().next_back()) && !is_of_word(text[at + word.len()..].chars().next());
-    text.match_indices(word).filter(|(at, _)| is_alone(*at)).count()
-}
-
-#[test]
-fn a_metric_is_declared_in_one_place() {
-    let sources = sources();
-    for metric in declarations() {
-        assert_eq!(sources.matches(metric.meaning).count(), 1, "{}: {}", metric.name, metric.meaning);
-    }
-    // Metrics that are derived from others occur only in the catalogue.
-    for name in ["max_detection_delay_s", "max_slave_travel_m", "max_frozen_motion_m"] {
-        assert_eq!(occurrences(&sources, name), 1, "{name}");
-    }
-}
 
 #[test]
 fn every_surface_has_every_metric() {

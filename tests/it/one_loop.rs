@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value as Json, json};
 
-use crate::explore::Page;
+use crate::explore::ServedPage;
 use crate::support::server::explore;
 use crate::support::test_folder::TestFolder;
 use trocar::scenario::{Scenario, Source, shipped_questions};
@@ -66,7 +66,7 @@ impl Said {
 fn sweep_and_page_say_of_every_shipped_scenario_what_stability_says() {
     let folder = TestFolder::new();
     let (_server, address) = explore(&[]);
-    let mut page = Page::open(address);
+    let mut page = ServedPage::open(address);
     let (mut unstable, mut unknown) = (0, 0);
     for (index, name) in names().iter().enumerate() {
         let scale = scenario(name, &[]).link.machines.force_scale;

@@ -1,7 +1,7 @@
 //! User-defined parts: the examples run, and copies of built-in parts are identical to them, bit for bit.
 
 use trocar::augmentation::{AugmentedTick, ForceLaw, HeldReference, ModeChange, MotionLaw};
-use trocar::detection::{CusumDetector, Decision, Detector, Distance, Evidence};
+use trocar::detector::{CusumDetector, Decision, Detector, Distance, Evidence};
 use trocar::engine::{OwnParts, Trace};
 use trocar::estimation::{AnyEstimator, Estimate, Estimator};
 use trocar::metrics::Outcome;

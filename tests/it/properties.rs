@@ -167,7 +167,7 @@ proptest! {
     fn a_resolved_scenario_is_echoed(
         scale in 0.1..3.0f64, tick in prop::sample::select(vec![1e-3, 5e-4, 2e-3]), k_v in 0.0..40.0f64,
         seed in 0..i64::MAX, ratio in 0.0..=1.0f64, reengage in prop::sample::select(vec!["ramp", "clutch", "snap"]),
-        distance in prop::sample::select(trocar::detection::DistanceKind::WORDS.to_vec()),
+        distance in prop::sample::select(trocar::detector::DistanceKind::WORDS.to_vec()),
     ) {
         let text = format!(
             "operator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nscaling.force = {scale:?}\n\

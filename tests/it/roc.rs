@@ -7,9 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use trocar::detect::{DetectionReport, detect};
-use trocar::detection::{
-    ArmingSettings, CusumDetector, Detector, DetectorSettings, DistanceKind, Evidence, Hypotheses,
-};
+use trocar::detector::{ArmingSettings, CusumDetector, Detector, DetectorSettings, DistanceKind, Evidence, Hypotheses};
 use trocar::estimation::{Estimator, Rls, RlsSettings};
 use trocar::recording::{InVivoLikeVariant, RUPTURES_S};
 use trocar::roc::{Characteristics, Curve, DetectorBank, Point, Signal, SignalKind, Study};

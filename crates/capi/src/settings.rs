@@ -3,7 +3,7 @@
 use core::mem::size_of;
 
 use trocar_core::rig;
-use trocar_core::settings::{Constant, Fallback, Key, Kind, Source};
+use trocar_core::settings::{Constant, Fallback, Key, KeySource, Kind};
 
 use crate::Status;
 
@@ -85,7 +85,7 @@ impl Fields {
     }
 }
 
-impl Source for Fields {
+impl KeySource for Fields {
     type Error = &'static Key;
 
     fn number(&self, path: &str) -> Result<f64, Self::Error> {

@@ -2,7 +2,7 @@
 //!
 //! The engine, the rig, `detect`, `calibrate` and `roc` all run this chain.
 
-use crate::detection::{AlarmConditions, CusumDetector, Decision, Detector, Distance, Evidence};
+use crate::detector::{AlarmConditions, CusumDetector, Decision, Detector, Distance, Evidence};
 use crate::estimation::{Estimate, Estimator};
 use crate::lane::{Lane, Mask};
 
@@ -136,7 +136,7 @@ impl<E: crate::lane::Stored, D: crate::lane::Stored> crate::lane::Stored for Cha
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detection::{DetectorSettings, SquaredResidual};
+    use crate::detector::{DetectorSettings, SquaredResidual};
     use crate::estimation::{Rls, RlsSettings};
 
     /// Estimates a force of 100 N/m, and counts the samples and the gaps.

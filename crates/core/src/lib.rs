@@ -17,7 +17,7 @@ extern crate self as trocar_core;
 
 pub mod augmentation;
 pub mod chain;
-pub mod detection;
+pub mod detector;
 pub mod error;
 pub mod estimation;
 pub mod lane;

@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, StudentT};
-use trocar_core::detection::{CusumDetector, Detector, DetectorSettings, DistanceKind, Evidence, Hypotheses};
+use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, DistanceKind, Evidence, Hypotheses};
 
 /// Minutes of each noise at each rate.
 const MINUTES: f64 = 10.0;

@@ -6,7 +6,6 @@
 
 pub mod channel;
 pub mod engine;
-pub mod metrics;
 pub mod operator;
 pub mod plant;
 pub mod sensor;

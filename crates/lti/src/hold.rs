@@ -8,7 +8,7 @@ use super::{Continuous, Discrete, Error, StateSpace};
 
 /// The course of an input from one sample to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Hold {
+pub enum InputHold {
     /// Constant over the tick at its value at the start (zero-order hold).
     Held,
     /// Linear from its value at the start to that at the end (first-order, or triangle, hold).
@@ -44,7 +44,7 @@ impl ExactStep {
     }
 }
 
-/// The exact step of a continuous system over a tick in s, with one [`Hold`] per input.
+/// The exact step of a continuous system over a tick in s, with one [`InputHold`] per input.
 ///
 /// The first rows of one exponential hold all three integrals (Van Loan, *Computing integrals involving the matrix
 /// exponential*, 1978; Franklin, Powell and Workman, *Digital Control of Dynamic Systems*, 6.3):
@@ -54,12 +54,12 @@ impl ExactStep {
 /// `Γ_next = Γ_2`.
 ///
 /// The derivative of an input that is linear over the tick is constant, `(u_{k+1} - u_k) / T`: declare such an input
-/// [`Hold::Held`] with that value.
+/// [`InputHold::Held`] with that value.
 ///
 /// # Errors
 /// [`Error::TickNotPositive`], [`Error::DimensionMismatch`] unless there is one hold per input,
 /// [`Error::ExponentialOverflow`].
-pub fn exact_step(system: &StateSpace<Continuous>, tick_s: f64, holds: &[Hold]) -> Result<ExactStep, Error> {
+pub fn exact_step(system: &StateSpace<Continuous>, tick_s: f64, holds: &[InputHold]) -> Result<ExactStep, Error> {
     let tick_s = Discrete::new(tick_s)?.tick_s();
     let (n, m) = (system.states(), system.inputs());
     check_size("the number of holds", m, holds.len())?;
@@ -71,7 +71,7 @@ pub fn exact_step(system: &StateSpace<Continuous>, tick_s: f64, holds: &[Hold]) 
 
     let mut gamma_now = whole.view((0, n), (n, m)).into_owned();
     let mut gamma_next = DMatrix::zeros(n, m);
-    for (j, _) in holds.iter().enumerate().filter(|(_, hold)| **hold == Hold::Linear) {
+    for (j, _) in holds.iter().enumerate().filter(|(_, hold)| **hold == InputHold::Linear) {
         let ramp = whole.view((0, n + m + j), (n, 1));
         gamma_next.column_mut(j).copy_from(&ramp);
         let mut now = gamma_now.column_mut(j);
@@ -85,7 +85,7 @@ pub fn exact_step(system: &StateSpace<Continuous>, tick_s: f64, holds: &[Hold]) 
 /// # Errors
 /// As [`exact_step`].
 pub fn zero_order_hold(system: &StateSpace<Continuous>, tick_s: f64) -> Result<StateSpace<Discrete>, Error> {
-    let step = exact_step(system, tick_s, &vec![Hold::Held; system.inputs()])?;
+    let step = exact_step(system, tick_s, &vec![InputHold::Held; system.inputs()])?;
     StateSpace::discrete(step.phi, step.gamma_now, system.c().clone(), system.d().clone(), tick_s)
 }
 
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn each_input_has_its_own_hold() {
-        let step = exact_step(&plant(), 0.5, &[Hold::Held, Hold::Linear]).expect("finite");
+        let step = exact_step(&plant(), 0.5, &[InputHold::Held, InputHold::Linear]).expect("finite");
         assert!((step.gamma_now[(0, 0)] - (1.0 - f64::exp(-0.5))).abs() < 1e-15);
         assert_eq!(step.gamma_next.column(0), dvector![0.0, 0.0]);
         // The integral of a straight line is the area of a trapezium.
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn a_wrong_number_of_holds_is_refused() {
-        let one_hold = exact_step(&plant(), 0.5, &[Hold::Held]);
+        let one_hold = exact_step(&plant(), 0.5, &[InputHold::Held]);
         assert_eq!(one_hold, Err(Error::DimensionMismatch { what: "the number of holds", expected: 2, found: 1 }));
         assert!(matches!(exact_step(&plant(), f64::NAN, &[]), Err(Error::TickNotPositive { .. })));
     }

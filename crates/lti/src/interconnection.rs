@@ -1,99 +1,105 @@
-//! Connections of systems: in series, in parallel, in feedback or block-diagonal.
+//! The gains of a connection, written line by line.
 
 use nalgebra::DMatrix;
 
-use super::linear_algebra::check_size;
-use super::{Domain, Error, Signal, StateSpace, Wiring};
+use super::{Domain, Error, StateSpace, connect};
 
-/// The systems without connections: states, inputs and outputs of the first, then of the next; block-diagonal matrices.
+/// A signal of a connection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Signal {
+    /// An output of the appended systems, counted from 0 across all of them.
+    Output(usize),
+    /// An external input, counted from 0.
+    External(usize),
+}
+
+/// A weighted sum of signals.
+pub type WeightedSignals<'a> = &'a [(f64, Signal)];
+
+/// The static gains around appended systems: each [`feed`](Self::feed) adds to an input, each [`read`](Self::read) adds
+/// an output of the closed system. [`close`](Self::close) passes them to [`connect`].
 ///
-/// # Errors
-/// [`Error::UnequalTicks`]; [`Error::DimensionMismatch`] for an empty list.
-pub fn append<D: Domain>(systems: &[&StateSpace<D>]) -> Result<StateSpace<D>, Error> {
-    let Some((first, rest)) = systems.split_first() else {
-        return Err(Error::DimensionMismatch { what: "the number of systems to append", expected: 1, found: 0 });
-    };
-    let domain = rest.iter().try_fold(first.domain(), |domain, next| domain.shared_with(next.domain()))?;
-    let diagonal = |block: fn(&StateSpace<D>) -> &DMatrix<f64>| {
-        let rows = systems.iter().map(|s| block(s).nrows()).sum();
-        let columns = systems.iter().map(|s| block(s).ncols()).sum();
-        let mut whole = DMatrix::zeros(rows, columns);
-        let (mut row, mut column) = (0, 0);
-        for system in systems {
-            let part = block(system);
-            whole.view_mut((row, column), part.shape()).copy_from(part);
-            row += part.nrows();
-            column += part.ncols();
+/// ```
+/// # mod trocar { pub use trocar_lti as lti; }
+/// use trocar::lti::{Signal, TransferFunction, Interconnection, realise};
+///
+/// // An integrator fed by 3 (r - y): the lag 3 / (s + 3).
+/// let integrator = realise(&TransferFunction::new(&[1.0], &[1.0, 0.0])?)?;
+/// let lag = Interconnection::new(&integrator, 1)
+///     .feed(0, &[(3.0, Signal::External(0)), (-3.0, Signal::Output(0))])?
+///     .read(&[(1.0, Signal::Output(0))])?
+///     .close(&integrator)?;
+/// assert_eq!(lag.poles()?[0].re, -3.0);
+/// # Ok::<(), trocar::lti::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interconnection {
+    outputs: usize,
+    externals: usize,
+    gain: DMatrix<f64>,
+    selection: Vec<Vec<f64>>,
+}
+
+impl Interconnection {
+    /// A connection in which every input is 0 and there are no outputs. `externals` is the number of external inputs.
+    #[must_use]
+    pub fn new<D: Domain>(system: &StateSpace<D>, externals: usize) -> Self {
+        let outputs = system.outputs();
+        Self { outputs, externals, gain: DMatrix::zeros(system.inputs(), outputs + externals), selection: Vec::new() }
+    }
+
+    /// Adds `Σ weight · signal` to an input of the appended systems.
+    ///
+    /// # Errors
+    /// [`Error::IndexOutOfRange`].
+    pub fn feed(mut self, input: usize, sum: WeightedSignals) -> Result<Self, Error> {
+        let count = self.gain.nrows();
+        if input >= count {
+            return Err(Error::IndexOutOfRange { what: "input", index: input, count });
         }
-        whole
-    };
-    StateSpace::new(
-        diagonal(StateSpace::a),
-        diagonal(StateSpace::b),
-        diagonal(StateSpace::c),
-        diagonal(StateSpace::d),
-        domain,
-    )
-}
+        for (weight, signal) in sum {
+            let column = self.column(*signal)?;
+            self.gain[(input, column)] += weight;
+        }
+        Ok(self)
+    }
 
-/// `second` after `first`: `y = H_2 H_1 u`. States of the first, then of the second.
-///
-/// # Errors
-/// [`Error::DimensionMismatch`] unless `first` has as many outputs as `second` has inputs; [`Error::UnequalTicks`].
-pub fn series<D: Domain>(first: &StateSpace<D>, second: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
-    check_size("the number of inputs of the second system", first.outputs(), second.inputs())?;
-    let both = append(&[first, second])?;
-    let mut wiring = Wiring::new(&both, first.inputs());
-    for i in 0..first.inputs() {
-        wiring = wiring.feed(i, &[(1.0, Signal::External(i))])?;
+    /// Makes `Σ weight · signal` the next output of the closed system.
+    ///
+    /// # Errors
+    /// [`Error::IndexOutOfRange`].
+    pub fn read(mut self, sum: WeightedSignals) -> Result<Self, Error> {
+        let mut row = vec![0.0; self.outputs + self.externals];
+        for (weight, signal) in sum {
+            row[self.column(*signal)?] += weight;
+        }
+        self.selection.push(row);
+        Ok(self)
     }
-    for i in 0..second.inputs() {
-        wiring = wiring.feed(first.inputs() + i, &[(1.0, Signal::Output(i))])?;
-    }
-    for i in 0..second.outputs() {
-        wiring = wiring.read(&[(1.0, Signal::Output(first.outputs() + i))])?;
-    }
-    wiring.close(&both)
-}
 
-/// Both on the same inputs, outputs added: `y = (H_1 + H_2) u`.
-///
-/// # Errors
-/// [`Error::DimensionMismatch`] unless both have the same inputs and outputs; [`Error::UnequalTicks`].
-pub fn parallel<D: Domain>(first: &StateSpace<D>, second: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
-    check_size("the number of inputs of the second system", first.inputs(), second.inputs())?;
-    check_size("the number of outputs of the second system", first.outputs(), second.outputs())?;
-    let both = append(&[first, second])?;
-    let mut wiring = Wiring::new(&both, first.inputs());
-    for i in 0..first.inputs() {
-        wiring = wiring.feed(i, &[(1.0, Signal::External(i))])?;
-        wiring = wiring.feed(first.inputs() + i, &[(1.0, Signal::External(i))])?;
+    /// The closed system, with the states of `system`, the external inputs, and the outputs in the order of the `read`
+    /// calls.
+    ///
+    /// # Errors
+    /// As [`connect`].
+    pub fn close<D: Domain>(&self, system: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
+        let columns = self.outputs + self.externals;
+        let selection = DMatrix::from_fn(self.selection.len(), columns, |i, j| self.selection[i][j]);
+        connect(system, &self.gain, &selection)
     }
-    for i in 0..first.outputs() {
-        wiring = wiring.read(&[(1.0, Signal::Output(i)), (1.0, Signal::Output(first.outputs() + i))])?;
-    }
-    wiring.close(&both)
-}
 
-/// Negative feedback: `y = H_f (r - H_b y)`, so `(I + H_f H_b)⁻¹ H_f`.
-///
-/// # Errors
-/// [`Error::DimensionMismatch`] unless `back` maps the outputs of `forward` to its inputs; [`Error::UnequalTicks`];
-/// [`Error::AlgebraicLoop`].
-pub fn feedback<D: Domain>(forward: &StateSpace<D>, back: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
-    check_size("the number of inputs of the feedback", forward.outputs(), back.inputs())?;
-    check_size("the number of outputs of the feedback", forward.inputs(), back.outputs())?;
-    let both = append(&[forward, back])?;
-    let mut wiring = Wiring::new(&both, forward.inputs());
-    for i in 0..forward.inputs() {
-        let error = [(1.0, Signal::External(i)), (-1.0, Signal::Output(forward.outputs() + i))];
-        wiring = wiring.feed(i, &error)?;
+    fn column(&self, signal: Signal) -> Result<usize, Error> {
+        match signal {
+            Signal::Output(index) if index >= self.outputs => {
+                Err(Error::IndexOutOfRange { what: "output", index, count: self.outputs })
+            }
+            Signal::External(index) if index >= self.externals => {
+                Err(Error::IndexOutOfRange { what: "external input", index, count: self.externals })
+            }
+            Signal::Output(index) => Ok(index),
+            Signal::External(index) => Ok(self.outputs + index),
+        }
     }
-    for i in 0..forward.outputs() {
-        wiring = wiring.feed(forward.inputs() + i, &[(1.0, Signal::Output(i))])?;
-        wiring = wiring.read(&[(1.0, Signal::Output(i))])?;
-    }
-    wiring.close(&both)
 }
 
 #[cfg(test)]
@@ -104,30 +110,12 @@ mod tests {
     use crate::Continuous;
 
     #[test]
-    fn a_loop_of_direct_paths_with_gain_one_is_refused() {
-        let forward = StateSpace::gain(dmatrix![2.0], Continuous).expect("finite");
-        let back = StateSpace::gain(dmatrix![-0.5], Continuous).expect("finite");
-        assert_eq!(feedback(&forward, &back), Err(Error::AlgebraicLoop { size: 2 }));
-        let safe = feedback(&forward, &StateSpace::gain(dmatrix![0.5], Continuous).expect("finite"));
-        assert_eq!(safe.expect("regular").d(), &dmatrix![1.0]);
-    }
-
-    #[test]
-    fn ticks_must_agree() {
-        let gain = |tick_s| {
-            let zero = || dmatrix![0.0];
-            StateSpace::discrete(zero(), zero(), zero(), zero(), tick_s).expect("well formed")
-        };
-        assert_eq!(parallel(&gain(1e-3), &gain(2e-3)), Err(Error::UnequalTicks { first_s: 1e-3, second_s: 2e-3 }));
-        assert_eq!(series(&gain(1e-3), &gain(1e-3)).expect("same tick").tick_s(), 1e-3);
-    }
-
-    #[test]
-    fn sizes_must_agree() {
-        let one = StateSpace::gain(dmatrix![1.0], Continuous).expect("finite");
-        let two = StateSpace::gain(dmatrix![1.0, 1.0], Continuous).expect("finite");
-        assert!(matches!(series(&one, &two), Err(Error::DimensionMismatch { expected: 1, found: 2, .. })));
-        assert!(append::<Continuous>(&[]).is_err());
-        assert!(crate::connect(&one, &DMatrix::zeros(1, 0), &DMatrix::zeros(1, 0)).is_err());
+    fn wires_to_nowhere_are_refused() {
+        let gain = StateSpace::gain(dmatrix![1.0], Continuous).expect("finite");
+        let wiring = Interconnection::new(&gain, 1);
+        let nowhere = |what, index, count| Err(Error::IndexOutOfRange { what, index, count });
+        assert_eq!(wiring.clone().feed(1, &[]), nowhere("input", 1, 1));
+        assert_eq!(wiring.clone().feed(0, &[(1.0, Signal::Output(2))]), nowhere("output", 2, 1));
+        assert_eq!(wiring.read(&[(1.0, Signal::External(1))]), nowhere("external input", 1, 1));
     }
 }

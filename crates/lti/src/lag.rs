@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::linear_algebra::{one_norm, product, solve};
-use super::{Continuous, Error, Hold, StateSpace, exact_step, exponential};
+use super::{Continuous, Error, InputHold, StateSpace, exact_step, exponential};
 
 /// The effect of one input on the states over a tick, while it moves from its actual value `u_0` towards a held command
 /// `c`:
@@ -55,7 +55,7 @@ pub fn lagged_input(
     if !(lag_s.is_finite() && lag_s >= 0.0) {
         return Err(Error::LagNegative { lag_s });
     }
-    let step = exact_step(system, tick_s, &vec![Hold::Held; count])?;
+    let step = exact_step(system, tick_s, &vec![InputHold::Held; count])?;
     let held = step.gamma_now.column(input).into_owned();
     if lag_s == 0.0 {
         return Ok(LaggedInput { from_actual: DVector::zeros(n), from_command: held, kept: 0.0, gained: 1.0 });
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn no_lag_is_a_held_input_and_no_time_is_refused() {
         let plant = system(dmatrix![-3.0, 1.0; 0.0, -40.0], dmatrix![1.0, 0.0; 0.5, 2.0]);
-        let held = exact_step(&plant, TICK_S, &[Hold::Held; 2]).expect("finite");
+        let held = exact_step(&plant, TICK_S, &[InputHold::Held; 2]).expect("finite");
         let step = lagged_input(&plant, 1, TICK_S, 0.0).expect("finite");
         assert_eq!(step.from_command, held.gamma_now.column(1));
         assert_eq!((step.from_actual.amax(), step.kept, step.gained), (0.0, 0.0, 1.0));

@@ -6,17 +6,17 @@
 //!
 //! 1. write the blocks as [`TransferFunction`]s, as printed;
 //! 2. [`realise`] them, or [`realise_with_derivative`] where position and velocity are both wanted;
-//! 3. [`append`] the blocks and connect them with a [`Wiring`] (or [`connect`], its matrix form);
+//! 3. [`append`] the blocks and connect them with a [`Interconnection`] (or [`connect`], its matrix form);
 //! 4. [`exact_step`] over one tick.
 //!
 //! ```
 //! # mod trocar { pub use trocar_lti as lti; }
-//! use trocar::lti::{Hold, TransferFunction, exact_step, realise_with_derivative};
+//! use trocar::lti::{InputHold, TransferFunction, exact_step, realise_with_derivative};
 //!
 //! // Eq. 28, the master: 1 / (0.245 s² + 4.1 s), force to position.
 //! let master = TransferFunction::new(&[1.0], &[0.245, 4.1, 0.0])?;
 //! let system = realise_with_derivative(&master)?; // states: position, velocity
-//! let step = exact_step(&system, 1e-3, &[Hold::Held])?;
+//! let step = exact_step(&system, 1e-3, &[InputHold::Held])?;
 //! assert_eq!(step.phi.shape(), (2, 2));
 //! # Ok::<(), trocar::lti::Error>(())
 //! ```
@@ -26,6 +26,7 @@
 //!
 //! No function panics on invalid numbers; each returns an [`Error`] with the number and the remedy.
 
+mod connections;
 mod domain;
 mod error;
 mod hold;
@@ -40,12 +41,12 @@ mod state_space;
 mod static_gains;
 mod transfer_function;
 mod tustin;
-mod wiring;
 
+pub use connections::{append, feedback, parallel, series};
 pub use domain::{Continuous, Discrete, Domain};
 pub use error::Error;
-pub use hold::{ExactStep, Hold, exact_step, undo_zero_order_hold, zero_order_hold};
-pub use interconnection::{append, feedback, parallel, series};
+pub use hold::{ExactStep, InputHold, exact_step, undo_zero_order_hold, zero_order_hold};
+pub use interconnection::{Interconnection, Signal, WeightedSignals};
 pub use lag::{LaggedInput, lagged_input};
 pub use linear_algebra::eigenvalues;
 pub use matrix_function::{exponential, logarithm};
@@ -56,7 +57,6 @@ pub use state_space::StateSpace;
 pub use static_gains::connect;
 pub use transfer_function::TransferFunction;
 pub use tustin::{tustin, undo_tustin};
-pub use wiring::{Signal, WeightedSignals, Wiring};
 
 /// The complex number of nalgebra.
 pub type Complex64 = nalgebra::Complex<f64>;

@@ -13,7 +13,7 @@ use super::{Domain, Error, StateSpace};
 ///
 /// `x' = (A + B K_y E C) x + B (K_y E D K_r + K_r) r`, `z = S_y E C x + (S_y E D K_r + S_r) r`.
 ///
-/// The states are those of `system`. [`Wiring`](super::Wiring) builds K and S line by line.
+/// The states are those of `system`. [`Interconnection`](super::Interconnection) builds K and S line by line.
 ///
 /// # Errors
 /// [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::AlgebraicLoop`] when `I - D K_y` is singular.

@@ -4,7 +4,7 @@
 use super::finding::{differ_in_augmentation, false_alarms, joined};
 use super::number::{counted, show};
 use super::tables::outcome;
-use trocar_engine::metrics::{Outcome, RUPTURE_WINDOW_S, RuptureMetrics, TRAVEL_S, Unit};
+use trocar_metrics::{Outcome, RUPTURE_WINDOW_S, RuptureMetrics, TRAVEL_S, Unit};
 use trocar_studies::run::Run;
 
 /// Maximum number of runs with a number each.

@@ -7,7 +7,7 @@ use serde_json::{Value as Json, json};
 use super::Table;
 use super::number::{show, significant};
 use super::wrap::wrapped;
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 use trocar_studies::detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
 
 /// Returns the chosen settings as they are printed and written: computed numbers have four significant digits, which is more than a

@@ -7,7 +7,7 @@ use super::finding::finding;
 use super::number::show;
 use super::tables::{outcome, shortest};
 use super::wrap::wrapped;
-use trocar_engine::metrics::{Outcome, Scope, Unit};
+use trocar_metrics::{Outcome, Scope, Unit};
 use trocar_studies::compare::{Comparison, Fact, Row};
 
 /// Number of ruptures in the short table.

@@ -11,7 +11,7 @@ use super::roc::of_unit;
 use super::tables::{quoted, shortest};
 use super::wrap::wrapped;
 use trocar_engine::engine::{ColumnValues, TRUST_COLUMNS};
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 use trocar_studies::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
 
 /// Returns the result of a detection as text with tables.

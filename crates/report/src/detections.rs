@@ -9,7 +9,7 @@ use super::detection::{delays, events_table, phases_table, rate, window};
 use super::json::render;
 use super::number::{show, significant};
 use super::wrap::wrapped;
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 use trocar_studies::detect::{DetectionReport, Phase, PhaseStatistics, Scores, Tally};
 
 /// One recording among many.

@@ -1,7 +1,7 @@
 //! What a comparison shows, in one or two sentences that are computed from its metrics.
 
 use super::number::{counted, decimals};
-use trocar_engine::metrics::{Outcome, RuptureMetrics};
+use trocar_metrics::{Outcome, RuptureMetrics};
 use trocar_studies::run::Run;
 
 /// Maximum advance of a held needle after a rupture, in m: the paper's slave is "frozen" (5.1), and the comparison with the paper

@@ -16,12 +16,12 @@ mod files;
 mod finding;
 pub mod html;
 mod json;
+mod link;
 mod live;
 mod metrics;
 mod number;
 mod paper;
 mod pictures;
-mod remote;
 mod roc;
 mod schemes;
 mod seeds;
@@ -45,6 +45,7 @@ pub use detections::{DetectionEntry, detections_json, detections_text};
 pub use document::write_document;
 pub use files::{Folder, OutputError, stream_file, write_file};
 pub use json::{comparison_json, detection_object, run_object, schemes_json, summary_json, to_json};
+pub use link::{side_object, side_text};
 pub use live::live_text;
 pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
 pub use paper::{paper_figures, paper_text};
@@ -52,7 +53,6 @@ pub use pictures::{
     PictureError, comparison_pictures, detection_pictures, detections_pictures, live_signals, run_pictures, run_png,
     teleoperation_axes, write_figures,
 };
-pub use remote::{side_object, side_text};
 pub use roc::{roc_csv, roc_json, roc_picture, roc_text};
 pub use schemes::schemes_text;
 pub use seeds::{seeds_csv, seeds_text};

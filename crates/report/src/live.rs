@@ -2,7 +2,7 @@
 
 use super::number::{show, significant};
 use super::wrap::wrapped;
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 use trocar_studies::detect::LiveSummary;
 
 /// Returns the summary of a live stream. `rows` counts the rows below the header, `malformed` those that cannot be read, and

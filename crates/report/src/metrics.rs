@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use trocar_engine::engine::{TRACE_COLUMNS, TRUST_COLUMNS};
-use trocar_engine::metrics::{Declaration, Scope};
+use trocar_metrics::{Declaration, Scope};
 use trocar_studies::compare::NoiseCheck;
 use trocar_studies::sweep::Column;
 

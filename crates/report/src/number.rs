@@ -1,6 +1,6 @@
 //! Numbers with units, in the form of tables.
 
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 
 /// Returns the factor from SI to the displayed unit, and the displayed unit.
 #[must_use]

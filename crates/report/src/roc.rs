@@ -11,7 +11,7 @@ use super::pictures::{PictureError, keep};
 use super::tables::{quoted, shortest};
 use super::wrap::wrapped;
 use super::{Folder, Table};
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 use trocar_studies::roc::{Characteristics, Condition, Curve, Point};
 
 /// Share of detected ruptures at which false-alarm rates are compared.

@@ -3,7 +3,7 @@
 use super::Table;
 use super::number::show;
 use super::wrap::wrapped;
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 use trocar_studies::compare::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 
 /// Returns a table with a line per quantity and a column per scheme, and a note on the felt impedance.

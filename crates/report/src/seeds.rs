@@ -6,7 +6,7 @@ use super::Table;
 use super::number::{readable, significant};
 use super::tables::shortest;
 use super::wrap::wrapped;
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 use trocar_studies::compare::{SeedStudy, Spread};
 
 /// The metrics in the terminal's table. The files hold all metrics.

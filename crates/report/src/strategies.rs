@@ -10,7 +10,7 @@ use super::pictures::{PictureError, keep};
 use super::tables::shortest;
 use super::wrap::wrapped;
 use super::{Folder, Table};
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 use trocar_studies::compare::{LinearLoops, Person, Sensitivity, StrategyRow, StrategyStudy, WINDOWS_S};
 
 /// Returns a table with a line per strategy, and notes on its reading.

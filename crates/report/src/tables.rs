@@ -8,7 +8,7 @@ use super::columns::{Column, ColumnFormat, csv};
 use super::number::{show, significant};
 use super::wrap::wrapped;
 use trocar_engine::engine::{COLUMNS, ColumnValues, TRUST_COLUMNS, Trace, TrustColumns};
-use trocar_engine::metrics::{Outcome, RuptureMetrics, Unit};
+use trocar_metrics::{Outcome, RuptureMetrics, Unit};
 use trocar_studies::compare::Row;
 use trocar_studies::run::Run;
 

@@ -8,7 +8,7 @@ use super::scenario::Scenario;
 use super::specs::{OperatorSpec, TissueSpec};
 use trocar_core::augmentation::{AnyForceLaw, HeldReference, Supervisor};
 use trocar_core::chain::Chain;
-use trocar_core::detection::{CusumDetector, DistanceKind, SquaredResidual};
+use trocar_core::detector::{CusumDetector, DistanceKind, SquaredResidual};
 use trocar_core::error::InvalidValue;
 use trocar_core::estimation::{AnyEstimator, Rls};
 use trocar_core::lane::Lane;

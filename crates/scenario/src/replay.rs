@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use trocar_core::settings::{Key, Source as _};
+use trocar_core::settings::{Key, KeySource as _};
 
 use super::builtin;
 use super::document::Source;
 use super::error::ScenarioError;
 use super::value::Value;
 use super::values::{Values, replays_force, replays_position};
-use trocar_core::detection::DetectorSettings;
+use trocar_core::detector::DetectorSettings;
 use trocar_core::estimation::{ContactSettings, RlsSettings};
 use trocar_core::time::{TickGrid, whole_ticks};
 use trocar_engine::operator::MotionSettings;

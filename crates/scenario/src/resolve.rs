@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use trocar_core::settings::Source as _;
+use trocar_core::settings::KeySource as _;
 
 use super::document::Source;
 use super::error::ScenarioError;
@@ -15,7 +15,7 @@ use super::value::Value;
 use super::values::{Values, harmless_name, replays_force, replays_position};
 use trocar_core::time::{TickGrid, whole_ticks};
 use trocar_engine::channel::{DelaySettings, MAX_DELAY_TICKS};
-use trocar_engine::metrics::OperatorTraits;
+use trocar_engine::operator::OperatorTraits;
 use trocar_engine::operator::{MAX_POSITION_M, MotionSettings};
 use trocar_engine::plant::ControlTiming;
 use trocar_engine::teleoperation::LinkSettings;

@@ -22,7 +22,7 @@ use super::steps::Steps;
 use super::values::Values;
 use crate::population::PopulationSettings;
 use trocar_core::augmentation::AugmentationSettings;
-use trocar_core::detection::DetectorSettings;
+use trocar_core::detector::DetectorSettings;
 use trocar_core::estimation::{ContactSettings, RlsSettings};
 use trocar_core::time::TickGrid;
 use trocar_engine::channel::{DelaySettings, Irregularity, Schedule};

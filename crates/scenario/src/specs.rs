@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use trocar_core::settings::Source as _;
+use trocar_core::settings::KeySource as _;
 
 use super::error::ScenarioError;
 use super::replay::{RecordingSpec, rupture_depths, rupture_ticks};

@@ -161,7 +161,7 @@ impl CaseFactory<'_> {
 mod tests {
     use std::sync::Arc;
 
-    use trocar_core::settings::{Kind, Source as _};
+    use trocar_core::settings::{KeySource as _, Kind};
 
     use super::super::KEYS;
     use super::*;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use trocar_core::settings::{self, ActsFor, Fallback, Key, Kind, Source as _};
+use trocar_core::settings::{self, ActsFor, Fallback, Key, KeySource as _, Kind};
 
 use super::document::{Entry, Source, drop_replaced_layers, gather};
 use super::error::{Place, ScenarioError};
@@ -14,7 +14,7 @@ use super::keys::{KeyAt, find, is_section, nearest, nearest_of};
 use super::layers::{ANY, field, is_name, is_of_layer, key_of, split};
 use super::quantity;
 use super::value::Value;
-use trocar_core::detection::DistanceKind;
+use trocar_core::detector::DistanceKind;
 use trocar_core::error::InvalidValue;
 use trocar_engine::channel::DelaySettings;
 use trocar_engine::operator::MotionSettings;
@@ -440,7 +440,7 @@ impl Values {
         let mut related = KEYS.iter().map(KeyAt::from).chain(of_layer).filter(|key| requirement.contains(&*key.path));
         let place = self.place(&name).or_else(|| related.find_map(|key| self.place(&key.path)));
         if self.place(&name).is_none() && requirement.contains(TICK) && self.place(TICK).is_some() {
-            let tick_s = settings::Source::optional_number(self, TICK).unwrap_or_default();
+            let tick_s = settings::KeySource::optional_number(self, TICK).unwrap_or_default();
             let message = format!("{TICK} is {tick_s}, too long: {message}");
             return ScenarioError::new(message).at(place).remedy(format!("shorten the tick, or give {name}"));
         }
@@ -558,7 +558,7 @@ impl Values {
     }
 }
 
-impl settings::Source for Values {
+impl settings::KeySource for Values {
     type Error = ScenarioError;
 
     fn number(&self, path: &str) -> Result<f64, ScenarioError> {

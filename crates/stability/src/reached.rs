@@ -5,7 +5,7 @@
 //! scenario's own motion gives `U` and `V`. A limit above the bound is never reached, and the loop is as linear as without it.
 
 use nalgebra::{DMatrix, DVector};
-use trocar_core::settings::Source as _;
+use trocar_core::settings::KeySource as _;
 
 use super::{ClosedLoop, LinearLoop, StabilityError, TissueRange, TissueSource};
 use trocar_scenario::{OperatorSpec, Scenario};

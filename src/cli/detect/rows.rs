@@ -103,7 +103,7 @@ impl<W: Write> RowWriter<W> {
 mod tests {
     use super::*;
     use trocar_core::chain::Reading;
-    use trocar_core::detection::{AlarmConditions, Decision};
+    use trocar_core::detector::{AlarmConditions, Decision};
     use trocar_core::estimation::Estimate;
     use trocar_studies::detect::Step;
 

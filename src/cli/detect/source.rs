@@ -33,13 +33,13 @@ enum Message {
 }
 
 /// Standard input. A separate thread reads it, so that a signal can end the wait. The number of buffers is fixed.
-pub(super) struct Source {
+pub(super) struct StandardInput {
     messages: Receiver<Message>,
     spare: SyncSender<Vec<u8>>,
     current: Vec<u8>,
 }
 
-impl Source {
+impl StandardInput {
     /// Starts to read and installs a handler of SIGINT, SIGTERM and SIGHUP. A second signal ends the process at once.
     pub(super) fn open() -> Result<Self, DetectError> {
         let (sender, messages) = sync_channel(CHUNKS);

@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind};
 
 use super::DetectArgs;
 use super::rows::{Format, RowWriter};
-use super::source::{Event, Source};
+use super::source::{Event, StandardInput};
 use super::warnings::LiveWarnings;
 use crate::cli::error::{CliError, DetectError};
 use crate::cli::recorded::of_flags;
@@ -44,7 +44,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     let table = LiveTable::new(NAME, columns);
     let mut session =
         Session { table, detector, rows, every: args.every, warnings, lines: 0, malformed: 0, is_rate_checked: false };
-    let mut source = Source::open()?;
+    let mut source = StandardInput::open()?;
     let ended = loop {
         let outcome = match source.next() {
             Event::Bytes(bytes) => session.take(bytes),

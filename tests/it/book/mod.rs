@@ -15,7 +15,7 @@ use std::path::PathBuf;
 
 use crate::support::test_folder::TestFolder;
 use crate::support::{file, files_with};
-use page::Page;
+use page::BookPage;
 
 const GENERATED: &str = "<!-- generated -->";
 
@@ -32,12 +32,12 @@ fn execute(folder: &str) {
     let below = file("docs/src").join(folder);
     let pages: Vec<_> = pages().into_iter().filter(|path| path.parent() == Some(&*below)).collect();
     assert!(!pages.is_empty(), "{folder}");
-    pages.iter().for_each(|path| Page::read(path).execute());
+    pages.iter().for_each(|path| BookPage::read(path).execute());
 }
 
 #[test]
 fn the_readme_does_what_it_says() {
-    Page::read(&file("README.md")).execute();
+    BookPage::read(&file("README.md")).execute();
 }
 
 #[test]

@@ -14,7 +14,7 @@ const LEFT_OUT: &str = "…";
 /// Commands that do not end by themselves.
 const SERVERS: [&str; 1] = ["trocar explore"];
 
-pub struct Page {
+pub struct BookPage {
     path: PathBuf,
     lines: Vec<String>,
     folder: TestFolder,
@@ -28,7 +28,7 @@ struct Block {
     to: usize,
 }
 
-impl Page {
+impl BookPage {
     pub fn read(path: &Path) -> Self {
         let text = std::fs::read_to_string(path).expect("a page");
         let folder = TestFolder::new();

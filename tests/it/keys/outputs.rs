@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
 use trocar::detect::{DetectionReport, detect};
-use trocar::detection::DistanceKind;
+use trocar::detector::DistanceKind;
 use trocar::engine::{ColumnValues, Trace};
 use trocar::population::Draw;
 use trocar::roc::{Signal, Study};

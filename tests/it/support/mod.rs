@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use trocar::augmentation::{AugmentationSettings, Supervisor};
 use trocar::chain::Chain;
 use trocar::channel::Delay;
-use trocar::detection::{CusumDetector, DetectorSettings};
+use trocar::detector::{CusumDetector, DetectorSettings};
 use trocar::engine::{Any, Engine, Parts, Plants, ScheduledAlarms};
 use trocar::estimation::{AnyEstimator, RlsSettings};
 use trocar::operator::{HumanOperator, Motion, Ramp};

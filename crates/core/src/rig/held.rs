@@ -11,14 +11,14 @@ use crate::lane::Stored;
 /// recovering  y = reading + gap; the gap starts at held value - reading and shrinks by a step per tick to 0
 /// ```
 #[derive(Debug, Clone)]
-pub(super) struct Held {
+pub(super) struct HeldReading {
     value: f64,
     gap: f64,
     step: f64,
     is_held: bool,
 }
 
-impl Held {
+impl HeldReading {
     /// Starts at a value, with the largest change of the gap per tick.
     pub(super) fn at(value: f64, step: f64) -> Self {
         Self { value, gap: 0.0, step, is_held: false }
@@ -54,7 +54,7 @@ impl Held {
     }
 }
 
-impl Stored for Held {
+impl Stored for HeldReading {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
         let Self { value, gap, step, is_held } = self;
         value.numbers(with);
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn a_held_value_returns_in_steps() {
-        let mut held = Held::at(0.0, 0.5);
+        let mut held = HeldReading::at(0.0, 0.5);
         assert_eq!(held.pass(1.0), 1.0);
         assert_eq!([held.hold(), held.hold()], [1.0, 1.0]);
         assert!(!held.is_recovered());

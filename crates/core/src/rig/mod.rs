@@ -28,7 +28,7 @@
 //!   force);
 //! - estimator and detector skip the sample: no alarm is raised, the estimate does not change, and no correction spans
 //!   the gap. The detector treats the gap as a loss of contact and is armed again after
-//!   [`ArmingSettings::settle_s`](crate::detection::ArmingSettings) of quiet contact: a rupture within that time is
+//!   [`ArmingSettings::settle_s`](crate::detector::ArmingSettings) of quiet contact: a rupture within that time is
 //!   missed;
 //! - the supervisor's timers continue, so that an event ends on time;
 //! - [`Command::faults`] names the channels, and [`Command::faulty_samples`] counts the consecutive bad samples.
@@ -46,11 +46,11 @@ pub use settings::{Limits, Settings, VelocitySource};
 
 use crate::augmentation::{Situation, Supervisor};
 use crate::chain::{Chain, Insight, Reading};
-use crate::detection::CusumDetector;
+use crate::detector::CusumDetector;
 use crate::error::InvalidValue;
 use crate::estimation::{Estimate, Rls, VelocityFilter};
 use crate::lane::{Lane, Stored};
-use held::Held;
+use held::HeldReading;
 
 /// The haptic controller of a rig.
 #[derive(Debug, Clone)]
@@ -63,11 +63,11 @@ pub struct HapticController {
     limits: Limits,
     tick: u64,
     /// The supervisor's last inputs, which replace bad values.
-    hand_m: Held,
+    hand_m: HeldReading,
     /// The hand's last position, scaled to the slave, and the factor from its change in a tick to the master's velocity.
     last_hand_m: f64,
     per_hand_step: f64,
-    force_n: Held,
+    force_n: HeldReading,
     slave_m: f64,
     velocity_m_per_s: f64,
     /// `K` and `B`.
@@ -107,8 +107,8 @@ impl HapticController {
             tick: 0,
             last_hand_m: reference_m,
             per_hand_step: 1.0 / (settings.position_scale * tick_s),
-            hand_m: Held::at(reference_m, limits.recovery_speed_m_per_s * tick_s),
-            force_n: Held::at(0.0, limits.recovery_force_rate_n_per_s * tick_s),
+            hand_m: HeldReading::at(reference_m, limits.recovery_speed_m_per_s * tick_s),
+            force_n: HeldReading::at(0.0, limits.recovery_force_rate_n_per_s * tick_s),
             slave_m: reference_m,
             velocity_m_per_s: 0.0,
             parameters: [0.0; 2],

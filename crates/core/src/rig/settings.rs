@@ -1,10 +1,10 @@
 //! Settings of a rig's controller.
 
 use crate::augmentation::{AmplifySettings, AugmentationSettings, DampSettings, ForceLawSettings};
-use crate::detection::DetectorSettings;
+use crate::detector::DetectorSettings;
 use crate::error::{InvalidValue, finite, require};
 use crate::estimation::{ContactSettings, Forgetting, Parameters, RlsSettings, VelocityFilter};
-use crate::settings::{Key, Range, Source, count, joined};
+use crate::settings::{Key, KeySource, Range, count, joined};
 
 /// Smallest and largest magnitude of a setting that the tick divides by or multiplies with. Within these bounds no
 /// product of the tick overflows or underflows a 64-bit float. Chosen here, far beyond any rig.
@@ -135,7 +135,7 @@ impl Settings {
     ///
     /// # Errors
     /// Errors of the source. [`Settings::validate`] checks the ranges.
-    pub fn read<S: Source>(source: &mut S) -> Result<Self, S::Error> {
+    pub fn read<S: KeySource>(source: &mut S) -> Result<Self, S::Error> {
         let Machines { tick_s, start_m, position_scale, force_scale, resolution_m, acceleration_std_m_per_s2 } =
             Machines::read(source)?;
         let velocity = if resolution_m == 0.0 {
@@ -228,7 +228,7 @@ fn moderate_or_zero(name: &'static str, value: f64) -> Result<f64, InvalidValue>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detection::{DistanceSettings, Hypotheses};
+    use crate::detector::{DistanceSettings, Hypotheses};
 
     fn refused(settings: Settings) -> &'static str {
         settings.validate().expect_err("out of range").name

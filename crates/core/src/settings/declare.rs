@@ -6,7 +6,7 @@
 /// trocar_core::settings! {
 ///     /// When an event begins and ends.
 ///     #[derive(Debug, Clone, Copy, PartialEq)]
-///     pub struct Hold in "augmentation." {
+///     pub struct Freeze in "augmentation." {
 ///         /// Shortest freeze.
 ///         ///
 ///         /// In s. Only readers of the code see text after the first paragraph.
@@ -16,9 +16,9 @@
 ///     }
 ///     where max_hold_s: |s| s.max_hold_s >= s.min_hold_s, "at least augmentation.min_hold_s";
 /// }
-/// assert_eq!(Hold::KEYS[1].path, "augmentation.max_hold_s");
-/// assert_eq!(Hold::KEYS[1].meaning, "Longest freeze.");
-/// assert!(Hold { min_hold_s: 2.0, ..Hold::DEFAULT }.validate().is_err());
+/// assert_eq!(Freeze::KEYS[1].path, "augmentation.max_hold_s");
+/// assert_eq!(Freeze::KEYS[1].meaning, "Longest freeze.");
+/// assert!(Freeze { min_hold_s: 2.0, ..Freeze::DEFAULT }.validate().is_err());
 /// ```
 ///
 /// generates the struct, `DEFAULT` and `Default`, its keys `KEYS`, `validate` and `read`. A key is the prefix after
@@ -114,7 +114,7 @@ macro_rules! settings {
             ///
             /// # Errors
             /// Errors of the source.
-            pub fn read<S: $crate::settings::Source>(
+            pub fn read<S: $crate::settings::KeySource>(
                 source: &mut S $($(, $given: $given_ty)+)?
             ) -> Result<Self, S::Error> {
                 $(let $field = $crate::settings!(@read
@@ -457,7 +457,7 @@ macro_rules! choice {
             ///
             /// # Errors
             /// Errors of the source.
-            pub fn read<S: $crate::settings::Source>(source: &mut S) -> Result<Self, S::Error> {
+            pub fn read<S: $crate::settings::KeySource>(source: &mut S) -> Result<Self, S::Error> {
                 let given = source.word($path)?;
                 let given = Self::WORDS.iter().position(|word| *word == given);
                 let mut _index = 0;

@@ -5,7 +5,7 @@ use crate::operator::Operator;
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
 use crate::tissue::{Reaction, Tissue, TissueFailure};
 use trocar_core::augmentation::{AugmentedTick, ForceLaw, ModeChange, Modes, MotionLaw};
-use trocar_core::detection::{Decision, Detector, Evidence};
+use trocar_core::detector::{Decision, Detector, Evidence};
 use trocar_core::estimation::{Estimate, Estimator};
 
 /// A built-in part, whose code is within the tick, or another one of the same trait, which is called.

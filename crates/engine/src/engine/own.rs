@@ -6,7 +6,7 @@ use crate::sensor::AnySensor;
 use crate::teleoperation::{Architecture, Connection, DirectLink, PassivityScheme};
 use crate::tissue::{AnyTissue, Tissue};
 use trocar_core::augmentation::{AnyForceLaw, ForceLaw, HeldReference, MotionLaw};
-use trocar_core::detection::{Detector, Distance};
+use trocar_core::detector::{Detector, Distance};
 use trocar_core::estimation::{AnyEstimator, Estimator};
 
 /// The parts of an engine with user-defined parts: these are called dynamically, the others are within the tick.

@@ -12,7 +12,7 @@ use trocar_core::augmentation::{
     AnyForceLaw, ForceLaw, HeldReference, Modes, MotionLaw, Situation, SlaveCommand, Supervisor,
 };
 use trocar_core::chain::Chain;
-use trocar_core::detection::Detector;
+use trocar_core::detector::Detector;
 use trocar_core::estimation::Estimator;
 use trocar_core::lane::{Gather, LANES, Lane, of_each};
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use trocar_core::detection::{Decision, Detector, Evidence};
+use trocar_core::detector::{Decision, Detector, Evidence};
 use trocar_core::lane::{Gather, LANES, Lane, Mask, of_each};
 
 /// A detector with additional alarms at scheduled ticks, in every lane.

@@ -5,7 +5,7 @@ use crate::teleoperation::AtSlave;
 use crate::tissue::Reaction;
 use trocar_core::augmentation::{Mode, Modes, SlaveCommand};
 use trocar_core::chain::Insight;
-use trocar_core::detection::Decision;
+use trocar_core::detector::Decision;
 use trocar_core::estimation::Estimate;
 use trocar_core::lane::{Lane, Mask};
 

@@ -5,7 +5,7 @@ use crate::operator::{HumanOperator, Replay};
 use crate::sensor::{AnySensor, ForceSensor, NoiseBank, PerfectSensor};
 use crate::teleoperation::{DirectLink, Link, LinkReport};
 use crate::tissue::{AnyTissue, DepthReplay, Layers, RecordedForce};
-use trocar_core::detection::{CusumDetector, SquaredResidual};
+use trocar_core::detector::{CusumDetector, SquaredResidual};
 use trocar_core::estimation::{AnyEstimator, Rls};
 use trocar_core::lane::{LANES, Lane, of_one_variant};
 

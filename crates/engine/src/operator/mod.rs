@@ -7,6 +7,7 @@ mod perception;
 mod reflex;
 mod stiffening;
 mod stretch;
+mod traits;
 mod tremor;
 
 pub use hand::Hand;
@@ -19,6 +20,7 @@ pub use perception::{Perception, PerceptionSettings};
 pub use reflex::{Reflex, ReflexSettings};
 pub use stiffening::StiffeningSettings;
 pub use stretch::StretchSettings;
+pub use traits::OperatorTraits;
 pub use tremor::TremorSettings;
 
 use reflex::Reaction;

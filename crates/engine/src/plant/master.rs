@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 use super::{ControlTiming, MASTER_STATES, MotorStep, PlantError, on};
 use trocar_lti::{
-    Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, append, exact_step, realise,
+    Continuous, InputHold, Interconnection, Signal, StateSpace, TransferFunction, append, exact_step, realise,
     realise_with_derivative,
 };
 
@@ -172,7 +172,7 @@ fn build(
         ControlTiming::Sampled => append(&[&g_m, &hand_mass])?,
     };
 
-    let mut wiring = Wiring::new(&blocks, 3);
+    let mut wiring = Interconnection::new(&blocks, 3);
     let motor = match master.coupling {
         Coupling::Physical => {
             wiring = wiring.feed(0, &hand_force(1.0))?;
@@ -259,7 +259,8 @@ impl MasterStep {
         tick_s: f64,
     ) -> Result<Self, PlantError> {
         let system = master_system(master, arm, timing)?;
-        let step = exact_step(&system, tick_s, &[Hold::Linear, Hold::Held, Hold::Held]).map_err(on("master"))?;
+        let step = exact_step(&system, tick_s, &[InputHold::Linear, InputHold::Held, InputHold::Held])
+            .map_err(on("master"))?;
         let states = system.states();
         let column = |matrix: &nalgebra::DMatrix<f64>, j: usize| {
             std::array::from_fn(|i| if i < states { matrix[(i, j)] } else { 0.0 })

@@ -2,7 +2,9 @@
 
 use super::{ControlTiming, MotorStep, PlantError, SLAVE_STATES, on};
 use trocar_core::error::{finite, require};
-use trocar_lti::{Continuous, Hold, Signal, StateSpace, TransferFunction, Wiring, exact_step, realise_with_derivative};
+use trocar_lti::{
+    Continuous, InputHold, Interconnection, Signal, StateSpace, TransferFunction, exact_step, realise_with_derivative,
+};
 
 trocar_core::choice! {
     /// The signal that K_v acts on: the velocity, or as printed the position.
@@ -88,7 +90,7 @@ pub fn slave_system(slave: &SlaveParameters, timing: ControlTiming) -> Result<St
     }
     let [reference, position, velocity] = slave.control();
     let close = || {
-        Wiring::new(&machine, 1)
+        Interconnection::new(&machine, 1)
             .feed(0, &[(reference, Signal::External(0)), (position, Signal::Output(0)), (velocity, Signal::Output(1))])?
             .read(&[(1.0, Signal::Output(0))])?
             .read(&[(1.0, Signal::Output(1))])?
@@ -150,7 +152,7 @@ impl SlaveStep {
     /// The step before a sampled controller closes the loop.
     fn open(slave: &SlaveParameters, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
         let system = slave_system(slave, timing)?;
-        let step = exact_step(&system, tick_s, &[Hold::Held]).map_err(on("slave"))?;
+        let step = exact_step(&system, tick_s, &[InputHold::Held]).map_err(on("slave"))?;
         let states = system.states();
         let entry = |i, j| if i < states && j < states { step.phi[(i, j)] } else { 0.0 };
         let continuous = slave_system(slave, ControlTiming::Continuous)?;

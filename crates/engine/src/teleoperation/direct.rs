@@ -66,7 +66,6 @@ trocar_core::lane::gather!(DirectLink { position_scale, force_scale });
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::fixtures::in_mode;
     use trocar_core::augmentation::Mode;
 
     #[test]
@@ -77,7 +76,10 @@ mod tests {
         assert_eq!((link.position_scale(), link.force_scale()), (0.5, 3.0));
         assert_eq!(link.to_slave(&master, &slave), 0.01);
         assert_eq!(link.limit_reference(0.7, &slave), 0.7);
-        assert_eq!(link.to_master(in_mode(Mode::Augmented), &slave, &master), (in_mode(Mode::Augmented), 7.5));
+        assert_eq!(
+            link.to_master(Modes::splat(Mode::Augmented), &slave, &master),
+            (Modes::splat(Mode::Augmented), 7.5)
+        );
         assert_eq!((link.limit(0.7, &master), link.apply_compliance(0.7, 5.0)), (0.7, 0.7));
         assert!(link.report(0).is_none());
     }

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::*;
 use crate::channel::{Delay, Irregularity, Schedule};
-use crate::metrics::fixtures::in_mode;
 use crate::plant::{ControlTiming, SlaveParameters, SlaveStep};
 use trocar_core::augmentation::{Mode, Modes};
 
@@ -37,7 +36,7 @@ fn link(change: impl Fn(&mut LinkSettings), [forward, backward]: [u64; 2], outag
     }
     let lines = Lines {
         forward: line(forward, [0.0; 4], &outage),
-        backward: line(backward, [0.0, 0.0, 0.0, 0.0, in_mode(Mode::Teleoperation).codes()], &outage),
+        backward: line(backward, [0.0, 0.0, 0.0, 0.0, Modes::splat(Mode::Teleoperation).codes()], &outage),
         forward_payload: line(forward, [0.0; 4], &outage),
         backward_payload: line(backward, [0.0; 4], &outage),
     };
@@ -59,13 +58,17 @@ fn positions_and_forces_arrive_after_their_delays_on_the_scale_of_the_receiver()
     assert!(!link.is_direct() && link.as_direct().is_none());
     for tick in 0..50 {
         let target = link.to_slave(&master(tick), &slave(tick));
-        let mode = if tick < 20 { in_mode(Mode::Teleoperation) } else { in_mode(Mode::Augmented) };
+        let mode = if tick < 20 { Modes::splat(Mode::Teleoperation) } else { Modes::splat(Mode::Augmented) };
         let (arrived, force) = link.to_master(mode, &slave(tick), &master(tick));
         link.limit(force, &master(tick));
         let late = |ticks| tick.checked_sub(ticks);
         assert!((target - late(3).map_or(0.0, |sent| 0.5 * 1e-4 * sent as f64)).abs() < 1e-15, "{tick}");
         assert!((force - late(2).map_or(0.0, |sent| 3.0 * (1.0 + 0.1 * sent as f64))).abs() < 1e-12, "{tick}");
-        assert_eq!(arrived, if tick < 22 { in_mode(Mode::Teleoperation) } else { in_mode(Mode::Augmented) }, "{tick}");
+        assert_eq!(
+            arrived,
+            if tick < 22 { Modes::splat(Mode::Teleoperation) } else { Modes::splat(Mode::Augmented) },
+            "{tick}"
+        );
     }
     assert_eq!((link.position_scale(), link.force_scale()), (0.5, 3.0));
 }
@@ -91,7 +94,7 @@ fn the_report_has_the_energies_of_both_ports_the_largest_excess_and_the_needle_l
         generated = generated.max(6.0 * e_s - e_m);
         link.to_slave(&m, &s);
         link.limit_reference(0.0, &s);
-        let (_, force) = link.to_master(in_mode(Mode::Teleoperation), &s, &m);
+        let (_, force) = link.to_master(Modes::splat(Mode::Teleoperation), &s, &m);
         held = link.limit(force, &m);
     }
     let report = link.report(0).expect("a delayed link");
@@ -110,7 +113,7 @@ fn outages_of_both_directions_are_reported() {
     let mut link = link(|_| {}, [0, 0], 100..350);
     for tick in 0..600 {
         link.to_slave(&master(tick), &slave(tick));
-        link.to_master(in_mode(Mode::Teleoperation), &slave(tick), &master(tick));
+        link.to_master(Modes::splat(Mode::Teleoperation), &slave(tick), &master(tick));
     }
     let report = link.report(0).expect("a link with outages");
     assert_eq!((report.outages, report.longest_outage_ticks, report.given_up_tick), (2, 250.0, None));
@@ -119,7 +122,7 @@ fn outages_of_both_directions_are_reported() {
     // 33 N at 50 N/s.
     for tick in 0..1000 {
         let target = link.to_slave(&master(tick), &slave(tick));
-        last = (target, link.to_master(in_mode(Mode::Teleoperation), &slave(tick), &master(tick)).1);
+        last = (target, link.to_master(Modes::splat(Mode::Teleoperation), &slave(tick), &master(tick)).1);
     }
     assert_eq!(link.report(0).expect("a report").given_up_tick, Some(199.0));
     assert_eq!(last.1, 0.0, "the force goes to 0");
@@ -188,7 +191,7 @@ fn what_a_scheme_withholds_in_an_outage_stays_withheld() {
         let at_master = hand(if tick < 90 { 0.0 } else { 0.2 });
         target = link.to_slave(&at_master, &at_slave);
         let reference = link.limit_reference(target, &at_slave);
-        let (_, force) = link.to_master(in_mode(Mode::Teleoperation), &at_slave, &at_master);
+        let (_, force) = link.to_master(Modes::splat(Mode::Teleoperation), &at_slave, &at_master);
         link.limit(force, &at_master);
         assert!(reference < 0.01, "{tick}: the scheme holds the slave: {reference}");
     }
@@ -235,7 +238,7 @@ fn links_with_any_architecture_and_scheme_run_side_by_side_as_alone() {
                     let (at_master, at_slave) = (master(tick), slave(tick));
                     let target = one.to_slave(&at_master, &at_slave);
                     let expected = one.limit_reference(target, &at_slave);
-                    let (_, arrived) = one.to_master(in_mode(Mode::Teleoperation), &at_slave, &at_master);
+                    let (_, arrived) = one.to_master(Modes::splat(Mode::Teleoperation), &at_slave, &at_master);
                     let felt = one.limit(arrived, &at_master);
                     assert_eq!(reference.lane(lane).to_bits(), expected.to_bits(), "{kind:?} {scheme:?} {tick} {lane}");
                     assert_eq!(force.lane(lane).to_bits(), felt.to_bits(), "{kind:?} {scheme:?} {tick} {lane}");

@@ -1,6 +1,6 @@
 //! Layers that bulge, give way, are cut through, and exert friction on the shaft.
 
-use trocar_core::settings::{Key, Source, count, joined};
+use trocar_core::settings::{Key, KeySource, count, joined};
 
 use super::layer::LayerParameters;
 use super::literature::{Outside, outside};
@@ -41,7 +41,7 @@ impl LayersParameters {
     ///
     /// # Errors
     /// Errors of the source.
-    pub fn read<S: Source>(source: &mut S) -> Result<Self, S::Error> {
+    pub fn read<S: KeySource>(source: &mut S) -> Result<Self, S::Error> {
         let layers = read_layers(source, LayerParameters::read)?;
         let contact_m = Surface::read(source)?.contact_m;
         Ok(Self { contact_m, layers, shaft: ShaftParameters::read(source)? })

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use trocar_core::error::{InvalidValue, require};
-use trocar_core::settings::{Key, Source};
+use trocar_core::settings::{Key, KeySource};
 
 use super::kind::TissueSettings;
 use super::literature::Bounds;
@@ -28,7 +28,7 @@ pub fn path_in_layer(path: &'static str, layer: Option<&str>) -> Cow<'static, st
 }
 
 /// Reads every layer of the list.
-pub(super) fn read_layers<S: Source, T>(
+pub(super) fn read_layers<S: KeySource, T>(
     source: &mut S,
     mut read: impl FnMut(&mut S) -> Result<T, S::Error>,
 ) -> Result<Vec<Named<T>>, S::Error> {

@@ -1,6 +1,6 @@
 //! Layers that relax, creep and tear: rupture by energy release against toughness.
 
-use trocar_core::settings::{Key, Source, count, joined};
+use trocar_core::settings::{Key, KeySource, count, joined};
 
 use super::literature::{Outside, outside};
 use super::model::{DefaultLayer, Model, Springs};
@@ -54,7 +54,7 @@ impl TearingSettings {
     ///
     /// # Errors
     /// Errors of the source.
-    pub fn read<S: Source>(source: &mut S) -> Result<Self, S::Error> {
+    pub fn read<S: KeySource>(source: &mut S) -> Result<Self, S::Error> {
         let (surface, crack, shaft) = (Surface::read(source)?, Crack::read(source)?, ShaftParameters::read(source)?);
         let layers = read_layers(source, TearingLayer::read)?;
         Ok(Self { surface, crack, shaft, layers })

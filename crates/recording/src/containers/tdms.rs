@@ -123,7 +123,7 @@ struct Channel {
 }
 
 /// What an array is.
-enum Source {
+enum ArraySource {
     Values(usize),
     Clock(usize),
 }
@@ -132,7 +132,7 @@ pub(super) struct Tdms {
     bytes: Vec<u8>,
     channels: Vec<Channel>,
     arrays: Vec<Array>,
-    sources: Vec<Source>,
+    sources: Vec<ArraySource>,
     limits: Limits,
 }
 
@@ -153,10 +153,10 @@ impl Tdms {
             if channel.increment_s.is_some() {
                 let name = format!("time({})", channel.path);
                 arrays.push(Array { unit: Some("s".into()), ..Array::new(name, vec![channel.len]) });
-                sources.push(Source::Clock(index));
+                sources.push(ArraySource::Clock(index));
             }
             arrays.push(Array { unit: channel.unit.clone(), ..Array::new(&channel.path, vec![channel.len]) });
-            sources.push(Source::Values(index));
+            sources.push(ArraySource::Values(index));
         }
         if super::vectors(&arrays).is_empty() {
             return Err(Problem::NoSignal(Format::Tdms));
@@ -332,8 +332,8 @@ impl Container for Tdms {
     fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
         check_size(self.arrays[index].len(), &self.limits)?;
         let channel = match self.sources[index] {
-            Source::Values(channel) => &self.channels[channel],
-            Source::Clock(channel) => {
+            ArraySource::Values(channel) => &self.channels[channel],
+            ArraySource::Clock(channel) => {
                 let Channel { increment_s, offset_s, len, .. } = self.channels[channel];
                 let increment_s = increment_s.unwrap_or(0.0);
                 return Ok((0..len).map(|sample| offset_s + sample as f64 * increment_s).collect());

@@ -16,7 +16,7 @@ use scene::{Form, Moment, Scene, mode_name, tracks};
 pub use scene::{LiveDrawing, LiveMoment};
 use tissue::nearest;
 pub use tissue::{DrawnTissue, Layer};
-use trocar_engine::metrics::{Outcome, RUPTURE_WINDOW_S, Unit};
+use trocar_metrics::{Outcome, RUPTURE_WINDOW_S, Unit};
 use trocar_studies::run::Run;
 
 /// Displayed time before the rupture, in s. The time after it is that of the metric "overshoot in 0.5 s".

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::number::show;
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 use trocar_studies::sweep::{Design, Findings};
 
 /// The influence of an axis on a metric. Widths are in per cent of the width of the cell.

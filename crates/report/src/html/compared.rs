@@ -113,7 +113,7 @@ fn about(run: &Run) -> String {
     format!(
         "{}; tick {}, seed {}, the supervisor {}.",
         outcome(run),
-        show(Some(scenario.grid.tick_s()), trocar_engine::metrics::Unit::Second),
+        show(Some(scenario.grid.tick_s()), trocar_metrics::Unit::Second),
         scenario.seed,
         if scenario.augmentation.enabled { "freezes the slave at ruptures" } else { "does nothing" },
     )
@@ -163,7 +163,7 @@ fn events_section(runs: &[&Run]) -> Section {
 fn charts_section(runs: &[&Run]) -> Section {
     let first = runs.iter().max_by_key(|run| run.metrics.ruptures.len());
     let ruptures = first.map_or(&[][..], |run| run.metrics.ruptures.as_slice());
-    let window = |(index, rupture): (usize, &trocar_engine::metrics::RuptureMetrics)| Window {
+    let window = |(index, rupture): (usize, &trocar_metrics::RuptureMetrics)| Window {
         label: format!("rupture {}", index + 1),
         from: (rupture.time_s - BEFORE_S).max(0.0),
         to: rupture.time_s + AFTER_S,

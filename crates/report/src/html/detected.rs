@@ -9,7 +9,7 @@ use crate::detections::{pooled_phases, recordings_table, scores_table as scores_
 use crate::figures::{self, Shade};
 use crate::number::show;
 use crate::pictures::page_detection;
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 use trocar_studies::detect::{Detection, DetectionReport};
 
 /// Maximum number of alarms with a button.

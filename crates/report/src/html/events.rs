@@ -6,7 +6,7 @@ use crate::Table;
 use crate::figures::description::{Axis, X_TICKS};
 use crate::figures::{Shade, modes};
 use crate::number::{show, significant};
-use trocar_engine::metrics::{RuptureMetrics, Unit};
+use trocar_metrics::{RuptureMetrics, Unit};
 use trocar_studies::run::Run;
 
 /// Maximum number of marks and of shades on the timeline.
@@ -18,7 +18,7 @@ pub(super) struct Timeline {
     /// Text alternative for screen readers.
     pub(super) alt: String,
     pub(super) ticks: Vec<Tick>,
-    pub(super) lanes: Vec<Lane>,
+    pub(super) lanes: Vec<EventRow>,
     /// The name of a rupture.
     pub(super) rupture: &'static str,
     /// The key of the shades: the colour of each and its name.
@@ -35,7 +35,7 @@ pub(super) struct Tick {
 
 /// The events of one run or recording.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Lane {
+pub(super) struct EventRow {
     pub(super) name: String,
     pub(super) shades: Vec<Bar>,
     pub(super) marks: Vec<Point>,
@@ -89,7 +89,7 @@ impl Timeline {
         let span = if to_s > from_s { to_s - from_s } else { 1.0 };
         let share = |time_s: f64| format!("{:.3}", (100.0 * (time_s - from_s) / span).clamp(0.0, 100.0));
         let at_s = |time_s: f64| format!("{time_s:.3} s");
-        let lane = |lane: &LaneEvents| Lane {
+        let lane = |lane: &LaneEvents| EventRow {
             name: lane.name.clone(),
             shades: lane
                 .shades

@@ -8,7 +8,7 @@ use crate::number::{counted, readable, show, significant};
 use crate::tables::shortest;
 use crate::wrap::wrapped;
 use crate::{Table, json};
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 use trocar_studies::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
 
 /// The heading of the table of metrics.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::Comparison;
-use trocar_engine::metrics::{Metrics, RuptureMetrics};
+use trocar_metrics::{Metrics, RuptureMetrics};
 
 /// A statement of the paper and the corresponding result.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::run::{RunError, measure, observe};
 use trocar_core::time::nearest_ticks;
 use trocar_engine::engine::{Observer, Signals};
-use trocar_engine::metrics;
-use trocar_engine::metrics::Metrics;
+use trocar_metrics::Metrics;
+use trocar_metrics::metrics;
 use trocar_scenario::Scenario;
 
 /// Standard deviation of the added noise, in N: the paper's 6.25e-4 N² (4.1).
@@ -65,7 +65,7 @@ pub fn check_in_noise(scenario: &Scenario) -> Result<NoiseCheck, RunError> {
 
 /// Returns the scenario with the derivative as its distance, and the thresholds of the paper's variances.
 fn derivative_baseline(scenario: &Scenario) -> Scenario {
-    use trocar_core::detection::{DetectorSettings, DistanceKind};
+    use trocar_core::detector::{DetectorSettings, DistanceKind};
     let mut baseline = scenario.clone();
     let hypotheses = scenario.detector.distance.hypotheses;
     let arming = scenario.detector.arming;

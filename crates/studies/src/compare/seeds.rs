@@ -6,7 +6,7 @@ use super::{Row, rows};
 use crate::run::{RunError, measure};
 use trocar_base::parallel::{map, try_map};
 use trocar_base::quantiles;
-use trocar_engine::metrics::{Better, Metrics, Unit};
+use trocar_metrics::{Better, Metrics, Unit};
 use trocar_scenario::Scenario;
 
 /// Maximum number of seeds of a study, which keeps the metrics of every run.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::NoiseCheck;
-use trocar_engine::metrics::{Better, Declaration, Metrics, RunMetric, Shown, Unit};
+use trocar_metrics::{Better, Declaration, Metrics, RunMetric, Shown, Unit};
 
 /// One metric, with a value per scenario.
 #[derive(Debug, Clone, PartialEq, Serialize)]

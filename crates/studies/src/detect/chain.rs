@@ -1,7 +1,7 @@
 //! Velocity filter, estimator and detector in series, sample by sample, for files and live streams.
 
 use trocar_core::chain::{self, Chain, Insight, Reading};
-use trocar_core::detection::{AlarmConditions, CusumDetector, Decision, Evidence};
+use trocar_core::detector::{AlarmConditions, CusumDetector, Decision, Evidence};
 use trocar_core::error::{InvalidValue, positive, require};
 use trocar_core::estimation::{AnyEstimator, Estimate, VelocityFilter};
 use trocar_core::lane::Stored;

@@ -1,6 +1,6 @@
 //! The conditions on an alarm at each sample, in a byte.
 
-use trocar_core::detection::AlarmConditions;
+use trocar_core::detector::AlarmConditions;
 
 /// The conditions at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

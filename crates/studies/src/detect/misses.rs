@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{Detection, Match};
 use trocar_base::warning::Warning;
 use trocar_core::time::nearest_ticks;
-use trocar_engine::metrics::{DetectorSample, Miss, MissRule, SupervisorHistory};
+use trocar_metrics::{DetectorSample, Miss, MissRule, SupervisorHistory};
 
 /// Why a labelled rupture was missed.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -28,7 +28,7 @@ pub use trocar_core::chain::Reading;
 use plausibility::{Plausibility, Signals};
 use stages::{Decisions, evaluate};
 
-use trocar_core::detection::DetectorSettings;
+use trocar_core::detector::DetectorSettings;
 use trocar_core::error::InvalidValue;
 use trocar_engine::engine::TrustColumns;
 use trocar_recording::{Recording, ResampleError};

@@ -11,8 +11,8 @@ use super::scores::{Scores, Tally};
 use super::statistics::{PhaseStatistics, ResidualStatistics, statistics};
 use trocar_base::quantiles::upper_median;
 use trocar_base::warning::Warning;
-use trocar_core::detection::DetectorSettings;
-use trocar_engine::metrics::RUPTURE_WINDOW_S;
+use trocar_core::detector::DetectorSettings;
+use trocar_metrics::RUPTURE_WINDOW_S;
 
 /// An alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -7,7 +7,7 @@ use trocar_base::interrupt;
 use trocar_base::large_pages::with_capacity;
 use trocar_base::rows::Rows;
 use trocar_core::chain::Reading;
-use trocar_core::detection::{CusumDetector, Decision, Detector, Evidence};
+use trocar_core::detector::{CusumDetector, Decision, Detector, Evidence};
 use trocar_core::estimation::Estimate;
 
 /// Number of samples that a stage hands to the next, and between two checks for an interrupt: half a millisecond of work, beside which

@@ -272,7 +272,7 @@ mod tests {
             contact_m: 0.0,
             touched: true,
             conditions: vec![],
-            detector: trocar_core::detection::DetectorSettings::default(),
+            detector: trocar_core::detector::DetectorSettings::default(),
             is_velocity_measured: true,
             is_resampled: false,
             phases,

@@ -1,7 +1,7 @@
 //! One detector at many thresholds, on the same samples.
 
 use super::lanes::{LANES, ThresholdLanes};
-use trocar_core::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
+use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, Evidence};
 use trocar_core::lane::{Lane, Mask};
 
 /// A detector with several thresholds and otherwise equal settings.
@@ -99,7 +99,7 @@ impl DetectorBank {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_core::detection::{DistanceKind, Hypotheses};
+    use trocar_core::detector::{DistanceKind, Hypotheses};
 
     #[test]
     fn the_middle_threshold_is_that_of_the_settings_and_the_range_is_four_decades() {

@@ -1,9 +1,9 @@
 //! Why a detector at its own threshold misses ruptures.
 
 use super::tally::{Labels, Tally};
-use trocar_core::detection::{CusumDetector, DetectorSettings, Evidence};
+use trocar_core::detector::{CusumDetector, DetectorSettings, Evidence};
 use trocar_core::time::nearest_ticks;
-use trocar_engine::metrics::{DetectorSample, MissRule, RUPTURE_WINDOW_S, SupervisorHistory};
+use trocar_metrics::{DetectorSample, MissRule, RUPTURE_WINDOW_S, SupervisorHistory};
 
 /// Counts the reasons of the missed ruptures (by index) of a case.
 pub(super) fn count(

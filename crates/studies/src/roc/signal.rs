@@ -10,7 +10,7 @@ use super::tally::Labels;
 use super::trials::Trial;
 use crate::detect;
 use crate::run::observe;
-use trocar_core::detection::{DetectorSettings, DistanceKind, DistanceSettings, Evidence};
+use trocar_core::detector::{DetectorSettings, DistanceKind, DistanceSettings, Evidence};
 use trocar_core::estimation::{AnyEstimator, Estimator, RlsSettings};
 use trocar_recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
 use trocar_scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};

@@ -13,7 +13,7 @@ use super::signal::Signal;
 use super::tally::Tally;
 use trocar_base::parallel::try_map;
 use trocar_base::warning::{Code, Warning};
-use trocar_core::detection::{DetectorSettings, Evidence};
+use trocar_core::detector::{DetectorSettings, Evidence};
 use trocar_recording::InVivoLikeVariant;
 
 /// The settings of a study.

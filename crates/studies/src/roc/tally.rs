@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::trials::{Fall, Trial};
-use trocar_engine::metrics::RUPTURE_WINDOW_S;
+use trocar_metrics::RUPTURE_WINDOW_S;
 
 /// Tolerance of a delay's limit in s, because times are sums of rounded decimals.
 const ROUNDING_S: f64 = 1e-9;

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use super::RunError;
 use trocar_base::interrupt;
 use trocar_engine::engine::{BuiltInOr, Observer, OwnEngine, OwnParts, Signals, Trace, Wiring};
-use trocar_engine::metrics::DIVERGED_M;
+use trocar_metrics::DIVERGED_M;
 use trocar_scenario::{OperatorSpec, Scenario};
 
 /// A run that is repeated up to a tick and goes on from there while the hand rests at its last desired position, the organs at

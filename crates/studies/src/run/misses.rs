@@ -3,10 +3,10 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{RunError, observe};
-use trocar_core::detection::{CusumDetector, Decision, Detector, Evidence};
+use trocar_core::detector::{CusumDetector, Decision, Detector, Evidence};
 use trocar_core::time::nearest_ticks;
 use trocar_engine::engine::{Observer, OwnParts, Signals};
-use trocar_engine::metrics::{
+use trocar_metrics::{
     DetectorSample, Metrics, Miss, MissReason, MissRule, RUPTURE_WINDOW_S, RuptureMetrics, SupervisorHistory,
 };
 use trocar_scenario::Scenario;

@@ -5,7 +5,7 @@ use super::at_rest::AtRest;
 use super::swings::{median, range, strength, swings};
 use trocar_base::interrupt;
 use trocar_engine::engine::Trace;
-use trocar_engine::metrics::Outcome;
+use trocar_metrics::Outcome;
 use trocar_scenario::{EngineKind, Scenario, TissueSpec};
 
 /// The part of a run, at its end, that is examined, as a share.

@@ -7,10 +7,10 @@ use trocar_core::lane::{LANES, Lane, of_each};
 use trocar_engine::engine::{
     Additional, EventObserver, ExactPlants, GatheredPlants, InSet, InstructionSet, Wide, Wired,
 };
-use trocar_engine::metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use trocar_engine::sensor::NoiseBank;
 #[cfg(target_arch = "x86_64")]
 use trocar_engine::wide_lanes::{Avx2, Avx512};
+use trocar_metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use trocar_scenario::{Scenario, ScenarioEngine};
 
 /// Maximum number of scenarios that run side by side; more make more packs.

@@ -1,6 +1,6 @@
 //! What the promise of a passivity scheme does not cover in a scenario.
 
-use trocar_core::settings::Source as _;
+use trocar_core::settings::KeySource as _;
 
 use trocar_base::warning::{Code, Warning};
 use trocar_engine::plant::Coupling;

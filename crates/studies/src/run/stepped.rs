@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::own::CheckedParts;
 use super::{Run, RunError, checked_outcome, empty_trace_with, metrics_observer, with_link};
 use trocar_engine::engine::{BuiltInOr, OwnEngine, OwnParts, Trace, Wiring};
-use trocar_engine::metrics::MetricsObserver;
 use trocar_engine::operator::{HumanOperator, Operator};
+use trocar_metrics::MetricsObserver;
 use trocar_scenario::Scenario;
 
 /// A run that is stepped tick by tick, whose person can be led from outside: a loop around the simulation, with another

@@ -3,9 +3,9 @@
 use super::Run;
 use super::oscillation::{Swing, lasting_swing};
 use trocar_base::warning::{Code, Warning};
-use trocar_engine::metrics::{Outcome, RuptureMetrics};
 use trocar_engine::tissue::TissueSettings;
 use trocar_engine::tissue::literature::Outside;
+use trocar_metrics::{Outcome, RuptureMetrics};
 use trocar_scenario::{Scenario, TissueSpec};
 
 /// Mean power between hand and master in W that no person exceeds for the length of a run.

@@ -1,7 +1,7 @@
 //! The metrics that a sweep can keep of each case.
 
 use super::stability::LoopOfCase;
-use trocar_engine::metrics::{Declaration, Metric, Metrics, RunMetric, Scope, Unit};
+use trocar_metrics::{Declaration, Metric, Metrics, RunMetric, Scope, Unit};
 use trocar_scenario::nearest_of;
 
 type LoopMetric = Metric<fn(&LoopOfCase<'_>) -> Option<f64>>;

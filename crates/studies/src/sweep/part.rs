@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use super::error::SweepError;
-use trocar_engine::metrics;
 
 /// Number of consecutive cases that run together.
 pub const PACK_CASES: u64 = 8;
@@ -33,10 +32,10 @@ pub enum Outcome {
 impl Outcome {
     /// The outcome of a run; a sweep does not tell whether a swing lasts.
     #[must_use]
-    pub fn of(outcome: metrics::Outcome) -> Self {
+    pub fn of(outcome: trocar_metrics::Outcome) -> Self {
         match outcome {
-            metrics::Outcome::Completed | metrics::Outcome::Oscillating { .. } => Self::Completed,
-            metrics::Outcome::Diverged { .. } => Self::Diverged,
+            trocar_metrics::Outcome::Completed | trocar_metrics::Outcome::Oscillating { .. } => Self::Completed,
+            trocar_metrics::Outcome::Diverged { .. } => Self::Diverged,
         }
     }
 

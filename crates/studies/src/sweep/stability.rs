@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 
 use crate::stability_check::{Verdict, linear_loop, simulate};
-use trocar_engine::metrics;
+use trocar_metrics::metrics;
 use trocar_scenario::Scenario;
 use trocar_stability::{
     Analysis, ClosedLoop, LinearLoop, Margins, Mode, Switching, SwitchingSettings, VaryingDelays, left_out,

@@ -6,9 +6,8 @@ use super::super::{
     Additional, COLUMNS, ColumnValues, EventObserver, Happening, Observer, PortEnergies, ScheduledAlarms, Signals,
     TRACE_COLUMNS, TRUST_COLUMNS, Trace, TrustColumns,
 };
-use crate::metrics::fixtures::in_mode;
-use trocar_core::augmentation::Mode;
-use trocar_core::detection::{Decision, Detector, Evidence};
+use trocar_core::augmentation::{Mode, Modes};
+use trocar_core::detector::{Decision, Detector, Evidence};
 use trocar_core::estimation::Confidence;
 use trocar_core::time::TickGrid;
 
@@ -40,7 +39,7 @@ fn signals(tick: u64) -> Signals<f64> {
         extra_parameter: next(),
         commanded_force_n: next(),
         allowed_force_step_n: next(),
-        mode: in_mode(Mode::Reengaging),
+        mode: Modes::splat(Mode::Reengaging),
         ruptured: tick == 1,
         noticed: false,
         alarm: tick == 2,

@@ -11,7 +11,7 @@ use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
 use crate::tissue::{Reaction, Tissue};
 use trocar_core::augmentation::{AugmentationSettings, Modes, Supervisor};
 use trocar_core::chain::{Chain, Reading};
-use trocar_core::detection::{Decision, Detector, Evidence};
+use trocar_core::detector::{Decision, Detector, Evidence};
 use trocar_core::estimation::{Estimate, Estimator};
 
 /// What the parts were called with, in order.

@@ -37,8 +37,7 @@ trocar_core::lane::gather!(FrozenForce { whole_n, tissue_n });
 mod tests {
     use super::super::SlaveSample;
     use super::*;
-    use crate::metrics::fixtures::in_mode;
-    use trocar_core::augmentation::Mode;
+    use trocar_core::augmentation::{Mode, Modes};
 
     #[test]
     fn while_frozen_the_force_is_the_last_one_and_the_change_of_the_tissue_force_since() {
@@ -46,7 +45,7 @@ mod tests {
         let mut at = |mode, law_n, tissue_n| {
             let sample =
                 SlaveSample { force_n: tissue_n, position_m: 0.0, velocity_m_per_s: 0.0, acceleration_m_per_s2: 0.0 };
-            frozen.update(law_n, &ArrivedAtMaster { sample, force_n: 99.0, mode: in_mode(mode) })
+            frozen.update(law_n, &ArrivedAtMaster { sample, force_n: 99.0, mode: Modes::splat(mode) })
         };
         assert_eq!(at(Mode::Teleoperation, 5.0, 2.0), 5.0);
         assert_eq!(at(Mode::Augmented, 100.0, 1.5), 4.5);

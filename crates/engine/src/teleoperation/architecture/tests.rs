@@ -5,8 +5,7 @@ use super::local_force::LocalForce;
 use super::position_force::PositionForce;
 use super::position_position::PositionPosition;
 use super::*;
-use crate::metrics::fixtures::in_mode;
-use trocar_core::augmentation::Mode;
+use trocar_core::augmentation::{Mode, Modes};
 
 /// Machines of which no two numbers are alike.
 const MACHINES: Machines = Machines {
@@ -86,7 +85,7 @@ fn compare<A: BuiltInArchitecture<f64>>() {
         assert_eq!((sample.force_n, sample.position_m), (f_e, slave.position_m));
         assert_eq!(sample.velocity_m_per_s, slave.velocity_m_per_s);
         // A scheme may replace the force: it is not that of the sample.
-        let arrived = ArrivedAtMaster { sample, force_n: f_e + 0.5, mode: in_mode(Mode::Teleoperation) };
+        let arrived = ArrivedAtMaster { sample, force_n: f_e + 0.5, mode: Modes::splat(Mode::Teleoperation) };
         let force = architecture.master_force(&arrived, &master);
         let expected = m.force * (f_e + 0.5) - m.hand * master.hand_force_n
             + m.position * (MACHINES.position_scale * master.position_m - slave.position_m)
@@ -112,7 +111,7 @@ fn all_but_position_force_hold_their_force_while_the_slave_is_frozen() {
         let mut at = |mode, position_m: f64, force_n: f64| {
             let master = AtMaster { position_m, velocity_m_per_s: 0.0, hand_force_n: position_m };
             let sample = SlaveSample { force_n, position_m: 0.0, velocity_m_per_s: 0.0, acceleration_m_per_s2: 0.0 };
-            architecture.master_force(&ArrivedAtMaster { sample, force_n, mode: in_mode(mode) }, &master)
+            architecture.master_force(&ArrivedAtMaster { sample, force_n, mode: Modes::splat(mode) }, &master)
         };
         let before = at(Mode::Teleoperation, 0.01, 4.0);
         at(Mode::Augmented, 0.05, 3.0) - before

@@ -8,9 +8,8 @@ use super::super::{
 };
 use crate::channel::{Delay, Irregularity, Schedule};
 use crate::engine::{ExactPlants, Plants as _};
-use crate::metrics::fixtures::in_mode;
 use crate::plant::{ArmParameters, ControlTiming, MasterParameters, MasterStep, SlaveParameters, SlaveStep};
-use trocar_core::augmentation::Mode;
+use trocar_core::augmentation::{Mode, Modes};
 
 const TICK_S: f64 = 1e-3;
 
@@ -74,7 +73,7 @@ fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
         let at_slave = AtSlave { position_m: s.position_m, velocity_m_per_s: s.velocity_m_per_s, force_n };
         let target = link.to_slave(&at_master, &at_slave);
         let reference = link.limit_reference(target, &at_slave);
-        let (_, feedback) = link.to_master(in_mode(Mode::Teleoperation), &at_slave, &at_master);
+        let (_, feedback) = link.to_master(Modes::splat(Mode::Teleoperation), &at_slave, &at_master);
         let feedback = link.limit(feedback, &at_master);
         let aim = run.hand_m[tick * run.hand_m.len() / 2000];
         let next = desired + ((aim - desired) * 0.02).clamp(-1e-4, 1e-4);

@@ -27,9 +27,9 @@ const REFS_PER_FONT: i32 = 5;
 
 /// Returns the PDF file of a sheet: one page of its size.
 pub(super) fn document(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
-    let mut page = Page::new(sheet.size());
+    let mut page = PdfPage::new(sheet.size());
     sheet.draw_on(Backend { canvas: &mut page, size: sheet.size() })?;
-    let Page { content, fonts, .. } = page;
+    let PdfPage { content, fonts, .. } = page;
     let mut pdf = Pdf::new();
     pdf.catalog(CATALOG).pages(PAGES);
     pdf.pages(PAGES).kids([PAGE]).count(1);
@@ -56,13 +56,13 @@ pub(super) fn document(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
 }
 
 /// The content of the page.
-struct Page {
+struct PdfPage {
     content: Content,
     fonts: [Embedded; 2],
     height: f32,
 }
 
-impl Page {
+impl PdfPage {
     fn new((_, height): (u32, u32)) -> Self {
         let fonts = [false, true].map(|is_bold| Embedded {
             typeface: typeface(is_bold),
@@ -92,7 +92,7 @@ impl Page {
     }
 }
 
-impl Canvas for Page {
+impl Canvas for PdfPage {
     fn stroke(&mut self, line: &[BackendCoord], width: u32, color: Rgb) {
         let [red, green, blue] = channels(color);
         self.content.set_stroke_rgb(red, green, blue).set_line_width(width as f32 / UNITS as f32);

@@ -5,7 +5,8 @@ use std::ops::Range;
 use crate::run::RunObserver;
 use trocar_core::lane::{Lane, Mask};
 use trocar_engine::engine::{EventObserver, Happening};
-use trocar_engine::metrics::{OperatorTraits, Pursuit};
+use trocar_engine::operator::OperatorTraits;
+use trocar_metrics::Pursuit;
 use trocar_scenario::Scenario;
 
 /// The lengths of the horizon in s; the excess advance itself has 2 s.

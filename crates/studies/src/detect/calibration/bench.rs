@@ -7,7 +7,7 @@ use super::run_length::{WANTED, average_run_length, threshold_for};
 use super::signal::{Residuals, Signal};
 use super::spread::{median, min_step, noise_std, quantile, root_mean_square};
 use super::{Calibration, CalibrationError, CalibrationRequest, Candidate, MIN_SAMPLES, Whiteness};
-use trocar_core::detection::{ArmingSettings, CusumSettings, DetectorSettings, DistanceKind, Hypotheses};
+use trocar_core::detector::{ArmingSettings, CusumSettings, DetectorSettings, DistanceKind, Hypotheses};
 use trocar_core::estimation::RlsSettings;
 use trocar_scenario::DetectionSpec;
 

@@ -42,7 +42,7 @@ use super::{is_even, position_step_m, samples};
 use bench::CandidateBench;
 use signal::Signal;
 use trocar_base::warning::{Code, Warning};
-use trocar_core::detection::DetectorSettings;
+use trocar_core::detector::DetectorSettings;
 use trocar_core::error::InvalidValue;
 use trocar_core::estimation::{RlsSettings, VelocityFilter};
 use trocar_scenario::DetectionSpec;

@@ -2,7 +2,7 @@
 
 use trocar_base::interrupt;
 use trocar_base::large_pages::with_capacity;
-use trocar_core::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
+use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, Evidence};
 use trocar_core::estimation::{AnyEstimator, Estimator, RlsSettings};
 
 /// Evenly spaced samples.

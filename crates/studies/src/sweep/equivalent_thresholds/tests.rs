@@ -1,6 +1,6 @@
 use super::*;
 use trocar_core::augmentation::{Mode, Modes};
-use trocar_core::detection::{CusumDetector, Detector, DetectorSettings, Evidence};
+use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, Evidence};
 use trocar_scenario::Source;
 
 /// Returns the next random number between -1 and 1.

@@ -22,7 +22,7 @@ use super::part::{Outcome, Rows};
 use trocar_base::moments::Moments;
 use trocar_base::quantiles::{median_ranks, quantile};
 use trocar_base::warning::Warning;
-use trocar_engine::metrics::Unit;
+use trocar_metrics::Unit;
 
 /// The distribution of a metric over the cases in which it is defined.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -22,7 +22,7 @@ use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, report};
 use trocar_base::warning::{Code, Warning};
 use trocar_core::error::{non_negative, positive};
-use trocar_engine::metrics::RUPTURE_WINDOW_S;
+use trocar_metrics::RUPTURE_WINDOW_S;
 use trocar_report::html::command_line;
 use trocar_scenario::{Source, Values};
 

@@ -2,11 +2,11 @@
 
 use serde::Serialize;
 
-use crate::engine::Signals;
 use crate::metrics;
 use trocar_core::augmentation::Mode;
 use trocar_core::lane::Lane;
 use trocar_core::time::TickGrid;
+use trocar_engine::engine::Signals;
 
 metrics! {
     /// The metrics of one event, from the alarm to the return to teleoperation.

@@ -5,12 +5,12 @@
 //! values are stored to it, it observes the tick as in a single run, and the values are loaded again.
 
 use super::{History, RuptureWindow};
-use crate::engine::Signals;
-use crate::metrics::FALLEN_SHARE;
-use crate::metrics::event::EventExtremes;
-use crate::metrics::rupture::Extremes;
+use crate::FALLEN_SHARE;
+use crate::event::EventExtremes;
+use crate::rupture::Extremes;
 use trocar_core::augmentation::{Mode, Modes};
 use trocar_core::lane::{Lane, Mask};
+use trocar_engine::engine::Signals;
 
 /// Maximum open ruptures of a lane that are held over lanes; a lane with more observes every tick by its history.
 const SLOTS: usize = 4;

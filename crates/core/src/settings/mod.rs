@@ -1,7 +1,7 @@
 //! One declaration per setting. It defines the field, its default, its range, its key in scenarios, and how it is read.
 //!
 //! [`settings!`](crate::settings!) declares the settings of a part, [`choice!`](crate::choice!) the kinds of one of
-//! them. Both generate a table of [`Key`]s, in the order of the fields, and a reader from any [`Source`]. Neither
+//! them. Both generate a table of [`Key`]s, in the order of the fields, and a reader from any [`KeySource`]. Neither
 //! allocates.
 
 mod declare;
@@ -256,7 +256,7 @@ impl Key {
 }
 
 /// A source of settings, read by key.
-pub trait Source {
+pub trait KeySource {
     /// The error for a wrong value.
     type Error;
 

@@ -171,25 +171,25 @@ pub struct Metric<Read> {
 }
 
 /// A field that is itself a metric.
-pub trait Value {
+pub trait MetricValue {
     fn value(&self) -> Option<f64>;
 }
 
-impl Value for f64 {
+impl MetricValue for f64 {
     fn value(&self) -> Option<f64> {
         Some(*self)
     }
 }
 
-impl Value for u64 {
+impl MetricValue for u64 {
     fn value(&self) -> Option<f64> {
         Some(*self as f64)
     }
 }
 
-impl<T: Value> Value for Option<T> {
+impl<T: MetricValue> MetricValue for Option<T> {
     fn value(&self) -> Option<f64> {
-        self.as_ref().and_then(Value::value)
+        self.as_ref().and_then(MetricValue::value)
     }
 }
 
@@ -233,16 +233,16 @@ macro_rules! metrics {
     ) => {
         impl $owner {
             /// The metrics of this scope, in the order of tables.
-            pub const METRICS: &'static [$crate::metrics::Metric<fn(&$owner) -> Option<f64>>] = &[$(
-                $crate::metrics::Metric {
-                    declaration: $crate::metrics::Declaration {
-                        scope: $crate::metrics::Scope::$scope,
+            pub const METRICS: &'static [$crate::Metric<fn(&$owner) -> Option<f64>>] = &[$(
+                $crate::Metric {
+                    declaration: $crate::Declaration {
+                        scope: $crate::Scope::$scope,
                         name: stringify!($name),
                         former_name: $crate::metrics!(@former $($former)?),
                         label: $label,
-                        unit: $crate::metrics::Unit::$unit,
+                        unit: $crate::Unit::$unit,
                         is_signed: $crate::metrics!(@signed $($signed)?),
-                        better: $crate::metrics::Better::$better,
+                        better: $crate::Better::$better,
                         shown: $crate::metrics!(@shown $($shown)?),
                         meaning: $meaning.trim_ascii(),
                     },
@@ -255,9 +255,9 @@ macro_rules! metrics {
     (@former $former:literal) => { Some($former) };
     (@signed) => { false };
     (@signed signed) => { true };
-    (@shown) => { $crate::metrics::Shown::Always };
-    (@shown $shown:ident) => { $crate::metrics::Shown::$shown };
-    (@read $name:ident) => { |of| $crate::metrics::catalogue::Value::value(&of.$name) };
+    (@shown) => { $crate::Shown::Always };
+    (@shown $shown:ident) => { $crate::Shown::$shown };
+    (@read $name:ident) => { |of| $crate::catalogue::MetricValue::value(&of.$name) };
     (@read $name:ident $read:expr) => { $read };
 }
 

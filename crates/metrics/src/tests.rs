@@ -350,7 +350,7 @@ fn the_final_position_and_the_final_error_are_those_of_the_last_tick() {
 
 #[test]
 fn a_run_diverges_when_a_position_or_a_force_leaves_its_bound() {
-    let diverges = |edit: fn(&mut crate::engine::Signals<f64>)| {
+    let diverges = |edit: fn(&mut trocar_engine::engine::Signals<f64>)| {
         let metrics = Insertion::of_ticks(1000).from(400, edit).metrics();
         (metrics.outcome, metrics.ticks)
     };
@@ -582,7 +582,7 @@ fn the_metrics_of_a_run_are_the_extremes_and_sums_of_its_ruptures() {
 #[test]
 fn every_metric_reads_the_field_of_its_name() {
     let mut metrics = event().by(Some(1.0), true).noticed_at(1100).metrics();
-    let report = crate::teleoperation::LinkReport {
+    let report = trocar_engine::teleoperation::LinkReport {
         outages: 1,
         longest_outage_ticks: 20.0,
         given_up_tick: Some(30.0),
@@ -674,7 +674,7 @@ fn eight_insertions() -> [Insertion; 8] {
 
 #[cfg(target_arch = "x86_64")]
 fn metrics_side_by_side<L: trocar_core::lane::Lane>(all: &[Insertion; 8]) -> [Metrics; 8] {
-    use crate::engine::Observer as _;
+    use trocar_engine::engine::Observer as _;
     let ticks = all[0].ticks();
     let grid = trocar_core::time::TickGrid::new(TICK_S, TICK_S * ticks as f64).expect("a grid");
     let mut observer = MetricsObserver::<L>::new(grid, 4).of_operators(|lane| all[lane].operator());
@@ -689,7 +689,8 @@ fn metrics_side_by_side<L: trocar_core::lane::Lane>(all: &[Insertion; 8]) -> [Me
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn eight_runs_side_by_side_have_the_metrics_of_each_alone() {
-    use crate::engine::{Avx2, Avx512, InstructionSet};
+    use trocar_engine::engine::InstructionSet;
+    use trocar_engine::wide_lanes::{Avx2, Avx512};
     let all = eight_insertions();
     let alone: Vec<Metrics> = all.iter().map(Insertion::metrics).collect();
     // What the lanes differ in: without it the comparison would say little.
@@ -707,7 +708,8 @@ fn eight_runs_side_by_side_have_the_metrics_of_each_alone() {
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn eight_runs_end_once_all_have_diverged() {
-    use crate::engine::{Avx2, InstructionSet, Observer as _};
+    use trocar_engine::engine::{InstructionSet, Observer as _};
+    use trocar_engine::wide_lanes::Avx2;
     if !InstructionSet::Avx2.is_available() {
         return;
     }

@@ -22,8 +22,8 @@ use thiserror::Error;
 use own::CheckedParts;
 
 use trocar_engine::engine::{EngineError, Observer, OwnParts, Trace, Wiring};
-use trocar_engine::metrics::{LinkMetrics, Metrics, MetricsObserver, PortColumns, PortMetrics};
 use trocar_engine::teleoperation::LinkReport;
+use trocar_metrics::{LinkMetrics, Metrics, MetricsObserver, PortColumns, PortMetrics};
 use trocar_scenario::{Scenario, ScenarioError};
 
 /// A scenario with its results.

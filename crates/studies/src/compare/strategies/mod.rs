@@ -23,8 +23,8 @@ use trocar_base::parallel::try_map;
 use trocar_base::quantiles::{quantile_of, rank_correlation};
 use trocar_core::time::nearest_ticks;
 use trocar_engine::engine::InstructionSet;
-use trocar_engine::metrics::{HORIZON_S, Metrics, Outcome};
 use trocar_engine::sensor::NoiseBank;
+use trocar_metrics::{HORIZON_S, Metrics, Outcome};
 use trocar_scenario::{CaseFactory, Scenario, ScenarioError, Source, Template};
 use trocar_stability::ClosedLoop;
 

@@ -140,7 +140,7 @@ pub struct Adaptive<L> {
     stiffest: L,
     /// The largest force of the last moments, decaying, in N.
     recent_load: L,
-    hold: Hold<L>,
+    hold: FallHold<L>,
     /// The tail of the values, for a wanted rate of false alarms.
     tail: Option<Tail<L>>,
     value: L,
@@ -176,7 +176,7 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
             moments: [zero; 2],
             stiffest: zero,
             recent_load: zero,
-            hold: Hold { lowest: zero, since_lowest: L::splat(-1.0), bins: zero },
+            hold: FallHold { lowest: zero, since_lowest: L::splat(-1.0), bins: zero },
             tail: settings.rate.false_alarms_per_min.map(|per_min| Tail::new(per_min, bin_s)),
             value: zero,
         }
@@ -567,7 +567,7 @@ crate::lane::gather!(Bin { sums, last, steps, unchanged, forces, position } same
 
 /// The fall after an alarm, which raises no other alarm.
 #[derive(Debug, Clone)]
-struct Hold<L> {
+struct FallHold<L> {
     /// The lowest force of it, in N.
     lowest: L,
     /// Bins since then; negative if no fall is held.
@@ -577,13 +577,13 @@ struct Hold<L> {
 }
 
 /// Whether a fall was held at a bin.
-struct Held<L: Lane> {
+struct FallState<L: Lane> {
     was_holding: L::Mask,
     /// Where it has ended, if anywhere.
     ended: Option<L::Mask>,
 }
 
-impl<L: Lane> Hold<L> {
+impl<L: Lane> FallHold<L> {
     /// Begins at a force (N) in the lanes of the mask.
     #[inline(always)]
     fn begin(&mut self, mask: L::Mask, force: L) {
@@ -595,11 +595,11 @@ impl<L: Lane> Hold<L> {
     /// Processes the force of a bin (N) with the scale of its changes. The fall ends with two references in which the force has not
     /// fallen further, or with a new load.
     #[inline(always)]
-    fn update(&mut self, force: L, scale: L, times: &Times) -> Held<L> {
+    fn update(&mut self, force: L, scale: L, times: &Times) -> FallState<L> {
         let one = L::splat(1.0);
         let was_holding = self.since_lowest.ge(L::zero());
         if !was_holding.any() {
-            return Held { was_holding, ended: None };
+            return FallState { was_holding, ended: None };
         }
         let is_lower = force.lt(self.lowest - scale.max(L::splat(LEAST_SHARE) * self.lowest));
         self.lowest = L::select(is_lower, force, self.lowest);
@@ -609,11 +609,11 @@ impl<L: Lane> Hold<L> {
         let is_over = since.ge(L::splat(2.0 * times.reference as f64)) | self.bins.ge(L::splat(times.hold));
         let ends = was_holding & (is_loaded | is_over);
         self.since_lowest = L::select(was_holding & !ends, since, -one);
-        Held { was_holding, ended: ends.any().then_some(ends) }
+        FallState { was_holding, ended: ends.any().then_some(ends) }
     }
 }
 
-crate::lane::gather!(Hold { lowest, since_lowest, bins } stored);
+crate::lane::gather!(FallHold { lowest, since_lowest, bins } stored);
 
 #[cfg(test)]
 mod tests {
@@ -972,8 +972,8 @@ mod tests {
         }
     }
 
-    fn hold() -> (Hold<f64>, Times) {
-        (Hold { lowest: 0.0, since_lowest: -1.0, bins: 0.0 }, Times::of(1e-3))
+    fn hold() -> (FallHold<f64>, Times) {
+        (FallHold { lowest: 0.0, since_lowest: -1.0, bins: 0.0 }, Times::of(1e-3))
     }
 
     /// The bins, from 1, after which a fall that begins at 4 N ends, for the forces of the bins after it.

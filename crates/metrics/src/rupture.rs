@@ -5,10 +5,10 @@ use serde::Serialize;
 use super::intent::Aftermath;
 use super::miss::Miss;
 use super::{FALLEN_SHARE, RUPTURE_WINDOW_S, TRAVEL_S};
-use crate::engine::Signals;
 use crate::metrics;
 use trocar_core::lane::Lane;
 use trocar_core::time::{TickGrid, nearest_ticks};
+use trocar_engine::engine::Signals;
 
 metrics! {
     /// The metrics of one rupture. "At the rupture" is the tick of the rupture itself, the last one under load. A

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::{EventMetrics, PortMetrics, RuptureMetrics};
 use crate::metrics;
-use crate::teleoperation::LinkReport;
 use trocar_core::time::TickGrid;
+use trocar_engine::teleoperation::LinkReport;
 
 /// How a run ended. Diverging is a result, not an error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -35,9 +35,9 @@ pub(super) fn typeface(is_bold: bool) -> &'static Typeface {
     static FACES: [OnceLock<Typeface>; 2] = [OnceLock::new(), OnceLock::new()];
     FACES[usize::from(is_bold)].get_or_init(|| {
         let (name, data): (_, &'static [u8]) = if is_bold {
-            ("DejaVuSans-Bold", include_bytes!("fonts/DejaVuSans-Bold.ttf"))
+            ("DejaVuSans-Bold", include_bytes!("DejaVuSans-Bold.ttf"))
         } else {
-            ("DejaVuSans", include_bytes!("fonts/DejaVuSans.ttf"))
+            ("DejaVuSans", include_bytes!("DejaVuSans.ttf"))
         };
         Typeface { name, data, face: Face::parse(data, 0).expect("the bundled typeface is valid") }
     })

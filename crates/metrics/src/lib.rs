@@ -19,7 +19,7 @@ mod sums;
 
 pub use catalogue::{Better, Declaration, Metric, Scope, Shown};
 pub use event::EventMetrics;
-pub use intent::{Aftermath, OperatorTraits, Pursuit};
+pub use intent::{Aftermath, Pursuit};
 pub use miss::{DetectorSample, Miss, MissReason, MissRule, SupervisorHistory};
 pub use observer::MetricsObserver;
 pub use ports::{PortColumns, PortMetrics};
@@ -43,7 +43,7 @@ pub const TRAVEL_S: f64 = 0.3;
 pub const FALLEN_SHARE: f64 = 0.05;
 
 /// A run has diverged once a position exceeds this bound in m, or is NaN.
-pub const DIVERGED_M: f64 = crate::operator::MAX_POSITION_M;
+pub const DIVERGED_M: f64 = trocar_engine::operator::MAX_POSITION_M;
 
 #[cfg(test)]
 mod tests;

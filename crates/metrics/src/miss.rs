@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use trocar_base::warning::{Code, Warning};
 use trocar_core::augmentation::{AugmentationSettings, Mode};
-use trocar_core::detection::{
+use trocar_core::detector::{
     AlarmConditions, CusumDetector, Decision, Detector as _, DetectorSettings, Evidence, Motion,
 };
 use trocar_core::time::nearest_ticks;
@@ -409,7 +409,7 @@ impl MissRule<'_> {
         Some(Miss { reason: *reason, also: also.to_vec() })
     }
 
-    /// See [`DistanceKind::waits_for`](trocar_core::detection::DistanceKind::waits_for).
+    /// See [`DistanceKind::waits_for`](trocar_core::detector::DistanceKind::waits_for).
     fn waits_for(&self) -> Option<&'static str> {
         self.detector.distance.kind.waits_for()
     }
@@ -439,7 +439,7 @@ impl MissRule<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_core::detection::{DistanceKind, Hypotheses};
+    use trocar_core::detector::{DistanceKind, Hypotheses};
 
     /// A rule on ticks of 1 ms: a window of 10 ms, γ = 2, a settling time of 100 ms and a refractory period of 50 ms.
     fn explain(

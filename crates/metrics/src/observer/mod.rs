@@ -4,14 +4,15 @@ mod open_windows;
 
 use self::open_windows::OpenWindows;
 use super::event::{Beginning, EventWindow};
-use super::intent::{OperatorTraits, Pursuit};
+use super::intent::Pursuit;
 use super::rupture::RuptureWindow;
 use super::sums::{Sample, Sums};
 use super::{Alarm, DIVERGED_M, HORIZON_S, Metrics, ModeTimes, Outcome};
-use crate::engine::{Observer, Signals};
 use trocar_core::augmentation::Mode;
 use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::TickGrid;
+use trocar_engine::engine::{Observer, Signals};
+use trocar_engine::operator::OperatorTraits;
 
 /// Maximum number of ruptures, events and alarms of a run that are recorded individually.
 const MAX_RECORDED: usize = 4096;

@@ -23,8 +23,8 @@ use crate::run::{RunError, RunObserver, run_pack_observed, run_pack_sharing};
 use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::nearest_ticks;
 use trocar_engine::engine::{EventObserver, Happening, InstructionSet};
-use trocar_engine::metrics::Metrics;
 use trocar_engine::sensor::NoiseBank;
+use trocar_metrics::Metrics;
 use trocar_scenario::Scenario;
 
 /// A run, and thresholds with which it is identical.

@@ -5,8 +5,8 @@ use serde_json::{Value as Json, json};
 use super::Table;
 use super::number::{counted, show, significant};
 use super::wrap::wrapped;
-use trocar_engine::metrics::Unit;
 use trocar_link::{SideSummary, Spread};
+use trocar_metrics::Unit;
 
 /// Returns the summary of a side as text.
 #[must_use]

@@ -1,9 +1,10 @@
 //! Timelines of an insertion, for the tests of metrics.
 
-use super::{Metrics, MetricsObserver, OperatorTraits};
-use crate::engine::{Observer as _, Signals};
+use super::{Metrics, MetricsObserver};
 use trocar_core::augmentation::{Mode, Modes};
 use trocar_core::time::TickGrid;
+use trocar_engine::engine::{Observer as _, Signals};
+use trocar_engine::operator::OperatorTraits;
 
 /// Time between two ticks in s.
 pub(super) const TICK_S: f64 = 1e-3;

@@ -1,0 +1,42 @@
+//! The files of the page, embedded in the binary. Some files are shared with reports.
+
+use trocar_report::html::assets as shared;
+
+/// One file of the page.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Asset {
+    /// Its path on the server.
+    pub path: &'static str,
+    /// Its media type.
+    pub media: &'static str,
+    /// Its content.
+    pub content: &'static str,
+}
+
+const HTML: &str = "text/html; charset=utf-8";
+const CSS: &str = "text/css; charset=utf-8";
+const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
+const SVG: &str = "image/svg+xml";
+
+/// The page of a link, and its script; the other files are those of [`ASSETS`].
+pub(super) const FIELD_ASSETS: &[Asset] = &[
+    Asset { path: "/", media: HTML, content: include_str!("field.html") },
+    Asset { path: "/field.js", media: JAVASCRIPT, content: include_str!("field.js") },
+];
+
+/// All files of the page of `trocar explore`.
+pub(super) const ASSETS: &[Asset] = &[
+    Asset { path: "/", media: HTML, content: include_str!("index.html") },
+    Asset { path: "/explore.css", media: CSS, content: include_str!("explore.css") },
+    Asset { path: "/theme.css", media: CSS, content: shared::THEME_CSS },
+    Asset { path: "/charts.js", media: JAVASCRIPT, content: shared::CHARTS_JS },
+    Asset { path: "/animation.js", media: JAVASCRIPT, content: shared::ANIMATION_JS },
+    Asset { path: "/link.js", media: JAVASCRIPT, content: include_str!("link.js") },
+    Asset { path: "/controls.js", media: JAVASCRIPT, content: include_str!("controls.js") },
+    Asset { path: "/pictures.js", media: JAVASCRIPT, content: include_str!("pictures.js") },
+    Asset { path: "/map.js", media: JAVASCRIPT, content: include_str!("map.js") },
+    Asset { path: "/listen.js", media: JAVASCRIPT, content: include_str!("listen.js") },
+    Asset { path: "/push.js", media: JAVASCRIPT, content: include_str!("push.js") },
+    Asset { path: "/explore.js", media: JAVASCRIPT, content: include_str!("explore.js") },
+    Asset { path: "/icon.svg", media: SVG, content: include_str!("icon.svg") },
+];
