@@ -106,7 +106,10 @@
 
 pub use trocar_base::warning;
 pub use trocar_core::{augmentation, chain, detector, error, estimation, lane, rig, settings, time};
+pub use trocar_detect as detect;
+pub use trocar_document as document;
 pub use trocar_engine::{channel, engine, operator, plant, sensor, teleoperation, tissue};
+pub use trocar_figures as figures;
 pub use trocar_lti as lti;
 pub use trocar_metrics as metrics;
 pub use trocar_recording as recording;
@@ -114,7 +117,7 @@ pub use trocar_report as report;
 pub use trocar_scenario as scenario;
 pub use trocar_scenario::population;
 pub use trocar_stability as stability;
-pub use trocar_studies::{compare, detect, roc, run, stability_check, sweep};
+pub use trocar_studies::{compare, roc, run, stability_check, sweep};
 
 mod cli;
 mod explore;

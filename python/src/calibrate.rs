@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
+use trocar_detect::calibration::{self, CalibrationRequest};
 use trocar_report::{calibration_object, calibration_text, calibration_toml};
 use trocar_scenario::Values;
-use trocar_studies::detect::calibration::{self, CalibrationRequest};
 
 use crate::arrays::recording_columns;
 use crate::detect::{Refusal, Samples};

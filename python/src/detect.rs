@@ -4,10 +4,10 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_core::error::InvalidValue;
+use trocar_detect::{DetectionReport, detect_recording};
 use trocar_recording::ArrayError;
 use trocar_report::{detection_object, detection_text};
 use trocar_scenario::{DetectionSpec, ScenarioError, Source, Values};
-use trocar_studies::detect::{DetectionReport, detect_recording};
 
 use crate::arrays::{RecordingColumns, put, recording_columns};
 use crate::interrupt::interruptible;

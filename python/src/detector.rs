@@ -5,9 +5,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_base::rows::Rows;
 use trocar_core::lane::Stored as _;
+use trocar_detect::{ASSUMED_STEP_M, DetectionChain, Reading, VelocitySource};
 use trocar_recording::Limits;
 use trocar_scenario::{DetectionSettings, Values};
-use trocar_studies::detect::{ASSUMED_STEP_M, DetectionChain, Reading, VelocitySource};
 
 use crate::arrays::{put, samples};
 use crate::detect::tuning;

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_core::detector::DistanceKind;
 use trocar_engine::engine::TrustColumns;
-use trocar_report::figures::{
+use trocar_figures::{
     CharacteristicView, ESTIMATION_FIGURES, EstimationView, FigureError, MapAxisView, MapView, RUN_FIGURES, RunView,
     characteristic, stability_map,
 };

@@ -2,7 +2,7 @@
 
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
-use trocar_studies::detect::{Scores, Tally, match_alarms};
+use trocar_detect::{Scores, Tally, match_alarms};
 
 use crate::arrays::samples;
 use crate::{convert, error};

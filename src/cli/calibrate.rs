@@ -8,13 +8,13 @@ use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, recorded, terminal};
 use trocar_base::warning::{Code, Warning};
+use trocar_detect::calibration::{Calibration, CalibrationRequest, RunLength, calibrate};
+use trocar_detect::{Detection, DetectionReport, detect};
 use trocar_report::{
     Folder, WIDTH, calibrated_settings, calibration_object, calibration_text, calibration_toml, detection_pictures,
     filled, run_lengths_text, to_json,
 };
 use trocar_scenario::{DetectionSpec, Values};
-use trocar_studies::detect::calibration::{Calibration, CalibrationRequest, RunLength, calibrate};
-use trocar_studies::detect::{Detection, DetectionReport, detect};
 
 /// Compute settings of estimator and detector from the beginning of a recording.
 #[derive(Debug, Args)]

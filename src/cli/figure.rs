@@ -3,7 +3,7 @@
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-use trocar_report::figures::{FigureFormat, FigureStyle, FigureWidth};
+use trocar_report::draw::{FigureFormat, FigureStyle, FigureWidth};
 
 /// How figures are drawn.
 #[derive(Debug, Args)]

@@ -13,7 +13,7 @@ use super::pair::{Pair, SCHEMES};
 use super::protocol::{Show, ShownTime};
 use super::state::StateError;
 use trocar_metrics::Outcome;
-use trocar_report::figures::FigureWidth;
+use trocar_report::draw::FigureWidth;
 use trocar_report::{Animation, answer_of_schemes, live_signals, row_cells, run_png};
 use trocar_studies::compare::{NoiseCheck, rows};
 use trocar_studies::run::Run;

@@ -6,7 +6,7 @@ use super::limits::MAP_POINTS;
 use super::pair::PairMaker;
 use super::protocol::{MapRequest, ServerMessage};
 use super::state::StateError;
-use trocar_report::figures::description::{self as figures, X_TICKS};
+use trocar_document::figure::{self as figures, X_TICKS};
 use trocar_stability::{Axis, Parameter, Spacing, map};
 use trocar_studies::stability_check::{CheckError, LoopVerdict};
 

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::limits::{MAX_KEYS, MAX_NUMBERS, MAX_TICKS};
+use trocar_figures::FigureError;
 use trocar_report::PictureError;
-use trocar_report::figures::FigureError;
 use trocar_scenario::{KeyAt, Kind, Scenario, ScenarioError, Source, Value, find_key, nearest_key, shipped_questions};
 use trocar_studies::run::RunError;
 use trocar_studies::stability_check::CheckError;

@@ -17,7 +17,7 @@ use super::map::mapped;
 use super::pair::{Pair, PairMaker, SCHEMES};
 use super::protocol::{Export, File, MapRequest, ServerMessage, Show};
 use super::state::{Catalogue, StateError};
-use trocar_report::figures::FigureWidth;
+use trocar_report::draw::FigureWidth;
 use trocar_report::write_trace_csv;
 use trocar_studies::compare::NoiseCheck;
 use trocar_studies::run::run;

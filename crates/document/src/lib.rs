@@ -5,12 +5,16 @@
 
 mod cell;
 mod data;
+mod digits;
+pub mod figure;
 mod number;
 mod table;
 
 pub use cell::{Cell, Digits, Number};
 pub use data::{DataColumn, DataTable, Values};
-pub use number::{counted, decimals, plain, readable, shortest, significant};
+pub use digits::{Few, Fine};
+pub use figure::Figure;
+pub use number::{counted, decimals, plain, readable, shortest, show, significant};
 pub use table::{Column, Row, Table};
 pub use trocar_base::unit::Unit;
 

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use serde_json::{Value as Json, json};
 
 use super::Table;
-use super::number::{show, significant};
 use super::wrap::wrapped;
+use trocar_detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
+use trocar_document::{show, significant};
 use trocar_metrics::Unit;
-use trocar_studies::detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
 
 /// Returns the chosen settings as they are printed and written: computed numbers have four significant digits, which is more than a
 /// few seconds of a recording determine. A given contact position stays as it is.

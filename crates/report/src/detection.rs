@@ -5,14 +5,14 @@ use std::io::{self, Write};
 
 use super::Table;
 use super::columns::ColumnFormat;
-use super::figures::STANDARD_ERRORS;
-use super::number::{counted, plain, show, significant};
 use super::roc::of_unit;
 use super::tables::{quoted, shortest};
 use super::wrap::wrapped;
+use trocar_detect::{Detection, DetectionReport, PhaseStatistics, Scores};
+use trocar_document::{counted, plain, show, significant};
 use trocar_engine::engine::{ColumnValues, TRUST_COLUMNS};
+use trocar_figures::STANDARD_ERRORS;
 use trocar_metrics::Unit;
-use trocar_studies::detect::{Detection, DetectionReport, PhaseStatistics, Scores};
 
 /// Returns the result of a detection as text with tables.
 #[must_use]

@@ -7,10 +7,10 @@ use serde_json::{Value as Json, json};
 use super::Table;
 use super::detection::{delays, events_table, phases_table, rate, window};
 use super::json::render;
-use super::number::{show, significant};
 use super::wrap::wrapped;
+use trocar_detect::{DetectionReport, Phase, PhaseStatistics, Scores, Tally};
+use trocar_document::{show, significant};
 use trocar_metrics::Unit;
-use trocar_studies::detect::{DetectionReport, Phase, PhaseStatistics, Scores, Tally};
 
 /// One recording among many.
 #[derive(Debug)]

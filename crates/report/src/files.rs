@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::figures::FigureStyle;
+use super::draw::FigureStyle;
 
 /// Prefix of temporary file names.
 const TEMPORARY: &str = ".trocar-";

@@ -3,9 +3,9 @@
 use serde::Serialize;
 use serde_json::{Value as Json, json};
 
+use trocar_detect::{DetectionReport, ExtraParameterEstimate};
 use trocar_scenario::Values;
 use trocar_studies::compare::{Comparison, Fact, SchemeStudy, SeedStudy};
-use trocar_studies::detect::{DetectionReport, ExtraParameterEstimate};
 use trocar_studies::run::{Run, seeds_without_effect};
 
 /// Returns `summary.json` of a run: every metric, the events, the seed and the version.

@@ -1,9 +1,9 @@
 //! The summary of a live stream, as text.
 
-use super::number::{show, significant};
 use super::wrap::wrapped;
+use trocar_detect::LiveSummary;
+use trocar_document::{show, significant};
 use trocar_metrics::Unit;
-use trocar_studies::detect::LiveSummary;
 
 /// Returns the summary of a live stream. `rows` counts the rows below the header, `malformed` those that cannot be read, and
 /// `ended` names the cause of the end.

@@ -8,11 +8,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::comparison::facts_table;
-use super::figures::{self, Figure, FigureError, FigureFormat};
 use super::html::assets::THEME_CSS;
 use super::pictures::{DrawnRun, PictureError, keep};
 use super::wrap::wrapped;
 use super::{Folder, Table};
+use crate::draw::FigureFormat;
+use trocar_document::Figure;
+use trocar_figures::{self as figures, FigureError};
 use trocar_studies::compare::{Fact, PAPER_VARIANCE_N2, PaperFigure, PaperStudy};
 
 /// A figure on the page.
@@ -43,7 +45,7 @@ pub fn paper_figures(folder: &Folder, study: &PaperStudy) -> Result<(), PictureE
         let PaperFigure { number, shows, ours, differs, facts } = of;
         let svg = draw(study, number, &|figure| {
             keep(folder, &format!("figure_{number:02}"), figure)?;
-            Ok(figures::draw::file(figure, FigureFormat::Svg, folder.figures().width)?)
+            Ok(crate::draw::file(figure, FigureFormat::Svg, folder.figures().width)?)
         })?;
         Ok(Shown { number, shows, ours, differs, svg: String::from_utf8_lossy(&svg).into_owned(), facts })
     };

@@ -7,13 +7,12 @@ use rayon::prelude::*;
 use serde_json::Value as Json;
 use thiserror::Error;
 
-use super::figures::draw::file;
-use super::figures::{
-    self, DrawError, EstimationView, Figure, FigureError, FigureFormat, FigureWidth, RunView, Shade, TimelineRow,
-};
 use super::{Animation, Folder, OutputError};
+use crate::draw::{DrawError, FigureFormat, FigureWidth, file};
+use trocar_detect::{Detection, DetectionReport};
+use trocar_document::Figure;
 use trocar_engine::engine::TrustColumns;
-use trocar_studies::detect::{Detection, DetectionReport};
+use trocar_figures::{self as figures, EnergyView, EstimationView, FigureError, RunView, TimelineRow};
 use trocar_studies::run::Run;
 
 /// The error of drawing or writing figures.
@@ -243,7 +242,8 @@ pub fn run_pictures(folder: &Folder, run: &Run) -> Result<(), PictureError> {
     let mut jobs = estimation_jobs(borrowed.estimation());
     let view = borrowed.view();
     let range = run.trace.time_s.first().copied().zip(run.trace.time_s.last().copied());
-    jobs.push(("energy", Box::new(move || figures::energy(run))));
+    let energies = energies(run);
+    jobs.push(("energy", Box::new(move || figures::energy(&energies))));
     jobs.push(("teleoperation", Box::new(move || figures::comparison(&[view], range))));
     draw(folder, jobs)
 }
@@ -341,10 +341,22 @@ fn timeline_row<'a>(name: &'a str, report: &DetectionReport) -> TimelineRow<'a> 
     TimelineRow {
         name,
         duration_s: report.duration_s,
-        shades: intervals
-            .filter_map(|s| Some((at(s.samples.start), at(s.samples.end), Shade::of_phase(s.phase)?)))
-            .collect(),
+        shades: intervals.filter_map(|s| Some((at(s.samples.start), at(s.samples.end), s.phase.shade()?))).collect(),
         rupture_times_s: report.labelled_ruptures_s.iter().map(|time| time - report.start_s).collect(),
         alarm_times_s: report.alarms.iter().map(|alarm| alarm.time_s - report.start_s).collect(),
+    }
+}
+
+pub(crate) fn energies(run: &Run) -> EnergyView<'_> {
+    let trace = &run.trace;
+    EnergyView {
+        name: &run.scenario.name,
+        time_s: &trace.time_s,
+        hand_energy_j: &trace.hand_energy_j,
+        master_energy_j: &trace.master_energy_j,
+        reference_energy_j: &trace.reference_energy_j,
+        needle_energy_j: &trace.needle_energy_j,
+        energy_scale: run.scenario.link.machines.energy_scale(),
+        promised_energy_j: run.metrics.link.as_ref().and_then(|link| link.promised_energy_j),
     }
 }

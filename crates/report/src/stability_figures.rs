@@ -1,6 +1,7 @@
 //! The figures of a stability study.
 
-use super::figures::{self, AbsoluteView, AxisView, Figure, FigureError, HeatView, MapAxisView, MapView};
+use trocar_document::Figure;
+use trocar_figures::{self as figures, AbsoluteView, AxisView, FigureError, HeatView, MapAxisView, MapView};
 use trocar_stability::{AbsoluteOver, AbsolutePoint, Analysis, Axis, Population, Spacing, arm_impedance};
 use trocar_studies::stability_check::{StabilityStudy, Verdict};
 

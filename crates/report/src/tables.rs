@@ -5,8 +5,8 @@ use std::io::{self, Write};
 
 use super::Table;
 use super::columns::{Column, ColumnFormat, csv};
-use super::number::{show, significant};
 use super::wrap::wrapped;
+use trocar_document::{show, significant};
 use trocar_engine::engine::{COLUMNS, ColumnValues, TRUST_COLUMNS, Trace, TrustColumns};
 use trocar_metrics::{Outcome, RuptureMetrics, Unit};
 use trocar_studies::compare::Row;

@@ -4,7 +4,6 @@
 //! It may use every package of the simulator but `trocar-link`; it draws and prints nothing. The crate `trocar` re-exports it.
 
 pub mod compare;
-pub mod detect;
 pub mod fmu;
 pub mod roc;
 pub mod run;

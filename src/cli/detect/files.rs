@@ -12,13 +12,13 @@ use crate::cli::error::{CliError, DetectError};
 use crate::cli::warnings::Warnings;
 use crate::cli::{progress, recorded, report as page, terminal};
 use trocar_base::warning::Warning;
+use trocar_detect::{Detection, DetectionReport, Label, detect};
 use trocar_report::html::{DetectionPage, detection_html, detections_html};
 use trocar_report::{
     DetectionEntry, EVENT_COLUMNS, Folder, detection_object, detection_pictures, detection_text, detections_json,
     detections_pictures, detections_text, event_rows, to_json, write_detection,
 };
 use trocar_scenario::{DetectionSpec, Values};
-use trocar_studies::detect::{Detection, DetectionReport, Label, detect};
 
 /// The sections of a scenario that affect a detection.
 const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];

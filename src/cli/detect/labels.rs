@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::DetectArgs;
 use super::inputs::{Input, SIDECAR_END};
 use crate::cli::error::{DetectError, LabelProblem};
+use trocar_detect::Label;
 use trocar_recording::{Format, LabelRow, Limits, open_labels};
-use trocar_studies::detect::Label;
 
 /// The rows of a label file for one recording.
 #[derive(Debug, Clone)]

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde_json::json;
 
-use trocar_studies::detect::{LiveStep, LiveSummary};
+use trocar_detect::{LiveStep, LiveSummary};
 
 /// The columns of a row.
 const COLUMNS: &str = "event,time_s,sample,position_m,depth_m,velocity_m_per_s,force_n,residual_n,stiffness_n_per_m,damping_n_s_per_m,decision";
@@ -105,7 +105,7 @@ mod tests {
     use trocar_core::chain::Reading;
     use trocar_core::detector::{AlarmConditions, Decision};
     use trocar_core::estimation::Estimate;
-    use trocar_studies::detect::Step;
+    use trocar_detect::Step;
 
     /// A tick of which no two numbers are alike.
     fn tick() -> LiveStep {

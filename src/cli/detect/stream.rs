@@ -9,11 +9,11 @@ use super::warnings::LiveWarnings;
 use crate::cli::error::{CliError, DetectError};
 use crate::cli::recorded::of_flags;
 use crate::cli::warnings::text as warning_text;
+use trocar_detect::sampling_rate;
+use trocar_detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};
 use trocar_recording::{LiveLine, LiveTable, RecordingError};
 use trocar_report::live_text;
 use trocar_scenario::{DetectionSettings, Values, recording_columns};
-use trocar_studies::detect::sampling_rate;
-use trocar_studies::detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};
 
 /// The cause of a regular end.
 const END: &str = "end of input";

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-use trocar_studies::detect::TimestampAnomaly;
+use trocar_detect::TimestampAnomaly;
 
 /// Maximum number of warnings per second.
 const MAX_PER_SECOND: u32 = 5;

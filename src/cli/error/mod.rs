@@ -11,12 +11,12 @@ use thiserror::Error;
 
 use crate::explore::ExploreError;
 use trocar_core::error::InvalidValue;
+use trocar_detect::calibration::CalibrationError;
 use trocar_report::html::HtmlError;
 use trocar_report::{OutputError, PictureError, diagnostic};
 use trocar_scenario::ScenarioError;
 use trocar_stability::StabilityError;
 use trocar_studies::compare::PaperError;
-use trocar_studies::detect::calibration::CalibrationError;
 use trocar_studies::fmu::UnitError;
 use trocar_studies::roc::RocError;
 use trocar_studies::run::RunError;

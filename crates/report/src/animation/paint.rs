@@ -8,9 +8,9 @@ use tiny_skia::Pixmap;
 
 use super::scene::{Form, Role, Shape};
 use super::{Animation, Panel};
-use crate::figures::DrawError;
-use crate::figures::description::{Color, Stroke};
-use crate::figures::draw::{Anchor, Backend, Bitmap, Drawn, Pen, Text, opaque};
+use crate::draw::DrawError;
+use crate::draw::{Anchor, Backend, Bitmap, Drawn, Pen, Text, opaque};
+use trocar_document::figure::{Color, Stroke};
 
 /// Size of the picture in pixels.
 const WIDTH: u32 = 960;

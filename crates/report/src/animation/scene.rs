@@ -4,8 +4,8 @@ use serde::Serialize;
 use serde_json::{Value as Json, json};
 
 use super::tissue::{DrawnTissue, Layer};
-use crate::digits::Few;
-use crate::figures::draw::{Anchor, text_width};
+use crate::draw::{Anchor, text_width};
+use trocar_document::Few;
 use trocar_scenario::Scenario;
 
 /// Names of the modes, by their numbers.

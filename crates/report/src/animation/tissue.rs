@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use crate::digits::{Few, Fine};
+use trocar_document::{Few, Fine};
 use trocar_engine::tissue::{LayerParameters, Named, TearingLayer, TissueSettings};
 use trocar_scenario::{Scenario, TissueSpec};
 use trocar_studies::run::Run;
@@ -165,7 +165,7 @@ struct NamedLayer {
 
 impl NamedLayer {
     fn at(self, top_mm: f64) -> Layer {
-        let thickness = crate::number::plain(self.thickness_mm);
+        let thickness = trocar_document::plain(self.thickness_mm);
         Layer {
             label: format!("{}, {thickness} mm", self.name),
             top_mm: Few(top_mm),

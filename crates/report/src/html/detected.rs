@@ -6,11 +6,11 @@ use super::page::{Block, Drawn, HtmlError, Page, Section, Window, warned};
 use crate::DetectionEntry;
 use crate::detection::{events_table, phases_table, residual_table, scores_table};
 use crate::detections::{pooled_phases, recordings_table, scores_table as scores_of_many};
-use crate::figures::{self, Shade};
-use crate::number::show;
 use crate::pictures::page_detection;
+use trocar_detect::{Detection, DetectionReport};
+use trocar_document::show;
+use trocar_figures as figures;
 use trocar_metrics::Unit;
-use trocar_studies::detect::{Detection, DetectionReport};
 
 /// Maximum number of alarms with a button.
 const MAX_WINDOWS: usize = 6;
@@ -183,7 +183,7 @@ fn lane_events(name: &str, report: &DetectionReport, start_s: f64) -> LaneEvents
     });
     let of = |sample: usize| start_s + sample as f64 * report.interval_s;
     let intervals = report.intervals.iter();
-    let shades = intervals.filter_map(|s| Some((of(s.samples.start), of(s.samples.end), Shade::of_phase(s.phase)?)));
+    let shades = intervals.filter_map(|s| Some((of(s.samples.start), of(s.samples.end), s.phase.shade()?)));
     LaneEvents { name: name.to_owned(), shades: shades.collect(), marks: ruptures.chain(alarms).collect() }
 }
 

@@ -2,7 +2,7 @@
 
 use super::compared::without_paths;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
-use crate::figures::Figure;
+use trocar_document::Figure;
 use trocar_document::{Block as Part, Document, Shown, Table};
 
 /// Number of intervals of a line.

@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use crate::Table;
-use crate::figures::description::{Axis, X_TICKS};
-use crate::figures::{Shade, modes};
-use crate::number::{show, significant};
+use trocar_document::figure::Shade;
+use trocar_document::figure::{Axis, X_TICKS};
+use trocar_document::{show, significant};
+use trocar_figures::modes;
 use trocar_metrics::{RuptureMetrics, Unit};
 use trocar_studies::run::Run;
 

@@ -14,8 +14,8 @@ use thiserror::Error;
 use super::assets;
 use super::bars::Influence;
 use super::events::Timeline;
-use crate::figures::FigureError;
 use crate::{Animation, Table};
+use trocar_figures::FigureError;
 
 const STYLE: [&str; 2] = [assets::THEME_CSS, assets::REPORT_CSS];
 const SCRIPT: [&str; 3] = [assets::CHARTS_JS, assets::ANIMATION_JS, assets::REPORT_JS];

@@ -1,10 +1,10 @@
 //! A sweep's figures, each with its numbers as CSV.
 
 use super::text::{heat_map_csv, tornado_csv};
-use crate::figures::{self, AxisView, Figure, FigureError, HeatView, TornadoView};
-use crate::number::readable;
 use crate::pictures::keep;
 use crate::{Folder, PictureError};
+use trocar_document::{Figure, readable};
+use trocar_figures::{self as figures, AxisView, FigureError, HeatView, TornadoView};
 use trocar_scenario::unit_of;
 use trocar_studies::sweep::{Design, Findings, HeatMap};
 

@@ -2,10 +2,10 @@
 
 use super::facts::{Fact, paper_facts};
 use super::{ADDED_NOISE_STD_N, Comparison};
-use crate::detect::calibration::Whiteness;
-use crate::detect::{Phase, PhaseRule};
 use crate::run::{Run, RunError, run};
 use trocar_base::moments::Moments;
+use trocar_detect::calibration::Whiteness;
+use trocar_detect::{Phase, PhaseRule};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 
 /// The figures of the paper that show results or the method of detection.

@@ -8,10 +8,10 @@ use super::RocError;
 use super::samples::Samples;
 use super::tally::Labels;
 use super::trials::Trial;
-use crate::detect;
 use crate::run::observe;
 use trocar_core::detector::{DetectorSettings, DistanceKind, DistanceSettings, Evidence};
 use trocar_core::estimation::{AnyEstimator, Estimator, RlsSettings};
+use trocar_detect as detect;
 use trocar_recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
 use trocar_scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 

@@ -1,0 +1,129 @@
+//! Detection probability and delay against the false-alarm rate, one line per detector.
+
+use super::FigureError;
+use trocar_document::figure::{Axis, Figure, LINES, Panel, Row, Sample, Series, Stroke, Y_TICKS};
+
+/// A detector's points in order of the false-alarm rate. All columns have the same length.
+#[derive(Clone, Debug)]
+pub struct CharacteristicView<'a> {
+    /// Name of the line.
+    pub name: &'a str,
+    /// False alarms per minute. A rate of 0 is drawn on the left edge.
+    pub false_alarms_per_minute: Vec<f64>,
+    /// Share of detected ruptures, 0 to 1; NaN if undefined.
+    pub detection: Vec<f64>,
+    /// Median delay in s; NaN if undefined.
+    pub delay_median_s: Vec<f64>,
+}
+
+/// Draws the share of detected ruptures (above) and the median delay (below) against the false-alarm rate on a logarithmic
+/// axis.
+///
+/// `min_per_minute` is the rate of a single false alarm in the whole observed time. The left edge is half of it.
+///
+/// # Errors
+/// [`FigureError::Empty`] without detectors or points, [`FigureError::Length`] for columns of unequal lengths.
+pub fn characteristic(
+    name: &str,
+    views: &[CharacteristicView<'_>],
+    min_per_minute: f64,
+) -> Result<Figure<'static>, FigureError> {
+    for view in views {
+        let columns = [("detection", view.detection.len()), ("delay_median_s", view.delay_median_s.len())];
+        super::check("characteristic", view.name, view.false_alarms_per_minute.len(), &columns)?;
+    }
+    if views.is_empty() {
+        return Err(FigureError::Empty { figure: "characteristic" });
+    }
+    let floor = 0.5 * min_per_minute;
+    let rates = || views.iter().flat_map(|view| view.false_alarms_per_minute.iter().copied());
+    let highest = rates().filter(|rate| rate.is_finite()).fold(10.0 * floor, f64::max);
+    let x_axis = Axis::log10((floor, 1.5 * highest));
+    let places: Vec<Vec<f64>> = views
+        .iter()
+        .map(|view| {
+            let places: Vec<f64> =
+                view.false_alarms_per_minute.iter().map(|rate| x_axis.place(rate.max(floor))).collect();
+            // Each step has its place at its start and at its end, except the first. The last step ends at the edge.
+            places
+                .iter()
+                .skip(1)
+                .flat_map(|place| [*place; 2])
+                .fold(places.first().copied().into_iter().collect(), push)
+        })
+        .map(|places: Vec<f64>| push(places, x_axis.high))
+        .collect();
+    let delays = views.iter().flat_map(|view| view.delay_median_s.iter().copied());
+    let longest = delays.filter(|delay| delay.is_finite()).fold(0.0, f64::max);
+    let panel = |y: Axis, y_caption: &str, series| Panel {
+        series,
+        ..Panel::new(x_axis.clone(), "False-alarm rate (1/min; left edge: no false alarm)", y, y_caption)
+    };
+    let detected = lines(&places, views.iter().map(|view| twice(&view.detection)), 100.0);
+    let delays = lines(&places, views.iter().map(|view| twice(&view.delay_median_s)), 1e3);
+    let detection = panel(Axis::exact((0.0, 103.0), Y_TICKS), "Detected in time (%)", detected);
+    let delay = panel(Axis::from_zero(1e3 * longest, Y_TICKS), "Median delay (ms)", delays);
+    let names = views.iter().zip(strokes()).map(|(view, line)| (Sample::Line(line), view.name.to_owned()));
+    Ok(Figure {
+        name: name.to_owned(),
+        legend: names.collect(),
+        rows: vec![Row::of(165.0, detection), Row::of(115.0, delay)],
+    })
+}
+
+/// Returns a line style for each detector. The styles repeat after the last.
+fn strokes() -> impl Iterator<Item = Stroke> {
+    LINES.into_iter().cycle()
+}
+
+fn lines(places: &[Vec<f64>], columns: impl Iterator<Item = Vec<f64>>, scale: f64) -> Vec<Series<'static>> {
+    let line = |((x, y), stroke): ((&Vec<f64>, Vec<f64>), Stroke)| Series::new(x.clone(), y, stroke).times(scale);
+    let mut series: Vec<Series<'_>> = places.iter().zip(columns).zip(strokes()).map(line).collect();
+    // Thin lines are drawn over wide ones, so that both are visible where detectors agree.
+    series.sort_by(|a, b| b.stroke.width.total_cmp(&a.stroke.width));
+    series
+}
+
+/// Returns each value twice, for the start and the end of its step.
+fn twice(values: &[f64]) -> Vec<f64> {
+    values.iter().flat_map(|value| [*value; 2]).collect()
+}
+
+fn push(mut values: Vec<f64>, value: f64) -> Vec<f64> {
+    values.push(value);
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shown;
+
+    fn view(name: &str, shift: f64) -> CharacteristicView<'_> {
+        CharacteristicView {
+            name,
+            false_alarms_per_minute: vec![0.0, 1e-2, 1.0, 1e3],
+            detection: vec![f64::NAN, 0.5, 0.9 - shift, 1.0],
+            delay_median_s: vec![f64::NAN, f64::NAN, 4e-3, 2e-3],
+        }
+    }
+
+    #[test]
+    fn eight_detectors_have_eight_lines() {
+        let views: Vec<_> = ["a", "b", "c", "d", "e", "f", "g", "h"].iter().map(|name| view(name, 0.0)).collect();
+        let text = shown(&characteristic("study", &views, 1e-3).expect("a figure"));
+        for name in ["a", "b", "c", "d", "e", "f", "g", "h"] {
+            assert!(text.contains(&format!("\"{name}\"")), "{name}");
+        }
+        assert!(text.contains("Median delay (ms)"));
+        let is_new = |(index, line): (usize, &Stroke)| !LINES[..index].contains(line);
+        assert!(LINES.iter().enumerate().all(is_new));
+    }
+
+    #[test]
+    fn missing_or_ragged_data_is_an_error() {
+        assert!(matches!(characteristic("", &[], 1e-3), Err(FigureError::Empty { .. })));
+        let short = CharacteristicView { detection: vec![1.0], ..view("a", 0.0) };
+        assert!(matches!(characteristic("", &[short], 1e-3), Err(FigureError::Length { .. })));
+    }
+}

@@ -1,0 +1,125 @@
+//! Figures on paper, as SVG, PNG and PDF.
+//!
+//! A figure is laid out on a sheet and drawn with plotters, on one backend for each format: that of plotters for SVG, ours for PNG and
+//! PDF. Coordinates are integers, [`UNITS`] per point. The same figure gives the same bytes on every machine, because the typeface is
+//! bundled and no system font is read.
+
+mod bitmap;
+mod canvas;
+mod clip;
+mod fonts;
+mod format;
+mod layout;
+mod legend;
+mod panel;
+mod pdf;
+mod pen;
+mod svg;
+
+pub(crate) use bitmap::{Bitmap, opaque};
+pub(crate) use canvas::Backend;
+pub(crate) use fonts::width as text_width;
+pub use format::{FigureFormat, FigureStyle, FigureWidth};
+pub(crate) use pen::{Anchor, Drawn, Pen, Text};
+
+use plotters::coord::Shift;
+use plotters::drawing::{DrawingArea, IntoDrawingArea};
+use plotters::prelude::DrawingBackend;
+
+use layout::Sheet;
+use trocar_document::Figure;
+
+/// Units of a drawing per point. Hundredths of a point are finer than any printer, and keep files small.
+const UNITS: f64 = 100.0;
+
+/// The error of a figure that cannot be written in a format.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DrawError {
+    /// The figure is too large for a bitmap.
+    #[error("the figure is too large for a bitmap; choose a smaller --figure-width, or --figure-format svg,pdf")]
+    Size,
+    /// The bitmap cannot be encoded.
+    #[error("the figure cannot be encoded as PNG")]
+    Png(#[from] png::EncodingError),
+    /// The typeface cannot be embedded.
+    #[error("the typeface cannot be embedded in a PDF")]
+    Font,
+    /// The PDF cannot be compressed.
+    #[error("the figure cannot be compressed")]
+    Deflate(#[source] std::io::Error),
+    /// The backend failed.
+    #[error("the figure cannot be drawn: {0}")]
+    Backend(String),
+}
+
+/// Returns the file of a figure in a format, at a width.
+///
+/// # Errors
+/// [`DrawError`].
+pub fn file(figure: &Figure<'_>, format: FigureFormat, width: FigureWidth) -> Result<Vec<u8>, DrawError> {
+    let sheet = Sheet::of(figure, width.points());
+    match format {
+        FigureFormat::Svg => Ok(svg::document(&sheet)?.into_bytes()),
+        FigureFormat::Png => bitmap::png(&sheet),
+        FigureFormat::Pdf => pdf::document(&sheet),
+    }
+}
+
+/// Returns a length in units.
+fn units(points: f64) -> i32 {
+    (UNITS * points).round() as i32
+}
+
+impl Sheet<'_> {
+    /// Returns the width and the height in units.
+    fn size(&self) -> (u32, u32) {
+        (units(self.width).unsigned_abs(), units(self.height).unsigned_abs())
+    }
+
+    fn draw_on<B: DrawingBackend>(&self, backend: B) -> Result<(), DrawError> {
+        let area: DrawingArea<B, Shift> = backend.into_drawing_area();
+        let drawn = self.draw(&Pen::new(&area, UNITS)).and_then(|()| area.present());
+        drawn.map_err(|error| DrawError::Backend(error.to_string()))
+    }
+}
+
+#[cfg(test)]
+mod figures_tests;
+
+#[cfg(test)]
+pub(super) mod tests {
+    use plotters_backend::BackendCoord;
+
+    use super::canvas::{Canvas, Rgb};
+    use super::*;
+
+    /// Returns the SVG document of a figure at a width in points.
+    pub(crate) fn svg(figure: &Figure<'_>, width: f64) -> String {
+        svg::document(&Sheet::of(figure, width)).expect("a document")
+    }
+
+    /// Keeps the texts of a drawing with their left, top, right and bottom in points.
+    #[derive(Default)]
+    pub(crate) struct Texts(pub(crate) Vec<(String, [f64; 4])>);
+
+    impl Texts {
+        /// Returns the size of a sheet in points, and its texts.
+        pub(crate) fn of(figure: &Figure<'_>, width: FigureWidth) -> ((f64, f64), Self) {
+            let sheet = Sheet::of(figure, width.points());
+            let mut texts = Self::default();
+            sheet.draw_on(Backend { canvas: &mut texts, size: sheet.size() }).expect("drawn");
+            ((sheet.width, sheet.height), texts)
+        }
+    }
+
+    impl Canvas for Texts {
+        fn stroke(&mut self, _: &[BackendCoord], _: u32, _: Rgb) {}
+
+        fn fill(&mut self, _: &[BackendCoord], _: Rgb, _: bool) {}
+
+        fn text(&mut self, text: &str, placed: &fonts::Placed) {
+            self.0.push((text.to_owned(), placed.bounds().map(|edge| f64::from(edge) / UNITS)));
+        }
+    }
+}
