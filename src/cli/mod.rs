@@ -9,6 +9,7 @@ mod explain;
 mod explore;
 mod export;
 mod figure;
+mod finish;
 mod format;
 mod init;
 mod interrupt;

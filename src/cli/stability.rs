@@ -3,11 +3,11 @@
 use clap::Args;
 
 use super::error::CliError;
+use super::finish::Finish;
 use super::warnings::Warnings;
-use super::{OutputArgs, ScenarioArgs, interrupt, progress, report, terminal};
+use super::{OutputArgs, ScenarioArgs, interrupt, progress};
 use trocar_document::Study as _;
-use trocar_report::html::{DocumentPage, command_line, document_html};
-use trocar_report::{PictureError, document_text, stability_figures, to_json, write_document, write_figures};
+use trocar_report::html::{Again, command_line};
 use trocar_scenario::Source;
 use trocar_stability::{Axis, Parameter, Terminations};
 use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
@@ -131,25 +131,14 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let warnings = Warnings::new(&args.output);
     let document = study.document();
     warnings.print(&document.warnings);
+    let again = || Again {
+        command: "trocar stability",
+        files: vec![(format!("{}.toml", scenario.name), scenario.echo())],
+        line: command(args, &scenario.name),
+    };
     let folder = args.output.folder().folder(&scenario.name);
-    write_document(&folder, &document)?;
-    let figures = stability_figures(&study).map_err(PictureError::Describe)?;
-    write_figures(&folder, &figures)?;
-    if args.report {
-        let (toml, line) = (&scenario.echo(), &command(args, &scenario.name));
-        let page = DocumentPage { document: &document, figures: &figures, command: "trocar stability", toml, line };
-        folder.write(report::FILE, document_html(&page)?.as_bytes())?;
-    }
-    if args.output.json {
-        terminal::print(&to_json(&document.json))?;
-    } else if !args.output.quiet {
-        let names: Vec<String> = figures.iter().map(|(name, _)| folder.figures().shown(name)).collect();
-        let (text, files) = (document_text(&document, false), folder.path().display());
-        terminal::print(&format!("{text}\nfigures: {}\nfiles: {files}\n", names.join(", ")))?;
-        if args.report {
-            report::print_path(&folder)?;
-        }
-    }
+    Finish { output: &args.output, folder: folder.clone(), all: false, report: args.report.then(again) }
+        .document(&document)?;
     let StabilityStudy { map, check, .. } = &study;
     if let Some(check) = check {
         let kept = check.simulated.iter().flatten().count();

@@ -36,6 +36,8 @@ pub struct Document<'a> {
     pub warnings: Vec<Warning>,
     /// Texts and tables, in the order in which they are shown.
     pub sections: Vec<Section>,
+    /// The figures by name, in the order in which they are drawn: `loop` gives `loop.svg`.
+    pub figures: Vec<(Cow<'static, str>, Figure<'a>)>,
     /// Long columns, each a file.
     pub data: Vec<DataTable<'a>>,
     /// Other files: scenarios, certificates.
@@ -96,8 +98,29 @@ pub enum Block {
     Text(String),
     /// A table.
     Table(Table),
-    /// The figure of this name.
-    Figure(&'static str),
+    /// Figures over the same horizontal axis, by name.
+    Figures {
+        /// Their names.
+        names: Vec<Cow<'static, str>>,
+        /// Parts of the axis that a page offers to show.
+        windows: Vec<Window>,
+    },
+}
+
+/// A part of a horizontal axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Window {
+    /// What it shows.
+    pub label: String,
+    /// Its start and end, in the coordinate of the axis.
+    pub range: (f64, f64),
+}
+
+impl<'a> Document<'a> {
+    /// Adds a figure; nothing if there is nothing to draw.
+    pub fn figure<E>(&mut self, name: impl Into<Cow<'static, str>>, figure: Result<Figure<'a>, E>) {
+        self.figures.extend(figure.ok().map(|figure| (name.into(), figure)));
+    }
 }
 
 impl Section {
@@ -122,8 +145,13 @@ impl Section {
     }
 
     /// Adds the figure of a name.
-    pub fn figure(&mut self, name: &'static str) {
-        self.blocks.push(Block::Figure(name));
+    pub fn figure(&mut self, name: impl Into<Cow<'static, str>>) {
+        self.figures([name.into()], vec![]);
+    }
+
+    /// Adds figures over the same horizontal axis, with the parts of it that a page offers to show.
+    pub fn figures<N: Into<Cow<'static, str>>>(&mut self, names: impl IntoIterator<Item = N>, windows: Vec<Window>) {
+        self.blocks.push(Block::Figures { names: names.into_iter().map(Into::into).collect(), windows });
     }
 
     /// Adds a table.

@@ -2,16 +2,20 @@
 
 use std::fmt::Write as _;
 
+use rayon::prelude::*;
+
 use trocar_document::{DataTable, Document, Values, shortest};
 
+use super::pictures::keep;
 use super::tables::quoted;
-use super::{Folder, OutputError, to_json};
+use super::{Folder, PictureError, to_json};
 
-/// Writes the files of a document into a folder: its JSON, its data as CSV, and its other files.
+/// Writes the files of a document into a folder: its JSON, its data as CSV, its other files, and its figures in the formats of the
+/// folder.
 ///
 /// # Errors
-/// [`OutputError`].
-pub fn write_document(folder: &Folder, document: &Document<'_>) -> Result<(), OutputError> {
+/// [`PictureError`].
+pub fn write_document(folder: &Folder, document: &Document<'_>) -> Result<(), PictureError> {
     folder.write(&format!("{}.json", document.name), to_json(&document.json).as_bytes())?;
     for table in &document.data {
         folder.write(&format!("{}.csv", table.name), csv(table).as_bytes())?;
@@ -19,7 +23,7 @@ pub fn write_document(folder: &Folder, document: &Document<'_>) -> Result<(), Ou
     for file in &document.files {
         folder.write(&file.name, file.text.as_bytes())?;
     }
-    Ok(())
+    document.figures.par_iter().try_for_each(|(name, figure)| keep(folder, name, figure))
 }
 
 /// Returns columns as CSV. Floats have the shortest form that reads back to the same value; an undefined value is an empty cell.

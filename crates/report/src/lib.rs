@@ -23,7 +23,6 @@ mod roc;
 mod schemes;
 mod seeds;
 mod signals;
-mod stability_figures;
 mod strategies;
 mod sweep;
 mod table;
@@ -48,13 +47,12 @@ pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
 pub use paper::{paper_figures, paper_text};
 pub use pictures::{
     PictureError, comparison_pictures, detection_pictures, detections_pictures, live_signals, run_pictures, run_png,
-    teleoperation_axes, write_figures,
+    teleoperation_axes,
 };
 pub use roc::{roc_csv, roc_json, roc_picture, roc_text};
 pub use schemes::schemes_text;
 pub use seeds::{seeds_csv, seeds_text};
 pub use signals::{signals_object, signals_text};
-pub use stability_figures::stability_figures;
 pub use strategies::{strategies_csv, strategies_json, strategies_picture, strategies_text};
 pub use sweep::{sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv, write_sweep_parquet};
 pub use table::Table;

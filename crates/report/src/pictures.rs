@@ -34,14 +34,6 @@ pub enum PictureError {
 
 pub(super) type Job<'a> = (&'static str, Box<dyn Fn() -> Result<Figure<'a>, FigureError> + Send + Sync + 'a>);
 
-/// Draws named figures in parallel and writes the files of each.
-///
-/// # Errors
-/// [`PictureError`].
-pub fn write_figures(folder: &Folder, figures: &[(&'static str, Figure<'static>)]) -> Result<(), PictureError> {
-    figures.par_iter().try_for_each(|(name, figure)| keep(folder, name, figure))
-}
-
 /// Draws figures in parallel and writes the files of each.
 pub(super) fn draw(folder: &Folder, jobs: Vec<Job<'_>>) -> Result<(), PictureError> {
     jobs.into_par_iter().try_for_each(|(name, job)| keep(folder, name, &job()?))

@@ -43,7 +43,7 @@ fn section_text(section: &Section, is_shown: impl Fn(Shown) -> bool) -> String {
                 }
                 text.push_str(&Table::from(table).to_string());
             }
-            Block::Table(_) | Block::Figure(_) => {}
+            Block::Table(_) | Block::Figures { .. } => {}
         }
     }
     text

@@ -173,7 +173,7 @@ fn charts_section(runs: &[&Run]) -> Section {
     if runs.len() > MAX_RUNS {
         blocks.push(Block::text(format!("The charts show the first {} of {} runs.", MAX_RUNS, runs.len())));
     }
-    blocks.push(Block::Figures { name: "signals", windows });
+    blocks.push(Block::Figures { name: "signals".into(), windows });
     blocks.push(Block::text(
         "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around ruptures and alarms \
          is kept. trace.csv has every tick.",
@@ -183,7 +183,7 @@ fn charts_section(runs: &[&Run]) -> Section {
 
 fn drawn(runs: &[&Run]) -> Result<Drawn, HtmlError> {
     let mut drawn = Drawn { animation: Animation::of(runs), ..Drawn::default() };
-    drawn.figures.insert("signals", page_signals(&runs[..runs.len().min(MAX_RUNS)])?);
+    drawn.figures.insert("signals".into(), page_signals(&runs[..runs.len().min(MAX_RUNS)])?);
     Ok(drawn)
 }
 

@@ -59,10 +59,10 @@ pub fn detection_html(page: &DetectionPage<'_>) -> Result<String, HtmlError> {
     });
     let mut drawn = Drawn::default();
     let mut figures = page_detection(page.name, page.detection, report, page.scale)?;
-    drawn.figures.insert("residual", figures.split_off(figures.len() - 1));
-    drawn.figures.insert("signals", figures);
+    drawn.figures.insert("residual".into(), figures.split_off(figures.len() - 1));
+    drawn.figures.insert("signals".into(), figures);
     let signals = vec![
-        Block::Figures { name: "signals", windows: windows(report) },
+        Block::Figures { name: "signals".into(), windows: windows(report) },
         Block::text(
             "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around ruptures and \
              alarms is kept. detection.csv has every sample.",
@@ -137,7 +137,7 @@ pub fn detections_html(entries: &[DetectionEntry], line: &str) -> Result<String,
         reports.iter().flat_map(|(_, report)| &report.alarms).filter_map(|alarm| alarm.delay_s).collect();
     let mut drawn = Drawn::default();
     if !delays_s.is_empty() {
-        drawn.figures.insert("delays", vec![figures::delay_histogram(&delays_s)?.for_page(delays_s.len())]);
+        drawn.figures.insert("delays".into(), vec![figures::delay_histogram(&delays_s)?.for_page(delays_s.len())]);
         let blocks = vec![Block::figures("delays")];
         sections.push(Section { id: "delays", title: "Detection delays", blocks });
     }

@@ -1,50 +1,43 @@
 //! A document as a page.
 
 use super::compared::without_paths;
-use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
-use trocar_document::Figure;
+use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
+use serde_json::Value as Json;
 use trocar_document::{Block as Part, Document, Shown, Table};
 
 /// Number of intervals of a line.
 const INTERVALS: usize = 1000;
 
-/// A document with what its page needs besides.
-pub struct DocumentPage<'a> {
-    /// The document.
-    pub document: &'a Document<'a>,
-    /// The figures by name.
-    pub figures: &'a [(&'static str, Figure<'static>)],
+/// How the work of a page is done again.
+pub struct Again {
     /// The command that was given, without its flags.
     pub command: &'static str,
-    /// The resolved scenario.
-    pub toml: &'a str,
-    /// The command that reproduces it.
-    pub line: &'a str,
+    /// The names and contents of the files that it needs.
+    pub files: Vec<(String, String)>,
+    /// The command that reproduces the page.
+    pub line: String,
 }
 
 /// Returns the page of a document.
 ///
 /// # Errors
 /// [`HtmlError`].
-pub fn document_html(page: &DocumentPage<'_>) -> Result<String, HtmlError> {
-    let DocumentPage { document, command, .. } = page;
+pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, HtmlError> {
     let mut drawn = Drawn::default();
-    for (name, figure) in page.figures {
-        drawn.figures.insert(*name, vec![figure.for_page(INTERVALS)]);
-    }
     let mut sections = vec![];
     for section in document.sections.iter().filter(|section| section.shown != Shown::OnTerminal) {
-        let blocks = section.blocks.iter().filter_map(block).collect();
+        let blocks = section.blocks.iter().filter_map(|part| block(part, document, &mut drawn)).collect();
         sections.push(Section { id: section.id, title: section.title, blocks });
     }
-    let file = Block::File { name: format!("{}.toml", document.title), text: without_paths(page.toml) };
-    sections.push(Section { id: "scenario", title: "Scenario", blocks: vec![file] });
-    let note = "Save the scenario above under its name, then run this command in the same folder.".to_owned();
-    let commands = vec![Block::Command { line: page.line.to_owned(), note }];
+    let file = |(name, text): &(String, String)| Block::File { name: name.clone(), text: without_paths(text) };
+    let title = if again.files.len() == 1 { "Scenario" } else { "Scenarios" };
+    sections.push(Section { id: "scenario", title, blocks: again.files.iter().map(file).collect() });
+    let note = "Save the files above under their names, then run this command in the same folder.".to_owned();
+    let commands = vec![Block::Command { line: again.line.clone(), note }];
     sections.push(Section { id: "again", title: "Reproduce", blocks: commands });
     let verdict = document.verdict.sentences.iter().chain(&document.verdict.left_out);
     Page {
-        command,
+        command: again.command,
         heading: document.title.clone(),
         lead: verdict.map(|line| sentence(line)).chain(warned(&document.warnings)).collect(),
         sections,
@@ -53,12 +46,24 @@ pub fn document_html(page: &DocumentPage<'_>) -> Result<String, HtmlError> {
     .render()
 }
 
-fn block(part: &Part) -> Option<Block> {
+/// Returns a part as a block, and keeps its figures.
+fn block(part: &Part, document: &Document<'_>, drawn: &mut Drawn) -> Option<Block> {
     match part {
         Part::Text(line) => Some(Block::text(sentence(line))),
         Part::Table(table) if table.shown == Shown::OnTerminal => None,
         Part::Table(table) => Some(table_block(table)),
-        Part::Figure(name) => Some(Block::figures(name)),
+        Part::Figures { names, windows } => {
+            let name = names.first()?.clone();
+            let figures = names.iter().filter_map(|name| document.figures.iter().find(|(other, _)| other == name));
+            let figures: Vec<Json> = figures.map(|(_, figure)| figure.for_page(INTERVALS)).collect();
+            drawn.figures.insert(name.clone(), figures);
+            let window = |window: &trocar_document::Window| Window {
+                label: window.label.clone(),
+                from: window.range.0,
+                to: window.range.1,
+            };
+            Some(Block::Figures { name, windows: windows.iter().map(window).collect() })
+        }
     }
 }
 

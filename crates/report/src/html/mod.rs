@@ -17,6 +17,6 @@ mod swept;
 pub use command::command_line;
 pub use compared::{comparison_html, run_html};
 pub use detected::{DetectionPage, detection_html, detections_html};
-pub use document::{DocumentPage, document_html};
+pub use document::{Again, document_html};
 pub use page::HtmlError;
 pub use swept::{DrawnCases, SweepPage, sweep_html};

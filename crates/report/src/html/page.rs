@@ -1,5 +1,6 @@
 //! A page: sections of blocks, and the template.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use trocar_base::warning::Warning;
@@ -48,7 +49,7 @@ pub(super) struct Page {
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Drawn {
     /// Descriptions of figures, by the name of their block.
-    pub(super) figures: BTreeMap<&'static str, Vec<Json>>,
+    pub(super) figures: BTreeMap<Cow<'static, str>, Vec<Json>>,
     /// The animation below the introduction.
     pub(super) animation: Option<Animation>,
 }
@@ -82,7 +83,7 @@ pub(super) struct Window {
 pub(super) enum Block {
     Text { text: String },
     Table { caption: String, head: Vec<String>, rows: Vec<Row>, is_text: bool },
-    Figures { name: &'static str, windows: Vec<Window> },
+    Figures { name: Cow<'static, str>, windows: Vec<Window> },
     Timeline(Timeline),
     Influences { caption: String, rows: Vec<Influence> },
     File { name: String, text: String },
@@ -101,7 +102,7 @@ pub(super) fn warned(warnings: &[Warning]) -> Vec<String> {
 impl Block {
     /// Returns the place of figures.
     pub(super) fn figures(name: &'static str) -> Self {
-        Self::Figures { name, windows: vec![] }
+        Self::Figures { name: name.into(), windows: vec![] }
     }
 
     pub(super) fn text(text: impl Into<String>) -> Self {
@@ -215,7 +216,7 @@ mod tests {
     fn every_text_is_escaped() {
         let evil = "</script><script>alert(1)</script><!-- & ' \" {{ heading }} {% raw %}";
         let mut drawn = Drawn::default();
-        drawn.figures.insert("signals", vec![json!({ "name": evil, "legend": [{ "text": evil }] })]);
+        drawn.figures.insert("signals".into(), vec![json!({ "name": evil, "legend": [{ "text": evil }] })]);
         let mut table = Table::new([evil, evil]);
         table.row([evil, evil]);
         let blocks = vec![

@@ -51,8 +51,8 @@ pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
     let SweepPage { design, findings, cases: drawing, .. } = *page;
     let mut drawn = Drawn::default();
     let maps = findings.heat_maps.iter().map(|map| Ok(heat_figure(design, map)?.for_page(0)));
-    drawn.figures.insert("maps", maps.collect::<Result<_, HtmlError>>()?);
-    drawn.figures.insert("axes", charts(design, drawing));
+    drawn.figures.insert("maps".into(), maps.collect::<Result<_, HtmlError>>()?);
+    drawn.figures.insert("axes".into(), charts(design, drawing));
     let mut sections = vec![metrics(design, findings)];
     if !design.axes.is_empty() {
         let about = "The first-order Sobol index is the share of the metric's variance that the axis explains alone. The standardised \

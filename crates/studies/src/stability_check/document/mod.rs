@@ -3,6 +3,7 @@
 mod absolute;
 mod certificate;
 mod data;
+mod figures;
 mod json;
 mod population;
 mod response;
@@ -19,7 +20,7 @@ impl Study for StabilityStudy {
         let unreached = self.verdict.unreached.iter().map(tables::unreached);
         let mut left_out = vec![format!("not in the linear model: {}", self.verdict.unmodelled.join("; "))];
         left_out.extend(unreached);
-        Document {
+        let mut document = Document {
             name: "stability",
             title: self.name.clone(),
             verdict: Verdict { sentences: vec![self.verdict.sentence()], left_out },
@@ -28,7 +29,10 @@ impl Study for StabilityStudy {
             data: data_tables(self),
             files: files(self),
             json: json::json(self),
-        }
+            ..Document::default()
+        };
+        figures::add(self, &mut document);
+        document
     }
 }
 

@@ -1,38 +1,34 @@
 //! The figures of a stability study.
 
-use trocar_document::Figure;
+use super::super::{StabilityStudy, Verdict};
+use trocar_document::{Document, Figure};
 use trocar_figures::{self as figures, AbsoluteView, AxisView, FigureError, HeatView, MapAxisView, MapView};
 use trocar_stability::{AbsoluteOver, AbsolutePoint, Analysis, Axis, Population, Spacing, arm_impedance};
-use trocar_studies::stability_check::{StabilityStudy, Verdict};
 
-/// Returns the figures of a study, by name, in the order in which they are shown.
-///
-/// # Errors
-/// [`FigureError`].
-pub fn stability_figures(study: &StabilityStudy) -> Result<Vec<(&'static str, Figure<'static>)>, FigureError> {
+/// Adds the figures of a study to its document.
+pub(super) fn add(study: &StabilityStudy, document: &mut Document<'_>) {
     let StabilityStudy { name, analysis, switching, response, .. } = study;
-    let mut all = vec![("stability", map_figure(study)?)];
+    document.figure("stability", map_figure(study));
     if !analysis.ports.is_empty() {
-        all.push(("ports", figures::ports(name, &analysis.ports)?));
+        document.figure("ports", figures::ports(name, &analysis.ports));
     }
-    all.push(("loop", figures::loop_response(name, response)?));
+    document.figure("loop", figures::loop_response(name, response));
     if let Ok(switching) = switching {
         let tick_s = switching.settings.of_loop.tick_s;
-        all.push(("switching", figures::switching(name, &switching.by_dwell, tick_s)?));
+        document.figure("switching", figures::switching(name, &switching.by_dwell, tick_s));
     }
     if let Some(locus) = &study.locus {
-        all.push(("locus", figures::locus(name, locus, analysis.settings.tick_s)?));
+        document.figure("locus", figures::locus(name, locus, analysis.settings.tick_s));
     }
     if let Some(z_width) = &study.z_width {
-        all.push(("z_width", figures::z_width(name, z_width)?));
+        document.figure("z_width", figures::z_width(name, z_width));
     }
     if let Some(population) = &study.population {
-        all.push(("population", population_figure(name, population)?));
+        document.figure("population", population_figure(name, population));
     }
     if let Some(absolute) = &study.absolute {
-        all.push(("absolute", figures::absolute(&view(name, analysis, absolute))?));
+        document.figure("absolute", figures::absolute(&view(name, analysis, absolute)));
     }
-    Ok(all)
 }
 
 /// The share of members that is stable over the axes of the map.

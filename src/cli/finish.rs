@@ -1,0 +1,41 @@
+//! The end of a command: the files, the report and the text of a document.
+
+use super::error::CliError;
+use super::{OutputArgs, report, terminal};
+use trocar_document::Document;
+use trocar_report::html::{Again, document_html};
+use trocar_report::{Folder, document_text, to_json, write_document};
+
+/// How a command ends.
+pub(super) struct Finish<'a> {
+    /// The flags for output.
+    pub(super) output: &'a OutputArgs,
+    /// The folder of the files.
+    pub(super) folder: Folder,
+    /// Whether the terminal also shows what is shown on request.
+    pub(super) all: bool,
+    /// How a report says that the work is done again; without it there is no report.
+    pub(super) report: Option<Again>,
+}
+
+impl Finish<'_> {
+    /// Writes the files of a document, and prints its JSON or its text.
+    pub(super) fn document(&self, document: &Document<'_>) -> Result<(), CliError> {
+        let Self { output, folder, all, report } = self;
+        write_document(folder, document)?;
+        if let Some(again) = report {
+            folder.write(report::FILE, document_html(document, again)?.as_bytes())?;
+        }
+        if output.json {
+            return terminal::print(&to_json(&document.json));
+        }
+        if output.quiet {
+            return Ok(());
+        }
+        let names: Vec<String> = document.figures.iter().map(|(name, _)| folder.figures().shown(name)).collect();
+        let figures = if names.is_empty() { String::new() } else { format!("figures: {}\n", names.join(", ")) };
+        let (text, files) = (document_text(document, *all), folder.path().display());
+        terminal::print(&format!("{text}\n{figures}files: {files}\n"))?;
+        if report.is_some() { report::print_path(folder) } else { Ok(()) }
+    }
+}
