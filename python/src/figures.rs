@@ -86,8 +86,8 @@ pub(crate) fn run_figure<'py>(
                 tissue_force_n: slice(&numbers[4])?,
                 feedback_force_n: slice(&numbers[5])?,
                 mode: slice(mode)?,
-                rupture_times_s: ruptures_s,
-                alarm_times_s: alarms_s,
+                rupture_times_s: ruptures_s.into(),
+                alarm_times_s: alarms_s.into(),
             })
         });
         let views = views.collect::<PyResult<Vec<_>>>()?;
@@ -181,7 +181,7 @@ fn estimation<'py>(
         residual_n: slice(&numbers[2])?,
         stiffness_n_per_m: slice(&numbers[3])?,
         damping_n_s_per_m: slice(&numbers[4])?,
-        standard_errors: Some([&*trust.stiffness_std_n_per_m, &*trust.damping_std_n_s_per_m]),
+        standard_errors: Some([(&*trust.stiffness_std_n_per_m).into(), (&*trust.damping_std_n_s_per_m).into()]),
         extra_parameter: match &extra {
             Some((name, column)) => Some((*name, slice(column)?)),
             None => None,
@@ -189,8 +189,8 @@ fn estimation<'py>(
         decision: slice(&numbers[5])?,
         threshold: about.threshold,
         decision_unit: if unit == "1" { "" } else { unit },
-        rupture_times_s: ruptures_s,
-        alarm_times_s: alarms_s,
+        rupture_times_s: ruptures_s.into(),
+        alarm_times_s: alarms_s.into(),
     };
     convert::python(py, &draw(&view).map_err(refused)?.description())
 }

@@ -7,7 +7,9 @@ use clap::Args;
 use super::error::CliError;
 use super::figure::FigureArgs;
 use super::terminal;
-use trocar_report::{Folder, paper_figures, paper_text};
+use trocar_document::Study as _;
+use trocar_report::html::{Again, command_line, document_html};
+use trocar_report::{Folder, document_text, write_document};
 use trocar_studies::compare::PaperStudy;
 
 const EXAMPLES: &str = "\
@@ -29,13 +31,20 @@ pub(super) struct PaperArgs {
     figures: FigureArgs,
 }
 
+/// The file name of the page.
+const PAGE: &str = "paper.html";
+
 pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {
     let study = PaperStudy::new()?;
+    let document = study.document();
     let folder = Folder::new(&args.out).with_figures(args.figures.style());
-    paper_figures(&folder, &study)?;
+    write_document(&folder, &document)?;
+    let again =
+        Again { command: "trocar paper", files: vec![], line: command_line(["paper"]), animation: None };
+    folder.write(PAGE, document_html(&document, &again)?.as_bytes())?;
     if !args.quiet {
-        let out = args.out.display();
-        terminal::print(&format!("{}figures: {out}/figure_NN; page: {out}/paper.html\n", paper_text(&study)))?;
+        let (text, out) = (document_text(&document, false), args.out.display());
+        terminal::print(&format!("{text}figures: {out}/figure_NN; page: {out}/{PAGE}\n"))?;
     }
     Ok(())
 }

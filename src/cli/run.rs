@@ -7,8 +7,9 @@ use super::error::CliError;
 use super::format::FormatArgs;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, terminal};
-use trocar_report::html::run_html;
-use trocar_report::{Folder, run_object, run_pictures, run_text, runs_chart, summary_json, to_json, write_trace};
+use trocar_document::{Document, Study as _};
+use trocar_report::html::{Again, command_line, document_html};
+use trocar_report::{Animation, Folder, document_text, runs_chart, to_json, write_document, write_trace};
 use trocar_studies::run::{Run, run as run_scenario};
 
 const EXAMPLES: &str = "\
@@ -44,18 +45,26 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     let mut summaries = vec![];
     for scenario in scenarios {
         let run = run_scenario(scenario)?;
-        write_run(&folder, &run, &args.format)?;
+        let document = run.document();
+        write_run(&folder, &run, &document, &args.format)?;
         let written = folder.folder(&run.scenario.name);
         if args.report {
-            written.write(report::FILE, run_html(&run)?.as_bytes())?;
+            let file = format!("{}.toml", run.scenario.name);
+            let again = Again {
+                command: "trocar run",
+                line: command_line(["run", &file, "--report"]),
+                files: vec![(file, run.scenario.echo())],
+                animation: Animation::of(&[&run]),
+            };
+            written.write(report::FILE, document_html(&document, &again)?.as_bytes())?;
         }
         bar.inc(1);
-        bar.suspend(|| warnings.print(&run.warnings()));
+        bar.suspend(|| warnings.print(&document.warnings));
         if args.output.json {
-            summaries.push(run_object(&run));
+            summaries.push(document.json);
         } else if !args.output.quiet {
             terminal::draw(|| runs_chart(std::slice::from_ref(&run)))?;
-            terminal::print(&format!("{}files: {}\n", run_text(&run), written.path().display()))?;
+            terminal::print(&format!("{}files: {}\n", document_text(&document, false), written.path().display()))?;
             if args.report {
                 report::print_path(&written)?;
             }
@@ -74,21 +83,15 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
 }
 
 /// Writes the files of a run into a folder with its name: trace, summary, resolved scenario, figures.
-pub(super) fn write_run(folder: &Folder, run: &Run, format: &FormatArgs) -> Result<(), CliError> {
+fn write_run(folder: &Folder, run: &Run, document: &Document<'_>, format: &FormatArgs) -> Result<(), CliError> {
     let folder = folder.folder(&run.scenario.name);
-    let files = || -> Result<(), CliError> {
-        format.write(&folder, "trace", |format, out| write_trace(&run.trace, format, out))?;
-        folder.write("summary.json", summary_json(run).as_bytes())?;
-        folder.write("scenario.toml", run.scenario.echo().as_bytes())?;
-        Ok(())
-    };
-    let (files, pictures) = rayon::join(files, || run_pictures(&folder, run));
-    files?;
-    pictures?;
-    Ok(())
+    let trace = || format.write(&folder, "trace", |format, out| write_trace(&run.trace, format, out));
+    let (trace, document) = rayon::join(trace, || write_document(&folder, document));
+    trace?;
+    Ok(document?)
 }
 
 /// Writes several runs in parallel.
 pub(super) fn write_runs(folder: &Folder, runs: &[Run]) -> Result<(), CliError> {
-    runs.par_iter().try_for_each(|run| write_run(folder, run, &FormatArgs::default()))
+    runs.par_iter().try_for_each(|run| write_run(folder, run, &run.document(), &FormatArgs::default()))
 }

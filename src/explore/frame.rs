@@ -3,6 +3,7 @@
 //!
 //! The points are 32-bit floats, little endian. The description of a line has the index of its first number and its number of points.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -12,10 +13,14 @@ use super::limits::MAX_POINTS;
 use super::pair::{Pair, SCHEMES};
 use super::protocol::{Show, ShownTime};
 use super::state::StateError;
+use trocar_document::Figure;
+use trocar_figures::FigureError;
 use trocar_metrics::Outcome;
 use trocar_report::draw::FigureWidth;
-use trocar_report::{Animation, answer_of_schemes, live_signals, row_cells, run_png};
-use trocar_studies::compare::{NoiseCheck, rows};
+use trocar_report::draw::{FigureFormat, file};
+use trocar_report::{Animation, PictureError};
+use trocar_figures as figures;
+use trocar_studies::compare::{NoiseCheck, answer_of_schemes, rows};
 use trocar_studies::run::Run;
 
 /// Displayed time before and after the first rupture, in s.
@@ -51,7 +56,7 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
     let (from_s, to_s) = window_s(show.window, animation.as_ref(), whole_s);
     let ticks = tick(from_s)..tick(to_s).saturating_add(2).min(length);
     let mut points = vec![];
-    let figure = live_signals(&pair.runs, ticks, show.points.clamp(2, MAX_POINTS) / 2, &mut points)?;
+    let figure = signals(&pair.runs, &ticks)?.for_frame(show.points.clamp(2, MAX_POINTS) / 2, &mut points);
     let header = Shown {
         kind: "shown",
         id: show.id,
@@ -64,6 +69,14 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
         server_ms: 1e3 * began.elapsed().as_secs_f64(),
     };
     packed(&header, &points)
+}
+
+/// Describes the signals of runs at some ticks.
+fn signals<'a>(runs: &'a [Run; 2], ticks: &Range<usize>) -> Result<Figure<'a>, FigureError> {
+    let views: Vec<_> = runs.iter().map(|run| (run.view().at(ticks), run.estimation().at(ticks))).collect();
+    let times_s = views.iter().flat_map(|(run, _)| run.time_s.first().into_iter().chain(run.time_s.last())).copied();
+    let window = times_s.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+    figures::signals(&views, window)
 }
 
 /// Returns the displayed time in s: around the first rupture if asked for, and within the run.
@@ -91,7 +104,9 @@ pub(super) fn picture(
     let animation = Animation::of(&runs.each_ref());
     let run = &runs[which];
     let whole_s = (0.0, run.trace.time_s.last().copied().unwrap_or(0.0));
-    let png = run_png(run, window_s(window, animation.as_ref(), whole_s), width)?;
+    let png = figures::comparison(&[run.view()], Some(window_s(window, animation.as_ref(), whole_s)))
+        .map_err(PictureError::from)
+        .and_then(|figure| Ok(file(&figure, FigureFormat::Png, width)?))?;
     packed(&json!({ "type": "file", "id": id, "name": name }), &png)
 }
 
@@ -123,6 +138,9 @@ fn description(run: &Run) -> Json {
 /// Returns the table of `compare`: a row per metric, with the change.
 pub(super) fn table(runs: &[Run; 2], noise: &[NoiseCheck]) -> Json {
     let metrics: Vec<_> = runs.iter().map(|run| &run.metrics).collect();
-    let lines = rows(&metrics, noise).into_iter().map(|row| json!({ "cells": row_cells(&row), "values": row.values }));
+    let lines = rows(&metrics, noise).into_iter().map(|row| {
+        let cells: Vec<String> = row.cells().iter().map(ToString::to_string).collect();
+        json!({ "cells": cells, "values": row.values })
+    });
     json!({ "schemes": SCHEMES, "rows": lines.collect::<Vec<_>>() })
 }

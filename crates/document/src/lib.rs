@@ -68,9 +68,9 @@ pub struct Verdict {
 #[derive(Debug, Clone)]
 pub struct Section {
     /// The anchor of its heading.
-    pub id: &'static str,
+    pub id: Cow<'static, str>,
     /// Its heading.
-    pub title: &'static str,
+    pub title: Cow<'static, str>,
     /// Where it is shown.
     pub shown: Shown,
     /// Texts and tables, from top to bottom.
@@ -126,8 +126,8 @@ impl<'a> Document<'a> {
 impl Section {
     /// A section that is shown everywhere.
     #[must_use]
-    pub fn new(id: &'static str, title: &'static str) -> Self {
-        Self { id, title, shown: Shown::Everywhere, blocks: vec![] }
+    pub fn new(id: impl Into<Cow<'static, str>>, title: impl Into<Cow<'static, str>>) -> Self {
+        Self { id: id.into(), title: title.into(), shown: Shown::Everywhere, blocks: vec![] }
     }
 
     /// The same, shown elsewhere.

@@ -48,7 +48,7 @@ pub(super) fn window(runs: &[RunView<'_>], requested: Option<(f64, f64)>) -> (f6
     }
     let first = runs
         .iter()
-        .flat_map(|run| run.rupture_times_s)
+        .flat_map(|run| run.rupture_times_s.iter())
         .copied()
         .filter(|time| (record.0..=record.1).contains(time))
         .min_by(f64::total_cmp);

@@ -55,13 +55,14 @@ pub use timeline::{MAX_ROWS, TimelineRow, timeline};
 pub use tornado::{TornadoView, tornado};
 pub use z_width::z_width;
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use limits::{Signal, shared};
 use trocar_document::figure::{Axis, Figure, extent};
 
 /// One run's signals over time. All columns have the same length.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct RunView<'a> {
     /// Name of the row or the line.
     pub name: &'a str,
@@ -82,13 +83,13 @@ pub struct RunView<'a> {
     /// 0 teleoperation, 1 frozen, 2 re-engaging.
     pub mode: &'a [u8],
     /// Times of the ruptures, s.
-    pub rupture_times_s: &'a [f64],
+    pub rupture_times_s: Cow<'a, [f64]>,
     /// Times of the alarms, s.
-    pub alarm_times_s: &'a [f64],
+    pub alarm_times_s: Cow<'a, [f64]>,
 }
 
 /// An estimation and a detection over time. All columns have the same length.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct EstimationView<'a> {
     /// Name of the run or recording.
     pub name: &'a str,
@@ -103,7 +104,7 @@ pub struct EstimationView<'a> {
     /// Estimated damping, N·s/m.
     pub damping_n_s_per_m: &'a [f64],
     /// Standard errors of stiffness in N/m and damping in N·s/m, if known.
-    pub standard_errors: Option<[&'a [f64]; 2]>,
+    pub standard_errors: Option<[Cow<'a, [f64]>; 2]>,
     /// The column name and the values of the estimator's extra parameter, if any.
     pub extra_parameter: Option<(&'static str, &'a [f64])>,
     /// Decision function of the detector, in `decision_unit`.
@@ -113,9 +114,9 @@ pub struct EstimationView<'a> {
     /// Unit of the decision function, such as `N²`; empty without a unit.
     pub decision_unit: &'a str,
     /// Times of the ruptures, s.
-    pub rupture_times_s: &'a [f64],
+    pub rupture_times_s: Cow<'a, [f64]>,
     /// Times of the alarms, s.
-    pub alarm_times_s: &'a [f64],
+    pub alarm_times_s: Cow<'a, [f64]>,
 }
 
 /// Draws a figure of an estimation.
@@ -165,7 +166,14 @@ fn part<'a, T>(column: &'a [T], ticks: &Range<usize>) -> &'a [T] {
     &column[ticks.start.min(end)..end]
 }
 
-impl RunView<'_> {
+fn part_of<'a>(column: Cow<'a, [f64]>, ticks: &Range<usize>) -> Cow<'a, [f64]> {
+    match column {
+        Cow::Borrowed(column) => part(column, ticks).into(),
+        Cow::Owned(column) => part(&column, ticks).to_vec().into(),
+    }
+}
+
+impl<'a> RunView<'a> {
     /// Returns the same run at some ticks only.
     pub fn at(self, ticks: &Range<usize>) -> Self {
         Self {
@@ -193,7 +201,7 @@ impl RunView<'_> {
     }
 }
 
-impl EstimationView<'_> {
+impl<'a> EstimationView<'a> {
     /// Returns the same estimation at some ticks only.
     pub fn at(self, ticks: &Range<usize>) -> Self {
         Self {
@@ -202,7 +210,7 @@ impl EstimationView<'_> {
             residual_n: part(self.residual_n, ticks),
             stiffness_n_per_m: part(self.stiffness_n_per_m, ticks),
             damping_n_s_per_m: part(self.damping_n_s_per_m, ticks),
-            standard_errors: self.standard_errors.map(|errors| errors.map(|column| part(column, ticks))),
+            standard_errors: self.standard_errors.map(|errors| errors.map(|column| part_of(column, ticks))),
             extra_parameter: self.extra_parameter.map(|(name, column)| (name, part(column, ticks))),
             decision: part(self.decision, ticks),
             ..self

@@ -31,7 +31,7 @@ pub fn overlay<'a>(runs: &[RunView<'a>], window: Option<(f64, f64)>) -> Result<F
 /// Draws all signals of runs in the same axes, for a page: positions, forces, estimates, decision function. Runs without samples in
 /// the window (s) have no lines. More than two runs have no masters, alarms and modes.
 pub fn signals<'a>(runs: &[(RunView<'a>, EstimationView<'a>)], window: (f64, f64)) -> Result<Figure<'a>, FigureError> {
-    let views: Vec<RunView<'a>> = runs.iter().map(|(run, _)| *run).collect();
+    let views: Vec<RunView<'a>> = runs.iter().map(|(run, _)| run.clone()).collect();
     let estimations: Vec<&EstimationView<'a>> = runs.iter().map(|(_, estimation)| estimation).collect();
     if views.iter().all(|run| run.time_s.is_empty()) {
         return Err(FigureError::Empty { figure: "signals" });

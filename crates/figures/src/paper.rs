@@ -1,5 +1,7 @@
 //! The figures that only the reproduction of the paper has: a distance over time, and the principle of the detection.
 
+use std::borrow::Cow;
+
 use super::FigureError;
 use super::{RunView, check, events};
 use trocar_document::figure::{
@@ -28,7 +30,7 @@ fn over_time<'a>(
     run: &RunView<'a>,
     axis: Axis,
     caption: &str,
-    values: &'a [f64],
+    values: Cow<'a, [f64]>,
     line: Stroke,
 ) -> Result<Figure<'a>, FigureError> {
     check("paper", run.name, run.time_s.len(), &[("values", values.len())])?;

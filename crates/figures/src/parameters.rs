@@ -26,7 +26,8 @@ pub fn parameters<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureErr
     let (time, window) = view.time_axis(X_TICKS);
     let events = events::of_estimation(view);
     let row = |y, y_caption, std| parameter(view.time_s, &time, &events, y, y_caption, std);
-    let [of_stiffness, of_damping] = view.standard_errors.map_or([None; 2], |errors| errors.map(Some));
+    let [of_stiffness, of_damping] =
+        view.standard_errors.as_ref().map_or([None; 2], |[one, other]| [Some(&**one), Some(&**other)]);
     let mut rows = vec![
         row(view.stiffness_n_per_m, "Stiffness (N/m)", of_stiffness),
         row(view.damping_n_s_per_m, "Damping (N·s/m)", of_damping),
@@ -34,6 +35,7 @@ pub fn parameters<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureErr
     rows.extend(view.extra_parameter.map(|(name, column)| row(column, extra_caption(name), None)));
     let band = view
         .standard_errors
+        .as_ref()
         .map(|_| (Sample::Shade(BAND_COLOR), format!("estimate ± {STANDARD_ERRORS} standard errors")));
     let legend = band.into_iter().chain(events::entries(&[&events], window)).collect();
     Ok(Figure { name: view.name.to_owned(), legend, rows })
@@ -103,13 +105,13 @@ mod tests {
             residual_n: &zero,
             stiffness_n_per_m: &stiffness,
             damping_n_s_per_m: &one,
-            standard_errors: Some([&one, &one]),
+            standard_errors: Some([(&one[..]).into(), (&one[..]).into()]),
             extra_parameter: None,
             decision: &zero,
             threshold: 1.0,
             decision_unit: "",
-            rupture_times_s: &[0.5],
-            alarm_times_s: &[0.52],
+            rupture_times_s: vec![0.5].into(),
+            alarm_times_s: vec![0.52].into(),
         };
         let description = parameters(&view).expect("a figure").description();
         assert_eq!(description["name"], "a run");

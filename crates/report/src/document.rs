@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use trocar_document::{DataTable, Document, Values, shortest};
 
 use super::pictures::keep;
-use super::tables::quoted;
 use super::{Folder, PictureError, to_json};
 
 /// Writes the files of a document into a folder: its JSON, its data as CSV, its other files, and its figures in the formats of the
@@ -48,6 +47,11 @@ fn csv(table: &DataTable<'_>) -> String {
         text.push('\n');
     }
     text
+}
+
+/// Returns a CSV cell, quoted if necessary.
+pub(super) fn quoted(text: &str) -> String {
+    if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 
 #[cfg(test)]

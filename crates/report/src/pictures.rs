@@ -48,92 +48,8 @@ pub(super) fn keep(folder: &Folder, name: &str, figure: &Figure<'_>) -> Result<(
     })
 }
 
-/// A run and the times of its ruptures and alarms.
-pub(super) struct DrawnRun<'a> {
-    run: &'a Run,
-    ruptures_s: Vec<f64>,
-    alarms_s: Vec<f64>,
-    /// Computed for the first figure that shows it.
-    trust: OnceLock<Option<TrustColumns>>,
-}
-
-impl<'a> DrawnRun<'a> {
-    pub(super) fn of(run: &'a Run) -> Self {
-        Self {
-            run,
-            ruptures_s: run.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect(),
-            alarms_s: run.metrics.alarms.iter().map(|alarm| alarm.time_s).collect(),
-            trust: OnceLock::new(),
-        }
-    }
-
-    pub(super) fn view(&self) -> RunView<'_> {
-        let trace = &self.run.trace;
-        RunView {
-            name: &self.run.scenario.name,
-            is_augmented: self.run.scenario.augmentation.enabled,
-            time_s: &trace.time_s,
-            master_position_m: &trace.master_position_m,
-            slave_position_m: &trace.slave_position_m,
-            operator_force_n: &trace.operator_force_n,
-            tissue_force_n: &trace.tissue_force_n,
-            feedback_force_n: &trace.feedback_force_n,
-            mode: &trace.mode,
-            rupture_times_s: &self.ruptures_s,
-            alarm_times_s: &self.alarms_s,
-        }
-    }
-
-    pub(super) fn estimation(&self) -> EstimationView<'_> {
-        let trace = &self.run.trace;
-        let detector = &self.run.scenario.detector;
-        EstimationView {
-            name: &self.run.scenario.name,
-            time_s: &trace.time_s,
-            measured_force_n: &trace.measured_force_n,
-            residual_n: &trace.residual_n,
-            stiffness_n_per_m: &trace.stiffness_n_per_m,
-            damping_n_s_per_m: &trace.damping_n_s_per_m,
-            standard_errors: self
-                .trust
-                .get_or_init(|| trace.trust())
-                .as_ref()
-                .map(|trust| [&*trust.stiffness_std_n_per_m, &*trust.damping_std_n_s_per_m]),
-            extra_parameter: as_slice(&trace.extra_parameter),
-            decision: &trace.decision,
-            threshold: detector.cusum.threshold,
-            decision_unit: shown_unit(detector.distance.kind.unit()),
-            rupture_times_s: &self.ruptures_s,
-            alarm_times_s: &self.alarms_s,
-        }
-    }
-}
-
 /// Number of intervals of all runs on a page together, which keeps it below 2 MB.
 const PAGE_INTERVALS: usize = 1_300;
-
-/// Describes the signals of runs for a page: those of several runs in the same axes, and the figures of a single run.
-///
-/// # Errors
-/// [`FigureError`].
-pub(super) fn page_signals(runs: &[&Run]) -> Result<Vec<Json>, FigureError> {
-    let intervals = PAGE_INTERVALS / runs.len().max(2);
-    let borrowed: Vec<_> = runs.iter().filter(|run| !run.trace.is_empty()).map(|run| DrawnRun::of(run)).collect();
-    let ends = borrowed.iter().filter_map(|run| run.run.trace.time_s.last().copied());
-    let whole = (0.0, ends.fold(0.0, f64::max));
-    match borrowed.as_slice() {
-        [] => Ok(vec![]),
-        [run] => {
-            let teleoperation = figures::comparison(&[run.view()], Some(whole))?.for_page(intervals);
-            let estimation = page_estimation(&run.estimation(), intervals)?;
-            Ok(std::iter::once(teleoperation).chain(estimation).collect())
-        }
-        runs => {
-            let views: Vec<_> = runs.iter().map(|run| (run.view(), run.estimation())).collect();
-            Ok(vec![figures::signals(&views, whole)?.for_page(intervals)])
-        }
-    }
-}
 
 /// Describes the figures of an estimation over time.
 fn page_estimation(view: &EstimationView<'_>, intervals: usize) -> Result<Vec<Json>, FigureError> {
@@ -159,32 +75,6 @@ pub(super) fn page_detection(
     Ok(figures)
 }
 
-/// Describes the signals of runs at some ticks for a page that shows them live, with the points apart in `bytes`, as 32-bit floats,
-/// little endian.
-///
-/// # Errors
-/// [`FigureError`] if no run has any of the ticks.
-pub fn live_signals(
-    runs: &[Run],
-    ticks: Range<usize>,
-    intervals: usize,
-    bytes: &mut Vec<u8>,
-) -> Result<Json, FigureError> {
-    let borrowed: Vec<_> = runs.iter().map(DrawnRun::of).collect();
-    let views: Vec<_> = borrowed.iter().map(|run| (run.view().at(&ticks), run.estimation().at(&ticks))).collect();
-    let times_s = views.iter().flat_map(|(run, _)| run.time_s.first().into_iter().chain(run.time_s.last())).copied();
-    let window = times_s.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
-    Ok(figures::signals(&views, window)?.for_frame(intervals, bytes))
-}
-
-/// Draws the forces and positions of a run in a window of time (s) as PNG.
-///
-/// # Errors
-/// [`PictureError`].
-pub fn run_png(run: &Run, window: (f64, f64), width: FigureWidth) -> Result<Vec<u8>, PictureError> {
-    Ok(file(&figures::comparison(&[DrawnRun::of(run).view()], Some(window))?, FigureFormat::Png, width)?)
-}
-
 /// Describes the figure of the forces and positions of a run without its signals, which a page adds.
 ///
 /// # Errors
@@ -201,8 +91,8 @@ pub fn teleoperation_axes(is_augmented: bool) -> Result<Json, FigureError> {
         tissue_force_n: zero,
         feedback_force_n: zero,
         mode: &[0],
-        rupture_times_s: &[],
-        alarm_times_s: &[],
+        rupture_times_s: vec![].into(),
+        alarm_times_s: vec![].into(),
     };
     Ok(figures::comparison(&[view], None)?.for_page(1))
 }
@@ -219,49 +109,6 @@ fn estimation_jobs<'a>(view: EstimationView<'a>) -> Vec<Job<'a>> {
     let job =
         |(name, draw): (&'static str, figures::DrawEstimation)| -> Job<'a> { (name, Box::new(move || draw(&view))) };
     figures::ESTIMATION_FIGURES.map(job).into()
-}
-
-/// Writes a run's figures: `teleoperation`, `energy`, `estimation`, `parameters`, `decision`, `residual`. A run without ticks has no
-/// figures.
-///
-/// # Errors
-/// [`PictureError`].
-pub fn run_pictures(folder: &Folder, run: &Run) -> Result<(), PictureError> {
-    if run.trace.is_empty() {
-        return Ok(());
-    }
-    let borrowed = DrawnRun::of(run);
-    let mut jobs = estimation_jobs(borrowed.estimation());
-    let view = borrowed.view();
-    let range = run.trace.time_s.first().copied().zip(run.trace.time_s.last().copied());
-    let energies = energies(run);
-    jobs.push(("energy", Box::new(move || figures::energy(&energies))));
-    jobs.push(("teleoperation", Box::new(move || figures::comparison(&[view], range))));
-    draw(folder, jobs)
-}
-
-/// Writes a comparison's figures: `comparison` with one row of axes per run, `overlay` with all runs in the same axes, and
-/// `animation.png`, the first two runs around their first rupture.
-///
-/// # Errors
-/// [`PictureError`].
-pub fn comparison_pictures(folder: &Folder, runs: &[Run]) -> Result<(), PictureError> {
-    let borrowed: Vec<_> = runs.iter().filter(|run| !run.trace.is_empty()).map(DrawnRun::of).collect();
-    if borrowed.is_empty() {
-        return Ok(());
-    }
-    if let Some(animation) = Animation::of(&runs.iter().collect::<Vec<_>>()) {
-        folder.write("animation.png", &animation.png()?)?;
-    }
-    let views: Vec<_> = borrowed.iter().map(DrawnRun::view).collect();
-    let views = &views;
-    draw(
-        folder,
-        vec![
-            ("comparison", Box::new(move || figures::comparison(views, None))),
-            ("overlay", Box::new(move || figures::overlay(views, None))),
-        ],
-    )
 }
 
 /// Writes a detection's figures: `estimation`, `parameters`, `decision`, `residual`.
@@ -293,13 +140,13 @@ fn of_detection<'a>(
         residual_n: &detection.residual_n,
         stiffness_n_per_m: &detection.stiffness_n_per_m,
         damping_n_s_per_m: &detection.damping_n_s_per_m,
-        standard_errors: Some([&trust.stiffness_std_n_per_m, &trust.damping_std_n_s_per_m]),
+        standard_errors: Some([(&*trust.stiffness_std_n_per_m).into(), (&*trust.damping_std_n_s_per_m).into()]),
         extra_parameter: as_slice(&detection.extra_parameter),
         decision: &detection.decision,
         threshold,
         decision_unit: shown_unit(unit),
-        rupture_times_s: &report.labelled_ruptures_s,
-        alarm_times_s: alarms_s,
+        rupture_times_s: (&*report.labelled_ruptures_s).into(),
+        alarm_times_s: alarms_s.into(),
     }
 }
 
@@ -336,19 +183,5 @@ fn timeline_row<'a>(name: &'a str, report: &DetectionReport) -> TimelineRow<'a> 
         shades: intervals.filter_map(|s| Some((at(s.samples.start), at(s.samples.end), s.phase.shade()?))).collect(),
         rupture_times_s: report.labelled_ruptures_s.iter().map(|time| time - report.start_s).collect(),
         alarm_times_s: report.alarms.iter().map(|alarm| alarm.time_s - report.start_s).collect(),
-    }
-}
-
-pub(crate) fn energies(run: &Run) -> EnergyView<'_> {
-    let trace = &run.trace;
-    EnergyView {
-        name: &run.scenario.name,
-        time_s: &trace.time_s,
-        hand_energy_j: &trace.hand_energy_j,
-        master_energy_j: &trace.master_energy_j,
-        reference_energy_j: &trace.reference_energy_j,
-        needle_energy_j: &trace.needle_energy_j,
-        energy_scale: run.scenario.link.machines.energy_scale(),
-        promised_energy_j: run.metrics.link.as_ref().and_then(|link| link.promised_energy_j),
     }
 }

@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use serde_json::json;
 
 use super::pictures::{PictureError, keep};
-use super::tables::{quoted, shortest};
+use super::document::quoted;
+use trocar_document::shortest;
 use super::wrap::wrapped;
 use super::{Folder, Table};
 use trocar_document::{counted, plain, show, significant};

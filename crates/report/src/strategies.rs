@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::json;
 
 use super::pictures::{PictureError, keep};
-use super::tables::shortest;
+use trocar_document::shortest;
 use super::wrap::wrapped;
 use super::{Folder, Table};
 use trocar_document::{counted, show, significant};

@@ -9,7 +9,8 @@ use crate::cli::error::{CliError, LinkError};
 use crate::cli::{terminal, warnings};
 use trocar_engine::engine::Trace;
 use trocar_link::{Difference, Direction, Role, delays_csv, first_difference, read_direction};
-use trocar_report::{Folder, run_text};
+use trocar_document::Study as _;
+use trocar_report::{Folder, document_text};
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::run as run_scenario;
 
@@ -66,7 +67,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
         replay.warnings().iter().for_each(|warning| anstream::eprint!("{}", warnings::text(warning)));
     }
     let own = run_scenario(scenario)?;
-    let (mut text, mut is_same) = (format!("{}\n", run_text(&replay)), true);
+    let (mut text, mut is_same) = (format!("{}\n", document_text(&replay.document(), false)), true);
     for ((name, log), role) in traces.into_iter().zip([Role::Master, Role::Slave]) {
         let compared = |trace: &Trace| first_difference(&name, &log, trace).map_err(LinkError::from);
         let (ticks, difference) = compared(&replay.trace)?;

@@ -105,8 +105,8 @@ impl Record {
             tissue_force_n: &self.tissue,
             feedback_force_n: &self.feedback,
             mode: &self.mode,
-            rupture_times_s: &self.ruptures,
-            alarm_times_s: &self.alarms,
+            rupture_times_s: (&self.ruptures[..]).into(),
+            alarm_times_s: (&self.alarms[..]).into(),
         }
     }
 
@@ -118,13 +118,13 @@ impl Record {
             residual_n: &self.residual,
             stiffness_n_per_m: &self.stiffness,
             damping_n_s_per_m: &self.damping,
-            standard_errors: Some([&self.residual, &self.damping]),
+            standard_errors: Some([(&self.residual[..]).into(), (&self.damping[..]).into()]),
             extra_parameter: None,
             decision: &self.decision,
             threshold: 1.98e-2,
             decision_unit: "N²",
-            rupture_times_s: &self.ruptures,
-            alarm_times_s: &self.alarms,
+            rupture_times_s: (&self.ruptures[..]).into(),
+            alarm_times_s: (&self.alarms[..]).into(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The pages of detections in one recording and in many.
 
-use super::compared::without_paths;
+use super::document::without_paths;
 use super::events::{self, LaneEvents, Mark, Timeline};
 use super::page::{Block, Drawn, HtmlError, Page, Section, Window, warned};
 use crate::DetectionEntry;
@@ -88,11 +88,11 @@ pub fn detection_html(page: &DetectionPage<'_>) -> Result<String, HtmlError> {
         heading: page.name.to_owned(),
         lead: [samples].into_iter().chain(touched).chain(warned(&page.report.warnings)).collect(),
         sections: vec![
-            Section { id: "metrics", title: "Results", blocks: numbers },
-            Section { id: "events", title: "Events", blocks: events },
-            Section { id: "signals", title: "Signals", blocks: signals },
-            Section { id: "residual", title: "Distribution of the residual", blocks: residual },
-            Section { id: "scenario", title: "Settings", blocks: vec![settings] },
+            Section { id: "metrics".into(), title: "Results".into(), blocks: numbers },
+            Section { id: "events".into(), title: "Events".into(), blocks: events },
+            Section { id: "signals".into(), title: "Signals".into(), blocks: signals },
+            Section { id: "residual".into(), title: "Distribution of the residual".into(), blocks: residual },
+            Section { id: "scenario".into(), title: "Settings".into(), blocks: vec![settings] },
             reproduction(page.line),
         ],
         drawn,
@@ -130,8 +130,8 @@ pub fn detections_html(entries: &[DetectionEntry], line: &str) -> Result<String,
     }
     events.push(Block::table("Alarms and missed ruptures", &events_table(&named)));
     let mut sections = vec![
-        Section { id: "metrics", title: "Results", blocks: numbers },
-        Section { id: "events", title: "Events", blocks: events },
+        Section { id: "metrics".into(), title: "Results".into(), blocks: numbers },
+        Section { id: "events".into(), title: "Events".into(), blocks: events },
     ];
     let delays_s: Vec<f64> =
         reports.iter().flat_map(|(_, report)| &report.alarms).filter_map(|alarm| alarm.delay_s).collect();
@@ -139,7 +139,7 @@ pub fn detections_html(entries: &[DetectionEntry], line: &str) -> Result<String,
     if !delays_s.is_empty() {
         drawn.figures.insert("delays".into(), vec![figures::delay_histogram(&delays_s)?.for_page(delays_s.len())]);
         let blocks = vec![Block::figures("delays")];
-        sections.push(Section { id: "delays", title: "Detection delays", blocks });
+        sections.push(Section { id: "delays".into(), title: "Detection delays".into(), blocks });
     }
     let failed = entries.len() - reports.len();
     let unreadable = (failed > 0).then(|| format!("{failed} of {} recordings cannot be read.", entries.len()));
@@ -159,7 +159,7 @@ pub fn detections_html(entries: &[DetectionEntry], line: &str) -> Result<String,
 
 fn reproduction(line: &str) -> Section {
     let note = "Run this command in the folder of the recordings.".to_owned();
-    Section { id: "again", title: "Reproduce", blocks: vec![Block::Command { line: line.to_owned(), note }] }
+    Section { id: "again".into(), title: "Reproduce".into(), blocks: vec![Block::Command { line: line.to_owned(), note }] }
 }
 
 /// Returns the phases, ruptures and alarms of a recording. The first sample is at `start_s`.

@@ -1,6 +1,6 @@
 //! A document as a page.
 
-use super::compared::without_paths;
+use crate::Animation;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
 use serde_json::Value as Json;
 use trocar_document::{Block as Part, Document, Shown, Table};
@@ -16,6 +16,8 @@ pub struct Again {
     pub files: Vec<(String, String)>,
     /// The command that reproduces the page.
     pub line: String,
+    /// The animation of the page.
+    pub animation: Option<Animation>,
 }
 
 /// Returns the page of a document.
@@ -23,18 +25,18 @@ pub struct Again {
 /// # Errors
 /// [`HtmlError`].
 pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, HtmlError> {
-    let mut drawn = Drawn::default();
+    let mut drawn = Drawn { animation: again.animation.clone(), ..Drawn::default() };
     let mut sections = vec![];
     for section in document.sections.iter().filter(|section| section.shown != Shown::OnTerminal) {
         let blocks = section.blocks.iter().filter_map(|part| block(part, document, &mut drawn)).collect();
-        sections.push(Section { id: section.id, title: section.title, blocks });
+        sections.push(Section { id: section.id.clone(), title: section.title.clone(), blocks });
     }
     let file = |(name, text): &(String, String)| Block::File { name: name.clone(), text: without_paths(text) };
     let title = if again.files.len() == 1 { "Scenario" } else { "Scenarios" };
-    sections.push(Section { id: "scenario", title, blocks: again.files.iter().map(file).collect() });
+    sections.push(Section { id: "scenario".into(), title: title.into(), blocks: again.files.iter().map(file).collect() });
     let note = "Save the files above under their names, then run this command in the same folder.".to_owned();
     let commands = vec![Block::Command { line: again.line.clone(), note }];
-    sections.push(Section { id: "again", title: "Reproduce", blocks: commands });
+    sections.push(Section { id: "again".into(), title: "Reproduce".into(), blocks: commands });
     let verdict = document.verdict.sentences.iter().chain(&document.verdict.left_out);
     Page {
         command: again.command,
@@ -86,4 +88,32 @@ fn sentence(line: &str) -> String {
     let mut letters = line.chars();
     let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
     format!("{first}{}{}", letters.as_str(), if line.ends_with('.') { "" } else { "." })
+}
+
+/// Returns a resolved scenario without the folders of its files, so that no path of this machine is in it.
+pub(super) fn without_paths(toml: &str) -> String {
+    let line = |line: &str| {
+        let file = ["file", "delays_file"].into_iter().find_map(|key| {
+            let value = line.strip_prefix(key)?.strip_prefix(" = ")?;
+            let value: toml::Value = toml::from_str::<toml::Table>(&format!("v = {value}")).ok()?.remove("v")?;
+            let path = std::path::Path::new(value.as_str()?);
+            let name = path.file_name().filter(|_| path.is_absolute())?;
+            Some(format!("{key} = {}", toml::Value::String(name.to_string_lossy().into_owned())))
+        });
+        format!("{}\n", file.as_deref().unwrap_or(line))
+    };
+    toml.lines().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_lose_their_folders_and_nothing_else_changes() {
+        let toml = "name = \"a\"\n\n[recording]\nfile = \"/home/someone/a b.csv\"\nfile_sign = 1.0\n";
+        assert_eq!(without_paths(toml), toml.replace("/home/someone/", ""));
+        let shipped = "file = \"builtin:own.csv\"\n";
+        assert_eq!(without_paths(shipped), shipped);
+    }
 }

@@ -7,7 +7,6 @@
 pub mod assets;
 mod bars;
 mod command;
-mod compared;
 mod detected;
 mod document;
 mod events;
@@ -15,7 +14,6 @@ mod page;
 mod swept;
 
 pub use command::command_line;
-pub use compared::{comparison_html, run_html};
 pub use detected::{DetectionPage, detection_html, detections_html};
 pub use document::{Again, document_html};
 pub use page::HtmlError;

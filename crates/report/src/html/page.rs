@@ -57,8 +57,8 @@ pub(super) struct Drawn {
 /// A section of a page.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Section {
-    pub(super) id: &'static str,
-    pub(super) title: &'static str,
+    pub(super) id: Cow<'static, str>,
+    pub(super) title: Cow<'static, str>,
     pub(super) blocks: Vec<Block>,
 }
 
@@ -229,7 +229,7 @@ mod tests {
             heading: evil.into(),
             command: "trocar run",
             lead: vec![evil.into()],
-            sections: vec![Section { id: "x", title: "X", blocks }],
+            sections: vec![Section { id: "x".into(), title: "X".into(), blocks }],
             drawn,
         };
         let html = page.render().expect("rendered");

@@ -61,10 +61,10 @@ pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
                      share their influence: the index of each includes that of the others.";
         let rows = influences(design, findings);
         let blocks = vec![Block::text(about), Block::Influences { caption: "Influence of each axis".into(), rows }];
-        sections.push(Section { id: "influences", title: "Influences", blocks });
+        sections.push(Section { id: "influences".into(), title: "Influences".into(), blocks });
     }
     if !findings.heat_maps.is_empty() {
-        sections.push(Section { id: "maps", title: "Maps over two axes", blocks: vec![Block::figures("maps")] });
+        sections.push(Section { id: "maps".into(), title: "Maps over two axes".into(), blocks: vec![Block::figures("maps")] });
     }
     if !drawn.figures["axes"].is_empty() {
         let shown = if drawing.cases < findings.cases {
@@ -75,13 +75,13 @@ pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
         let about =
             format!("{shown}. The line connects the medians of the drawn cases at each level or class of the axis.");
         let blocks = vec![Block::text(about), Block::figures("axes")];
-        sections.push(Section { id: "axes", title: "Metrics over each axis", blocks });
+        sections.push(Section { id: "axes".into(), title: "Metrics over each axis".into(), blocks });
     }
     let file = Block::File { name: "sweep.toml".into(), text: page.canonical.to_owned() };
-    sections.push(Section { id: "scenario", title: "Inputs", blocks: vec![file] });
+    sections.push(Section { id: "scenario".into(), title: "Inputs".into(), blocks: vec![file] });
     let note = "Run this command in the folder of the sweep's file. --case N prints case N as a scenario.".into();
     let commands = vec![Block::Command { line: page.line.to_owned(), note }];
-    sections.push(Section { id: "again", title: "Reproduce", blocks: commands });
+    sections.push(Section { id: "again".into(), title: "Reproduce".into(), blocks: commands });
     let name = design.name.clone();
     let lead = heading(design, findings).lines().map(str::to_owned).chain(warned(&findings.warnings)).collect();
     Page { command: "trocar sweep", heading: name, lead, sections, drawn }.render()
@@ -98,7 +98,7 @@ fn metrics(design: &Design, findings: &Findings) -> Section {
         Block::Table { caption: "Metrics over all cases, and their meaning".into(), head, rows, is_text: false };
     let note = "Intervals in brackets and after ± are 95 % confidence intervals of the median and the mean. “Cases with value” counts the \
                 cases in which the metric is defined.";
-    Section { id: "metrics", title: "Metrics", blocks: vec![table, Block::text(note)] }
+    Section { id: "metrics".into(), title: "Metrics".into(), blocks: vec![table, Block::text(note)] }
 }
 
 impl DrawnCases {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
-use crate::tables::shortest;
+use trocar_document::shortest;
 use crate::wrap::wrapped;
 use crate::{Table, json};
 use trocar_document::{counted, readable, show, significant};

@@ -1,16 +1,24 @@
 //! Comparison of scenarios: the table of their metrics, their detection in noise, the passivity schemes and the
 //! strategies side by side, and the paper's facts.
 
+mod answer;
+mod document;
 mod facts;
+mod finding;
 mod noise;
 mod paper;
+mod paper_document;
 mod schemes;
 mod seeds;
 mod sensitivity;
 mod strategies;
 mod table;
 
+pub use answer::{answer, answer_of_schemes};
+pub use document::ComparisonReport;
+pub(crate) use document::{events_table, facts_table, metric_tables};
 pub use facts::{Fact, paper_facts};
+pub use finding::finding;
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
 pub use paper::{FIGURES, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperStudy, QuietStretch};
 pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::NoiseCheck;
+use trocar_document::Cell;
 use trocar_metrics::{Better, Declaration, Metrics, RunMetric, Shown, Unit};
 
 /// One metric, with a value per scenario.
@@ -38,6 +39,17 @@ impl Row {
         Self::new(metric.declaration(), metric.number(), values)
     }
 
+    /// Returns the cells of the row: the metric, its values, and for a pair the change.
+    #[must_use]
+    pub fn cells(&self) -> Vec<Cell> {
+        let mut cells = vec![Cell::from(&*self.label)];
+        cells.extend(self.values.iter().map(|value| Cell::of(*value, self.unit)));
+        if let [first, second] = self.values[..] {
+            cells.push(change(self, first, second).into());
+        }
+        cells
+    }
+
     fn is_shown(&self, shown: Shown) -> bool {
         match shown {
             Shown::Main | Shown::Always => true,
@@ -46,6 +58,29 @@ impl Row {
             Shown::WhereNonZero => self.values.iter().flatten().any(|value| *value != 0.0),
             Shown::Never => false,
         }
+    }
+}
+
+/// A value below this share of another one is vanishing: the relative change between them has no meaning.
+const VANISHING_SHARE: f64 = 0.01;
+
+/// Returns the relative change of a metric. It is empty where it has no meaning: for counts, metrics whose sign varies,
+/// undefined values, and a first value of 0 or of almost 0 against the second.
+fn change(row: &Row, first: Option<f64>, second: Option<f64>) -> String {
+    let (Some(first), Some(second)) = (first, second) else { return String::new() };
+    let has_meaning = row.unit != Unit::Count && !row.declaration.is_signed && second >= 0.0;
+    if !has_meaning || first < 1e-9 || first < VANISHING_SHARE * second {
+        return String::new();
+    }
+    let percent = 100.0 * (second / first - 1.0);
+    if second == 0.0 {
+        "-100 %".into()
+    } else if percent < -99.9 {
+        "below -99.9 %".into()
+    } else if percent.abs() < 0.05 {
+        "0 %".into()
+    } else {
+        format!("{percent:+.1} %")
     }
 }
 

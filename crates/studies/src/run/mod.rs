@@ -1,6 +1,7 @@
 //! Running a scenario for its metrics, and optionally its trace.
 
 mod at_rest;
+mod document;
 mod misses;
 mod oscillation;
 mod own;
@@ -8,8 +9,11 @@ mod pack;
 mod promise;
 mod stepped;
 mod swings;
+mod views;
 mod warnings;
 
+pub use document::outcome;
+pub(crate) use document::{REDUCED, about, windows};
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
 pub use promise::{force_bound_gap, promise_gaps};

@@ -2,16 +2,15 @@
 //! runs are stable. [`finding`](super::finding) tells of all ruptures.
 
 use super::finding::{differ_in_augmentation, false_alarms, joined};
-use super::tables::outcome;
+use crate::run::{Run, outcome};
 use trocar_document::{counted, show};
 use trocar_metrics::{Outcome, RUPTURE_WINDOW_S, RuptureMetrics, TRAVEL_S, Unit};
-use trocar_studies::run::Run;
 
 /// Maximum number of runs with a number each.
 const MAX_RUNS: usize = 3;
 
 /// Returns the answer of some runs.
-pub(super) fn answer(runs: &[&Run]) -> String {
+pub fn answer(runs: &[&Run]) -> String {
     match runs {
         [first, second] if differ_in_augmentation(first, second) => answer_of_schemes(first, second),
         _ => told(runs, &runs.iter().map(|run| format!("in {}", run.scenario.name)).collect::<Vec<_>>()),
@@ -103,8 +102,8 @@ fn stability(runs: &[&Run]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::run;
     use trocar_scenario::{Scenario, Source};
-    use trocar_studies::run::run;
 
     fn shipped(name: &str, settings: &[&str]) -> Run {
         let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();

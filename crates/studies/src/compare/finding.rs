@@ -1,8 +1,8 @@
 //! What a comparison shows, in one or two sentences that are computed from its metrics.
 
+use crate::run::Run;
 use trocar_document::{counted, decimals};
 use trocar_metrics::{Outcome, RuptureMetrics};
-use trocar_studies::run::Run;
 
 /// Maximum advance of a held needle after a rupture, in m: the paper's slave is "frozen" (5.1), and the comparison with the paper
 /// requires the same limit.
@@ -40,7 +40,7 @@ impl Measure {
 }
 
 /// Returns the sentences.
-pub(super) fn finding(runs: &[&Run]) -> String {
+pub fn finding(runs: &[&Run]) -> String {
     let noticed = noticed(runs);
     let sentence = without_notices(runs);
     if noticed.is_empty() { sentence } else { format!("{sentence} {noticed}") }
@@ -432,8 +432,8 @@ fn three_digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::run;
     use trocar_scenario::{Scenario, Source};
-    use trocar_studies::run::run;
 
     fn finding(runs: &[Run]) -> String {
         super::finding(&runs.iter().collect::<Vec<_>>())

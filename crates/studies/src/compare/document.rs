@@ -1,0 +1,323 @@
+//! What a comparison says.
+
+use serde_json::{Value as Json, json};
+
+use super::{Comparison, Fact, Row, SeedStudy, Spread, answer, finding, rows};
+use crate::run::{REDUCED, Run, about, outcome, seeds_without_effect, windows};
+use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, Verdict, show};
+use trocar_figures as figures;
+use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Scope, Unit};
+
+/// Number of ruptures in the short table.
+const SHOWN_RUPTURES: usize = 2;
+
+/// Maximum number of scenarios in the title.
+const MAX_NAMED: usize = 3;
+
+/// Maximum number of runs in the chart of a page.
+const MAX_RUNS: usize = 8;
+
+/// The metrics in the table over seeds. The files hold all metrics.
+const OVER_SEEDS: [&str; 8] = [
+    "detection_delay_s",
+    "excess_advance_m",
+    "horizon_advance_m",
+    "depth_at_return_m",
+    "noticed",
+    "missed_ruptures",
+    "false_alarms",
+    "tissue_energy_j",
+];
+
+/// A comparison with what was asked for besides.
+#[derive(Debug, Clone, Copy)]
+pub struct ComparisonReport<'a> {
+    /// The runs.
+    pub comparison: &'a Comparison,
+    /// The statements of the paper, for its pair.
+    pub facts: Option<&'a [Fact]>,
+    /// The same scenarios over many seeds.
+    pub seeds: Option<&'a SeedStudy>,
+}
+
+impl Study for ComparisonReport<'_> {
+    fn document(&self) -> Document<'_> {
+        let runs: Vec<&Run> = self.comparison.runs.iter().collect();
+        let names: Vec<&str> = runs.iter().map(|run| run.scenario.name.as_str()).collect();
+        let title = if names.len() > MAX_NAMED { format!("{} scenarios", names.len()) } else { names.join(" and ") };
+        let mut document = Document {
+            name: "comparison",
+            title,
+            verdict: Verdict { sentences: vec![answer(&runs), finding(&runs)], left_out: vec![] },
+            warnings: self.warnings(),
+            sections: self.sections(&runs),
+            data: std::iter::once(columns(self.comparison)).chain(self.seeds.map(seed_columns)).collect(),
+            json: self.json(),
+            ..Document::default()
+        };
+        let drawn: Vec<&Run> = runs.into_iter().filter(|run| !run.trace.is_empty()).collect();
+        let views: Vec<_> = drawn.iter().map(|run| run.view()).collect();
+        document.figure("comparison", figures::comparison(&views, None));
+        document.figure("overlay", figures::overlay(&views, None));
+        let signals: Vec<_> = drawn.iter().take(MAX_RUNS).map(|run| (run.view(), run.estimation())).collect();
+        let ends_s = drawn.iter().filter_map(|run| run.trace.time_s.last().copied());
+        document.figure("signals", figures::signals(&signals, (0.0, ends_s.fold(0.0, f64::max))));
+        document
+    }
+}
+
+impl ComparisonReport<'_> {
+    fn warnings(&self) -> Vec<trocar_base::warning::Warning> {
+        let scenarios = self.comparison.runs.iter().map(|run| &run.scenario);
+        let of_seeds = seeds_without_effect(scenarios, self.seeds.map_or(1, |study| study.seeds));
+        of_seeds.into_iter().chain(self.comparison.warnings()).collect()
+    }
+
+    fn sections(&self, runs: &[&Run]) -> Vec<Section> {
+        let [short, all] = metric_tables(runs, &self.comparison.noise);
+        let mut main = Section::new("main", "Main metrics");
+        for run in runs.iter().filter(|run| run.metrics.outcome != Outcome::Completed) {
+            main.text(outcome(run));
+        }
+        main.table(short);
+        let most = runs.iter().map(|run| run.metrics.ruptures.len()).max().unwrap_or(0);
+        if most > SHOWN_RUPTURES {
+            main.text(format!("The first {SHOWN_RUPTURES} of {most} ruptures; --all shows the others."));
+        }
+        let mut signals = Section::new("signals", "Signals").shown(Shown::InReports);
+        if runs.len() > MAX_RUNS {
+            signals.text(format!("The charts show the first {MAX_RUNS} of {} runs.", runs.len()));
+        }
+        let with_most = runs.iter().max_by_key(|run| run.metrics.ruptures.len());
+        signals.figures(["signals"], with_most.map_or(vec![], |run| windows(&run.metrics.ruptures)));
+        signals.text(REDUCED);
+        let mut events = Section::new("events", "Events").shown(Shown::InReports);
+        match events_table(runs) {
+            Some(table) => events.table(table),
+            None => events.text("No rupture and no alarm."),
+        }
+        let mut metrics = Section::new("metrics", "All metrics").shown(Shown::WithAll);
+        metrics.table(all);
+        let mut sections = vec![main, signals, events, metrics];
+        sections.extend(self.seeds.map(seeds_section));
+        sections.extend(self.facts.map(|facts| facts_section(facts, Shown::WithAll)));
+        let mut runs_section = Section::new("about", "The runs").shown(Shown::InReports);
+        runs.iter().for_each(|run| runs_section.text(about(run)));
+        sections.push(runs_section);
+        sections
+    }
+
+    /// Returns `comparison.json`: the summaries, the table, the detection in noise, the paper's facts for the shipped pair, and the
+    /// study over seeds, if any.
+    fn json(&self) -> Json {
+        let Self { comparison, facts, seeds } = self;
+        let mut all = json!({
+            "trocar_version": env!("CARGO_PKG_VERSION"),
+            "runs": comparison.runs.iter().map(Run::summary).collect::<Vec<_>>(),
+            "warnings": self.warnings(),
+            "table": comparison.table(),
+            "noise": comparison.noise,
+            "paper_facts": facts,
+        });
+        if let (Json::Object(all), Some(study)) = (&mut all, seeds) {
+            all.insert("seeds".into(), json!(study));
+        }
+        all
+    }
+}
+
+/// Returns the short table of runs and that of all metrics, with their meaning. A pair has a column with the change.
+pub(crate) fn metric_tables(runs: &[&Run], noise: &[super::NoiseCheck]) -> [Table; 2] {
+    let rows = rows(&runs.iter().map(|run| &run.metrics).collect::<Vec<&Metrics>>(), noise);
+    let mut columns = vec![("metric".to_owned(), "metric".to_owned())];
+    columns.extend(runs.iter().map(|run| (run.scenario.name.clone(), run.scenario.name.clone())));
+    if runs.len() == 2 {
+        columns.push(("change".into(), "change".into()));
+    }
+    let mut short = Table::new("main", "Values of each run", columns.clone());
+    let mut all = Table::new("metrics", "Metrics and their meaning", columns);
+    for row in &rows {
+        if is_main(row) {
+            short.row(row.cells());
+        }
+        all.explained(row.cells(), row.declaration.meaning);
+    }
+    [short, all]
+}
+
+/// Returns whether a row is in the short table.
+fn is_main(row: &Row) -> bool {
+    let is_later = row.declaration.scope == Scope::Rupture && row.number > SHOWN_RUPTURES;
+    row.declaration.shown.is_main() && !is_later
+}
+
+/// Returns the section of the statements of the paper.
+fn facts_section(facts: &[Fact], shown: Shown) -> Section {
+    let mut section = Section::new("paper", "Comparison with the paper").shown(shown);
+    section.text(
+        "Statements of the paper (Barbé, Bayle, de Mathelin and Gangi, In Vivo Model Estimation and Haptic Characterization of Needle \
+         Insertions) and the results of this comparison.",
+    );
+    section.table(facts_table(facts));
+    section
+}
+
+/// Returns the paper's statements with the results.
+pub(crate) fn facts_table(facts: &[Fact]) -> Table {
+    let columns = [
+        ("statement", "statement (rupture 1 unless stated)"),
+        ("paper", "paper"),
+        ("required", "required"),
+        ("result", "result"),
+        ("holds", ""),
+    ];
+    let mut table = Table::new("facts", "Statements of the paper", columns).of_text();
+    for fact in facts {
+        table.row([fact.what, fact.paper, fact.asked, &fact.ours, if fact.holds { "✓" } else { "✗" }]);
+    }
+    table
+}
+
+/// Returns the section of a study over seeds.
+fn seeds_section(study: &SeedStudy) -> Section {
+    let mut section = Section::new("seeds", "Over many seeds");
+    section.table(seeds_table(study));
+    let varies = |spread: &Spread| spread.low < spread.high;
+    if !study.rows.iter().flat_map(|row| &row.spreads).flatten().any(varies) {
+        section.text("No metric depends on the seed: the scenarios have no random noise, tremor or reaction time.");
+    }
+    section
+}
+
+/// Returns the main metrics over the seeds. A metric has a line for each scenario, with the median and the central 95 % interval, and
+/// for a pair a line with the ratio of the second scenario to the first, seed by seed.
+pub(crate) fn seeds_table(study: &SeedStudy) -> Table {
+    let over = format!("over {} seeds", study.seeds);
+    let columns =
+        [("metric", &*over), ("median", "median"), ("low", "2.5 %"), ("high", "97.5 %"), ("defined", "seeds")];
+    let caption = format!("Over {} seeds: medians, central 95 % intervals, seeds with a value", study.seeds);
+    let mut table = Table::new("seeds", caption, columns);
+    for row in study.rows.iter().filter(|row| OVER_SEEDS.contains(&row.name)) {
+        let of_unit = Number::new(0.0, row.unit);
+        let unit = if of_unit.unit.is_empty() { String::new() } else { format!(" ({})", of_unit.unit.trim_start()) };
+        table.row([format!("{}{unit}", row.label)]);
+        let bare = |value: f64| {
+            let is_whole = row.unit == Unit::Count && value.fract() == 0.0;
+            let digits = if is_whole { Digits::All } else { Digits::Four };
+            Number { value, unit: "".into(), ..of_unit.clone() }.digits(digits)
+        };
+        for (name, spread) in study.scenarios.iter().zip(&row.spreads) {
+            table.row(spread_cells(name, spread.as_ref(), bare));
+        }
+        if let (true, [_, Some(ratio)]) = (study.scenarios.len() == 2, &row.ratios[..]) {
+            table.row(spread_cells("second / first", Some(ratio), |value| Number::si(value, "")));
+        }
+    }
+    table
+}
+
+/// Returns a line of the table: the median, the ends of the interval, and the number of seeds with a value.
+fn spread_cells(name: &str, spread: Option<&Spread>, number: impl Fn(f64) -> Number) -> [Cell; 5] {
+    let name = Cell::from(format!("  {name}"));
+    let Some(spread) = spread else {
+        return [name, Cell::Undefined, Cell::Undefined, Cell::Undefined, Cell::count(0)];
+    };
+    let [median, low, high] = [spread.median, spread.low, spread.high].map(|value| Cell::from(number(value)));
+    [name, median, low, high, Cell::count(spread.defined)]
+}
+
+/// Returns `comparison.csv`: a row per metric, a column per scenario, in SI units.
+fn columns(comparison: &Comparison) -> DataTable<'static> {
+    let table = comparison.table();
+    let rows = || table.rows.iter();
+    let mut data = DataTable::new("comparison")
+        .texts("metric", rows().map(|row| row.metric.clone()))
+        .texts("unit", rows().map(|row| row.unit.si()));
+    for (index, name) in table.scenarios.iter().enumerate() {
+        data = data.optional(name.clone(), rows().map(|row| row.values[index]));
+    }
+    data
+}
+
+/// Returns `seeds.csv`: a row per metric and scenario, in SI units.
+fn seed_columns(study: &SeedStudy) -> DataTable<'static> {
+    let all = || study.rows.iter().flat_map(|row| (0..study.scenarios.len()).map(move |index| (row, index)));
+    let spread = |of: fn(&Spread) -> f64| {
+        all().map(|(row, index)| row.spreads[index].as_ref().map(of)).collect::<Vec<Option<f64>>>()
+    };
+    let ratio = |of: fn(&Spread) -> f64| {
+        all().map(|(row, index)| row.ratios[index].as_ref().map(of)).collect::<Vec<Option<f64>>>()
+    };
+    let defined = all().map(|(row, index)| row.spreads[index].map_or(0, |spread| spread.defined));
+    DataTable::new("seeds")
+        .texts("metric", all().map(|(row, _)| row.metric.clone()))
+        .texts("unit", all().map(|(row, _)| row.unit.si()))
+        .texts("scenario", all().map(|(_, index)| study.scenarios[index].clone()))
+        .with("defined", Values::Whole(defined.collect()))
+        .optional("median", spread(|spread| spread.median))
+        .optional("low_2.5", spread(|spread| spread.low))
+        .optional("high_97.5", spread(|spread| spread.high))
+        .optional("median_low", spread(|spread| spread.median_low))
+        .optional("median_high", spread(|spread| spread.median_high))
+        .optional("ratio_median", ratio(|spread| spread.median))
+        .optional("ratio_low_2.5", ratio(|spread| spread.low))
+        .optional("ratio_high_97.5", ratio(|spread| spread.high))
+}
+
+/// Returns the name of a rupture: its number and the layer.
+fn named(index: usize, rupture: &RuptureMetrics) -> String {
+    let layer = rupture.layer.as_ref().map_or(String::new(), |layer| format!(" ({layer})"));
+    format!("rupture {}{layer}", index + 1)
+}
+
+/// Returns what became of a rupture: its delay, or why it was missed.
+fn fate(rupture: &RuptureMetrics) -> String {
+    match (rupture.detection_delay_s, &rupture.miss) {
+        (Some(delay_s), _) => format!("detected after {}", show(Some(delay_s), Unit::Second)),
+        (None, Some(miss)) => format!("missed: {miss}"),
+        (None, None) => "the run ends too soon to decide".into(),
+    }
+}
+
+/// Returns the events of runs in order of time, each with its outcome; `None` without events.
+pub(crate) fn events_table(runs: &[&Run]) -> Option<Table> {
+    let mut rows: Vec<(f64, [String; 3])> = vec![];
+    for run in runs {
+        let mut add = |time_s: f64, event: String, outcome: String| {
+            rows.push((time_s, [run.scenario.name.clone(), event, outcome]));
+        };
+        let ms = |seconds| show(Some(seconds), Unit::Second);
+        let mm = |metres| show(Some(metres), Unit::Metre);
+        for (index, rupture) in run.metrics.ruptures.iter().enumerate() {
+            let excess = rupture.excess_advance_m.map_or(String::new(), |m| format!(", excess advance {}", mm(m)));
+            let noticed = match (rupture.noticed, rupture.noticed_after_s) {
+                (Some(_), Some(seconds)) => format!(", noticed after {}", ms(seconds)),
+                (Some(_), None) => ", not noticed".to_owned(),
+                (None, _) => String::new(),
+            };
+            add(rupture.time_s, named(index, rupture), format!("{}{excess}{noticed}", fate(rupture)));
+        }
+        for alarm in &run.metrics.alarms {
+            let outcome = if alarm.matched { "matches a rupture" } else { "false alarm" };
+            add(alarm.time_s, "alarm".into(), outcome.into());
+        }
+        for event in &run.metrics.events {
+            let motion = format!("the slave moves at most {}", mm(event.frozen_motion_m));
+            let duration = event.augmented_s.map_or("until the end".into(), |s| format!("for {}", ms(s)));
+            add(event.start_s, "frozen".into(), format!("{duration}, {motion}"));
+            let Some(augmented_s) = event.augmented_s else { continue };
+            let duration = event.reengaging_s.map_or("until the end".into(), |s| format!("for {}", ms(s)));
+            add(event.start_s + augmented_s, "re-engaging".into(), duration);
+            if let Some(reengaging_s) = event.reengaging_s {
+                add(event.start_s + augmented_s + reengaging_s, "re-engaged".into(), "teleoperation".into());
+            }
+        }
+    }
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let columns = [("time", "time"), ("scenario", "scenario"), ("event", "event"), ("outcome", "outcome")];
+    let mut table = Table::new("events", "Events in order of time", columns).of_text();
+    for (time_s, [scenario, event, outcome]) in rows {
+        table.row([format!("{time_s:.3} s"), scenario, event, outcome]);
+    }
+    (!table.rows.is_empty()).then_some(table)
+}

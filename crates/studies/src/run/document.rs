@@ -1,0 +1,153 @@
+//! What a run says.
+
+use serde_json::{Value as Json, json};
+
+use super::Run;
+use crate::compare::{answer, events_table, metric_tables};
+use trocar_detect::ExtraParameterEstimate;
+use trocar_document::{Document, Section, Shown, Study, TextFile, Verdict, Window, show, significant};
+use trocar_figures as figures;
+use trocar_metrics::{Outcome, RuptureMetrics, Unit};
+
+/// Displayed time before and after a rupture, in s.
+const BEFORE_S: f64 = 0.2;
+const AFTER_S: f64 = 1.0;
+
+/// Maximum number of ruptures with a window.
+const MAX_WINDOWS: usize = 6;
+
+/// Name of the figure of positions and forces.
+const TELEOPERATION: &str = "teleoperation";
+
+impl Study for Run {
+    fn document(&self) -> Document<'_> {
+        let mut document = Document {
+            name: "summary",
+            title: self.scenario.name.clone(),
+            verdict: Verdict { sentences: vec![format!("{}.", state(self)), answer(&[self])], left_out: vec![] },
+            warnings: self.warnings(),
+            sections: sections(self),
+            files: vec![TextFile { name: "scenario.toml".into(), text: self.scenario.echo() }],
+            json: json(self),
+            ..Document::default()
+        };
+        if !self.trace.is_empty() {
+            let estimation = self.estimation();
+            let range_s = self.trace.time_s.first().copied().zip(self.trace.time_s.last().copied());
+            document.figure(TELEOPERATION, figures::comparison(&[self.view()], range_s));
+            document.figure("energy", figures::energy(&self.energies()));
+            for (name, describe) in figures::ESTIMATION_FIGURES {
+                document.figure(name, describe(&estimation));
+            }
+        }
+        document
+    }
+}
+
+fn sections(run: &Run) -> Vec<Section> {
+    let [main, all] = metric_tables(&[run], &[]);
+    let mut metrics = Section::new("main", "Main metrics");
+    metrics.table(main.shown(Shown::InReports));
+    metrics.table(all);
+    metrics.text(ruptures_line(run));
+    metrics.text(alarms_line(run));
+    let mut signals = Section::new("signals", "Signals");
+    signals.figures([TELEOPERATION, "estimation", "parameters", "decision"], windows(&run.metrics.ruptures));
+    signals.text(REDUCED);
+    let mut events = Section::new("events", "Events").shown(Shown::InReports);
+    match events_table(&[run]) {
+        Some(table) => events.table(table),
+        None => events.text("No rupture and no alarm."),
+    }
+    let mut further = Section::new("further", "Energies and residual");
+    further.figures(["energy"], vec![]);
+    further.figures(["residual"], vec![]);
+    let mut about = Section::new("about", "The run").shown(Shown::InReports);
+    about.text(self::about(run));
+    vec![metrics, signals, events, further, about]
+}
+
+/// What a chart leaves out.
+pub(crate) const REDUCED: &str = "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around \
+    ruptures and alarms is kept. trace.csv has every tick.";
+
+/// Returns the windows around the first ruptures.
+pub(crate) fn windows(ruptures: &[RuptureMetrics]) -> Vec<Window> {
+    let window = |(index, rupture): (usize, &RuptureMetrics)| Window {
+        label: format!("rupture {}", index + 1),
+        range: ((rupture.time_s - BEFORE_S).max(0.0), rupture.time_s + AFTER_S),
+    };
+    ruptures.iter().take(MAX_WINDOWS).enumerate().map(window).collect()
+}
+
+/// Returns a run's outcome with its name.
+#[must_use]
+pub fn outcome(run: &Run) -> String {
+    format!("{}: {}", run.scenario.name, state(run))
+}
+
+fn state(run: &Run) -> String {
+    let duration_s = run.metrics.ticks as f64 * run.scenario.grid.tick_s();
+    match run.metrics.outcome {
+        Outcome::Completed => format!("completed, {} s in {} ticks", significant(duration_s), run.metrics.ticks),
+        Outcome::Oscillating { frequency_hz, swing_m } => format!(
+            "oscillating, by {} at {} Hz without decay",
+            show(Some(swing_m), Unit::Metre),
+            significant(frequency_hz)
+        ),
+        Outcome::Diverged { time_s } => format!("diverged at {time_s} s"),
+    }
+}
+
+/// Returns a sentence about a run: outcome, tick, seed and supervisor.
+pub(crate) fn about(run: &Run) -> String {
+    let scenario = &run.scenario;
+    format!(
+        "{}; tick {}, seed {}, the supervisor {}.",
+        outcome(run),
+        show(Some(scenario.grid.tick_s()), Unit::Second),
+        scenario.seed,
+        if scenario.augmentation.enabled { "freezes the slave at ruptures" } else { "does nothing" },
+    )
+}
+
+/// Returns the ruptures of named layers; nothing for other tissues.
+fn ruptures_line(run: &Run) -> String {
+    let of_layer = |rupture: &RuptureMetrics| Some(format!("{:.3} s ({})", rupture.time_s, rupture.layer.as_deref()?));
+    let ruptures: Vec<String> = run.metrics.ruptures.iter().filter_map(of_layer).collect();
+    if ruptures.is_empty() { String::new() } else { format!("ruptures: {}", ruptures.join(", ")) }
+}
+
+fn alarms_line(run: &Run) -> String {
+    let alarms: Vec<String> = run
+        .metrics
+        .alarms
+        .iter()
+        .map(|alarm| format!("{:.3} s{}", alarm.time_s, if alarm.matched { "" } else { " (false alarm)" }))
+        .collect();
+    if alarms.is_empty() { "alarms: none".into() } else { format!("alarms: {}", alarms.join(", ")) }
+}
+
+/// Returns `summary.json`: every metric, the events, the seed and the version.
+fn json(run: &Run) -> Json {
+    let mut all = json!({
+        "trocar_version": env!("CARGO_PKG_VERSION"),
+        "scenario": run.scenario.name,
+        "seed": run.scenario.seed,
+        "tick_s": run.scenario.grid.tick_s(),
+        "warnings": run.warnings(),
+        "metrics": run.metrics,
+    });
+    if let (Json::Object(all), Some(estimate)) = (&mut all, ExtraParameterEstimate::of(&run.trace.extra_parameter)) {
+        all.insert("further_estimate".into(), json!(estimate));
+    }
+    all
+}
+
+impl Run {
+    /// The content of `summary.json`: every metric, the events, the seed and the version.
+    #[must_use]
+    pub fn summary(&self) -> Json {
+        json(self)
+    }
+}

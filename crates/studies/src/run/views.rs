@@ -1,0 +1,75 @@
+//! What figures draw of a run.
+
+use std::borrow::Cow;
+
+use super::Run;
+use trocar_figures::{EnergyView, EstimationView, RunView};
+
+impl Run {
+    fn ruptures_s(&self) -> Cow<'static, [f64]> {
+        self.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect()
+    }
+
+    fn alarms_s(&self) -> Cow<'static, [f64]> {
+        self.metrics.alarms.iter().map(|alarm| alarm.time_s).collect()
+    }
+
+    /// The positions and forces.
+    #[must_use]
+    pub fn view(&self) -> RunView<'_> {
+        let trace = &self.trace;
+        RunView {
+            name: &self.scenario.name,
+            is_augmented: self.scenario.augmentation.enabled,
+            time_s: &trace.time_s,
+            master_position_m: &trace.master_position_m,
+            slave_position_m: &trace.slave_position_m,
+            operator_force_n: &trace.operator_force_n,
+            tissue_force_n: &trace.tissue_force_n,
+            feedback_force_n: &trace.feedback_force_n,
+            mode: &trace.mode,
+            rupture_times_s: self.ruptures_s(),
+            alarm_times_s: self.alarms_s(),
+        }
+    }
+
+    /// The estimation and the detection.
+    #[must_use]
+    pub fn estimation(&self) -> EstimationView<'_> {
+        let trace = &self.trace;
+        let unit = self.scenario.detector.distance.kind.unit();
+        let trust = trace.trust();
+        EstimationView {
+            name: &self.scenario.name,
+            time_s: &trace.time_s,
+            measured_force_n: &trace.measured_force_n,
+            residual_n: &trace.residual_n,
+            stiffness_n_per_m: &trace.stiffness_n_per_m,
+            damping_n_s_per_m: &trace.damping_n_s_per_m,
+            standard_errors: trust
+                .map(|trust| [trust.stiffness_std_n_per_m.into(), trust.damping_std_n_s_per_m.into()]),
+            extra_parameter: trace.extra_parameter.as_ref().map(|(name, column)| (*name, column.as_slice())),
+            decision: &trace.decision,
+            threshold: self.scenario.detector.cusum.threshold,
+            decision_unit: if unit == "1" { "" } else { unit },
+            rupture_times_s: self.ruptures_s(),
+            alarm_times_s: self.alarms_s(),
+        }
+    }
+
+    /// The energies at the ports.
+    #[must_use]
+    pub fn energies(&self) -> EnergyView<'_> {
+        let trace = &self.trace;
+        EnergyView {
+            name: &self.scenario.name,
+            time_s: &trace.time_s,
+            hand_energy_j: &trace.hand_energy_j,
+            master_energy_j: &trace.master_energy_j,
+            reference_energy_j: &trace.reference_energy_j,
+            needle_energy_j: &trace.needle_energy_j,
+            energy_scale: self.scenario.link.machines.energy_scale(),
+            promised_energy_j: self.metrics.link.as_ref().and_then(|link| link.promised_energy_j),
+        }
+    }
+}
