@@ -180,8 +180,8 @@ pub async fn axe(page: BrowserPage) -> BrowserPage {
     });
     page.client.goto(&reports[0]).await.expect("goes");
     sleep(Duration::from_millis(500)).await;
-    let printed = page.devtools("BrowserPage.printToPDF", json!({})).await;
-    let count = "return atob(arguments[0]).match(/\\/Type\\s*\\/BrowserPage[^s]/g).length";
+    let printed = page.devtools("Page.printToPDF", json!({})).await;
+    let count = "return atob(arguments[0]).match(/\\/Type\\s*\\/Page[^s]/g).length";
     let pages = page.client.execute(count, vec![printed["data"].clone()]).await.expect("a count");
     assert!(pages.as_u64().is_some_and(|pages| (1..=6).contains(&pages)), "{pages} printed pages");
     let Some(axe) = std::env::var_os("TROCAR_AXE") else {
