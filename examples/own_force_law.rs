@@ -3,6 +3,7 @@
 //! `cargo run --release --example own_force_law`
 
 use trocar::augmentation::{AugmentedTick, ForceLaw};
+use trocar::document::Study as _;
 use trocar::engine::OwnParts;
 use trocar::run::{Run, run_with};
 use trocar::scenario::{Scenario, Source};
@@ -29,6 +30,6 @@ pub fn run() -> Result<Run, Box<dyn std::error::Error>> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let run = run()?;
-    print!("{}", trocar::report::run_text(&run));
+    print!("{}", trocar::report::document_text(&run.document(), false));
     Ok(())
 }

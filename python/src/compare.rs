@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_base::parallel::try_map;
+use trocar_document::Study as _;
 use trocar_metrics::Metrics;
-use trocar_report::{all_metrics_text, comparison_json, facts_text, seeds_text};
-use trocar_studies::compare::{Comparison, MAX_SEEDS, SeedStudy, paper_facts};
+use trocar_report::{document_text, to_json};
+use trocar_studies::compare::{Comparison, ComparisonReport, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_studies::run::RunError;
 
 use crate::interrupt::interruptible_told;
@@ -57,10 +58,10 @@ pub(crate) fn compare<'py>(
         compare_with(py, &scenarios, seeds, (parts, threads), tell)?
     };
     let facts = if is_paper_pair && parts.is_empty() { paper_facts(&comparison) } else { None };
-    let json = comparison_json(&comparison, facts.as_deref(), study.as_ref());
-    let mut text = all_metrics_text(&comparison);
-    let extra = [study.as_ref().map(seeds_text), facts.as_deref().map(facts_text)];
-    extra.iter().flatten().for_each(|part| text.push_str(&format!("\n{part}")));
+    let told = ComparisonReport { comparison: &comparison, facts: facts.as_deref(), seeds: study.as_ref() };
+    let document = told.document();
+    let (json, text) = (to_json(&document.json), document_text(&document, true));
+    drop(document);
     let rows =
         comparison.table().rows.into_iter().map(|row| (row.metric, row.label, row.unit.si(), row.values)).collect();
     let runs = comparison.runs.into_iter().map(|run| hand_over(py, run)).collect::<PyResult<_>>()?;

@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trocar_document::Study as _;
 use trocar_engine::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS};
 use trocar_metrics::Metrics;
-use trocar_report::{run_text, summary_json};
+use trocar_report::{document_text, to_json};
 use trocar_studies::run::{RunError, observe, observe_with};
 
 use crate::arrays::put;
@@ -34,7 +35,7 @@ pub(crate) struct Run {
 impl Run {
     /// Returns the content of `summary.json`.
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        convert::parsed(py, &summary_json(&self.run))
+        convert::parsed(py, &to_json(&self.run.summary()))
     }
 
     /// Returns the warnings of `summary.json`, alone.
@@ -45,12 +46,12 @@ impl Run {
 
     /// Returns `summary.json` as text.
     fn summary_json(&self) -> String {
-        summary_json(&self.run)
+        to_json(&self.run.summary())
     }
 
     /// Returns the text of the command line.
     fn text(&self) -> String {
-        run_text(&self.run)
+        document_text(&self.run.document(), false)
     }
 
     /// Returns the columns of the trust in the estimate, computed from the other columns.

@@ -4,20 +4,20 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 
 use super::error::CliError;
+use super::finish::Finish;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, run, terminal};
-use trocar_report::html::{command_line, comparison_html};
+use trocar_document::Study as _;
+use trocar_report::html::{Again, command_line};
 use trocar_report::{
-    Folder, all_metrics_text, comparison_csv, comparison_json, comparison_pictures, comparison_text, facts_text,
-    finding_text, runs_chart, schemes_json, schemes_text, seeds_csv, seeds_text, strategies_csv, strategies_json,
-    strategies_picture, strategies_text,
+    Animation, PictureError, runs_chart, strategies_csv, strategies_json, strategies_picture, strategies_text,
 };
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::compare::{
-    Comparison, FIXED_PERSONS, Fact, MAX_SEEDS, PERSONS, Person, SchemeStudy, SeedStudy, StrategyOptions,
+    Comparison, ComparisonReport, FIXED_PERSONS, MAX_SEEDS, PERSONS, Person, SchemeStudy, SeedStudy, StrategyOptions,
     StrategyStudy, paper_facts,
 };
-use trocar_studies::run::seeds_without_effect;
+use trocar_studies::run::{Run, seeds_without_effect};
 
 /// The default pair.
 const PAPER_PAIR: [&str; 2] = ["paper/classical", "paper/augmented"];
@@ -25,7 +25,6 @@ const PAPER_PAIR: [&str; 2] = ["paper/classical", "paper/augmented"];
 const EXAMPLES: &str = "\
 Examples:
   trocar compare                             the pair of the paper
-  trocar compare --paper                     and the statements of the paper
   trocar compare layers/through-the-skin layers/skin-augmented
   trocar compare --seeds 200 --set sensor.force_noise_std_n=0.025
   trocar compare --schemes link/long-delay
@@ -54,15 +53,12 @@ pub(super) struct CompareArgs {
     /// Print the table of all metrics, with all ruptures
     #[arg(long)]
     all: bool,
-    /// Also print the statements of the paper with the results, for the shipped pair
-    #[arg(long)]
-    paper: bool,
     /// Compare one scenario without a passivity scheme and with each: force, position, energy, felt impedance, overshoot, withdrawal
-    #[arg(long, conflicts_with = "paper")]
+    #[arg(long)]
     schemes: bool,
     /// Compare the strategies against a rupture on one scenario, or on the patients of a sweep file, over persons and --seeds
     /// seeds (default 10): excess advance, what the person notices, and what a false alarm costs; default: layers/skin-augmented
-    #[arg(long, conflicts_with_all = ["paper", "schemes", "all", "report"])]
+    #[arg(long, conflicts_with_all = ["schemes", "all", "report"])]
     strategies: bool,
     /// With --strategies: the persons, or groups of people of which each patient has another member
     ///
@@ -95,31 +91,49 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     let scenarios = args.changes.load(&paths)?;
     let warnings = Warnings::new(&args.output);
     warnings.print(&seeds_without_effect(&scenarios, args.seeds.unwrap_or(1)));
-    let study = args.seeds.map(|seeds| over_seeds(args, &scenarios, seeds)).transpose()?;
+    let seeds = args.seeds.map(|seeds| over_seeds(args, &scenarios, seeds)).transpose()?;
     let comparison = Comparison::of(scenarios)?;
     let facts = if is_paper_pair { paper_facts(&comparison) } else { None };
-    let json = comparison_json(&comparison, facts.as_deref(), study.as_ref());
-    let folder = args.output.folder();
-    write(&folder, &comparison, &json)?;
-    if let Some(study) = &study {
-        folder.write("seeds.csv", seeds_csv(study).as_bytes())?;
-    }
-    if args.report {
-        let line = (is_paper_pair && !names_files(args)).then(|| command(args));
-        let html = comparison_html(&comparison, facts.as_deref(), study.as_ref(), line)?;
-        folder.write(report::FILE, html.as_bytes())?;
-    }
-    warnings.print(&comparison.warnings());
-    if args.output.json {
-        terminal::print(&json)?;
-    } else if !args.output.quiet {
-        terminal::draw(|| runs_chart(&comparison.runs))?;
-        terminal::print(&text(args, &comparison, facts.as_deref(), study.as_ref()))?;
-        if args.report {
-            report::print_path(&folder)?;
-        }
-    }
+    let told = ComparisonReport { comparison: &comparison, facts: facts.as_deref(), seeds: seeds.as_ref() };
+    let is_shipped = is_paper_pair && !names_files(args);
+    finish(args, &told, is_shipped, &warnings)?;
     warnings.finish()
+}
+
+/// Writes, draws and prints a comparison.
+fn finish(
+    args: &CompareArgs,
+    told: &ComparisonReport<'_>,
+    is_shipped: bool,
+    warnings: &Warnings,
+) -> Result<(), CliError> {
+    let runs = &told.comparison.runs;
+    let folder = args.output.folder();
+    let document = told.document();
+    let animation = Animation::of(&runs.iter().collect::<Vec<_>>());
+    run::write_runs(&folder, runs)?;
+    if let Some(animation) = &animation {
+        folder.write("animation.png", &animation.png().map_err(PictureError::from)?)?;
+    }
+    warnings.print(&told.comparison.warnings());
+    if !args.output.json && !args.output.quiet {
+        terminal::draw(|| runs_chart(runs))?;
+    }
+    let again = || Again {
+        command: "trocar compare",
+        files: runs.iter().map(|run| (format!("{}.toml", run.scenario.name), run.scenario.echo())).collect(),
+        line: if is_shipped { command(args) } else { command_of_files(args, runs) },
+        animation,
+    };
+    Finish { output: &args.output, folder, all: args.all, report: args.report.then(again) }.document(&document)
+}
+
+/// Returns the command that reproduces the comparison of files that a report names.
+fn command_of_files(args: &CompareArgs, runs: &[Run]) -> String {
+    let files = runs.iter().map(|run| format!("{}.toml", run.scenario.name));
+    let seeds = args.seeds.map(|seeds| ["--seeds".to_owned(), seeds.to_string()]);
+    let flags = seeds.into_iter().flatten().chain(["--report".to_owned()]);
+    command_line(["compare".to_owned()].into_iter().chain(files).chain(flags))
 }
 
 /// Compares one scenario with every passivity scheme.
@@ -132,30 +146,8 @@ fn run_schemes(args: &CompareArgs) -> Result<(), CliError> {
     let scenarios: Vec<Scenario> = study.comparison.runs.iter().map(|run| run.scenario.clone()).collect();
     warnings.print(&seeds_without_effect(&scenarios, args.seeds.unwrap_or(1)));
     let seeds = args.seeds.map(|seeds| over_seeds(args, &scenarios, seeds)).transpose()?;
-    let json = schemes_json(&study, seeds.as_ref());
-    let folder = args.output.folder();
-    write(&folder, &study.comparison, &json)?;
-    if let Some(seeds) = &seeds {
-        folder.write("seeds.csv", seeds_csv(seeds).as_bytes())?;
-    }
-    if args.report {
-        let html = comparison_html(&study.comparison, None, seeds.as_ref(), None)?;
-        folder.write(report::FILE, html.as_bytes())?;
-    }
-    warnings.print(&study.comparison.warnings());
-    if args.output.json {
-        terminal::print(&json)?;
-    } else if !args.output.quiet {
-        let mut text = schemes_text(&study);
-        if let Some(seeds) = &seeds {
-            text.push_str(&format!("\n{}", seeds_text(seeds)));
-        }
-        text.push_str(&figures(&folder));
-        terminal::print(&text)?;
-        if args.report {
-            report::print_path(&folder)?;
-        }
-    }
+    let told = ComparisonReport { comparison: &study.comparison, facts: None, seeds: seeds.as_ref() };
+    finish(args, &told, false, &warnings)?;
     warnings.finish()
 }
 
@@ -214,44 +206,4 @@ fn over_seeds(args: &CompareArgs, scenarios: &[Scenario], seeds: u64) -> Result<
     let study = SeedStudy::of(scenarios, seeds, || bar.inc(1));
     bar.finish_and_clear();
     Ok(study?)
-}
-
-fn write(folder: &Folder, comparison: &Comparison, json: &str) -> Result<(), CliError> {
-    let files = || -> Result<(), CliError> {
-        folder.write("comparison.json", json.as_bytes())?;
-        folder.write("comparison.csv", comparison_csv(comparison).as_bytes())?;
-        run::write_runs(folder, &comparison.runs)
-    };
-    let (files, pictures) = rayon::join(files, || comparison_pictures(folder, &comparison.runs));
-    files?;
-    pictures?;
-    Ok(())
-}
-
-fn text(args: &CompareArgs, comparison: &Comparison, facts: Option<&[Fact]>, study: Option<&SeedStudy>) -> String {
-    let mut text = if args.all {
-        format!("{}\n{}", all_metrics_text(comparison), finding_text(comparison))
-    } else {
-        comparison_text(comparison)
-    };
-    if let Some(study) = study {
-        text.push_str(&format!("\n{}", seeds_text(study)));
-    }
-    text.push_str(&match facts {
-        _ if !args.paper => String::new(),
-        Some(facts) => format!("\n{}", facts_text(facts)),
-        None if args.scenarios.is_empty() => {
-            "\nThe statements of the paper need a pair of runs with two ruptures and an event.\n".into()
-        }
-        None => "\nThe statements of the paper are about the shipped pair: trocar compare --paper\n".into(),
-    });
-    text.push_str(&figures(&args.output.folder()));
-    text
-}
-
-/// Returns the lines that name the files.
-fn figures(folder: &Folder) -> String {
-    let out = folder.path().display();
-    let [comparison, overlay] = ["comparison", "overlay"].map(|name| folder.figures().shown(name));
-    format!("\nfigures: {out}/{comparison}, {out}/{overlay}; all files: {out}\n")
 }

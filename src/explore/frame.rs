@@ -14,12 +14,12 @@ use super::pair::{Pair, SCHEMES};
 use super::protocol::{Show, ShownTime};
 use super::state::StateError;
 use trocar_document::Figure;
+use trocar_figures as figures;
 use trocar_figures::FigureError;
 use trocar_metrics::Outcome;
 use trocar_report::draw::FigureWidth;
 use trocar_report::draw::{FigureFormat, file};
 use trocar_report::{Animation, PictureError};
-use trocar_figures as figures;
 use trocar_studies::compare::{NoiseCheck, answer_of_schemes, rows};
 use trocar_studies::run::Run;
 

@@ -5,7 +5,7 @@
 mod tables;
 
 use trocar::estimation::{AnyEstimator, Estimate, Estimator, Forgetting, FrictionShape, Parameters, RlsSettings};
-use trocar::report::{summary_json, write_trace_csv};
+use trocar::report::write_trace_csv;
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
 
@@ -174,7 +174,7 @@ fn files_show_what_is_estimated_besides() {
         let csv = String::from_utf8(csv).expect("text");
         let widths: Vec<usize> = csv.lines().map(|line| line.split(',').count()).collect();
         assert!(widths.len() > 1000 && widths.iter().all(|width| *width == widths[0]), "{parameters}");
-        let summary: serde_json::Value = serde_json::from_str(&summary_json(&run)).expect("JSON");
+        let summary: serde_json::Value = run.summary();
         (csv.lines().next().expect("a header").to_owned(), summary["further_estimate"].clone())
     };
     let (plain, none) = columns("stiffness-and-damping");

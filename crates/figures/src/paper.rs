@@ -14,14 +14,19 @@ use trocar_document::figure::{
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
 pub fn force<'a>(run: &RunView<'a>) -> Result<Figure<'a>, FigureError> {
     let range = extent(run.tissue_force_n.iter().copied()).unwrap_or((0.0, 1.0));
-    over_time(run, Axis::padded(range, Y_TICKS), "Force (N)", run.tissue_force_n, TISSUE)
+    over_time(run, Axis::padded(range, Y_TICKS), "Force (N)", run.tissue_force_n.into(), TISSUE)
 }
 
 /// Draws a distance in N² of a run over time, with its ruptures.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
-pub fn distance<'a>(run: &RunView<'a>, caption: &str, distance_n2: &'a [f64]) -> Result<Figure<'a>, FigureError> {
+pub fn distance<'a>(
+    run: &RunView<'a>,
+    caption: &str,
+    distance_n2: impl Into<Cow<'a, [f64]>>,
+) -> Result<Figure<'a>, FigureError> {
+    let distance_n2 = distance_n2.into();
     let max = extent(distance_n2.iter().copied()).map_or(0.0, |range| range.1);
     over_time(run, Axis::from_zero(max, Y_TICKS), caption, distance_n2, COMPUTED)
 }

@@ -5,11 +5,11 @@ use std::io::{self, Write};
 
 use super::Table;
 use super::columns::ColumnFormat;
-use super::roc::of_unit;
 use super::document::quoted;
-use trocar_document::shortest;
+use super::roc::of_unit;
 use super::wrap::wrapped;
 use trocar_detect::{Detection, DetectionReport, PhaseStatistics, Scores};
+use trocar_document::shortest;
 use trocar_document::{counted, plain, show, significant};
 use trocar_engine::engine::{ColumnValues, TRUST_COLUMNS};
 use trocar_figures::STANDARD_ERRORS;

@@ -21,9 +21,9 @@ mod signals;
 mod strategies;
 mod sweep;
 mod table;
-mod trace;
 mod terminal;
 mod terminal_chart;
+mod trace;
 mod wrap;
 
 pub use animation::{Animation, DrawnTissue, Layer, LiveDrawing, LiveMoment};
@@ -37,17 +37,14 @@ pub use json::{detection_object, to_json};
 pub use link::{side_object, side_text};
 pub use live::live_text;
 pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
-pub use pictures::{
-    PictureError, comparison_pictures, detection_pictures, detections_pictures, live_signals, run_pictures, run_png,
-    teleoperation_axes,
-};
+pub use pictures::{PictureError, detection_pictures, detections_pictures, teleoperation_axes};
 pub use roc::{roc_csv, roc_json, roc_picture, roc_text};
 pub use schemes::schemes_text;
 pub use signals::{signals_object, signals_text};
 pub use strategies::{strategies_csv, strategies_json, strategies_picture, strategies_text};
 pub use sweep::{sweep_json, sweep_pictures, sweep_summary_csv, sweep_text, write_sweep_csv, write_sweep_parquet};
 pub use table::Table;
-pub use trace::{write_trace, write_trace_columns, write_trace_csv};
 pub use terminal::document_text;
 pub use terminal_chart::runs_chart;
+pub use trace::{write_trace, write_trace_columns, write_trace_csv};
 pub use wrap::{WIDTH, filled, wrapped};

@@ -1,19 +1,15 @@
 //! The figures of a run, a comparison and a detection, and their files.
 
-use std::ops::Range;
-use std::sync::OnceLock;
-
 use rayon::prelude::*;
 use serde_json::Value as Json;
 use thiserror::Error;
 
-use super::{Animation, Folder, OutputError};
-use crate::draw::{DrawError, FigureFormat, FigureWidth, file};
+use super::{Folder, OutputError};
+use crate::draw::{DrawError, file};
 use trocar_detect::{Detection, DetectionReport};
 use trocar_document::Figure;
 use trocar_engine::engine::TrustColumns;
-use trocar_figures::{self as figures, EnergyView, EstimationView, FigureError, RunView, TimelineRow};
-use trocar_studies::run::Run;
+use trocar_figures::{self as figures, EstimationView, FigureError, RunView, TimelineRow};
 
 /// The error of drawing or writing figures.
 #[derive(Debug, Error)]
@@ -106,8 +102,10 @@ fn shown_unit(unit: &'static str) -> &'static str {
 }
 
 fn estimation_jobs<'a>(view: EstimationView<'a>) -> Vec<Job<'a>> {
-    let job =
-        |(name, draw): (&'static str, figures::DrawEstimation)| -> Job<'a> { (name, Box::new(move || draw(&view))) };
+    let job = |(name, describe): (&'static str, figures::DrawEstimation)| -> Job<'a> {
+        let view = view.clone();
+        (name, Box::new(move || describe(&view)))
+    };
     figures::ESTIMATION_FIGURES.map(job).into()
 }
 

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
-use super::pictures::{PictureError, keep};
 use super::document::quoted;
-use trocar_document::shortest;
+use super::pictures::{PictureError, keep};
 use super::wrap::wrapped;
 use super::{Folder, Table};
+use trocar_document::shortest;
 use trocar_document::{counted, plain, show, significant};
 use trocar_figures::{self as figures, CharacteristicView};
 use trocar_metrics::Unit;

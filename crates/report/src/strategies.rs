@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use serde_json::json;
 
 use super::pictures::{PictureError, keep};
-use trocar_document::shortest;
 use super::wrap::wrapped;
 use super::{Folder, Table};
+use trocar_document::shortest;
 use trocar_document::{counted, show, significant};
 use trocar_figures::{StrategyView, strategies as strategies_figure};
 use trocar_metrics::Unit;

@@ -7,9 +7,9 @@ use clap::Args;
 
 use crate::cli::error::{CliError, LinkError};
 use crate::cli::{terminal, warnings};
+use trocar_document::Study as _;
 use trocar_engine::engine::Trace;
 use trocar_link::{Difference, Direction, Role, delays_csv, first_difference, read_direction};
-use trocar_document::Study as _;
 use trocar_report::{Folder, document_text};
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::run as run_scenario;

@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 use super::file;
 use super::tests::{Texts, svg};
 use super::*;
-use crate::pictures::energies;
 use nalgebra::DMatrix;
 use trocar_document::figure::Shade;
 use trocar_figures::*;
@@ -157,7 +156,7 @@ fn all<'a>(a: &'a Record, b: &'a Record) -> Vec<(&'static str, Result<Figure<'a>
         ("comparison", comparison(&runs, None)),
         ("comparison-record", comparison(&runs, Some((0.0, 16.0)))),
         ("comparison-one", comparison(&runs[1..], None)),
-        ("comparison-four", comparison(&[runs[0], runs[1], runs[0], runs[1]], None)),
+        ("comparison-four", comparison(&[&runs[..], &runs[..]].concat(), None)),
         ("overlay", overlay(&runs, None)),
         ("overlay-record", overlay(&runs, Some((0.0, 16.0)))),
         ("estimation", estimation(&view)),
@@ -273,7 +272,7 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
     let with_tank = run(with_tank).expect("runs");
     each("principle", principle());
     let figures = [
-        ("energy", energy(&energies(&with_tank))),
+        ("energy", energy(&with_tank.energies())),
         ("ports", ports("classical", &port_points)),
         ("loop", loop_response("classical", &response)),
         ("switching", switching("augmented", &dwells, 1e-3)),

@@ -159,7 +159,11 @@ pub fn detections_html(entries: &[DetectionEntry], line: &str) -> Result<String,
 
 fn reproduction(line: &str) -> Section {
     let note = "Run this command in the folder of the recordings.".to_owned();
-    Section { id: "again".into(), title: "Reproduce".into(), blocks: vec![Block::Command { line: line.to_owned(), note }] }
+    Section {
+        id: "again".into(),
+        title: "Reproduce".into(),
+        blocks: vec![Block::Command { line: line.to_owned(), note }],
+    }
 }
 
 /// Returns the phases, ruptures and alarms of a recording. The first sample is at `start_s`.

@@ -1,7 +1,7 @@
 //! A document as a page.
 
-use crate::Animation;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
+use crate::Animation;
 use serde_json::Value as Json;
 use trocar_document::{Block as Part, Document, Shown, Table};
 
@@ -33,7 +33,11 @@ pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, H
     }
     let file = |(name, text): &(String, String)| Block::File { name: name.clone(), text: without_paths(text) };
     let title = if again.files.len() == 1 { "Scenario" } else { "Scenarios" };
-    sections.push(Section { id: "scenario".into(), title: title.into(), blocks: again.files.iter().map(file).collect() });
+    sections.push(Section {
+        id: "scenario".into(),
+        title: title.into(),
+        blocks: again.files.iter().map(file).collect(),
+    });
     let note = "Save the files above under their names, then run this command in the same folder.".to_owned();
     let commands = vec![Block::Command { line: again.line.clone(), note }];
     sections.push(Section { id: "again".into(), title: "Reproduce".into(), blocks: commands });

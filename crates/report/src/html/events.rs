@@ -2,13 +2,9 @@
 
 use serde::Serialize;
 
-use crate::Table;
 use trocar_document::figure::Shade;
 use trocar_document::figure::{Axis, X_TICKS};
-use trocar_document::{show, significant};
-use trocar_figures::modes;
-use trocar_metrics::{RuptureMetrics, Unit};
-use trocar_studies::run::Run;
+use trocar_document::significant;
 
 /// Maximum number of marks and of shades on the timeline.
 const MAX_MARKS: usize = 200;

@@ -64,7 +64,11 @@ pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
         sections.push(Section { id: "influences".into(), title: "Influences".into(), blocks });
     }
     if !findings.heat_maps.is_empty() {
-        sections.push(Section { id: "maps".into(), title: "Maps over two axes".into(), blocks: vec![Block::figures("maps")] });
+        sections.push(Section {
+            id: "maps".into(),
+            title: "Maps over two axes".into(),
+            blocks: vec![Block::figures("maps")],
+        });
     }
     if !drawn.figures["axes"].is_empty() {
         let shown = if drawing.cases < findings.cases {

@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::paper::{PAPER_VARIANCE_N2, PaperStudy};
-use super::{facts_table, Fact};
+use super::{Fact, facts_table};
 use trocar_document::{Document, Figure, Section, Shown, Study, Verdict};
 use trocar_figures::{self as figures, FigureError};
 
