@@ -20,7 +20,7 @@ use trocar_metrics::Outcome;
 use trocar_report::draw::FigureWidth;
 use trocar_report::draw::{FigureFormat, file};
 use trocar_report::{Animation, PictureError};
-use trocar_studies::compare::{NoiseCheck, answer_of_schemes, rows};
+use trocar_studies::compare::{NoiseCheck, rows, verdict_of_schemes};
 use trocar_studies::run::Run;
 
 /// Displayed time before and after the first rupture, in s.
@@ -62,7 +62,7 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
         id: show.id,
         figure,
         whole_s,
-        answer: answer_of_schemes(classical, augmented),
+        answer: verdict_of_schemes(classical, augmented).text(),
         animation,
         runs: pair.runs.iter().map(description).collect(),
         table: table(&pair.runs, noise),

@@ -2,9 +2,9 @@
 
 use serde_json::{Value as Json, json};
 
-use super::{Comparison, Fact, Row, SeedStudy, Spread, answer, finding, rows};
+use super::{Comparison, Fact, Row, SeedStudy, Spread, rows, verdict};
 use crate::run::{REDUCED, Run, about, outcome, seeds_without_effect, windows};
-use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, Verdict, show};
+use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, show};
 use trocar_figures as figures;
 use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Scope, Unit};
 
@@ -48,7 +48,7 @@ impl Study for ComparisonReport<'_> {
         let mut document = Document {
             name: "comparison",
             title,
-            verdict: Verdict { sentences: vec![answer(&runs), finding(&runs)], left_out: vec![] },
+            verdict: verdict(&runs),
             warnings: self.warnings(),
             sections: self.sections(&runs),
             data: std::iter::once(columns(self.comparison)).chain(self.seeds.map(seed_columns)).collect(),

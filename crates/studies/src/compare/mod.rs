@@ -1,10 +1,9 @@
 //! Comparison of scenarios: the table of their metrics, their detection in noise, the passivity schemes and the
 //! strategies side by side, and the paper's facts.
 
-mod answer;
 mod document;
 mod facts;
-mod finding;
+
 mod noise;
 mod paper;
 mod paper_document;
@@ -13,12 +12,12 @@ mod seeds;
 mod sensitivity;
 mod strategies;
 mod table;
+mod verdict;
 
-pub use answer::{answer, answer_of_schemes};
 pub use document::ComparisonReport;
 pub(crate) use document::{events_table, facts_table, metric_tables};
 pub use facts::{Fact, paper_facts};
-pub use finding::finding;
+
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
 pub use paper::{FIGURES, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperStudy, QuietStretch};
 pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
@@ -29,6 +28,7 @@ pub use strategies::{
     StrategyRow, StrategyStudy, Verdict, WINDOWS_S,
 };
 pub use table::{Row, rows};
+pub use verdict::{verdict, verdict_of_schemes};
 
 use serde::Serialize;
 

@@ -3,9 +3,9 @@
 use serde_json::{Value as Json, json};
 
 use super::Run;
-use crate::compare::{answer, events_table, metric_tables};
+use crate::compare::{events_table, metric_tables, verdict};
 use trocar_detect::ExtraParameterEstimate;
-use trocar_document::{Document, Section, Shown, Study, TextFile, Verdict, Window, show, significant};
+use trocar_document::{Document, Section, Shown, Study, TextFile, Window, show, significant};
 use trocar_figures as figures;
 use trocar_metrics::{Outcome, RuptureMetrics, Unit};
 
@@ -21,10 +21,12 @@ const TELEOPERATION: &str = "teleoperation";
 
 impl Study for Run {
     fn document(&self) -> Document<'_> {
+        let mut verdict = verdict(&[self]);
+        verdict.sentences.insert(0, format!("{}.", state(self)));
         let mut document = Document {
             name: "summary",
             title: self.scenario.name.clone(),
-            verdict: Verdict { sentences: vec![format!("{}.", state(self)), answer(&[self])], left_out: vec![] },
+            verdict,
             warnings: self.warnings(),
             sections: sections(self),
             files: vec![TextFile { name: "scenario.toml".into(), text: self.scenario.echo() }],

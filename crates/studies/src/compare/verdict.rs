@@ -1,0 +1,372 @@
+//! What runs show, in sentences that are computed from their metrics. Every surface shows these sentences.
+
+use crate::run::{Run, outcome};
+use trocar_document::{Verdict, counted, decimals};
+use trocar_metrics::{HORIZON_S, Outcome, RuptureMetrics, TRAVEL_S};
+
+/// Maximum advance of a held needle after a rupture, in m: the paper's slave is "frozen" (5.1), and the comparison with the paper
+/// requires the same limit.
+const HELD_M: f64 = 1e-4;
+
+/// Distances that differ by less than this share of the larger one are about the same.
+const SAME_SHARE: f64 = 0.05;
+
+/// Maximum number of listed distances. For more ruptures, the maximum is told.
+const MAX_LISTED: usize = 3;
+
+/// Maximum number of runs with a number each. For more runs, the smallest and the largest are told.
+const MAX_RUNS: usize = 3;
+
+/// Returns what runs show.
+#[must_use]
+pub fn verdict(runs: &[&Run]) -> Verdict {
+    match runs {
+        [classical, augmented] if differ_in_augmentation(classical, augmented) => {
+            verdict_of_schemes(classical, augmented)
+        }
+        [_] => told(runs, &[String::new()]),
+        _ => told(runs, &runs.iter().map(|run| format!(" in {}", run.scenario.name)).collect::<Vec<_>>()),
+    }
+}
+
+/// Returns what a classical and an augmented run of the same scenario show.
+#[must_use]
+pub fn verdict_of_schemes(classical: &Run, augmented: &Run) -> Verdict {
+    told(&[classical, augmented], &[" without augmentation".to_owned(), " with it".to_owned()])
+}
+
+/// Returns whether the second run is the first one with augmentation.
+fn differ_in_augmentation(first: &Run, second: &Run) -> bool {
+    let other_keys = |run: &Run| -> Option<toml::Table> {
+        let mut table: toml::Table = run.scenario.echo().parse().ok()?;
+        table.remove("name");
+        table.remove("augmentation");
+        Some(table)
+    };
+    !first.scenario.augmentation.enabled
+        && second.scenario.augmentation.enabled
+        && other_keys(first) == other_keys(second)
+}
+
+fn told(runs: &[&Run], whose: &[String]) -> Verdict {
+    let mut sentences: Vec<String> = diverged(runs).into_iter().collect();
+    if sentences.is_empty() {
+        if runs.iter().all(|run| run.metrics.ruptures.is_empty()) {
+            sentences.push(format!("No layer ruptures, and {}.", false_alarms(runs)));
+        } else {
+            sentences.extend(other_counts(runs));
+            sentences.extend(jump(runs, whose));
+            sentences.extend(later(runs, whose));
+            sentences.extend(noticed(runs, whose));
+            sentences.push(detection(runs, whose));
+        }
+        sentences.extend(swings(runs));
+    }
+    Verdict { sentences, left_out: vec![] }
+}
+
+fn diverged(runs: &[&Run]) -> Option<String> {
+    let of = |run: &&Run| match run.metrics.outcome {
+        Outcome::Completed | Outcome::Oscillating { .. } => None,
+        Outcome::Diverged { time_s } => Some(format!("{} diverges at {time_s} s", run.scenario.name)),
+    };
+    let diverged: Vec<String> = runs.iter().filter_map(of).collect();
+    let whose = if diverged.len() == 1 { "its" } else { "their" };
+    (!diverged.is_empty()).then(|| format!("{}: {whose} metrics cover the time before.", joined(&diverged)))
+}
+
+fn swings(runs: &[&Run]) -> Option<String> {
+    let unstable = runs.iter().filter(|run| matches!(run.metrics.outcome, Outcome::Oscillating { .. }));
+    let unstable: Vec<String> = unstable.map(|run| outcome(run)).collect();
+    (!unstable.is_empty()).then(|| format!("Unstable: {}.", unstable.join("; ")))
+}
+
+/// Tells that the runs have different numbers of ruptures: the numbers after them are those of the ruptures that all runs have.
+fn other_counts(runs: &[&Run]) -> Option<String> {
+    let counts: Vec<usize> = runs.iter().map(|run| run.metrics.ruptures.len()).collect();
+    if counts.iter().all(|count| *count == counts[0]) {
+        return None;
+    }
+    let of = |(run, count): (&&Run, &usize)| {
+        let ruptures = if *count == 0 { "no rupture".to_owned() } else { counted(*count as u64, "rupture") };
+        format!("{} has {ruptures}", run.scenario.name)
+    };
+    Some(format!("{}.", joined(&runs.iter().zip(&counts).map(of).collect::<Vec<_>>())))
+}
+
+/// The distances of one run: whose they are, and a number in m for each of the first ruptures.
+type OfRun<'a> = (&'a str, Vec<f64>);
+
+/// A distance after each of the first ruptures, by run. Runs without ruptures are left out; the others have the same ruptures.
+struct Distances<'a> {
+    runs: Vec<OfRun<'a>>,
+    /// Whether no run has further ruptures.
+    are_all: bool,
+}
+
+impl<'a> Distances<'a> {
+    /// Only the last ruptures of a run can be without a distance, near its end. `None` if a run has none.
+    fn of(runs: &[&Run], whose: &'a [String], read: fn(&RuptureMetrics) -> Option<f64>) -> Option<Self> {
+        let of_run = |(run, whose): (&&Run, &'a String)| {
+            let ruptures = &run.metrics.ruptures;
+            let distances_m: Vec<f64> = ruptures.iter().map_while(read).collect();
+            (!ruptures.is_empty()).then_some((whose.as_str(), distances_m))
+        };
+        let mut of_runs: Vec<OfRun<'_>> = runs.iter().zip(whose).filter_map(of_run).collect();
+        let count = of_runs.iter().map(|(_, distances_m)| distances_m.len()).min().filter(|count| *count > 0)?;
+        of_runs.iter_mut().for_each(|(_, distances_m)| distances_m.truncate(count));
+        let are_all = runs.iter().all(|run| [0, count].contains(&run.metrics.ruptures.len()));
+        Some(Self { runs: of_runs, are_all })
+    }
+
+    /// Returns the name of the ruptures.
+    fn ruptures(&self) -> String {
+        match (self.runs[0].1.len(), self.are_all) {
+            (1, true) => "the rupture".into(),
+            (2, true) => "both ruptures".into(),
+            (count, true) => format!("all {count} ruptures"),
+            (1, false) => "rupture 1".into(),
+            (2, false) => "ruptures 1 and 2".into(),
+            (count, false) => format!("ruptures 1 to {count}"),
+        }
+    }
+
+    /// Joins a phrase for each run, or returns one for all if they are the same within the tolerance.
+    fn each(&self, phrase: impl Fn(&[f64]) -> String) -> String {
+        let first = &self.runs[0].1;
+        let is_alike = |(_, other): &OfRun<'_>| first.iter().zip(other).all(|(a, b)| are_same(*a, *b));
+        if self.runs.len() > 1 && self.runs.iter().all(is_alike) {
+            let all = if self.runs.len() == 2 { "in both runs" } else { "in every run with a rupture" };
+            return format!("{} {all}", phrase(first));
+        }
+        let of_run = |(whose, distances_m): &OfRun<'_>| format!("{}{whose}", phrase(distances_m));
+        if self.runs.len() <= MAX_RUNS {
+            return joined(&self.runs.iter().map(of_run).collect::<Vec<_>>());
+        }
+        let max_m = |(_, distances_m): &OfRun<'_>| distances_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let mut sorted: Vec<&OfRun<'_>> = self.runs.iter().collect();
+        sorted.sort_by(|a, b| max_m(a).total_cmp(&max_m(b)));
+        format!("{} (the least) and {} (the most)", of_run(sorted[0]), of_run(sorted[sorted.len() - 1]))
+    }
+}
+
+/// Tells how far the slave advances before a person can react.
+fn jump(runs: &[&Run], whose: &[String]) -> Option<String> {
+    let distances = Distances::of(runs, whose, |rupture| rupture.slave_travel_m)?;
+    let phrase = |distances_m: &[f64]| match distances_m.iter().map(|metres| metres.abs()).fold(0.0, f64::max) {
+        most_m if most_m <= HELD_M => format!("stays within {}", millimetres(most_m)),
+        _ => format!("advances by {}", listed(distances_m)),
+    };
+    Some(format!("In the {TRAVEL_S} s after {} the slave {}.", distances.ruptures(), distances.each(phrase)))
+}
+
+/// Tells how far the needle goes beyond the intended motion, or where it is later if the intention is not known.
+fn later(runs: &[&Run], whose: &[String]) -> Option<String> {
+    let is_known = |run: &&Run| run.metrics.ruptures.iter().any(|rupture| rupture.excess_advance_m.is_some());
+    if runs.iter().filter(|run| !run.metrics.ruptures.is_empty()).all(is_known) {
+        let distances = Distances::of(runs, whose, |rupture| rupture.excess_advance_m)?;
+        let each = distances.each(|distances_m| format!("by {}", listed(distances_m)));
+        return Some(format!(
+            "Up to {HORIZON_S} s after {} it goes beyond the intended motion {each}.",
+            distances.ruptures()
+        ));
+    }
+    let distances = Distances::of(runs, whose, |rupture| rupture.horizon_advance_m)?;
+    let each = distances.each(|distances_m| format!("{} deeper than at the rupture", listed(distances_m)));
+    Some(format!("{HORIZON_S} s after {} it is {each}.", distances.ruptures()))
+}
+
+/// Tells how many ruptures the operators noticed, for the runs whose operators notice changes of the force.
+fn noticed(runs: &[&Run], whose: &[String]) -> Option<String> {
+    let of = |(run, whose): (&&Run, &String)| {
+        let noticed: Vec<u64> = run.metrics.ruptures.iter().filter_map(|rupture| rupture.noticed).collect();
+        let count = noticed.iter().sum::<u64>();
+        (!noticed.is_empty()).then(|| format!("{count} of {}{whose}", counted(noticed.len() as u64, "rupture")))
+    };
+    let each: Vec<String> = runs.iter().zip(whose).filter_map(of).collect();
+    (!each.is_empty()).then(|| format!("The operator notices {}.", joined(&each)))
+}
+
+/// Tells which ruptures are detected, which are missed and why, and which alarms are false.
+fn detection(runs: &[&Run], whose: &[String]) -> String {
+    let ruptures = || runs.iter().flat_map(|run| &run.metrics.ruptures);
+    let delays_s: Vec<f64> = ruptures().filter_map(|rupture| rupture.detection_delay_s).collect();
+    if delays_s.len() == ruptures().count() {
+        let max_ms = three_digits(1e3 * delays_s.into_iter().fold(0.0, f64::max));
+        let who = match runs.len() {
+            1 => "The run detects",
+            2 => "Both runs detect",
+            _ => "All runs detect",
+        };
+        let alarms = match runs.iter().all(|run| run.metrics.false_alarms == 0) {
+            true => "with no missed rupture and no false alarm".to_owned(),
+            false => format!("with no missed rupture; {}", false_alarms(runs)),
+        };
+        return format!("{who} every rupture within {max_ms} ms, {alarms}.");
+    }
+    let clause = |(run, whose): (&&Run, &String)| {
+        let metrics = &run.metrics;
+        let total = counted(metrics.ruptures.len() as u64, "rupture");
+        let reason = metrics.ruptures.iter().find_map(|rupture| rupture.miss.as_ref());
+        let because = reason.map_or(String::new(), |miss| format!(" ({})", miss.reason));
+        let is_missed = if metrics.missed_ruptures == 1 { "is" } else { "are" };
+        let missed = format!("{} of {total} {is_missed} missed{whose}{because}", metrics.missed_ruptures);
+        let undecided = counted(metrics.undecided_ruptures, "rupture");
+        let undecided = format!("{} ends too soon to decide on {undecided}", run.scenario.name);
+        let missed = (metrics.missed_ruptures > 0).then_some(missed);
+        missed.into_iter().chain((metrics.undecided_ruptures > 0).then_some(undecided)).collect::<Vec<_>>()
+    };
+    let clauses: Vec<String> = runs.iter().zip(whose).flat_map(clause).collect();
+    format!("{}; {}.", clauses.join("; "), false_alarms(runs))
+}
+
+fn false_alarms(runs: &[&Run]) -> String {
+    let raises = runs
+        .iter()
+        .filter(|run| run.metrics.false_alarms > 0)
+        .map(|run| format!("{} raises {}", run.scenario.name, counted(run.metrics.false_alarms, "false alarm")));
+    let raises: Vec<String> = raises.collect();
+    if raises.is_empty() { "no alarm is false".into() } else { joined(&raises) }
+}
+
+/// Returns whether two distances are about the same, or are shown as the same.
+fn are_same(a_m: f64, b_m: f64) -> bool {
+    (a_m - b_m).abs() < SAME_SHARE * a_m.abs().max(b_m.abs()) || millimetres(a_m) == millimetres(b_m)
+}
+
+/// Returns the distances, or the maximum of many.
+fn listed(distances_m: &[f64]) -> String {
+    match distances_m {
+        [others @ .., last] if distances_m.len() <= MAX_LISTED => {
+            let numbers: Vec<String> = others.iter().map(|metres| three_digits(1e3 * metres)).collect();
+            joined(&[numbers, vec![millimetres(*last)]].concat())
+        }
+        many => format!("at most {}", millimetres(many.iter().copied().fold(f64::NEG_INFINITY, f64::max))),
+    }
+}
+
+/// Joins texts with commas and "and".
+fn joined(texts: &[String]) -> String {
+    match texts {
+        [] => String::new(),
+        [one] => one.clone(),
+        [others @ .., last] => format!("{} and {last}", others.join(", ")),
+    }
+}
+
+fn millimetres(metres: f64) -> String {
+    format!("{} mm", three_digits(1e3 * metres))
+}
+
+/// Returns a number with three significant digits, at most four decimals and no zeros at its end.
+fn three_digits(value: f64) -> String {
+    if value < 0.0 {
+        return format!("-{}", three_digits(-value));
+    }
+    if value > 0.0 && value < 1e-4 {
+        return "below 0.0001".into();
+    }
+    let text = format!("{value:.*}", decimals(value, 3));
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::run;
+    use trocar_scenario::{Scenario, Source};
+
+    fn shipped(name: &str, settings: &[&str]) -> Run {
+        let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+        run(Scenario::load(&Source::parse(name), &settings).expect("a scenario")).expect("a run")
+    }
+
+    /// A run with ruptures that differ from its first one by the travel at 0.3 s and the excess advance, in mm.
+    fn with(run: &Run, name: &str, numbers_mm: &[[f64; 2]]) -> Run {
+        let mut run = run.clone();
+        let rupture = run.metrics.ruptures[0].clone();
+        run.scenario.name = name.into();
+        let of = |[travel, excess]: &[f64; 2]| RuptureMetrics {
+            slave_travel_m: Some(1e-3 * travel),
+            excess_advance_m: Some(1e-3 * excess),
+            ..rupture.clone()
+        };
+        run.metrics.ruptures = numbers_mm.iter().map(of).collect();
+        run
+    }
+
+    #[test]
+    fn the_pair_of_the_paper_is_told_with_the_numbers_of_its_metrics() {
+        let (classical, augmented) = (shipped("paper/classical", &[]), shipped("paper/augmented", &[]));
+        let of = |run: &Run, read: fn(&RuptureMetrics) -> Option<f64>| {
+            run.metrics.ruptures.iter().filter_map(read).map(|metres| three_digits(1e3 * metres)).collect::<Vec<_>>()
+        };
+        let travels = of(&classical, |rupture| rupture.slave_travel_m);
+        let later = of(&classical, |rupture| rupture.horizon_advance_m);
+        let most_mm =
+            augmented.metrics.ruptures.iter().filter_map(|rupture| rupture.slave_travel_m).fold(0.0, f64::max) * 1e3;
+        assert_eq!(
+            verdict(&[&classical, &augmented]).text(),
+            format!(
+                "In the 0.3 s after both ruptures the slave advances by {} and {} mm without augmentation and stays within {} mm with \
+                 it. 2 s after both ruptures it is {} and {} mm deeper than at the rupture in both runs. Both runs detect every rupture \
+                 within 8 ms, with no missed rupture and no false alarm.",
+                travels[0],
+                travels[1],
+                three_digits(most_mm),
+                later[0],
+                later[1]
+            )
+        );
+        assert!(
+            travels[0].starts_with("8.9") || travels[0].starts_with('9'),
+            "the paper's slave advances by 9 mm: {travels:?}"
+        );
+    }
+
+    #[test]
+    fn numbers_of_other_runs_have_the_names_of_the_runs() {
+        let run = shipped("paper/classical", &[]);
+        let (one, two) = (with(&run, "one", &[[5.0, 3.0]]), with(&run, "two", &[[2.0, 0.0]]));
+        let text = verdict(&[&one, &two]).text();
+        assert!(
+            text.starts_with(
+                "In the 0.3 s after the rupture the slave advances by 5 mm in one and advances by 2 mm in two."
+            ),
+            "{text}"
+        );
+        assert!(text.contains("it goes beyond the intended motion by 3 mm in one and by 0 mm in two."), "{text}");
+        let more = with(&run, "more", &[[5.0, 3.0], [5.0, 3.0]]);
+        let text = verdict(&[&one, &more]).text();
+        assert!(text.starts_with("one has 1 rupture and more has 2 ruptures. In the 0.3 s after rupture 1 the slave advances by 5 mm in both runs."), "{text}");
+        let many: Vec<Run> = (0..4).map(|k| with(&run, &format!("r{k}"), &[[1.0 + f64::from(k), 0.0]])).collect();
+        let text = verdict(&many.iter().collect::<Vec<_>>()).text();
+        assert!(text.contains("advances by 1 mm in r0 (the least) and advances by 4 mm in r3 (the most)"), "{text}");
+        let four = with(&run, "four", &[[1.0, 0.0], [2.0, 0.0], [7.0, 0.0], [3.0, 0.0]]);
+        let text = verdict(&[&four]).text();
+        assert!(text.starts_with("In the 0.3 s after all 4 ruptures the slave advances by at most 7 mm."), "{text}");
+    }
+
+    #[test]
+    fn what_did_not_happen_is_not_praised() {
+        let missed = verdict(&[&shipped("paper/augmented", &["detector.threshold=100"])]).text();
+        assert!(missed.contains("2 of 2 ruptures are missed (below the threshold: g reached "), "{missed}");
+        assert!(missed.ends_with("; no alarm is false."), "{missed}");
+        let wall = verdict(&[&shipped("passivity/late-wall", &[])]).text();
+        assert!(
+            wall.starts_with("No layer ruptures") && wall.contains("Unstable: late-wall: oscillating, by "),
+            "{wall}"
+        );
+        let mut run = shipped("paper/classical", &[]);
+        run.metrics.false_alarms = 3;
+        assert!(verdict(&[&run]).text().ends_with("with no missed rupture; classical raises 3 false alarms."));
+        run.metrics.outcome = Outcome::Diverged { time_s: 1.5 };
+        assert_eq!(verdict(&[&run]).text(), "classical diverges at 1.5 s: its metrics cover the time before.");
+    }
+
+    #[test]
+    fn distances_have_three_digits() {
+        let shown = [0.0, 8.954e-3, 1.1e-2, 1e-8, -2.5e-4].map(millimetres);
+        assert_eq!(shown, ["0 mm", "8.95 mm", "11 mm", "below 0.0001 mm", "-0.25 mm"]);
+    }
+}
