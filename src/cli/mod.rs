@@ -15,6 +15,7 @@ mod init;
 mod interrupt;
 mod link;
 mod manual;
+mod moved;
 mod paper;
 mod progress;
 mod quantity;
@@ -25,6 +26,7 @@ mod roc;
 mod run;
 mod scenarios;
 mod stability;
+mod strategies;
 mod sweep;
 mod terminal;
 mod warnings;
@@ -71,9 +73,15 @@ enum Command {
     Run(run::RunArgs),
     /// Compare scenarios; without arguments, the shipped classical and augmented scenarios
     ///
-    /// Prints the main metrics side by side, and a sentence that says what the comparison shows. Each scenario also runs with 0.025 N
+    /// Prints what the comparison shows, and the main metrics side by side. Each scenario also runs with 0.025 N
     /// of added noise, with its own detector and with the derivative detector of the paper: --all prints these metrics too.
     Compare(compare::CompareArgs),
+    /// Compare the strategies against a rupture, or the passivity schemes of the link, on one scenario
+    ///
+    /// Every strategy runs for every patient, person and seed: the excess advance, what the person notices, and what a false alarm
+    /// costs. A strategy on the Pareto front has a star. With --schemes, the scenario runs without a passivity scheme and with each:
+    /// force, position, energy, felt impedance, overshoot.
+    Strategies(strategies::StrategiesArgs),
     /// Explore a scenario in the browser, with a new simulation at every change of a slider
     ///
     /// The page shows classical and augmented teleoperation side by side: positions, forces, decision function and modes; sliders and
@@ -124,12 +132,6 @@ enum Command {
     /// A sweep uses all processors and constant memory, and can run in parts on many machines. After an interruption, the same command
     /// continues it.
     Sweep(Box<sweep::SweepArgs>),
-    /// Write the in-vivo-like recording, or a variant with another seed
-    ///
-    /// A synthetic insertion through two layers with the properties that the paper states for its recording: CSV with time_s,
-    /// position_m, velocity_m_per_s and force_n, at 1 kHz, forces positive when they resist insertion. The same seed gives the same
-    /// bytes; seed 1 is the shipped recording.
-    Record(record::RecordArgs),
     /// Write a scenario as a unit for other simulation programs (FMI)
     ///
     /// The unit is the whole simulation, with the person's position as input and the columns of the trace as outputs; or with --rig
@@ -154,6 +156,17 @@ enum Command {
     Explain(explain::ExplainArgs),
     /// List the shipped scenarios, each with the question that it answers, or print one
     Scenarios(scenarios::ScenariosArgs),
+    /// Reproduce the figures of the paper, each with the paper's facts
+    ///
+    /// Runs the shipped scenarios and draws figures 4 to 13, 15 and 16 by number. paper.html has all of them, with what the paper's
+    /// figure shows, what differs here and why, and the paper's statements beside the results.
+    Paper(paper::PaperArgs),
+    /// Write a commented starter scenario
+    ///
+    /// A starter is short, and valid as written. Uncomment a line `# key = value` to override the default; the value is the default, or
+    /// marked as an example.
+    /// Without a flag, the starter is --layers: a tissue of your own, which needs no other file.
+    Init(init::InitArgs),
     /// Print a JSON Schema of scenario files, for editors
     #[command(after_help = "Example:\n  trocar schema > trocar.schema.json")]
     Schema {
@@ -161,17 +174,12 @@ enum Command {
         #[arg(long)]
         sweep: bool,
     },
-    /// Write a commented starter scenario
+    /// Write the in-vivo-like recording, or a variant with another seed
     ///
-    /// A starter is short, and valid as written. Uncomment a line `# key = value` to override the default; the value is the default, or
-    /// marked as an example.
-    /// Without a flag, the starter is --layers: a tissue of your own, which needs no other file.
-    Init(init::InitArgs),
-    /// Reproduce the figures of the paper, each with the paper's facts
-    ///
-    /// Runs the shipped scenarios and draws figures 4 to 13, 15 and 16 by number. paper.html has all of them, with what the paper's
-    /// figure shows, what differs here and why, and the paper's statements beside the results.
-    Paper(paper::PaperArgs),
+    /// A synthetic insertion through two layers with the properties that the paper states for its recording: CSV with time_s,
+    /// position_m, velocity_m_per_s and force_n, at 1 kHz, forces positive when they resist insertion. The same seed gives the same
+    /// bytes; seed 1 is the shipped recording.
+    Record(record::RecordArgs),
     /// Print completions for a shell
     Completions(manual::CompletionsArgs),
     /// Print the manual page, or write the manual pages of all commands
@@ -256,6 +264,7 @@ pub fn main() -> ExitCode {
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Roc(args) => roc::run(&args),
         Command::Stability(args) => stability::run(&args),
+        Command::Strategies(args) => strategies::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Link(args) => link::run(&args),

@@ -39,7 +39,13 @@ pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {
     let document = study.document();
     let folder = Folder::new(&args.out).with_figures(args.figures.style());
     write_document(&folder, &document)?;
-    let again = Again { command: "trocar paper", files: vec![], line: command_line(["paper"]), animation: None };
+    let again = Again {
+        command: "trocar paper",
+        files: vec![],
+        line: command_line(["paper"]),
+        animation: None,
+        note: "The page is written by this command.",
+    };
     folder.write(PAGE, document_html(&document, &again)?.as_bytes())?;
     if !args.quiet {
         let (text, out) = (document_text(&document, false), args.out.display());

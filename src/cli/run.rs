@@ -55,6 +55,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
                 line: command_line(["run", &file, "--report"]),
                 files: vec![(file, run.scenario.echo())],
                 animation: Animation::of(&[&run]),
+                note: Again::SAVE,
             };
             written.write(report::FILE, document_html(&document, &again)?.as_bytes())?;
         }

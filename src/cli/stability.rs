@@ -136,6 +136,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         files: vec![(format!("{}.toml", scenario.name), scenario.echo())],
         line: command(args, &scenario.name),
         animation: None,
+        note: Again::SAVE,
     };
     let folder = args.output.folder().folder(&scenario.name);
     Finish { output: &args.output, folder: folder.clone(), all: false, report: args.report.then(again) }

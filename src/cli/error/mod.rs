@@ -45,17 +45,13 @@ pub(super) enum CliError {
         /// The file of the second, as given.
         second: String,
     },
-    /// The schemes of several scenarios, or of none.
-    #[error("--schemes compares the passivity schemes of one scenario; {given} are given")]
-    OneScenario {
-        /// Number of scenarios.
-        given: usize,
-    },
-    /// The strategies of several scenarios.
-    #[error("--strategies compares the strategies on one scenario or one sweep file; {given} are given")]
-    OneScenarioOfStrategies {
-        /// Number of scenarios.
-        given: usize,
+    /// A flag that another command has taken over.
+    #[error("{flag} of `trocar compare` is gone; use `{now}`")]
+    Moved {
+        /// The flag.
+        flag: &'static str,
+        /// The command, with its flag.
+        now: &'static str,
     },
     /// Flags of the synthetic insertion with other signals.
     #[error("--drop-n, --sharpness-s and --depth-m vary the synthetic insertion; remove them or the other signals")]
@@ -255,8 +251,7 @@ impl CliError {
             | Self::Setting(_)
             | Self::OnlySynthetic
             | Self::SameName { .. }
-            | Self::OneScenario { .. }
-            | Self::OneScenarioOfStrategies { .. }
+            | Self::Moved { .. }
             | Self::Roc(_)
             | Self::Axis { .. }
             | Self::Stability(StabilityError::Plant(_) | StabilityError::Parameter(_))

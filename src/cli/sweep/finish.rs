@@ -8,12 +8,13 @@ use crate::cli::error::CliError;
 use crate::cli::report as page;
 use crate::cli::warnings::Warnings;
 use trocar_base::warning::Warning;
-use trocar_report::html::{DrawnCases, SweepPage, sweep_html};
+use trocar_document::Study as _;
+use trocar_report::html::{Again, document_html};
 use trocar_report::{
-    Folder, OutputError, PictureError, WIDTH, filled, sweep_json, sweep_pictures, sweep_summary_csv, sweep_text,
-    write_sweep_csv, write_sweep_parquet,
+    Folder, OutputError, PictureError, WIDTH, document_text, filled, write_document, write_sweep_csv,
+    write_sweep_parquet,
 };
-use trocar_studies::sweep::{Design, Rows, SweepError, findings};
+use trocar_studies::sweep::{Design, DrawnCases, Rows, SweepError, SweepReport, findings};
 
 /// A complete sweep.
 pub(super) struct Whole<'a> {
@@ -54,15 +55,21 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
         let mut findings = findings(design, &rows)?;
         let found = findings.warnings.clone();
         findings.warnings.splice(0..0, printed);
-        folder.write("summary.csv", sweep_summary_csv(&findings).as_bytes())?;
-        folder.write("summary.json", sweep_json(design, hash, &findings).as_bytes())?;
-        folder.write("summary.txt", sweep_text(design, &findings).as_bytes())?;
+        let cases = line.is_some().then(|| DrawnCases::of(design, &rows)).transpose()?;
+        let told = SweepReport { design, hash, findings: &findings, cases: cases.as_ref() };
+        let document = told.document();
+        write_document(folder, &document)?;
+        folder.write("summary.txt", document_text(&document, false).as_bytes())?;
         if let Some(line) = &line {
-            let cases = DrawnCases::of(design, &rows)?;
-            let html = sweep_html(&SweepPage { design, findings: &findings, cases: &cases, canonical, line })?;
-            folder.write(page::FILE, html.as_bytes())?;
+            let again = Again {
+                command: "trocar sweep",
+                files: vec![(SWEEP.to_owned(), canonical.to_owned())],
+                note: "Run this command in the folder of the sweep's file. --case N prints case N as a scenario.",
+                line: line.clone(),
+                animation: None,
+            };
+            folder.write(page::FILE, document_html(&document, &again)?.as_bytes())?;
         }
-        sweep_pictures(folder, design, &findings)?;
         Ok(found)
     };
     let (tables, summary) = rayon::join(tables, summary);

@@ -1,9 +1,11 @@
 //! A document as a page.
 
+use super::command::command_line;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
 use crate::Animation;
 use serde_json::Value as Json;
 use trocar_document::{Block as Part, Document, Shown, Table};
+use trocar_studies::run::Run;
 
 /// Number of intervals of a line.
 const INTERVALS: usize = 1000;
@@ -14,10 +16,30 @@ pub struct Again {
     pub command: &'static str,
     /// The names and contents of the files that it needs.
     pub files: Vec<(String, String)>,
+    /// What is done before the command.
+    pub note: &'static str,
     /// The command that reproduces the page.
     pub line: String,
     /// The animation of the page.
     pub animation: Option<Animation>,
+}
+
+impl Again {
+    /// What is done before a command that reads the files of the page.
+    pub const SAVE: &'static str =
+        "Save the files above under their names, with their recordings, then run this command in the same folder.";
+
+    /// How runs of files with their names are done again, with a number of seeds.
+    #[must_use]
+    pub fn of_runs(command: &'static str, runs: &[Run], seeds: Option<u64>, animation: Option<Animation>) -> Self {
+        let files: Vec<_> =
+            runs.iter().map(|run| (format!("{}.toml", run.scenario.name), run.scenario.echo())).collect();
+        let names = files.iter().map(|(name, _)| name.clone());
+        let seeds = seeds.map(|seeds| ["--seeds".to_owned(), seeds.to_string()]);
+        let words = command.split_whitespace().skip(1).map(str::to_owned).chain(names);
+        let flags = seeds.into_iter().flatten().chain(["--report".to_owned()]);
+        Self { command, line: command_line(words.chain(flags)), files, animation, note: Self::SAVE }
+    }
 }
 
 /// Returns the page of a document.
@@ -38,8 +60,7 @@ pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, H
         title: title.into(),
         blocks: again.files.iter().map(file).collect(),
     });
-    let note = "Save the files above under their names, then run this command in the same folder.".to_owned();
-    let commands = vec![Block::Command { line: again.line.clone(), note }];
+    let commands = vec![Block::Command { line: again.line.clone(), note: again.note.to_owned() }];
     sections.push(Section { id: "again".into(), title: "Reproduce".into(), blocks: commands });
     let verdict = document.verdict.sentences.iter().chain(&document.verdict.left_out);
     Page {

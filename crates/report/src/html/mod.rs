@@ -5,16 +5,13 @@
 //! date and no path. The same results give the same bytes. All text from scenarios and recordings is escaped.
 
 pub mod assets;
-mod bars;
 mod command;
 mod detected;
 mod document;
 mod events;
 mod page;
-mod swept;
 
 pub use command::command_line;
 pub use detected::{DetectionPage, detection_html, detections_html};
 pub use document::{Again, document_html};
 pub use page::HtmlError;
-pub use swept::{DrawnCases, SweepPage, sweep_html};

@@ -13,7 +13,6 @@ use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use super::assets;
-use super::bars::Influence;
 use super::events::Timeline;
 use crate::{Animation, Table};
 use trocar_figures::FigureError;
@@ -85,7 +84,6 @@ pub(super) enum Block {
     Table { caption: String, head: Vec<String>, rows: Vec<Row>, is_text: bool },
     Figures { name: Cow<'static, str>, windows: Vec<Window> },
     Timeline(Timeline),
-    Influences { caption: String, rows: Vec<Influence> },
     File { name: String, text: String },
     Command { line: String, note: String },
 }

@@ -42,7 +42,14 @@ pub struct ComparisonReport<'a> {
 
 impl Study for ComparisonReport<'_> {
     fn document(&self) -> Document<'_> {
-        let runs: Vec<&Run> = self.comparison.runs.iter().collect();
+        self.into_document()
+    }
+}
+
+impl<'a> ComparisonReport<'a> {
+    /// The document, which borrows the runs alone.
+    pub(super) fn into_document(self) -> Document<'a> {
+        let runs: Vec<&'a Run> = self.comparison.runs.iter().collect();
         let names: Vec<&str> = runs.iter().map(|run| run.scenario.name.as_str()).collect();
         let title = if names.len() > MAX_NAMED { format!("{} scenarios", names.len()) } else { names.join(" and ") };
         let mut document = Document {
@@ -55,7 +62,7 @@ impl Study for ComparisonReport<'_> {
             json: self.json(),
             ..Document::default()
         };
-        let drawn: Vec<&Run> = runs.into_iter().filter(|run| !run.trace.is_empty()).collect();
+        let drawn: Vec<&'a Run> = runs.into_iter().filter(|run| !run.trace.is_empty()).collect();
         let views: Vec<_> = drawn.iter().map(|run| run.view()).collect();
         document.figure("comparison", figures::comparison(&views, None));
         document.figure("overlay", figures::overlay(&views, None));
@@ -64,9 +71,7 @@ impl Study for ComparisonReport<'_> {
         document.figure("signals", figures::signals(&signals, (0.0, ends_s.fold(0.0, f64::max))));
         document
     }
-}
 
-impl ComparisonReport<'_> {
     fn warnings(&self) -> Vec<trocar_base::warning::Warning> {
         let scenarios = self.comparison.runs.iter().map(|run| &run.scenario);
         let of_seeds = seeds_without_effect(scenarios, self.seeds.map_or(1, |study| study.seeds));

@@ -7,6 +7,7 @@ mod facts;
 mod noise;
 mod paper;
 mod paper_document;
+mod scheme_document;
 mod schemes;
 mod seeds;
 mod sensitivity;
@@ -20,6 +21,7 @@ pub use facts::{Fact, paper_facts};
 
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
 pub use paper::{FIGURES, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperStudy, QuietStretch};
+pub use scheme_document::SchemeReport;
 pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 pub use seeds::{MAX_SEEDS, SeedStudy, Spread, SpreadRow};
 pub use sensitivity::{Noticed, Sensitivity};

@@ -2,6 +2,7 @@
 //! costs.
 
 mod catalogue;
+mod document;
 mod people;
 mod windows;
 

@@ -1,13 +1,9 @@
-//! The page of a sweep.
+//! The cases of a sweep that its report draws.
 
-use super::bars::influences;
-use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
-use crate::sweep::{SUMMARY_HEADING, heading, heat_figure, summary_row};
-use serde_json::Value as Json;
-use trocar_document::readable;
+use super::{Axis, Column, Design, Levels, Rows, SweepError};
+use trocar_document::{Figure, readable};
 use trocar_figures::{self as figures, CasesView};
 use trocar_scenario::Value;
-use trocar_studies::sweep::{Axis, Column, Design, Findings, Levels, Rows, SweepError};
 
 /// Maximum number of drawn cases.
 const MAX_CASES: u64 = 2_000;
@@ -18,21 +14,6 @@ const MAX_CHARTS: usize = 16;
 /// Number of classes for medians over an axis that has no levels or too many.
 const CLASSES: usize = 20;
 
-/// A complete sweep.
-#[derive(Clone, Copy, Debug)]
-pub struct SweepPage<'a> {
-    /// The design of the sweep.
-    pub design: &'a Design,
-    /// The findings.
-    pub findings: &'a Findings,
-    /// The drawn cases.
-    pub cases: &'a DrawnCases,
-    /// All inputs of the sweep, as TOML.
-    pub canonical: &'a str,
-    /// The command that reproduces it.
-    pub line: &'a str,
-}
-
 /// The values of the axes and the metrics in focus, for the drawn cases.
 #[derive(Clone, Debug)]
 pub struct DrawnCases {
@@ -41,68 +22,6 @@ pub struct DrawnCases {
     /// Values by metric in focus and case.
     metrics: Vec<Vec<f64>>,
     cases: u64,
-}
-
-/// Returns the page of a sweep.
-///
-/// # Errors
-/// [`HtmlError`].
-pub fn sweep_html(page: &SweepPage<'_>) -> Result<String, HtmlError> {
-    let SweepPage { design, findings, cases: drawing, .. } = *page;
-    let mut drawn = Drawn::default();
-    let maps = findings.heat_maps.iter().map(|map| Ok(heat_figure(design, map)?.for_page(0)));
-    drawn.figures.insert("maps".into(), maps.collect::<Result<_, HtmlError>>()?);
-    drawn.figures.insert("axes".into(), charts(design, drawing));
-    let mut sections = vec![metrics(design, findings)];
-    if !design.axes.is_empty() {
-        let about = "The first-order Sobol index is the share of the metric's variance that the axis explains alone. The standardised \
-                     rank regression coefficient gives the direction of the influence, and R² the quality of the rank \
-                     regression. The remaining variance comes from noise and from interactions of axes. Axes that vary together (correlations) \
-                     share their influence: the index of each includes that of the others.";
-        let rows = influences(design, findings);
-        let blocks = vec![Block::text(about), Block::Influences { caption: "Influence of each axis".into(), rows }];
-        sections.push(Section { id: "influences".into(), title: "Influences".into(), blocks });
-    }
-    if !findings.heat_maps.is_empty() {
-        sections.push(Section {
-            id: "maps".into(),
-            title: "Maps over two axes".into(),
-            blocks: vec![Block::figures("maps")],
-        });
-    }
-    if !drawn.figures["axes"].is_empty() {
-        let shown = if drawing.cases < findings.cases {
-            format!("{} of {} cases are drawn, evenly chosen; cases.parquet has all", drawing.cases, findings.cases)
-        } else {
-            "Every case is drawn".to_owned()
-        };
-        let about =
-            format!("{shown}. The line connects the medians of the drawn cases at each level or class of the axis.");
-        let blocks = vec![Block::text(about), Block::figures("axes")];
-        sections.push(Section { id: "axes".into(), title: "Metrics over each axis".into(), blocks });
-    }
-    let file = Block::File { name: "sweep.toml".into(), text: page.canonical.to_owned() };
-    sections.push(Section { id: "scenario".into(), title: "Inputs".into(), blocks: vec![file] });
-    let note = "Run this command in the folder of the sweep's file. --case N prints case N as a scenario.".into();
-    let commands = vec![Block::Command { line: page.line.to_owned(), note }];
-    sections.push(Section { id: "again".into(), title: "Reproduce".into(), blocks: commands });
-    let name = design.name.clone();
-    let lead = heading(design, findings).lines().map(str::to_owned).chain(warned(&findings.warnings)).collect();
-    Page { command: "trocar sweep", heading: name, lead, sections, drawn }.render()
-}
-
-fn metrics(design: &Design, findings: &Findings) -> Section {
-    let row = |(summary, column): (&trocar_studies::sweep::Summary, &Column)| Row {
-        cells: summary_row(summary).to_vec(),
-        meaning: column.meaning,
-    };
-    let rows = findings.summaries.iter().zip(&design.columns).map(row).collect();
-    let head = SUMMARY_HEADING.map(str::to_owned).to_vec();
-    let table =
-        Block::Table { caption: "Metrics over all cases, and their meaning".into(), head, rows, is_text: false };
-    let note = "Intervals in brackets and after ± are 95 % confidence intervals of the median and the mean. “Cases with value” counts the \
-                cases in which the metric is defined.";
-    Section { id: "metrics".into(), title: "Metrics".into(), blocks: vec![table, Block::text(note)] }
 }
 
 impl DrawnCases {
@@ -140,6 +59,31 @@ impl DrawnCases {
         })?;
         Ok(drawing)
     }
+
+    /// Says how many of all cases are drawn.
+    pub(super) fn about(&self, all: u64) -> String {
+        let shown = if self.cases < all {
+            format!("{} of {all} cases are drawn, evenly chosen; cases.parquet has all", self.cases)
+        } else {
+            "Every case is drawn".to_owned()
+        };
+        format!("{shown}. The line connects the medians of the drawn cases at each level or class of the axis.")
+    }
+
+    /// Describes each metric in focus over each axis, by name.
+    pub(super) fn charts(&self, design: &Design) -> Vec<(String, Figure<'static>)> {
+        let mut charts = vec![];
+        for (metrics, index) in self.metrics.iter().zip(&design.focus) {
+            let column = &design.columns[*index];
+            for (values, axis) in self.axes.iter().zip(&design.axes) {
+                if axis.count() != Some(1) && charts.len() < MAX_CHARTS {
+                    let name = format!("cases_{}_over_{}", column.name, axis.key.path);
+                    charts.push((name, chart(column, axis, values, metrics)));
+                }
+            }
+        }
+        charts
+    }
 }
 
 /// Returns the position of a value on its axis: a number itself, or the index of a word in the list, from 1.
@@ -152,20 +96,7 @@ fn place(axis: &Axis, value: &Value) -> f64 {
     }
 }
 
-fn charts(design: &Design, drawing: &DrawnCases) -> Vec<Json> {
-    let mut charts = vec![];
-    for (metrics, index) in drawing.metrics.iter().zip(&design.focus) {
-        let column = &design.columns[*index];
-        for (values, axis) in drawing.axes.iter().zip(&design.axes) {
-            if axis.count() != Some(1) && charts.len() < MAX_CHARTS {
-                charts.push(chart(column, axis, values, metrics));
-            }
-        }
-    }
-    charts
-}
-
-fn chart(column: &Column, axis: &Axis, values: &[f64], metrics: &[f64]) -> Json {
+fn chart(column: &Column, axis: &Axis, values: &[f64], metrics: &[f64]) -> Figure<'static> {
     let (factor, unit) = readable(column.unit);
     let words = match &axis.levels {
         Levels::List(list) if !axis.is_numeric() => {
@@ -187,7 +118,6 @@ fn chart(column: &Column, axis: &Axis, values: &[f64], metrics: &[f64]) -> Json 
         cases: &cases,
         medians: &medians,
     })
-    .for_page(2 * cases.len())
 }
 
 /// Returns the median of each class at its middle case. `cases` are sorted by x. If there are few distinct values of x, each of

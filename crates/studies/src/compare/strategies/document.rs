@@ -1,0 +1,164 @@
+//! What a study of strategies says.
+
+use serde_json::json;
+
+use super::{LinearLoops, Person, StrategyRow, StrategyStudy, WINDOWS_S};
+use crate::compare::Sensitivity;
+use trocar_document::{
+    Cell, DataTable, Digits, Document, Number, Section, Study, Table, Verdict, counted, significant,
+};
+use trocar_figures::{StrategyView, strategies as strategies_figure};
+use trocar_metrics::Unit;
+
+impl Study for StrategyStudy {
+    fn document(&self) -> Document<'_> {
+        let mut section = Section::new("strategies", "Strategies");
+        section.table(table(self));
+        section.figure("strategies");
+        section.text(
+            "* Pareto front: no other strategy whose runs settle has at most this excess and at least this share of noticed ruptures. \
+             event, force and \"excess by it\" are the costs of a false alarm: the duration of its event, the change of the feedback \
+             force, and the excess at its end.",
+        );
+        section.text(correlations(self));
+        let mut document = Document {
+            name: "strategies",
+            title: self.name.clone(),
+            verdict: verdict(self),
+            sections: vec![section],
+            data: vec![columns(self)],
+            json: json!({
+                "trocar_version": env!("CARGO_PKG_VERSION"),
+                "windows_s": WINDOWS_S,
+                "study": self,
+            }),
+            ..Document::default()
+        };
+        let view = |row: &'_ StrategyRow| {
+            let (excess_m, noticed) = row.mean_excess_m.zip(row.noticed.share())?;
+            Some(StrategyView { name: row.strategy, excess_m, noticed, is_on_front: row.is_on_front })
+        };
+        let views: Vec<StrategyView<'_>> = self.rows.iter().filter_map(view).collect();
+        document.figure("strategies", strategies_figure(&self.name, &views));
+        document
+    }
+}
+
+fn verdict(study: &StrategyStudy) -> Verdict {
+    let front: Vec<&str> = study.rows.iter().filter(|row| row.is_on_front).map(|row| row.strategy).collect();
+    let mut studied = format!(
+        "{}, {}, {} ({})",
+        counted(study.patients, "patient"),
+        counted(study.seeds, "seed"),
+        counted(study.persons.len() as u64, "person"),
+        study.persons.join(", "),
+    );
+    if study.persons.iter().filter_map(|name| Person::named(name)).any(|person| person.group.is_some()) {
+        studied.push_str("; each patient has another member of a group");
+    }
+    let mut sentences = vec![format!("{studied}.")];
+    if !front.is_empty() {
+        sentences.push(format!("On the Pareto front of excess and noticed ruptures: {}.", front.join(", ")));
+    }
+    if let Some([low, median, high]) = study.velocities_m_per_s.map(|all| all.map(|velocity| 1e3 * velocity)) {
+        sentences.push(format!(
+            "Without a strategy the master moves at {low:.1} to {high:.1} mm/s at 90 % of the ruptures (median {median:.1} mm/s)."
+        ));
+    }
+    let LinearLoops { count, stable, min_gain_margin } = study.linear_loops;
+    if count > 0 {
+        let stable =
+            if stable == count { "stable for all".to_owned() } else { format!("stable for {stable} of {count}") };
+        let margin =
+            min_gain_margin.map_or_else(String::new, |gain| format!(", smallest gain margin {}", significant(gain)));
+        sentences.push(format!("Linear loop between events: {stable}{margin}."));
+    }
+    Verdict { sentences, left_out: vec!["\"settles\" is a result of these runs, not a proof".to_owned()] }
+}
+
+fn table(study: &StrategyStudy) -> Table {
+    let columns = [
+        ("strategy", "strategy"),
+        ("front", ""),
+        ("mean_excess_m", "excess"),
+        ("high_excess_m", "5 % above"),
+        ("final_excess_m", "final excess"),
+        ("noticed_share", "noticed"),
+        ("noticed_after_s", "after"),
+        ("d_prime_nothing", "d' nothing"),
+        ("d_prime_false_alarm", "d' false alarm"),
+        ("false_alarm_event_s", "event"),
+        ("false_alarm_force_n", "force"),
+        ("false_alarm_excess_m", "excess by it"),
+        ("verdict", "runs"),
+    ];
+    let d_prime = |sensitivity: Option<Sensitivity>| {
+        sensitivity.map_or(Cell::Undefined, |of| {
+            Cell::PlusMinus(Number::si(of.d_prime, "").digits(Digits::Decimals(1)), 1.96 * of.std_error)
+        })
+    };
+    let mut table = Table::new("strategies", "Strategies against a rupture", columns);
+    for row in &study.rows {
+        let cost = row.false_alarm;
+        table.row([
+            Cell::from(row.strategy),
+            Cell::from(if row.is_on_front { "*" } else { "" }),
+            Cell::of(row.mean_excess_m, Unit::Metre),
+            Cell::of(row.high_excess_m, Unit::Metre),
+            Cell::of(row.final_excess_m, Unit::Metre),
+            Cell::of(row.noticed.share(), Unit::Share),
+            Cell::of(row.noticed_after_s, Unit::Second),
+            d_prime(row.against_nothing),
+            d_prime(row.against_false_alarms),
+            Cell::of(cost.map(|cost| cost.event_s), Unit::Second),
+            Cell::of(cost.map(|cost| cost.force_n), Unit::Newton),
+            Cell::of(cost.map(|cost| cost.excess_m), Unit::Metre),
+            Cell::from(row.verdict.word()),
+        ]);
+    }
+    table
+}
+
+fn correlations(study: &StrategyStudy) -> String {
+    let correlations = WINDOWS_S.iter().zip(&study.rank_correlations);
+    let told = |(window_s, correlation): (&f64, &Option<f64>)| {
+        correlation.map(|correlation| format!("{correlation:.3} for {window_s} s"))
+    };
+    let correlations: Vec<String> = correlations.filter_map(told).collect();
+    if correlations.is_empty() {
+        return String::new();
+    }
+    format!("Rank correlation of the excess with that of the 2 s after a rupture: {}.", correlations.join(", "))
+}
+
+/// Returns `strategies.csv`: a row per strategy, in SI units.
+fn columns(study: &StrategyStudy) -> DataTable<'_> {
+    type Read = fn(&StrategyRow) -> Option<f64>;
+    let columns: [(&str, Read); 20] = [
+        ("runs", |row| Some(row.runs as f64)),
+        ("diverged", |row| Some(row.diverged as f64)),
+        ("ruptures", |row| Some(row.ruptures as f64)),
+        ("missed_ruptures", |row| Some(row.missed_ruptures as f64)),
+        ("false_alarms", |row| Some(row.false_alarms as f64)),
+        ("mean_excess_m", |row| row.mean_excess_m),
+        ("high_excess_m", |row| row.high_excess_m),
+        ("depth_at_return_m", |row| row.depth_at_return_m),
+        ("unintended_cut_m", |row| row.unintended_cut_m),
+        ("final_excess_m", |row| row.final_excess_m),
+        ("noticed_share", |row| row.noticed.share()),
+        ("noticed_after_s", |row| row.noticed_after_s),
+        ("d_prime_nothing", |row| row.against_nothing.map(|of| of.d_prime)),
+        ("d_prime_nothing_std_error", |row| row.against_nothing.map(|of| of.std_error)),
+        ("d_prime_false_alarm", |row| row.against_false_alarms.map(|of| of.d_prime)),
+        ("d_prime_false_alarm_std_error", |row| row.against_false_alarms.map(|of| of.std_error)),
+        ("false_alarm_event_s", |row| row.false_alarm.map(|cost| cost.event_s)),
+        ("false_alarm_force_n", |row| row.false_alarm.map(|cost| cost.force_n)),
+        ("false_alarm_excess_m", |row| row.false_alarm.map(|cost| cost.excess_m)),
+        ("is_on_front", |row| Some(f64::from(u8::from(row.is_on_front)))),
+    ];
+    let mut data = DataTable::new("strategies").texts("strategy", study.rows.iter().map(|row| row.strategy));
+    for (name, read) in columns {
+        data = data.optional(name, study.rows.iter().map(read));
+    }
+    data.texts("verdict", study.rows.iter().map(|row| row.verdict.word()))
+}
