@@ -135,6 +135,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         command: "trocar stability",
         files: vec![(format!("{}.toml", scenario.name), scenario.echo())],
         line: command(args, &scenario.name),
+        note: Again::SAVE,
     };
     let folder = args.output.folder().folder(&scenario.name);
     Finish { output: &args.output, folder: folder.clone(), all: false, report: args.report.then(again) }

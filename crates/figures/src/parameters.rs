@@ -107,7 +107,7 @@ mod tests {
             extra_parameter: None,
             decision: &zero,
             threshold: 1.0,
-            decision_unit: "",
+            decision_unit: "1",
             rupture_times_s: &[0.5],
             alarm_times_s: &[0.52],
         };

@@ -3,8 +3,7 @@
 use serde::Serialize;
 use serde_json::{Value as Json, json};
 
-use trocar_detect::{DetectionReport, ExtraParameterEstimate};
-use trocar_scenario::Values;
+use trocar_detect::ExtraParameterEstimate;
 use trocar_studies::compare::{Comparison, Fact, SchemeStudy, SeedStudy};
 use trocar_studies::run::{Run, seeds_without_effect};
 
@@ -63,24 +62,6 @@ fn comparison_object(comparison: &Comparison, facts: Option<&[Fact]>, study: Opt
     });
     if let (Json::Object(all), Some(study)) = (&mut all, study) {
         all.insert("seeds".into(), json!(study));
-    }
-    all
-}
-
-/// Returns the content of `detection.json`: the alarms, the statistics of the estimates, the scores and the settings.
-#[must_use]
-pub fn detection_object(name: &str, report: &DetectionReport, values: &Values) -> Json {
-    let settings: serde_json::Map<String, Json> = ["estimator", "detector"]
-        .into_iter()
-        .map(|section| (section.to_owned(), values.section_json(section)))
-        .collect();
-    let mut all = json!({
-        "trocar_version": env!("CARGO_PKG_VERSION"),
-        "recording": name,
-        "settings": settings,
-    });
-    if let (Json::Object(all), Ok(Json::Object(report))) = (&mut all, serde_json::to_value(report)) {
-        all.extend(report);
     }
     all
 }

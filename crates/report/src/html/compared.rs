@@ -1,6 +1,5 @@
 //! The pages of a run and of a comparison.
 
-use super::command::command_line;
 use super::events::{self, Timeline};
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
 use crate::answer::answer;
@@ -10,7 +9,7 @@ use crate::pictures::page_signals;
 use crate::seeds::seeds_table;
 use crate::tables::outcome;
 use crate::{Animation, Table};
-use trocar_document::show;
+use trocar_document::{command_line, show};
 use trocar_studies::compare::{Comparison, Fact, SeedStudy};
 use trocar_studies::run::Run;
 

@@ -16,6 +16,13 @@ pub struct Again {
     pub files: Vec<(String, String)>,
     /// The command that reproduces the page.
     pub line: String,
+    /// What to do before.
+    pub note: &'static str,
+}
+
+impl Again {
+    /// The note of a command that needs nothing but the files.
+    pub const SAVE: &str = "Save the files above under their names, then run this command in the same folder.";
 }
 
 /// Returns the page of a document.
@@ -31,9 +38,10 @@ pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, H
     }
     let file = |(name, text): &(String, String)| Block::File { name: name.clone(), text: without_paths(text) };
     let title = if again.files.len() == 1 { "Scenario" } else { "Scenarios" };
-    sections.push(Section { id: "scenario", title, blocks: again.files.iter().map(file).collect() });
-    let note = "Save the files above under their names, then run this command in the same folder.".to_owned();
-    let commands = vec![Block::Command { line: again.line.clone(), note }];
+    if !again.files.is_empty() {
+        sections.push(Section { id: "scenario", title, blocks: again.files.iter().map(file).collect() });
+    }
+    let commands = vec![Block::Command { line: again.line.clone(), note: again.note.to_owned() }];
     sections.push(Section { id: "again", title: "Reproduce", blocks: commands });
     let verdict = document.verdict.sentences.iter().chain(&document.verdict.left_out);
     Page {
@@ -50,6 +58,7 @@ pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, H
 fn block(part: &Part, document: &Document<'_>, drawn: &mut Drawn) -> Option<Block> {
     match part {
         Part::Text(line) => Some(Block::text(sentence(line))),
+        Part::Command(line) => Some(Block::Command { line: line.clone(), note: String::new() }),
         Part::Table(table) if table.shown == Shown::OnTerminal => None,
         Part::Table(table) => Some(table_block(table)),
         Part::Figures { names, windows } => {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::Table;
 use trocar_document::figure::Shade;
 use trocar_document::figure::{Axis, X_TICKS};
-use trocar_document::{show, significant};
+use trocar_document::show;
 use trocar_figures::modes;
 use trocar_metrics::{RuptureMetrics, Unit};
 use trocar_studies::run::Run;
@@ -210,11 +210,6 @@ pub(super) fn events_table(runs: &[&Run]) -> Table {
         table.row([vec![format!("{time_s:.3} s")], cells.to_vec()].concat());
     }
     table
-}
-
-/// Returns a duration as text.
-pub(super) fn seconds(seconds: f64) -> String {
-    format!("{} s", significant(seconds))
 }
 
 #[cfg(test)]

@@ -6,17 +6,14 @@
 
 pub mod assets;
 mod bars;
-mod command;
 mod compared;
-mod detected;
 mod document;
 mod events;
 mod page;
 mod swept;
 
-pub use command::command_line;
 pub use compared::{comparison_html, run_html};
-pub use detected::{DetectionPage, detection_html, detections_html};
 pub use document::{Again, document_html};
 pub use page::HtmlError;
 pub use swept::{DrawnCases, SweepPage, sweep_html};
+pub use trocar_document::command_line;
