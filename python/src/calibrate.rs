@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use trocar_detect::calibration::{self, CalibrationRequest};
-use trocar_report::{calibration_object, calibration_text, calibration_toml};
+use trocar_report::document_text;
 use trocar_scenario::Values;
 
 use crate::arrays::recording_columns;
@@ -67,6 +67,6 @@ pub(crate) fn calibrate<'py>(
     })?;
     tell(py)?;
     let calibration = calibrated.map_err(|refusal| refusal.raise(py))?.map_err(error::value)?;
-    let json = convert::python(py, &calibration_object(name, &calibration))?;
-    Ok((json, calibration_text(name, &calibration), calibration_toml(&calibration)))
+    let document = calibration.document(name);
+    Ok((convert::python(py, &document.json)?, document_text(&document, false), calibration.toml()))
 }

@@ -4,9 +4,10 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_core::error::InvalidValue;
+use trocar_detect::document::report_document;
 use trocar_detect::{DetectionReport, detect_recording};
 use trocar_recording::ArrayError;
-use trocar_report::{detection_object, detection_text};
+use trocar_report::document_text;
 use trocar_scenario::{DetectionSpec, ScenarioError, Source, Values};
 
 use crate::arrays::{RecordingColumns, put, recording_columns};
@@ -93,8 +94,8 @@ pub(crate) fn detect<'py>(
         Ok::<_, Refusal>((detection, report, values))
     })?
     .map_err(|refusal| refusal.raise(py))?;
-    let json = convert::python(py, &detection_object(name, &report, &values))?;
-    let text = detection_text(name, &report);
+    let document = report_document(name, &report, &values);
+    let (json, text) = (convert::python(py, &document.json)?, document_text(&document, false));
     let columns = PyDict::new(py);
     put(&columns, "time_s", detection.time_s)?;
     put(&columns, "position_m", detection.position_m)?;

@@ -188,7 +188,7 @@ fn estimation<'py>(
         },
         decision: slice(&numbers[5])?,
         threshold: about.threshold,
-        decision_unit: if unit == "1" { "" } else { unit },
+        decision_unit: unit,
         rupture_times_s: ruptures_s.into(),
         alarm_times_s: alarms_s.into(),
     };

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trocar_detect::document::signals_document;
 use trocar_recording::{Columns, Limits, Quantity};
-use trocar_report::signals_object;
 use trocar_scenario::parse_column;
 
 use crate::arrays::{put, recording_columns};
@@ -83,7 +83,7 @@ impl Recording {
 #[pyfunction]
 pub(crate) fn list_signals(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let signals = trocar_recording::list_signals(&path, &Limits::default()).map_err(error::value)?;
-    convert::python(py, &signals_object(&path.display().to_string(), &signals))
+    convert::python(py, &signals_document(&path.display().to_string(), &signals).json)
 }
 
 /// Reads a recording from a file, in SI units.

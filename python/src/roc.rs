@@ -9,7 +9,6 @@ use pyo3::types::PyDict;
 use trocar_core::detector::{Detector, DistanceKind};
 use trocar_metrics::RUPTURE_WINDOW_S;
 use trocar_recording::InVivoLikeVariant;
-use trocar_report::roc_json;
 use trocar_scenario::{DetectionSpec, Source, Values};
 use trocar_studies::roc::trials::Trial;
 use trocar_studies::roc::{OwnPoints, RocError, Signal, Study};
@@ -112,7 +111,7 @@ pub(crate) fn roc<'py>(
         study.run(stop, &count)
     })?;
     tell(py)?;
-    Ok((convert::parsed(py, &roc_json(&judged.map_err(refuse)?, seeds))?, own_points))
+    Ok((convert::python(py, &judged.map_err(refuse)?.document(seeds).json)?, own_points))
 }
 
 /// Judges the user's own detectors, and calls `count` after each case of each.

@@ -3,18 +3,16 @@
 use clap::Args;
 
 use super::error::CliError;
+use super::finish::Finish;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, recorded, terminal};
-use trocar_base::warning::{Code, Warning};
-use trocar_detect::calibration::{Calibration, CalibrationRequest, RunLength, calibrate};
-use trocar_detect::{Detection, DetectionReport, detect};
-use trocar_report::{
-    Folder, WIDTH, calibrated_settings, calibration_object, calibration_text, calibration_toml, detection_pictures,
-    filled, run_lengths_text, to_json,
-};
-use trocar_scenario::{DetectionSpec, Values};
+use trocar_detect::calibration::{CalibrationRequest, CalibrationStudy, RunLength, calibrate, run_lengths_document};
+use trocar_detect::detect;
+use trocar_document::Study as _;
+use trocar_report::document_text;
+use trocar_scenario::DetectionSpec;
 
 /// Compute settings of estimator and detector from the beginning of a recording.
 #[derive(Debug, Args)]
@@ -84,9 +82,6 @@ Examples:
   trocar detect others/ --settings out/force/calibrated.toml --time t_s \\
       --position x_mm:1e-3 --force f_n";
 
-/// The subfolder of the figures: `trocar detect` writes figures of the same names into the folder of the recording.
-const FIGURES: &str = "calibration";
-
 /// The checked run lengths, and the number of runs of each.
 const RUN_LENGTHS: [(f64, u64); 5] = [(1e3, 4096), (1e4, 4096), (1e5, 4096), (1e6, 2048), (1e7, 1024)];
 
@@ -118,63 +113,20 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
         variance_ratio: args.variance_ratio,
     };
     let calibration = calibrate(&spec, &request)?;
-    let chosen = calibrated_settings(&calibration);
+    let chosen = calibration.rounded_settings();
     let mut calibrated = spec;
     let settings = &mut calibrated.settings;
     (settings.estimator, settings.detector, settings.contact_m) = (chosen.estimator, chosen.detector, chosen.contact_m);
-    let detection = detect(&calibrated)?;
-    let report = DetectionReport::of(&detection, &calibrated.recording.ruptures_s);
-    let folder = args.output.folder().folder(values.name());
-    write(&folder, &values, &calibration, (&calibrated, &detection, &report))?;
-    let warnings = Warnings::new(&args.output);
-    let of = |warning: Warning| warning.of(recording);
-    // Of the detection with the new settings, only what does not follow from the labels.
-    let found = report.warnings.iter().filter(|warning| warning.code != Code::MissedRupture).cloned();
-    warnings.print(&guess.into_iter().chain(calibration.warnings()).chain(found).map(of).collect::<Vec<_>>());
-    if args.output.json {
-        terminal::print(&to_json(&calibration_object(values.name(), &calibration)))?;
-    } else if !args.output.quiet {
-        let (text, alarms) = (calibration_text(values.name(), &calibration), alarms_text(&report));
-        terminal::print(&format!("{text}\n{alarms}\nfiles: {}\n", folder.path().display()))?;
-    }
-    warnings.finish()
-}
-
-/// Number of alarms that are printed.
-const MAX_LISTED: usize = 6;
-
-/// Returns the alarms in the whole recording with the calibrated settings.
-fn alarms_text(report: &DetectionReport) -> String {
-    let number = match report.alarms.len() {
-        0 => return "with these settings: no alarm in the whole recording".into(),
-        1 => "one alarm".to_owned(),
-        count => format!("{count} alarms"),
-    };
-    let listed = report.alarms.iter().take(MAX_LISTED);
-    let times: Vec<String> = listed.map(|alarm| format!("{:.4} s", alarm.time_s)).collect();
-    let rest = match report.alarms.len().saturating_sub(MAX_LISTED) {
-        0 => String::new(),
-        more => format!(" and {more} more, which trocar detect lists with calibrated.toml"),
-    };
-    let text = format!("with these settings: {number} in the whole recording, at {}{rest}", times.join(", "));
-    filled(&text, WIDTH, 2).join("\n")
-}
-
-fn write(
-    folder: &Folder,
-    values: &Values,
-    calibration: &Calibration,
-    (spec, detection, report): (&DetectionSpec, &Detection, &DetectionReport),
-) -> Result<(), CliError> {
-    let name = values.name();
     let inputs = values.sections_toml(["", "recording", "recording.columns", "recording.scale", "sensor"]);
-    let looked_at_s = calibration.looked_at_s;
-    let heading = format!("# Calibrated on the first {looked_at_s:.3} s by trocar {}.\n", env!("CARGO_PKG_VERSION"));
-    folder.write("calibrated.toml", format!("{heading}{inputs}\n{}", calibration_toml(calibration)).as_bytes())?;
-    folder.write("calibration.json", to_json(&calibration_object(name, calibration)).as_bytes())?;
-    let detector = &spec.settings.detector;
-    let scale = (detector.cusum.threshold, detector.distance.kind.unit());
-    Ok(detection_pictures(&folder.folder(FIGURES), name, detection, report, scale)?)
+    let detected = (detect(&calibrated)?, &*calibrated.recording.ruptures_s);
+    let study = CalibrationStudy::new(values.name(), &calibration, inputs, detected);
+    let document = study.document();
+    let warnings = Warnings::new(&args.output);
+    let all = guess.into_iter().chain(document.warnings.iter().cloned());
+    warnings.print(&all.map(|warning| warning.of(recording)).collect::<Vec<_>>());
+    let folder = args.output.folder().folder(values.name());
+    Finish { output: &args.output, folder, all: false, report: None }.document(&document)?;
+    warnings.finish()
 }
 
 fn run_lengths(args: &CalibrateArgs) -> Result<(), CliError> {
@@ -189,5 +141,5 @@ fn run_lengths(args: &CalibrateArgs) -> Result<(), CliError> {
     };
     let lengths = RUN_LENGTHS.map(check);
     bar.finish_and_clear();
-    if args.output.quiet { Ok(()) } else { terminal::print(&run_lengths_text(&lengths)) }
+    if args.output.quiet { Ok(()) } else { terminal::print(&document_text(&run_lengths_document(&lengths), false)) }
 }

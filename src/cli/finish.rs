@@ -19,20 +19,27 @@ pub(super) struct Finish<'a> {
 }
 
 impl Finish<'_> {
+    /// Writes the files of a document.
+    pub(super) fn write(&self, document: &Document<'_>) -> Result<(), CliError> {
+        write_document(&self.folder, document)?;
+        if let Some(again) = &self.report {
+            self.folder.write(report::FILE, document_html(document, again)?.as_bytes())?;
+        }
+        Ok(())
+    }
+
     /// Writes the files of a document, and prints its JSON or its text.
     pub(super) fn document(&self, document: &Document<'_>) -> Result<(), CliError> {
+        self.write(document)?;
         let Self { output, folder, all, report } = self;
-        write_document(folder, document)?;
-        if let Some(again) = report {
-            folder.write(report::FILE, document_html(document, again)?.as_bytes())?;
-        }
         if output.json {
             return terminal::print(&to_json(&document.json));
         }
         if output.quiet {
             return Ok(());
         }
-        let names: Vec<String> = document.figures.iter().map(|(name, _)| folder.figures().shown(name)).collect();
+        let drawn = if folder.figures().formats.is_empty() { &[] } else { &document.figures[..] };
+        let names: Vec<String> = drawn.iter().map(|(name, _)| folder.figures().shown(name)).collect();
         let figures = if names.is_empty() { String::new() } else { format!("figures: {}\n", names.join(", ")) };
         let (text, files) = (document_text(document, *all), folder.path().display());
         terminal::print(&format!("{text}\n{figures}files: {files}\n"))?;

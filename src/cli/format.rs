@@ -43,6 +43,11 @@ impl FormatArgs {
         Ok(())
     }
 
+    /// The formats, in the order in which they are given.
+    pub(super) fn formats(&self) -> &[ColumnFormat] {
+        &self.format
+    }
+
     /// These formats and CSV.
     pub(super) fn with_csv(&self) -> Self {
         let others = self.format.iter().copied().filter(|format| *format != ColumnFormat::Csv);

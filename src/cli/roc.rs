@@ -3,13 +3,13 @@
 use clap::Args;
 
 use super::error::{CliError, DetectError};
+use super::finish::Finish;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
-use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded, terminal};
+use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded};
 use trocar_core::detector::DistanceKind;
 use trocar_recording::InVivoLikeVariant;
-use trocar_report::{roc_csv, roc_json, roc_picture, roc_text};
 use trocar_scenario::{DetectionSpec, Scenario, Source, Values};
 use trocar_studies::roc::{Signal, Study};
 
@@ -95,18 +95,10 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     if roc.cases == 0 {
         return Err(CliError::Interrupted { kept: None });
     }
-    warnings.print(&roc.warnings());
-    let json = roc_json(&roc, args.seeds);
+    let document = roc.document(args.seeds);
+    warnings.print(&document.warnings);
     let folder = args.output.folder();
-    folder.write("roc.csv", roc_csv(&roc).as_bytes())?;
-    folder.write("roc.json", json.as_bytes())?;
-    roc_picture(&folder, &roc)?;
-    if args.output.json {
-        terminal::print(&json)?;
-    } else if !args.output.quiet {
-        let (out, file) = (args.output.out.display(), folder.figures().shown("roc"));
-        terminal::print(&format!("{}\nfigure: {out}/{file}; all points: {out}/roc.csv\n", roc_text(&roc)))?;
-    }
+    Finish { output: &args.output, folder: folder.clone(), all: false, report: None }.document(&document)?;
     if roc.cases < roc.cases_planned {
         let kept = format!("{} of {} cases are in {}", roc.cases, roc.cases_planned, folder.path().display());
         return Err(CliError::Interrupted { kept: Some(kept) });

@@ -30,9 +30,11 @@ fn every_command_prints_lines_of_at_most_80_characters() {
          detector.threshold = [0.01, 0.02]\naugmentation.reengage = [\"ramp\", \"snap\"]\n",
     );
     let axes = ["--x", "scaling.force=0.1:10:4", "--y", "tissue.stiffness_n_per_m=10:20000:4"];
-    let lines: [&[&str]; 20] = [
+    let lines: [&[&str]; 21] = [
         &["compare"],
-        &["compare", "--all", "--paper"],
+        &["compare", "--all"],
+        &["paper"],
+        &["strategies", "--seeds", "2", "--persons", "attentive"],
         &["compare", "--seeds", "2", PAIR[0], PAIR[1]],
         &[
             "compare",
@@ -42,7 +44,7 @@ fn every_command_prints_lines_of_at_most_80_characters() {
             "builtin:hand/reflex-augmented.toml",
             "builtin:sensing/sensor-not-ideal.toml",
         ],
-        &["compare", PAIR[1], "--paper"],
+        &["compare", PAIR[1]],
         &["compare", "--set", "master.coupling=as-printed"],
         &["run", PAIR[1], "builtin:link/outage-at-the-rupture.toml"],
         &["detect", "builtin:in_vivo_like.csv"],
@@ -70,22 +72,45 @@ fn every_command_prints_lines_of_at_most_80_characters() {
 #[test]
 fn a_comparison_is_short_and_says_what_came_of_it() {
     let folder = TestFolder::new();
-    let table = |printed: &str| printed.split("\n\n").next().unwrap_or_default().lines().count();
+    let table = |printed: &str| printed.split("\n\n").nth(1).unwrap_or_default().lines().count();
     let printed = folder.good(&["compare"]);
     // A heading and its rule, three rows for each of two ruptures, and three rows for the run.
     assert_eq!(table(&printed), 2 + 2 * 3 + 3, "{printed}");
     let sentence = printed.split_whitespace().collect::<Vec<_>>().join(" ");
-    let expected = "Augmentation leaves the advance in 2 s about the same after both ruptures: 11 mm and 11.9 mm without it, 11 mm \
-                    and 11.9 mm with it. Both runs detect both ruptures within 8 ms, with no missed rupture and no false alarm.";
-    assert!(sentence.contains(expected), "{printed}");
+    let expected = "classical and augmented: In the 0.3 s after both ruptures the slave advances by 8.95 and 6.59 mm without \
+                    augmentation and stays within 0.0093 mm with it. 2 s after both ruptures it is 11 and 11.9 mm deeper than at the \
+                    rupture in both runs. Both runs detect every rupture within 8 ms, with no missed rupture and no false alarm.";
+    assert!(sentence.starts_with(expected), "{printed}");
     assert!(!printed.contains("statement") && !printed.contains("in noise"), "{printed}");
     let all = folder.good(&["compare", "--all"]);
-    assert!(all.contains("in noise: false samples") && all.contains("Augmentation leaves"), "{all}");
-    let paper = folder.good(&["compare", "--paper"]);
-    assert_eq!(paper.matches('✓').count(), 14, "{paper}");
-    let other = folder.good(&["compare", PAIR[0], PAIR[1], "--paper"]);
-    assert!(other.contains("are about the shipped pair") && !other.contains('✓'), "{other}");
+    assert!(all.contains("in noise: false samples") && all.contains("stays within"), "{all}");
+    let paper = folder.good(&["paper"]);
+    assert!(paper.matches('✓').count() >= 14, "{paper}");
+    let other = folder.good(&["compare", PAIR[0], "layers/skin-augmented"]);
     assert!(other.contains("The first 2 of 3 ruptures; --all shows the others."), "{other}");
+    folder.refused(&["compare", "--paper"], &["--paper", "`trocar paper`"]);
+}
+
+/// Every surface shows the same sentences.
+#[test]
+fn terminal_report_json_page_and_python_tell_the_same_story() {
+    let folder = TestFolder::new();
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let printed = words(&folder.good(&["compare", "--report"]));
+    let report = words(&folder.text("out/report.html"));
+    let runs = PAIR.map(|name| {
+        trocar::run::run(
+            trocar::scenario::Scenario::load(&trocar::scenario::Source::parse(name), &[]).expect("shipped"),
+        )
+        .expect("a run")
+    });
+    // The page of `trocar explore` sends this text; the report and the terminal render the document with it.
+    let page = trocar::compare::verdict_of_schemes(&runs[0], &runs[1]);
+    assert_eq!(page, trocar::compare::verdict(&runs.each_ref()));
+    for sentence in &page.sentences {
+        assert!(printed.contains(sentence), "{sentence}: {printed}");
+        assert!(report.contains(sentence), "{sentence}");
+    }
 }
 
 #[test]

@@ -3,6 +3,7 @@
 pub mod calibration;
 mod chain;
 mod conditions;
+pub mod document;
 mod live;
 mod matching;
 mod misses;

@@ -61,12 +61,18 @@ impl Number {
         Self { value, factor, unit: name.into(), digits }
     }
 
-    /// A value that is shown in its SI unit, such as `N/m`; empty for a plain number.
+    /// A value that is shown in its SI unit, such as `N/m`; empty or `1` for a plain number.
     #[must_use]
     pub fn si(value: f64, unit: impl Into<String>) -> Self {
         let unit = unit.into();
-        let unit = if unit.is_empty() { unit } else { format!(" {unit}") };
+        let unit = if unit.is_empty() || unit == "1" { String::new() } else { format!(" {unit}") };
         Self { value, factor: 1.0, unit: unit.into(), digits: Digits::Four }
+    }
+
+    /// A time in s that is shown in ms, however long it is.
+    #[must_use]
+    pub fn milliseconds(seconds: f64) -> Self {
+        Self { factor: 1e3, ..Self::si(seconds, "ms") }
     }
 
     /// The same value with other digits.

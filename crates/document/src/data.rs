@@ -9,6 +9,8 @@ pub struct DataTable<'a> {
     pub name: Cow<'static, str>,
     /// The columns, all of the same length.
     pub columns: Vec<DataColumn<'a>>,
+    /// True for a row per sample or tick, in numbers and codes, the time first: written in the formats that the user asks for.
+    pub is_sampled: bool,
 }
 
 /// A column with its name, which ends with the unit.
@@ -29,6 +31,8 @@ pub enum Values<'a> {
     Optional(Vec<Option<f64>>),
     /// Whole numbers.
     Whole(Vec<u64>),
+    /// Whole numbers, some of them undefined.
+    OptionalWhole(Vec<Option<u64>>),
     /// Codes from 0 to 255.
     Codes(Cow<'a, [u8]>),
     /// Flags, 1 or 0 in text, some of them undefined.
@@ -45,6 +49,7 @@ impl Values<'_> {
             Self::Numbers(values) => values.len(),
             Self::Optional(values) => values.len(),
             Self::Whole(values) => values.len(),
+            Self::OptionalWhole(values) => values.len(),
             Self::Codes(values) => values.len(),
             Self::Flags(values) => values.len(),
             Self::Texts(values) => values.len(),
@@ -62,7 +67,13 @@ impl<'a> DataTable<'a> {
     /// A table without columns.
     #[must_use]
     pub fn new(name: impl Into<Cow<'static, str>>) -> Self {
-        Self { name: name.into(), columns: vec![] }
+        Self { name: name.into(), columns: vec![], is_sampled: false }
+    }
+
+    /// The same with a row per sample.
+    #[must_use]
+    pub fn sampled(self) -> Self {
+        Self { is_sampled: true, ..self }
     }
 
     /// The same with a further column.
@@ -82,6 +93,12 @@ impl<'a> DataTable<'a> {
     #[must_use]
     pub fn optional(self, name: impl Into<Cow<'a, str>>, values: impl IntoIterator<Item = Option<f64>>) -> Self {
         self.with(name, Values::Optional(values.into_iter().collect()))
+    }
+
+    /// The same with a further column of counts.
+    #[must_use]
+    pub fn whole(self, name: impl Into<Cow<'a, str>>, values: impl IntoIterator<Item = u64>) -> Self {
+        self.with(name, Values::Whole(values.into_iter().collect()))
     }
 
     /// The same with a further column of flags.

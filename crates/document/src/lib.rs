@@ -4,6 +4,7 @@
 //! sentence of their own. This crate knows no study and no renderer.
 
 mod cell;
+mod command;
 mod data;
 mod digits;
 pub mod figure;
@@ -11,6 +12,7 @@ mod number;
 mod table;
 
 pub use cell::{Cell, Digits, Number};
+pub use command::command_line;
 pub use data::{DataColumn, DataTable, Values};
 pub use digits::{Few, Fine};
 pub use figure::Figure;
@@ -96,6 +98,8 @@ pub enum Shown {
 pub enum Block {
     /// A paragraph, or a line of a list.
     Text(String),
+    /// A command that can be pasted into a shell, on one line.
+    Command(String),
     /// A table.
     Table(Table),
     /// Figures over the same horizontal axis, by name.

@@ -35,7 +35,7 @@ pub fn decision<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureError
 
 /// Returns the axes of decision functions with their thresholds.
 pub(super) fn decision_panel<'a>(views: &[&EstimationView<'_>], time: Axis, events: Events) -> Panel<'a> {
-    let unit = views.first().map_or("", |view| view.decision_unit);
+    let unit = views.first().map(|view| view.decision_unit).filter(|unit| *unit != "1").unwrap_or_default();
     let caption = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
     let mut thresholds: Vec<f64> = views.iter().map(|view| view.threshold).filter(|value| value.is_finite()).collect();
     thresholds.sort_by(f64::total_cmp);

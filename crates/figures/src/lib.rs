@@ -111,7 +111,7 @@ pub struct EstimationView<'a> {
     pub decision: &'a [f64],
     /// The decision function's threshold γ, in `decision_unit`.
     pub threshold: f64,
-    /// Unit of the decision function, such as `N²`; empty without a unit.
+    /// Unit of the decision function, such as `N²`; `1` without a unit.
     pub decision_unit: &'a str,
     /// Times of the ruptures, s.
     pub rupture_times_s: Cow<'a, [f64]>,

@@ -109,7 +109,7 @@ mod tests {
             extra_parameter: None,
             decision: &zero,
             threshold: 1.0,
-            decision_unit: "",
+            decision_unit: "1",
             rupture_times_s: vec![0.5].into(),
             alarm_times_s: vec![0.52].into(),
         };

@@ -2,16 +2,18 @@
 
 use super::FigureError;
 use super::events::entries;
-use trocar_document::figure::{Axis, Events, Figure, Panel, Row, Sample, Shade, X_TICKS};
+use trocar_document::figure::{Axis, Events, Figure, Panel, Row, Sample, Shade, X_TICKS, extent};
 
 /// Maximum number of recordings in one figure.
 pub const MAX_ROWS: usize = 120;
 
-/// One recording's phases and events, in s after its first sample.
+/// One recording's phases and events.
 #[derive(Clone, Debug)]
 pub struct TimelineRow<'a> {
     /// Name of the recording.
     pub name: &'a str,
+    /// Time of the first sample, s.
+    pub from_s: f64,
     /// Duration, s.
     pub duration_s: f64,
     /// Start, end and phase of each interval, in order.
@@ -31,8 +33,8 @@ pub fn timeline(rows: &[TimelineRow<'_>]) -> Result<Figure<'static>, FigureError
         return Err(FigureError::Empty { figure: "timeline" });
     }
     let rows = &rows[..rows.len().min(MAX_ROWS)];
-    let longest_s = rows.iter().map(|row| row.duration_s).filter(|s| s.is_finite()).fold(0.0, f64::max);
-    let time = Axis::exact((0.0, longest_s), X_TICKS);
+    let ends = rows.iter().flat_map(|row| [row.from_s, row.from_s + row.duration_s]);
+    let time = Axis::exact(extent(ends).unwrap_or((0.0, 0.0)), X_TICKS);
     let blank = Axis::exact((0.0, 1.0), 0);
     let events: Vec<Events> = rows
         .iter()
@@ -46,7 +48,7 @@ pub fn timeline(rows: &[TimelineRow<'_>]) -> Result<Figure<'static>, FigureError
     for (_, name) in legend.iter_mut().filter(|(sample, _)| matches!(sample, Sample::Rupture)) {
         *name = "labelled rupture".to_owned();
     }
-    let panel = |events| Panel { events, ..Panel::over_time(time.clone(), blank.clone(), "") };
+    let panel = |events| Panel { events, ..Panel::over_time(time.clone(), blank.clone(), "Events") };
     let rows = rows.iter().zip(events);
     let rows = rows.map(|(row, events)| Row { title: Some(row.name.to_owned()), ..Row::of(16.0, panel(events)) });
     Ok(Figure { name: String::new(), legend, rows: rows.collect() })
@@ -60,6 +62,7 @@ mod tests {
     fn row(name: &str, duration_s: f64) -> TimelineRow<'_> {
         TimelineRow {
             name,
+            from_s: 0.0,
             duration_s,
             shades: vec![(0.0, 1.0, Shade::Insertion), (1.0, 2.0, Shade::Withdrawal)],
             rupture_times_s: vec![0.5, f64::NAN],

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use super::ColumnFormat;
 use super::draw::FigureStyle;
 
 /// Prefix of temporary file names.
@@ -55,18 +56,19 @@ pub fn stream_file(
     Ok(())
 }
 
-/// An output folder, and how the figures in it are drawn.
+/// An output folder, how the figures in it are drawn, and the formats of the tables with a row per sample.
 #[derive(Debug, Clone)]
 pub struct Folder {
     path: PathBuf,
     figures: FigureStyle,
+    samples: Vec<ColumnFormat>,
 }
 
 impl Folder {
     /// Returns the folder at a path. The first file that is written creates it.
     #[must_use]
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into(), figures: FigureStyle::default() }
+        Self { path: path.into(), figures: FigureStyle::default(), samples: vec![ColumnFormat::Csv] }
     }
 
     /// Returns the folder with another style of its figures.
@@ -75,16 +77,27 @@ impl Folder {
         Self { figures, ..self }
     }
 
+    /// Returns the folder with other formats of its tables with a row per sample.
+    #[must_use]
+    pub fn with_samples(self, samples: Vec<ColumnFormat>) -> Self {
+        Self { samples, ..self }
+    }
+
     /// Returns a folder within this one.
     #[must_use]
     pub fn folder(&self, name: &str) -> Self {
-        Self { path: self.path.join(name), figures: self.figures.clone() }
+        Self { path: self.path.join(name), ..self.clone() }
     }
 
     /// Returns how its figures are drawn.
     #[must_use]
     pub fn figures(&self) -> &FigureStyle {
         &self.figures
+    }
+
+    /// Returns the formats of its tables with a row per sample.
+    pub(super) fn samples(&self) -> &[ColumnFormat] {
+        &self.samples
     }
 
     /// Returns its path.

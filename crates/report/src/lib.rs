@@ -1,10 +1,7 @@
 //! The output of a run: tables, CSV, JSON, figures, reports and error messages. No other package formats or draws results.
 
 mod animation;
-mod calibration;
 mod columns;
-mod detection;
-mod detections;
 pub mod diagnostic;
 mod document;
 pub mod draw;
@@ -15,8 +12,6 @@ mod link;
 mod live;
 mod metrics;
 mod pictures;
-mod roc;
-mod signals;
 mod sweep_rows;
 mod table;
 mod terminal;
@@ -25,19 +20,14 @@ mod trace;
 mod wrap;
 
 pub use animation::{Animation, DrawnTissue, Layer, LiveDrawing, LiveMoment};
-pub use calibration::{calibrated_settings, calibration_object, calibration_text, calibration_toml, run_lengths_text};
 pub use columns::ColumnFormat;
-pub use detection::{EVENT_COLUMNS, detection_text, event_rows, write_detection};
-pub use detections::{DetectionEntry, detections_json, detections_text};
-pub use document::write_document;
+pub use document::{write_document, write_table};
 pub use files::{Folder, OutputError, stream_file, write_file};
-pub use json::{detection_object, to_json};
+pub use json::to_json;
 pub use link::{side_object, side_text};
 pub use live::live_text;
 pub use metrics::{declarations, metrics_markdown, trace_columns_markdown};
-pub use pictures::{PictureError, detection_pictures, detections_pictures, teleoperation_axes};
-pub use roc::{roc_csv, roc_json, roc_picture, roc_text};
-pub use signals::{signals_object, signals_text};
+pub use pictures::{PictureError, teleoperation_axes};
 pub use sweep_rows::{write_sweep_csv, write_sweep_parquet};
 pub use table::Table;
 pub use terminal::document_text;

@@ -12,11 +12,12 @@ const INDENT: usize = 2;
 /// are shown on request.
 #[must_use]
 pub fn document_text(document: &Document<'_>, all: bool) -> String {
-    let mut text = format!("{}: {}\n", document.title, document.verdict.text());
-    for line in &document.verdict.left_out {
-        text.push_str(line);
-        text.push('\n');
-    }
+    let answer = document.verdict.text();
+    let head = if answer.is_empty() { document.title.clone() } else { format!("{}: {answer}", document.title) };
+    let mut text = String::new();
+    let mut paragraph = |line: &str| text.push_str(&wrapped(&format!("{line}\n"), INDENT));
+    paragraph(&head);
+    document.verdict.left_out.iter().for_each(|line| paragraph(line));
     let is_shown = |shown: Shown| match shown {
         Shown::Everywhere | Shown::OnTerminal => true,
         Shown::WithAll => all,
@@ -26,17 +27,15 @@ pub fn document_text(document: &Document<'_>, all: bool) -> String {
         text.push('\n');
         text.push_str(&section_text(section, is_shown));
     }
-    wrapped(&text, INDENT)
+    text
 }
 
 fn section_text(section: &Section, is_shown: impl Fn(Shown) -> bool) -> String {
     let mut text = String::new();
     for block in &section.blocks {
         match block {
-            Block::Text(line) => {
-                text.push_str(line);
-                text.push('\n');
-            }
+            Block::Text(line) => text.push_str(&wrapped(&format!("{line}\n"), INDENT)),
+            Block::Command(line) => text.extend([line.as_str(), "\n"]),
             Block::Table(table) if is_shown(table.shown) => {
                 if !text.is_empty() {
                     text.push('\n');

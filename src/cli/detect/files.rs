@@ -3,31 +3,24 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use serde_json::Value as Json;
 
 use super::DetectArgs;
 use super::inputs::{Input, inputs};
 use super::labels::{self, LabelRows};
 use crate::cli::error::{CliError, DetectError};
+use crate::cli::finish::Finish;
 use crate::cli::warnings::Warnings;
-use crate::cli::{progress, recorded, report as page, terminal};
+use crate::cli::{progress, recorded};
 use trocar_base::warning::Warning;
-use trocar_detect::{Detection, DetectionReport, Label, detect};
-use trocar_report::html::{DetectionPage, detection_html, detections_html};
-use trocar_report::{
-    DetectionEntry, EVENT_COLUMNS, Folder, detection_object, detection_pictures, detection_text, detections_json,
-    detections_pictures, detections_text, event_rows, to_json, write_detection,
-};
+use trocar_detect::document::{DetectionEntry, DetectionStudy, Detections};
+use trocar_detect::{DetectionReport, Label, detect};
+use trocar_document::Study as _;
+use trocar_report::Folder;
+use trocar_report::html::Again;
 use trocar_scenario::{DetectionSpec, Values};
 
 /// The sections of a scenario that affect a detection.
 const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];
-
-/// The result of one recording.
-struct Detected {
-    report: DetectionReport,
-    json: Json,
-}
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     if is_collection(args) {
@@ -40,7 +33,11 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     }
     let labels = labels::given(args, &inputs)?;
     let work: Vec<_> = inputs.into_iter().zip(labels).collect();
-    let out = args.output.folder();
+    let mut style = args.output.figures.style();
+    if args.no_figures {
+        style.formats.clear();
+    }
+    let out = args.output.folder().with_figures(style).with_samples(args.format.formats().to_vec());
     if is_collection(args) {
         return many(args, &out, work);
     }
@@ -54,20 +51,11 @@ fn is_collection(args: &DetectArgs) -> bool {
 
 fn single(args: &DetectArgs, out: &Folder, input: Input, labels: Option<LabelRows>) -> Result<(), CliError> {
     let folder = folder_of(out, &input);
-    let name = input.folder.clone();
-    let given = input.given.clone();
-    let detected = one(args, &folder, input, labels)?;
+    let study = one(args, input, labels)?;
+    let document = study.document();
     let warnings = Warnings::new(&args.output);
-    warn(&warnings, &given, &detected);
-    if args.output.json {
-        terminal::print(&to_json(&detected.json))?;
-    } else if !args.output.quiet {
-        let written = folder.path().display();
-        terminal::print(&format!("{}files: {written}\n", detection_text(&name, &detected.report)))?;
-        if args.report {
-            page::print_path(&folder)?;
-        }
-    }
+    warn(&warnings, &study.file, &document.warnings);
+    finish(args, folder, &study).document(&document)?;
     warnings.finish()
 }
 
@@ -75,8 +63,13 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
     let bar = progress::bar(work.len(), args.output.quiet);
     bar.set_message("detecting");
     let of = |(input, labels): (Input, Option<LabelRows>)| {
-        let (file, name) = (input.given.clone(), input.folder.clone());
-        let detected = one(args, &folder_of(out, &input), input, labels);
+        let (file, name, folder) = (input.given.clone(), input.folder.clone(), folder_of(out, &input));
+        let detected = one(args, input, labels).and_then(|study| {
+            let document = study.document();
+            finish(args, folder, &study).write(&document)?;
+            let json = document.json;
+            Ok((study.report, json))
+        });
         bar.inc(1);
         (file, name, detected)
     };
@@ -88,10 +81,10 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
     let mut entries = vec![];
     let warnings = Warnings::new(&args.output);
     for (file, name, detected) in outcomes {
-        if let Ok(detected) = &detected {
-            warn(&warnings, &file, detected);
+        if let Ok((report, _)) = &detected {
+            warn(&warnings, &file, &report.warnings);
         }
-        let outcome = detected.map(|detected| (detected.report, detected.json)).map_err(|error| {
+        let outcome = detected.map_err(|error| {
             failed += 1;
             input_at_fault &= error.is_input();
             error.print(Some(&file));
@@ -99,38 +92,27 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
         });
         entries.push(DetectionEntry { file, name, outcome });
     }
-    let json = detections_json(&entries);
-    write_joint(args, out, &entries, &json)?;
-    if args.output.json {
-        terminal::print(&json)?;
-    } else if !args.output.quiet {
-        terminal::print(&format!("{}files: {}\n", detections_text(&entries), out.path().display()))?;
-        if args.report {
-            page::print_path(out)?;
-        }
-    }
+    let detections = Detections { entries };
+    let again = args.report.then(|| again(args, vec![], &args.recordings));
+    Finish { output: &args.output, folder: out.clone(), all: false, report: again }.document(&detections.document())?;
     if failed > 0 {
-        return Err(DetectError::Some { failed, recordings: entries.len(), input_at_fault }.into());
+        return Err(DetectError::Some { failed, recordings: detections.entries.len(), input_at_fault }.into());
     }
     warnings.finish()
 }
 
-/// Writes the common files of all recordings.
-fn write_joint(args: &DetectArgs, out: &Folder, entries: &[DetectionEntry], json: &str) -> Result<(), CliError> {
-    let reports: Vec<_> =
-        entries.iter().filter_map(|entry| entry.outcome.as_ref().ok().map(|(report, _)| (entry, report))).collect();
-    out.write("detections.json", json.as_bytes())?;
-    let mut events = format!("{EVENT_COLUMNS}\n");
-    events.extend(reports.iter().map(|(entry, report)| event_rows(&entry.file, report)));
-    out.write("events.csv", events.as_bytes())?;
-    if args.report {
-        out.write(page::FILE, detections_html(entries, &args.line(&args.recordings))?.as_bytes())?;
-    }
-    if !args.no_figures {
-        let named: Vec<_> = reports.iter().map(|(entry, report)| (entry.name.as_str(), *report)).collect();
-        detections_pictures(out, &named)?;
-    }
-    Ok(())
+/// Returns how the detection in recordings is done again.
+fn again(args: &DetectArgs, files: Vec<(String, String)>, recordings: &[String]) -> Again {
+    let note = "Run this command in the folder of the recordings.";
+    Again { command: "trocar detect", files, line: args.line(recordings), note, animation: None }
+}
+
+/// Returns how the detection in one recording ends.
+fn finish<'a>(args: &'a DetectArgs, folder: Folder, study: &DetectionStudy) -> Finish<'a> {
+    let name = study.values.name();
+    let settings = || vec![(format!("{name}.toml"), study.values.sections_toml(SETTINGS))];
+    let report = args.report.then(|| again(args, settings(), std::slice::from_ref(&study.file)));
+    Finish { output: &args.output, folder, all: false, report }
 }
 
 fn folder_of(out: &Folder, input: &Input) -> Folder {
@@ -139,8 +121,8 @@ fn folder_of(out: &Folder, input: &Input) -> Folder {
     if input.is_scenario() { folder.folder("detection") } else { folder }
 }
 
-/// Detects in one recording and writes its files.
-fn one(args: &DetectArgs, folder: &Folder, input: Input, labels: Option<LabelRows>) -> Result<Detected, CliError> {
+/// Detects in one recording.
+fn one(args: &DetectArgs, input: Input, labels: Option<LabelRows>) -> Result<DetectionStudy, CliError> {
     let Input { given, folder: name, values, guess } = input;
     let mut values = values?.with_adaptive_detector();
     let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(&given))?;
@@ -148,15 +130,14 @@ fn one(args: &DetectArgs, folder: &Folder, input: Input, labels: Option<LabelRow
     let labels = labels_of(&given, &spec, labels)?;
     let mut report = DetectionReport::judged(&detection, labels.as_deref(), args.window_s);
     report.warnings.splice(0..0, guess);
-    let json = detection_object(&name, &report, &values);
-    write(args, folder, &given, &spec, (&values, &detection, &report), &json)?;
-    Ok(Detected { report, json })
+    let mut study = DetectionStudy::new(name, given, values, (detection, report));
+    study.is_drawn = args.report || !args.no_figures;
+    Ok(study)
 }
 
 /// Prints the warnings about a recording.
-fn warn(warnings: &Warnings, given: &str, detected: &Detected) {
-    let of = |warning: &Warning| warning.clone().of(given);
-    warnings.print(&detected.report.warnings.iter().map(of).collect::<Vec<_>>());
+fn warn(warnings: &Warnings, given: &str, of_recording: &[Warning]) {
+    warnings.print(&of_recording.iter().map(|warning| warning.clone().of(given)).collect::<Vec<_>>());
 }
 
 /// Returns the labels of a recording: from `--labels`, or from its scenario or `--rupture-s`, or from the label file in the same
@@ -174,43 +155,4 @@ fn labels_of(given: &str, spec: &DetectionSpec, rows: Option<LabelRows>) -> Resu
         rows => rows,
     };
     Ok(rows.map(|rows| rows.labels(from_s, to_s)).transpose()?)
-}
-
-fn write(
-    args: &DetectArgs,
-    folder: &Folder,
-    given: &str,
-    spec: &DetectionSpec,
-    (values, detection, report): (&Values, &Detection, &DetectionReport),
-    json: &Json,
-) -> Result<(), CliError> {
-    let detector = &spec.settings.detector;
-    let files = || -> Result<(), CliError> {
-        args.format.write(folder, "detection", |format, out| write_detection(detection, format, out))?;
-        folder.write("detection.json", to_json(json).as_bytes())?;
-        folder.write("events.csv", format!("{EVENT_COLUMNS}\n{}", event_rows(given, report)).as_bytes())?;
-        Ok(())
-    };
-    if args.report {
-        let page = DetectionPage {
-            name: values.name(),
-            detection,
-            report,
-            scale: (detector.cusum.threshold, detector.distance.kind.unit()),
-            settings: &values.sections_toml(SETTINGS),
-            line: &args.line(&[given.to_owned()]),
-        };
-        folder.write(page::FILE, detection_html(&page)?.as_bytes())?;
-    }
-    if args.no_figures {
-        return files();
-    }
-    let pictures = || {
-        let scale = (detector.cusum.threshold, detector.distance.kind.unit());
-        detection_pictures(folder, values.name(), detection, report, scale)
-    };
-    let (files, pictures) = rayon::join(files, pictures);
-    files?;
-    pictures?;
-    Ok(())
 }

@@ -4,7 +4,8 @@ use super::DetectArgs;
 use super::inputs::given;
 use crate::cli::error::CliError;
 use crate::cli::{recorded, terminal};
-use trocar_report::{signals_object, signals_text, to_json};
+use trocar_detect::document::signals_document;
+use trocar_report::{document_text, to_json};
 use trocar_scenario::recording_signals;
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
@@ -12,11 +13,12 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     for (index, recording) in given(args)?.iter().enumerate() {
         let mut values = recorded::load(recording, &args.settings(Some(recording)))?;
         let signals = recording_signals(&mut values).map_err(recorded::placed(recording))?;
+        let document = signals_document(recording, &signals);
         if args.output.json {
-            objects.push(signals_object(recording, &signals));
+            objects.push(document.json);
         } else {
             let gap = if index == 0 { "" } else { "\n" };
-            terminal::print(&format!("{gap}{}", signals_text(recording, &signals)))?;
+            terminal::print(&format!("{gap}{}", document_text(&document, false)))?;
         }
     }
     if args.output.json {

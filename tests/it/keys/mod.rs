@@ -52,7 +52,7 @@ const REFUSED: &[(&str, &[Chosen])] = &[
 ];
 
 /// Keys that are accepted without effect: settings of the decision that make no difference in runs as short as these; and a sensor at the tip of a needle whose shaft has no
-/// friction, so that `compare --strategies` has the same strategies for every tissue.
+/// friction, so that `strategies` has the same strategies for every tissue.
 const ACCEPTED: &[(&str, &[Chosen])] = &[
     (
         "perception.lapse_rate",

@@ -25,6 +25,7 @@
 
 mod bench;
 mod contact;
+mod document;
 mod excursions;
 mod probe;
 mod request;
@@ -34,6 +35,7 @@ mod spread;
 mod whiteness;
 
 pub use contact::ContactRule;
+pub use document::{CalibrationStudy, run_lengths_document};
 pub use request::CalibrationRequest;
 pub use run_length::RunLength;
 pub use whiteness::{LAGS, Whiteness};

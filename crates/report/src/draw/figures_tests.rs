@@ -263,6 +263,7 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
     };
     let row = |name| TimelineRow {
         name,
+        from_s: 0.0,
         duration_s: 12.0,
         shades: vec![(1.0, 5.0, Shade::Insertion), (5.0, 7.0, Shade::Hold), (7.0, 11.0, Shade::Withdrawal)],
         rupture_times_s: vec![4.0],

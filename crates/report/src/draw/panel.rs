@@ -26,6 +26,8 @@ const MIN_LEFT: f64 = 10.0;
 /// Minimum distance of the centres of labels along a vertical axis, and of the edges of labels along a horizontal one.
 const MIN_RISE: f64 = 11.0;
 const MIN_GAP: f64 = 5.0;
+/// Minimum height of axes with a caption.
+const MIN_CAPTIONED: f64 = 24.0;
 /// Width of an interval of which a line keeps the minimum and the maximum.
 const INTERVAL: f64 = 0.4;
 
@@ -75,8 +77,13 @@ pub(super) fn label_width(panel: &Panel<'_>, height: f64) -> f64 {
     let ticks = y_ticks(&panel.y, height);
     let widest = ticks.iter().map(|(_, label)| fonts::width(label, TEXT, false)).fold(0.0, f64::max);
     let labels = if ticks.is_empty() { 0.0 } else { TICK + GAP + widest };
-    let caption = fonts::lines(&panel.y_caption, TEXT, false, height).len() as f64 * LINE;
+    let caption = caption(panel, height).len() as f64 * LINE;
     (labels + caption + if caption > 0.0 { GAP } else { 0.0 }).max(MIN_LEFT)
+}
+
+/// Returns the lines of the caption left of axes of a height; none where a word has no room.
+fn caption(panel: &Panel<'_>, height: f64) -> Vec<String> {
+    if height < MIN_CAPTIONED { vec![] } else { fonts::lines(&panel.y_caption, TEXT, false, height) }
 }
 
 /// Returns the height of the labels and the caption below axes of a width.
@@ -208,7 +215,7 @@ impl<'a, B: DrawingBackend> Axes<'a, B> {
             pen.strokes(vec![vec![(x - tick_length, y), (x, y)]], &FRAME)?;
             pen.text_at(&Text::new(label, (0.0, 0.0), Anchor::End), (x - tick_length - gap, y))?;
         }
-        for (index, line) in fonts::lines(&panel.y_caption, TEXT, false, height).into_iter().enumerate() {
+        for (index, line) in caption(panel, height).into_iter().enumerate() {
             let at = (edge + LINE * (index as f64 + 0.76) - 0.26 * TEXT, top + 0.5 * height);
             pen.text(&Text { is_upright: true, ..Text::new(line, at, Anchor::Middle) })?;
         }

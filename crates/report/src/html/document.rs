@@ -1,9 +1,9 @@
 //! A document as a page.
 
-use super::command::command_line;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
 use crate::Animation;
 use serde_json::Value as Json;
+use trocar_document::command_line;
 use trocar_document::{Block as Part, Document, Shown, Table};
 use trocar_studies::run::Run;
 
@@ -55,11 +55,10 @@ pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, H
     }
     let file = |(name, text): &(String, String)| Block::File { name: name.clone(), text: without_paths(text) };
     let title = if again.files.len() == 1 { "Scenario" } else { "Scenarios" };
-    sections.push(Section {
-        id: "scenario".into(),
-        title: title.into(),
-        blocks: again.files.iter().map(file).collect(),
-    });
+    if !again.files.is_empty() {
+        let blocks = again.files.iter().map(file).collect();
+        sections.push(Section { id: "scenario".into(), title: title.into(), blocks });
+    }
     let commands = vec![Block::Command { line: again.line.clone(), note: again.note.to_owned() }];
     sections.push(Section { id: "again".into(), title: "Reproduce".into(), blocks: commands });
     let verdict = document.verdict.sentences.iter().chain(&document.verdict.left_out);
@@ -77,6 +76,7 @@ pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, H
 fn block(part: &Part, document: &Document<'_>, drawn: &mut Drawn) -> Option<Block> {
     match part {
         Part::Text(line) => Some(Block::text(sentence(line))),
+        Part::Command(line) => Some(Block::Command { line: line.clone(), note: String::new() }),
         Part::Table(table) if table.shown == Shown::OnTerminal => None,
         Part::Table(table) => Some(table_block(table)),
         Part::Figures { names, windows } => {

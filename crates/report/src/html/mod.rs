@@ -5,13 +5,9 @@
 //! date and no path. The same results give the same bytes. All text from scenarios and recordings is escaped.
 
 pub mod assets;
-mod command;
-mod detected;
 mod document;
-mod events;
 mod page;
 
-pub use command::command_line;
-pub use detected::{DetectionPage, detection_html, detections_html};
 pub use document::{Again, document_html};
 pub use page::HtmlError;
+pub use trocar_document::command_line;

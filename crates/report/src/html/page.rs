@@ -13,8 +13,7 @@ use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use super::assets;
-use super::events::Timeline;
-use crate::{Animation, Table};
+use crate::Animation;
 use trocar_figures::FigureError;
 
 const STYLE: [&str; 2] = [assets::THEME_CSS, assets::REPORT_CSS];
@@ -83,7 +82,6 @@ pub(super) enum Block {
     Text { text: String },
     Table { caption: String, head: Vec<String>, rows: Vec<Row>, is_text: bool },
     Figures { name: Cow<'static, str>, windows: Vec<Window> },
-    Timeline(Timeline),
     File { name: String, text: String },
     Command { line: String, note: String },
 }
@@ -98,25 +96,8 @@ pub(super) fn warned(warnings: &[Warning]) -> Vec<String> {
 }
 
 impl Block {
-    /// Returns the place of figures.
-    pub(super) fn figures(name: &'static str) -> Self {
-        Self::Figures { name: name.into(), windows: vec![] }
-    }
-
     pub(super) fn text(text: impl Into<String>) -> Self {
         Self::Text { text: text.into() }
-    }
-
-    /// Returns a table of the terminal as a block.
-    pub(super) fn table(caption: impl Into<String>, table: &Table) -> Self {
-        let mut rows = table.rows().iter().cloned();
-        let head = rows.next().unwrap_or_default();
-        let row = |mut cells: Vec<String>| {
-            cells.resize(head.len(), String::new());
-            Row { cells, meaning: "" }
-        };
-        let rows = rows.map(row).collect();
-        Self::Table { caption: caption.into(), rows, is_text: table.is_flush_left(), head }
     }
 }
 
@@ -215,11 +196,10 @@ mod tests {
         let evil = "</script><script>alert(1)</script><!-- & ' \" {{ heading }} {% raw %}";
         let mut drawn = Drawn::default();
         drawn.figures.insert("signals".into(), vec![json!({ "name": evil, "legend": [{ "text": evil }] })]);
-        let mut table = Table::new([evil, evil]);
-        table.row([evil, evil]);
+        let row = Row { cells: vec![evil.into(), evil.into()], meaning: "" };
         let blocks = vec![
             Block::text(evil),
-            Block::table(evil, &table),
+            Block::Table { caption: evil.into(), head: row.cells.clone(), rows: vec![row], is_text: false },
             Block::File { name: evil.into(), text: evil.into() },
             Block::Command { line: evil.into(), note: evil.into() },
         ];

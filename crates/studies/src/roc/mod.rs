@@ -9,6 +9,7 @@
 
 mod curve;
 mod detector_bank;
+mod document;
 mod interval;
 mod lanes;
 mod misses;

@@ -37,7 +37,7 @@ pub fn force_bound_gap(scenario: &Scenario) -> Option<Warning> {
         Warning::new(Code::ForceNotBounded, message.to_owned())
             .of(&scenario.name)
             .at("passivity.scheme")
-            .remedy("`trocar compare --schemes` has the peak force with every scheme and without one")
+            .remedy("`trocar strategies --schemes` has the peak force with every scheme and without one")
     })
 }
 

@@ -37,7 +37,6 @@ impl Run {
     #[must_use]
     pub fn estimation(&self) -> EstimationView<'_> {
         let trace = &self.trace;
-        let unit = self.scenario.detector.distance.kind.unit();
         let trust = trace.trust();
         EstimationView {
             name: &self.scenario.name,
@@ -51,7 +50,7 @@ impl Run {
             extra_parameter: trace.extra_parameter.as_ref().map(|(name, column)| (*name, column.as_slice())),
             decision: &trace.decision,
             threshold: self.scenario.detector.cusum.threshold,
-            decision_unit: if unit == "1" { "" } else { unit },
+            decision_unit: self.scenario.detector.distance.kind.unit(),
             rupture_times_s: self.ruptures_s(),
             alarm_times_s: self.alarms_s(),
         }

@@ -157,10 +157,10 @@ const trocarCharts = (() => {
 
   /** One panel of a figure. */
   class Chart {
-    /** `options`: `{ group, height, whole }`; `whole` is the full range of x if the panel is only a part of it. */
-    constructor(parent, panel, { group = null, height = 200, whole = null } = {}) {
+    /** `options`: `{ title, group, height, whole }`; `whole` is the full range of x if the panel is only a part of it. */
+    constructor(parent, panel, { title = null, group = null, height = 200, whole = null } = {}) {
       this.figure = html("figure", { class: "chart", ...(panel.id ? { id: `chart-${panel.id}` } : {}) });
-      const caption = html("figcaption", {}, panel.y.caption || panel.x.caption);
+      const caption = html("figcaption", {}, [title, panel.y.caption || panel.x.caption].filter(Boolean).join(": "));
       this.reading = html("span", { class: "quiet" });
       caption.append(" ", this.reading);
       const plot = html("div", { class: "plot" });
@@ -497,13 +497,18 @@ const trocarCharts = (() => {
 
   /** Draws all panels of a figure into `parent`, with the key of what all have, and returns their charts. */
   function figure(parent, description, group) {
-    const panels = description.rows.flatMap((row) => row.panels.map((panel) => ({ panel, height: Math.max(120, Math.round(1.6 * row.height)) })));
+    const isOfMany = description.rows.length > 1;
+    // A row of events has nothing along its vertical axis, and needs less height.
+    const least = ({ lines, fills }) => (lines.length > 0 || fills.length > 0 ? 120 : 76);
+    const panels = description.rows.flatMap(({ title, height, panels }) =>
+      panels.map((panel) => ({ panel, title: isOfMany && title, height: Math.max(least(panel), Math.round(1.6 * height)) })),
+    );
     const isOfLine = (one) => panels.some(({ panel }) => panel.lines.some((line) => line.name === one.text));
     const key = description.legend.filter((one) => one.kind !== "title" && !isOfLine(one));
     const list = html("ul", { class: "legend key" });
     list.append(...key.map(entry));
     if (key.length) parent.append(list);
-    return panels.map(({ panel, height }) => new Chart(parent, panel, { group, height }));
+    return panels.map(({ panel, title, height }) => new Chart(parent, panel, { title, group, height }));
   }
 
   return { Chart, figure, axes, placed, colour, number, short };

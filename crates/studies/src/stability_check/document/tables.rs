@@ -31,9 +31,7 @@ pub(super) fn loop_table(analysis: &Analysis) -> Table {
     let (mode, margins) = (&analysis.mode, &analysis.margins);
     let jitter_s = analysis.jitter_margin_ticks.map(|ticks| ticks as f64 * analysis.settings.tick_s);
     let hertz = |value: Option<f64>| Cell::si(value, "Hz");
-    let milliseconds = |value: Option<f64>| {
-        value.map_or(Cell::Undefined, |value| Number { factor: 1e3, ..Number::si(value, "ms") }.into())
-    };
+    let milliseconds = |value: Option<f64>| value.map_or(Cell::Undefined, |value| Number::milliseconds(value).into());
     let degrees = |value: f64| Number { factor: 1.0_f64.to_degrees(), unit: "°".into(), ..Number::si(value, "") };
     let columns = [("quantity", "loop"), ("value", "value"), ("frequency_hz", "at")];
     let mut table = Table::new("loop", "Properties of the closed loop", columns);

@@ -1,0 +1,171 @@
+//! What a detection says.
+
+mod data;
+mod figures;
+mod many;
+mod signals;
+mod tables;
+
+pub use many::{DetectionEntry, Detections};
+pub use signals::signals_document;
+
+use serde_json::{Map, Value as Json, json};
+
+use crate::{Detection, DetectionReport};
+use trocar_document::{Cell, Document, Number, Section, Shown, Study, Verdict, Window, counted, significant};
+use trocar_engine::engine::TrustColumns;
+use trocar_metrics::Unit;
+use trocar_scenario::Values;
+
+/// Maximum number of alarms with a part of the time axis that a page offers to show.
+const MAX_WINDOWS: usize = 6;
+
+const MEANINGS: &str = "The residual e is the measured minus the estimated force. σ is its standard deviation. The robust σ is 1.4826 \
+     times its median absolute deviation, which ruptures hardly change. K and B are the means of the \
+     estimated stiffness and damping, s.e. is the mean of their standard error: a B within two of them of 0, as in a hold, is not \
+     known. The phase is free without contact; the mean speed of the needle distinguishes insertion, hold and withdrawal. Precision is the \
+     share of alarms that match a rupture, recall is the share of ruptures with a matching alarm, and F1 is their harmonic mean. \
+     A delay is the time from a rupture to its alarm.";
+
+/// A detection in a recording.
+#[derive(Debug)]
+pub struct DetectionStudy {
+    /// The name of the recording.
+    pub name: String,
+    /// Its path, by which its events name it.
+    pub file: String,
+    /// The settings.
+    pub values: Values,
+    /// The report about the detection.
+    pub report: DetectionReport,
+    /// True if its document has figures.
+    pub is_drawn: bool,
+    samples: Samples,
+}
+
+impl DetectionStudy {
+    /// The study of a detection, with figures.
+    #[must_use]
+    pub fn new(name: String, file: String, values: Values, (detection, report): (Detection, DetectionReport)) -> Self {
+        let samples = Samples::of(detection);
+        Self { name, file, values, report, is_drawn: true, samples }
+    }
+}
+
+/// The samples of a detection, and what its figures show of them.
+#[derive(Debug)]
+pub(crate) struct Samples {
+    detection: Detection,
+    trust: TrustColumns,
+    alarms_s: Vec<f64>,
+}
+
+impl Samples {
+    pub(crate) fn of(detection: Detection) -> Self {
+        let alarms_s = detection.alarms.iter().map(|&sample| detection.time_s[sample]).collect();
+        Self { trust: detection.trust(), alarms_s, detection }
+    }
+}
+
+impl Study for DetectionStudy {
+    fn document(&self) -> Document<'_> {
+        let mut document = report_document(&self.name, &self.report, &self.values);
+        document.data = vec![data::samples(&self.samples), data::events([(&*self.file, &self.report)])];
+        if self.is_drawn {
+            let name = self.values.name();
+            self.samples.draw(&mut document, "", name, &self.report);
+            document
+                .figure("timeline", trocar_figures::timeline(&[figures::row(name, &self.report, self.report.start_s)]));
+            document.sections.extend(signals(&self.report));
+        }
+        document
+    }
+}
+
+/// What a detection says, without its samples and figures.
+#[must_use]
+pub fn report_document(name: &str, report: &DetectionReport, values: &Values) -> Document<'static> {
+    let (detector, threshold, unit) = report.detector;
+    let samples = format!(
+        "{} samples over {} s, {}",
+        report.samples,
+        significant(report.duration_s),
+        counted(report.alarms.len() as u64, "alarm")
+    );
+    let mut events = Section::new("events", "Events");
+    if report.alarms.is_empty() && report.missed().next().is_none() {
+        events = events.shown(Shown::InReports);
+        events.text("No alarm.");
+    } else {
+        events.table(tables::events(&[(None, report)]));
+    }
+    let mut results = Section::new("metrics", "Results");
+    results.table(tables::phases("Estimates by phase", &report.phases));
+    results.table(tables::residual(report));
+    let mut sections = vec![events, results];
+    if let Some(scores) = &report.scores {
+        let mut section = Section::new("labels", "Labels");
+        section.text(format!(
+            "{}: {} missed, {}",
+            counted(scores.ruptures as u64, "labelled rupture"),
+            scores.missed,
+            counted(scores.false_alarms as u64, "false alarm"),
+        ));
+        section.table(tables::scores(scores, report.window_s));
+        sections.push(section);
+    }
+    sections.push(meanings());
+    Document {
+        name: "detection",
+        title: name.to_owned(),
+        verdict: Verdict {
+            sentences: vec![samples],
+            left_out: vec![format!("detector: {detector}, threshold {}", Number::si(threshold, unit))],
+        },
+        warnings: report.warnings.clone(),
+        sections,
+        json: json(name, report, values),
+        ..Document::default()
+    }
+}
+
+fn meanings() -> Section {
+    let mut section = Section::new("meanings", "Meanings").shown(Shown::InReports);
+    section.text(MEANINGS);
+    section
+}
+
+/// The sections with the figures.
+fn signals(report: &DetectionReport) -> [Section; 2] {
+    let mut signals = Section::new("signals", "Signals").shown(Shown::InReports);
+    signals.text(format!(
+        "The samples are {} apart, {} s of them in contact",
+        Cell::of(Some(report.interval_s), Unit::Second),
+        significant(report.contact_s)
+    ));
+    let window = |label: String, at: f64| Window { label, range: ((at - 0.1).max(report.start_s), at + 0.4) };
+    let alarms = report.alarms.iter().enumerate().take(MAX_WINDOWS);
+    let windows = alarms.map(|(index, alarm)| window(format!("alarm {}", index + 1), alarm.time_s)).collect();
+    signals.figures(["timeline", "estimation", "parameters", "decision"], windows);
+    signals.text(
+        "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around ruptures and \
+         alarms is kept. detection.csv has every sample.",
+    );
+    let mut residual = Section::new("residual", "Distribution of the residual").shown(Shown::InReports);
+    residual.figure("residual");
+    [signals, residual]
+}
+
+/// The alarms, the statistics of the estimates, the scores and the settings.
+fn json(name: &str, report: &DetectionReport, values: &Values) -> Json {
+    let section = |section: &str| (section.to_owned(), values.section_json(section));
+    let mut all = json!({
+        "trocar_version": env!("CARGO_PKG_VERSION"),
+        "recording": name,
+        "settings": Map::from_iter(["estimator", "detector"].map(section)),
+    });
+    if let (Json::Object(all), Ok(Json::Object(report))) = (&mut all, serde_json::to_value(report)) {
+        all.extend(report);
+    }
+    all
+}

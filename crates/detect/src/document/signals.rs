@@ -1,0 +1,112 @@
+//! The signals of a file.
+
+use serde_json::{Value as Json, json};
+
+use trocar_document::{Cell, Document, Section, Table, Verdict, command_line, counted, plain};
+use trocar_recording::{Quantity, Roles, Signal};
+use trocar_scenario::parse_quantity;
+
+/// What a file has: its signals with their roles, and the command that detects in it.
+#[must_use]
+pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
+    let mut section = Section::new("signals", "Signals");
+    section.table(table(signals));
+    let mut of_command = Section::new("command", "Command");
+    choices(signals).into_iter().for_each(|line| of_command.text(line));
+    let command = command(file, signals);
+    of_command.blocks.push(trocar_document::Block::Command(command.clone()));
+    Document {
+        name: "signals",
+        title: file.to_owned(),
+        verdict: Verdict { sentences: vec![counted(signals.len() as u64, "signal")], left_out: vec![] },
+        sections: vec![section, of_command],
+        json: json!({
+            "trocar_version": env!("CARGO_PKG_VERSION"),
+            "file": file,
+            "signals": signals.iter().map(|signal| object(signal, signals)).collect::<Vec<_>>(),
+            "roles_are_unique": Roles::of(signals).are_unique(),
+            "command": command,
+        }),
+        ..Document::default()
+    }
+}
+
+/// Returns the sampling rate of a signal in Hz: that of the first time with as many samples.
+fn rate_hz(signal: &Signal, signals: &[Signal]) -> Option<f64> {
+    let is_time = |other: &&Signal| other.role == Some(Quantity::Time) && other.samples == signal.samples;
+    let time = signals.iter().find(is_time)?;
+    let unit = time.unit.as_deref().unwrap_or("s");
+    let duration_s = time.increase? * parse_quantity(&format!("1 {unit}"), "s").unwrap_or(1.0);
+    (duration_s > 0.0).then(|| (signal.samples - 1) as f64 / duration_s)
+}
+
+/// Returns the command that detects in a file, with the first signal of each role, or a capital word.
+fn command(file: &str, signals: &[Signal]) -> String {
+    let roles = Roles::of(signals);
+    let mut words = vec!["detect".to_owned(), file.to_owned()];
+    for quantity in Quantity::ALL {
+        let column = match roles.first(quantity) {
+            Some(index) => signals[index].column(),
+            None if quantity == Quantity::Velocity => continue,
+            None => quantity.name().to_uppercase(),
+        };
+        words.extend([format!("--{}", quantity.name()), column]);
+    }
+    command_line(words)
+}
+
+fn table(signals: &[Signal]) -> Table {
+    let has_labels = signals.iter().any(|signal| signal.label.is_some());
+    let columns = ["signal", "role", "shape", "unit", "rate", "range"].into_iter().chain(has_labels.then_some("text"));
+    let mut table = Table::new("signals", "Signals", columns.map(|column| (column, column))).of_text();
+    for signal in signals {
+        let text = |text: Option<&str>| text.map_or(Cell::Undefined, Cell::from);
+        let shape: Vec<String> = signal.shape.iter().map(usize::to_string).collect();
+        let range = signal.range.map_or("—".into(), |(low, high)| format!("{} to {}", plain(low), plain(high)));
+        let undefined = if signal.undefined == 0 { String::new() } else { format!(", {} undefined", signal.undefined) };
+        let cells = [
+            signal.name.as_str().into(),
+            text(signal.role.map(Quantity::name)),
+            shape.join(" x ").into(),
+            text(signal.unit.as_deref()),
+            Cell::si(rate_hz(signal, signals), "Hz"),
+            format!("{range}{undefined}").into(),
+        ];
+        table.row(cells.into_iter().chain(has_labels.then(|| signal.label.clone().unwrap_or_default().into())));
+    }
+    table
+}
+
+/// Returns the quantities without a signal, and those with several.
+fn choices(signals: &[Signal]) -> Vec<String> {
+    let roles = Roles::of(signals);
+    let of = |quantity: Quantity| match roles.candidates[quantity as usize].as_slice() {
+        [] if quantity != Quantity::Velocity => Some(format!(
+            "{0}: no name or unit shows it; choose a signal for {1}",
+            quantity.name(),
+            quantity.name().to_uppercase()
+        )),
+        [_, others @ ..] if !others.is_empty() => {
+            let others: Vec<&str> = others.iter().map(|index| signals[*index].name.as_str()).collect();
+            Some(format!("{}: or {}", quantity.name(), others.join(", ")))
+        }
+        _ => None,
+    };
+    Quantity::ALL.into_iter().filter_map(of).collect()
+}
+
+fn object(signal: &Signal, signals: &[Signal]) -> Json {
+    json!({
+        "name": signal.name,
+        "label": signal.label,
+        "unit": signal.unit,
+        "shape": signal.shape,
+        "samples": signal.samples,
+        "undefined": signal.undefined,
+        "rate_hz": rate_hz(signal, signals),
+        "min": signal.range.map(|(low, _)| low),
+        "max": signal.range.map(|(_, high)| high),
+        "role": signal.role.map(Quantity::name),
+        "column": signal.column(),
+    })
+}
