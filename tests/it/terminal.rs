@@ -30,7 +30,7 @@ fn every_command_prints_lines_of_at_most_80_characters() {
          detector.threshold = [0.01, 0.02]\naugmentation.reengage = [\"ramp\", \"snap\"]\n",
     );
     let axes = ["--x", "scaling.force=0.1:10:4", "--y", "tissue.stiffness_n_per_m=10:20000:4"];
-    let lines: [&[&str]; 21] = [
+    let lines: [&[&str]; 22] = [
         &["compare"],
         &["compare", "--all"],
         &["paper"],
