@@ -227,9 +227,10 @@ async fn push(page: BrowserPage) -> BrowserPage {
             break;
         }
     }
+    // The text follows the rows with the next frame.
+    page.wait("return modes.includes('frozen')").await;
     let modes: Vec<String> = serde_json::from_value(page.evaluate("return modes").await).expect("texts");
     assert_eq!(modes.first().map(String::as_str), Some("teleoperation"));
-    assert!(modes.iter().any(|mode| mode == "frozen"), "{modes:?}");
     // The recorded rows of the first frozen interval: the hand moves, the slave does not.
     sleep(Duration::from_millis(300)).await;
     let first = "const rows = trocarPush.state().rows, from = rows.slice(rows.findIndex(row => row[6] === 1));

@@ -25,6 +25,9 @@ struct Run {
     scales: [f64; 2],
 }
 
+/// Stiffness of the friction while it sticks, in N/m: the promise of a scheme holds for tissues up to a stiffness, friction included.
+const BRISTLE_N_PER_M: f64 = 1e3;
+
 /// The largest energy that was generated (J), what was promised, the distance left behind at the end (m), and the largest motion
 /// of the needle (m).
 fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
@@ -63,11 +66,15 @@ fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
     let mut link = Link::<f64>::new(&settings, lines, &step, TICK_S, 0.0).expect("valid");
     let mut plants = ExactPlants::<f64>::new(&master_step, &step, 0.0, 0.0);
     let (mut desired, mut largest) = (0.0, 0.0_f64);
+    let (mut bristle_m, mut before_m) = (0.0, 0.0);
     for tick in 0..2000_usize {
         let (m, s) = (plants.master(), plants.slave());
         let push_n = if tick % 400 > 350 { -1.0 } else { 0.0 };
         let spring_n = run.stiffness_n_per_m * (s.position_m - 0.002).max(0.0);
-        let force_n = spring_n + push_n + run.friction_n * (s.velocity_m_per_s / 1e-3).clamp(-1.0, 1.0);
+        bristle_m += s.position_m - before_m;
+        bristle_m = bristle_m.clamp(-run.friction_n / BRISTLE_N_PER_M, run.friction_n / BRISTLE_N_PER_M);
+        before_m = s.position_m;
+        let force_n = spring_n + push_n + BRISTLE_N_PER_M * bristle_m;
         let at_master =
             AtMaster { position_m: m.position_m, velocity_m_per_s: m.velocity_m_per_s, hand_force_n: m.hand_force_n };
         let at_slave = AtSlave { position_m: s.position_m, velocity_m_per_s: s.velocity_m_per_s, force_n };
@@ -89,14 +96,14 @@ fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
 const SCHEMES: [Scheme; 3] = [Scheme::TimeDomain, Scheme::WaveVariables, Scheme::EnergyTank];
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn no_scheme_generates_more_than_it_promises(
         scheme in 0..3_usize,
         delays in [0..60_u64, 0..60_u64],
         loss in prop_oneof![Just(0.0), 0.0..0.5f64],
-        stiffness_n_per_m in 0.0..20e3f64,
+        stiffness_n_per_m in 0.0..19e3f64,
         friction_n in 0.0..2.0f64,
         hand_m in prop::collection::vec(-0.01..0.03f64, 4..12),
         scales in [0.3..2.0f64, 0.3..3.0f64],
