@@ -92,8 +92,10 @@
 //! | layer | package | modules |
 //! |---|---|---|
 //! | 8 | `trocar` | the command line, the page and its server |
-//! | 7 | `trocar-report` | [`report`] (tables, CSV, JSON, figures; no lower layer draws or prints) |
-//! | 6 | `trocar-studies` | [`run`], [`compare`], [`detect`], [`roc`], [`sweep`], [`stability_check`] (comparison of the linear analysis with simulations) |
+//! | 7 | `trocar-report` | [`report`] (renders documents and draws figures; no lower layer prints) |
+//! | 6 | `trocar-studies` | [`run`], [`compare`], [`roc`], [`sweep`], [`stability_check`] (comparison of the linear analysis with simulations) |
+//! | 5 | `trocar-detect` | [`detect`] (recordings: alarms, scores, calibration) |
+//! | 5 | `trocar-figures` | [`figures`] (every figure as a description) |
 //! | 5 | `trocar-stability` | [`stability`] (the linear loop, without the engine) |
 //! | 5 | `trocar-link` | the two sides of an insertion as two processes |
 //! | 4 | `trocar-scenario` | [`scenario`] (TOML, validated, resolved and echoed), [`population`] (people, tissues and links drawn at random) |
@@ -101,6 +103,7 @@
 //! | 3 | `trocar-engine` | [`engine`] (one tick, N ticks, observers), [`teleoperation`] (architectures, recovery, passivity), [`plant`], [`tissue`], [`operator`], [`channel`], [`sensor`] |
 //! | 2 | `trocar-lti` | [`lti`] (polynomials, transfer functions, state space, exact holds, interconnection, responses) |
 //! | 2 | `trocar-recording` | [`recording`] (recordings from files of several formats) |
+//! | 1 | `trocar-document` | [`document`] (what a study says: verdict, tables, figures, data) |
 //! | 1 | `trocar-base` | [`warning`], quantiles, work on several threads |
 //! | core | `trocar-core` | [`rig`] (one step of a real controller), [`chain`] (estimator, distance, decision), [`augmentation`], [`detector`], [`estimation`], [`settings`], [`time`], [`lane`], [`error`] |
 
@@ -117,7 +120,7 @@ pub use trocar_report as report;
 pub use trocar_scenario as scenario;
 pub use trocar_scenario::population;
 pub use trocar_stability as stability;
-pub use trocar_studies::{compare, roc, run, stability_check, sweep};
+pub use trocar_studies::{compare, reference, roc, run, stability_check, sweep};
 
 mod cli;
 mod explore;

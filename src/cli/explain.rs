@@ -6,8 +6,9 @@ use super::error::CliError;
 use super::terminal;
 use trocar_base::warning::Code;
 use trocar_metrics::Declaration;
-use trocar_report::{WIDTH, declarations, filled};
+use trocar_report::{WIDTH, filled};
 use trocar_scenario::{Fallback, KeyAt, find_key, nearest_key, nearest_of, unit_of};
+use trocar_studies::reference::declarations;
 
 const EXAMPLES: &str = "\
 Examples:

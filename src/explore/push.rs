@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use serde_json::json;
+use serde_json::{Value as Json, json};
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::mpsc::Sender;
 use tokio::sync::mpsc::error::TrySendError;
@@ -20,8 +20,9 @@ use super::worker::or_panicked;
 use trocar_document::figure::Shade;
 use trocar_engine::engine::{Observer, Signals};
 use trocar_engine::operator::Hand;
+use trocar_figures::{self as figures, FigureError, RunView};
 use trocar_metrics::Outcome;
-use trocar_report::{DrawnTissue, LiveDrawing, LiveMoment, teleoperation_axes};
+use trocar_report::{DrawnTissue, LiveDrawing, LiveMoment};
 use trocar_scenario::{OperatorSpec, Scenario};
 use trocar_studies::run::observe;
 
@@ -325,4 +326,26 @@ impl Observer<f64> for Pacer {
     fn is_done(&self) -> bool {
         self.is_closed || self.stop.load(Ordering::Relaxed)
     }
+}
+
+/// Describes the figure of the forces and positions of a run without its signals, which a page adds.
+///
+/// # Errors
+/// [`FigureError`].
+fn teleoperation_axes(is_augmented: bool) -> Result<Json, FigureError> {
+    let zero: &[f64] = &[0.0];
+    let view = RunView {
+        name: "",
+        is_augmented,
+        time_s: zero,
+        master_position_m: zero,
+        slave_position_m: zero,
+        operator_force_n: zero,
+        tissue_force_n: zero,
+        feedback_force_n: zero,
+        mode: &[0],
+        rupture_times_s: vec![].into(),
+        alarm_times_s: vec![].into(),
+    };
+    Ok(figures::comparison(&[view], None)?.for_page(1))
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use trocar::engine::{COLUMNS, TRACE_COLUMNS};
-use trocar::report::{declarations, metrics_markdown, trace_columns_markdown};
+use trocar::reference::{declarations, metrics_markdown, trace_columns_markdown};
 use trocar::sweep::{Column, sweep_schema};
 
 use crate::support::test_folder::TestFolder;

@@ -7,6 +7,7 @@
 
 mod arrivals;
 mod counters;
+mod document;
 mod endpoint;
 mod ends;
 mod greeting;

@@ -5,6 +5,7 @@
 
 pub mod compare;
 pub mod fmu;
+pub mod reference;
 pub mod roc;
 pub mod run;
 pub mod stability_check;

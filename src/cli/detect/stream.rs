@@ -9,10 +9,11 @@ use super::warnings::LiveWarnings;
 use crate::cli::error::{CliError, DetectError};
 use crate::cli::recorded::of_flags;
 use crate::cli::warnings::text as warning_text;
+use trocar_detect::live_text;
 use trocar_detect::sampling_rate;
 use trocar_detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};
 use trocar_recording::{LiveLine, LiveTable, RecordingError};
-use trocar_report::live_text;
+use trocar_report::wrapped;
 use trocar_scenario::{DetectionSettings, Values, recording_columns};
 
 /// The cause of a regular end.
@@ -164,7 +165,7 @@ impl Session {
         }
         self.rows.summary(&summary, self.lines, skipped, ended).or_else(closed)?;
         if !self.rows.is_json() {
-            self.warnings.note(&live_text(&summary, self.lines, self.malformed, ended));
+            self.warnings.note(&wrapped(&live_text(&summary, self.lines, self.malformed, ended), 0));
         }
         Ok(())
     }

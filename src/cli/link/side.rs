@@ -10,12 +10,13 @@ use super::proxy::Running;
 use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
 use crate::cli::error::{CliError, LinkError};
 use crate::cli::{interrupt, terminal};
+use trocar_document::Study as _;
 use trocar_engine::engine::EngineError;
 use trocar_link::{
     Calling, Direction, Greeted, Key, Lateness, MasterEnd, PACKET_BYTES, Role, SideSummary, SlaveEnd, Trips, Waiting,
     delays_csv, fingerprint,
 };
-use trocar_report::{Folder, side_object, side_text, to_json, write_trace_columns};
+use trocar_report::{Folder, document_text, to_json, write_document, write_trace_columns};
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::RunError;
 
@@ -342,13 +343,13 @@ impl Side<'_> {
                 folder.write("scenario.toml", Pointer::logged(&self.scenario.name).as_bytes())?;
             }
         }
-        let object = to_json(&side_object(summary));
-        folder.write("summary.json", object.as_bytes())?;
+        let document = summary.document();
+        write_document(&folder, &document)?;
         let files = folder.path().to_owned();
         if self.args.json {
-            terminal::print(&object)?;
+            terminal::print(&to_json(&document.json))?;
         } else if !self.args.quiet {
-            terminal::print(&format!("{}files: {}\n", side_text(summary), files.display()))?;
+            terminal::print(&format!("{}files: {}\n", document_text(&document, false), files.display()))?;
         }
         Ok(files)
     }

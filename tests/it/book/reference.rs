@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use trocar::report::{metrics_markdown, trace_columns_markdown};
+use trocar::reference::{metrics_markdown, trace_columns_markdown};
 use trocar::scenario::{Constant, Fallback, KEYS, Key, Kind, NAME_RULE, SECTIONS, Value, shipped_questions, unit_of};
 
 use trocar::tissue::{LAYER_KEYS, LAYER_LIST, TissueSettings};

@@ -2,10 +2,12 @@
 
 mod data;
 mod figures;
+mod live;
 mod many;
 mod signals;
 mod tables;
 
+pub use live::live_text;
 pub use many::{DetectionEntry, Detections};
 pub use signals::signals_document;
 

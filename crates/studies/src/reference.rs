@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
+use crate::compare::NoiseCheck;
+use crate::sweep::Column;
 use trocar_engine::engine::{TRACE_COLUMNS, TRUST_COLUMNS};
 use trocar_metrics::{Declaration, Scope};
-use trocar_studies::compare::NoiseCheck;
-use trocar_studies::sweep::Column;
 
 /// Returns the declarations of all metrics: those that sweeps can keep, then those in noise.
 pub fn declarations() -> impl Iterator<Item = &'static Declaration> {
