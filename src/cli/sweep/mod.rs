@@ -7,6 +7,7 @@ mod merge;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use rayon::prelude::*;
 
 use self::finish::{Whole, finish, report};
 use super::error::CliError;
@@ -14,11 +15,10 @@ use super::warnings::Warnings;
 use super::{OutputArgs, interrupt, progress, report as page, terminal};
 use trocar_report::Folder;
 use trocar_report::html::command_line;
-use trocar_scenario::{Scenario, Source};
+use trocar_scenario::Source;
 use trocar_studies::run::seeds_without_effect;
 use trocar_studies::sweep::{
-    CASES, Column, Execution, LoopOfCase, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError,
-    execute,
+    CASES, Execution, LoopOfCase, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute,
 };
 
 /// Estimated time in s from which a sweep needs --yes.
@@ -124,7 +124,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     let is_quiet = ends.iter().all(|scenario| !scenario.has_random_numbers());
     let printed = if is_quiet { seeds_without_effect(&ends[..1], plan.design.seeds) } else { vec![] };
     warnings.print(&printed);
-    announce(args, (&plan.design.columns, &ends), manifest.part.1 - manifest.part.0)?;
+    announce(args, &plan, manifest.part.1 - manifest.part.0)?;
     folder.write(SWEEP, plan.canonical().as_bytes())?;
     let part = Part::open(&folder.path().join(CASES), layout)?;
     // From here on this process owns the folder.
@@ -150,23 +150,37 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Prints the number of cases and an estimate of the time; a sweep of more than an hour needs --yes.
-fn announce(args: &SweepArgs, (columns, ends): (&[Column], &[Scenario]), cases: u64) -> Result<(), CliError> {
+/// Cases that are tried per thread for the estimate of the time.
+const TRIED_PER_THREAD: u64 = 2;
+
+/// Returns the time in s that all cases take, from that of some of them: evenly spread, with their stability metrics, on as many threads as
+/// the sweep.
+fn estimate_s(args: &SweepArgs, plan: &Plan, cases: u64) -> f64 {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
-    let time_s = |scenario: &Scenario| {
-        let begin = std::time::Instant::now();
+    let (all, tried) = (plan.design.cases(), cases.min(TRIED_PER_THREAD * threads as u64));
+    let measure = |index: u64| {
         // A case that fails is reported by the sweep, with its number.
-        if let Ok(metrics) = trocar_studies::run::measure(scenario) {
-            let of_loop = LoopOfCase::new(scenario);
-            columns.iter().filter(|column| column.is_of_loop()).for_each(|column| {
+        let Ok(scenario) = plan.scenario(index * (all - 1) / tried.max(2).saturating_sub(1)) else { return };
+        if let Ok(metrics) = trocar_studies::run::measure(&scenario) {
+            let of_loop = LoopOfCase::new(&scenario);
+            for column in plan.design.columns.iter().filter(|column| column.is_of_loop()) {
                 std::hint::black_box(column.value(&metrics, Some(&of_loop)));
-            });
+            }
         }
-        begin.elapsed().as_secs_f64()
     };
-    let fastest_s = ends.iter().map(time_s).fold(f64::INFINITY, f64::min);
+    let begin = std::time::Instant::now();
+    let try_all = || (0..tried).into_par_iter().for_each(measure);
+    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool.install(try_all),
+        Err(_) => try_all(),
+    }
+    begin.elapsed().as_secs_f64() * cases as f64 / tried.max(1) as f64
+}
+
+/// Prints the number of cases and an estimate of the time; a sweep of more than an hour needs --yes.
+fn announce(args: &SweepArgs, plan: &Plan, cases: u64) -> Result<(), CliError> {
     // Cases side by side take less; this is a bound.
-    let estimate_s = fastest_s * cases as f64 / threads as f64;
+    let estimate_s = estimate_s(args, plan, cases);
     let about = match estimate_s {
         short if short < 90.0 => format!("{:.0} s", short.ceil()),
         medium if medium < 5400.0 => format!("{:.0} min", medium / 60.0),
