@@ -10,7 +10,7 @@ mod table;
 
 pub use cell::{Cell, Digits, Number};
 pub use data::{DataColumn, DataTable, Values};
-pub use number::{counted, decimals, plain, readable, shortest, significant};
+pub use number::{counted, decimals, plain, readable, shortest, show, significant};
 pub use table::{Column, Row, Table};
 pub use trocar_base::unit::Unit;
 

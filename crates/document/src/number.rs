@@ -18,6 +18,18 @@ pub fn readable(unit: Unit) -> (f64, &'static str) {
     }
 }
 
+/// Returns a value with its unit, or `—` if it is undefined.
+#[must_use]
+pub fn show(value: Option<f64>, unit: Unit) -> String {
+    let (factor, name) = readable(unit);
+    match (value, unit) {
+        (None, _) => "—".into(),
+        (Some(value), Unit::Second) if value >= 1.0 => format!("{} s", significant(value)),
+        (Some(value), Unit::Count) => format!("{value}"),
+        (Some(value), _) => format!("{}{name}", significant(factor * value)),
+    }
+}
+
 /// Returns a number with four significant digits and at most four decimals. Very small and very large numbers have a power of
 /// ten.
 #[must_use]
@@ -72,5 +84,8 @@ mod tests {
         assert_eq!(shown, ["9.000", "0", "123.5", "0.0123", "-5.673", "1.0e-12", "15361", "100.0"]);
         assert_eq!([500.0, 0.3, 1.0, 1e-7, 1200.0].map(plain), ["500", "0.3", "1", "1.0e-7", "1200"]);
         assert_eq!((counted(1, "case"), counted(2, "case")), ("1 case".into(), "2 cases".into()));
+        assert_eq!(show(None, Unit::Metre), "—");
+        assert_eq!(show(Some(0.009), Unit::Metre), "9.000 mm");
+        assert_eq!(show(Some(0.0), Unit::Second), "0 ms");
     }
 }

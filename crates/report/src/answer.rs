@@ -2,8 +2,8 @@
 //! runs are stable. [`finding`](super::finding) tells of all ruptures.
 
 use super::finding::{differ_in_augmentation, false_alarms, joined};
-use super::number::{counted, show};
 use super::tables::outcome;
+use trocar_document::{counted, show};
 use trocar_metrics::{Outcome, RUPTURE_WINDOW_S, RuptureMetrics, TRAVEL_S, Unit};
 use trocar_studies::run::Run;
 

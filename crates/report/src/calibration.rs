@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use serde_json::{Value as Json, json};
 
 use super::Table;
-use super::number::{show, significant};
 use super::wrap::wrapped;
+use trocar_document::{show, significant};
 use trocar_metrics::Unit;
 use trocar_studies::detect::calibration::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
 

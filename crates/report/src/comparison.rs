@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 
 use super::Table;
 use super::finding::finding;
-use super::number::show;
-use super::tables::{outcome, shortest};
+use super::tables::outcome;
 use super::wrap::wrapped;
+use trocar_document::shortest;
+use trocar_document::show;
 use trocar_metrics::{Outcome, Scope, Unit};
 use trocar_studies::compare::{Comparison, Fact, Row};
 

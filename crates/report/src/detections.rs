@@ -7,8 +7,8 @@ use serde_json::{Value as Json, json};
 use super::Table;
 use super::detection::{delays, events_table, phases_table, rate, window};
 use super::json::render;
-use super::number::{show, significant};
 use super::wrap::wrapped;
+use trocar_document::{show, significant};
 use trocar_metrics::Unit;
 use trocar_studies::detect::{DetectionReport, Phase, PhaseStatistics, Scores, Tally};
 

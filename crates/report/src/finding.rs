@@ -1,6 +1,6 @@
 //! What a comparison shows, in one or two sentences that are computed from its metrics.
 
-use super::number::{counted, decimals};
+use trocar_document::{counted, decimals};
 use trocar_metrics::{Outcome, RuptureMetrics};
 use trocar_studies::run::Run;
 

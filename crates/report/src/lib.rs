@@ -19,7 +19,6 @@ mod json;
 mod link;
 mod live;
 mod metrics;
-mod number;
 mod paper;
 mod pictures;
 mod roc;

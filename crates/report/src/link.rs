@@ -3,8 +3,8 @@
 use serde_json::{Value as Json, json};
 
 use super::Table;
-use super::number::{counted, show, significant};
 use super::wrap::wrapped;
+use trocar_document::{counted, show, significant};
 use trocar_link::{SideSummary, Spread};
 use trocar_metrics::Unit;
 

@@ -1,7 +1,7 @@
 //! The summary of a live stream, as text.
 
-use super::number::{show, significant};
 use super::wrap::wrapped;
+use trocar_document::{show, significant};
 use trocar_metrics::Unit;
 use trocar_studies::detect::LiveSummary;
 

@@ -6,11 +6,12 @@ use std::fmt::Write as _;
 use serde_json::json;
 
 use super::figures::{self, CharacteristicView};
-use super::number::{counted, plain, show, significant};
 use super::pictures::{PictureError, keep};
-use super::tables::{quoted, shortest};
+use super::tables::quoted;
 use super::wrap::wrapped;
 use super::{Folder, Table};
+use trocar_document::shortest;
+use trocar_document::{counted, plain, show, significant};
 use trocar_metrics::Unit;
 use trocar_studies::roc::{Characteristics, Condition, Curve, Point};
 

@@ -1,8 +1,8 @@
 //! The table of the passivity schemes of a scenario.
 
 use super::Table;
-use super::number::show;
 use super::wrap::wrapped;
+use trocar_document::show;
 use trocar_metrics::Unit;
 use trocar_studies::compare::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::Table;
-use super::number::{readable, significant};
-use super::tables::shortest;
 use super::wrap::wrapped;
+use trocar_document::shortest;
+use trocar_document::{readable, significant};
 use trocar_metrics::Unit;
 use trocar_studies::compare::{SeedStudy, Spread};
 

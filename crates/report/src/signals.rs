@@ -4,7 +4,7 @@ use serde_json::{Value as Json, json};
 
 use crate::Table;
 use crate::html::command_line;
-use crate::number::{plain, significant};
+use trocar_document::{plain, significant};
 use trocar_recording::{Quantity, Roles, Signal};
 use trocar_scenario::parse_quantity;
 
@@ -73,7 +73,7 @@ pub fn signals_text(file: &str, signals: &[Signal]) -> String {
     }
     format!(
         "{file}: {}\n\n{table}\n{notes}{}\n",
-        crate::number::counted(signals.len() as u64, "signal"),
+        trocar_document::counted(signals.len() as u64, "signal"),
         command(file, signals)
     )
 }

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use serde_json::json;
 
 use super::figures::{StrategyView, strategies as strategies_figure};
-use super::number::{counted, show, significant};
 use super::pictures::{PictureError, keep};
-use super::tables::shortest;
 use super::wrap::wrapped;
 use super::{Folder, Table};
+use trocar_document::shortest;
+use trocar_document::{counted, show, significant};
 use trocar_metrics::Unit;
 use trocar_studies::compare::{LinearLoops, Person, Sensitivity, StrategyRow, StrategyStudy, WINDOWS_S};
 

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 
 use super::Table;
 use super::columns::{Column, ColumnFormat, csv};
-use super::number::{show, significant};
 use super::wrap::wrapped;
+use trocar_document::{show, significant};
 use trocar_engine::engine::{COLUMNS, ColumnValues, TRUST_COLUMNS, Trace, TrustColumns};
 use trocar_metrics::{Outcome, RuptureMetrics, Unit};
 use trocar_studies::compare::Row;
@@ -64,11 +64,6 @@ fn alarms_line(run: &Run) -> String {
 /// Returns a CSV cell, quoted if necessary.
 pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
-}
-
-/// Returns the shortest decimal form that reads back to the same value.
-pub(super) fn shortest(value: f64) -> String {
-    ryu::Buffer::new().format(value).to_owned()
 }
 
 /// The columns of a trace: those of [`COLUMNS`], then the trust in the estimate and the estimator's extra parameter, if any.

@@ -11,11 +11,11 @@ use serde::Serialize;
 use serde_json::Value as Json;
 
 use crate::digits::Fine;
-use crate::number::show;
 use scene::{Form, Moment, Scene, mode_name, tracks};
 pub use scene::{LiveDrawing, LiveMoment};
 use tissue::nearest;
 pub use tissue::{DrawnTissue, Layer};
+use trocar_document::show;
 use trocar_metrics::{Outcome, RUPTURE_WINDOW_S, Unit};
 use trocar_studies::run::Run;
 

@@ -165,7 +165,7 @@ struct NamedLayer {
 
 impl NamedLayer {
     fn at(self, top_mm: f64) -> Layer {
-        let thickness = crate::number::plain(self.thickness_mm);
+        let thickness = trocar_document::plain(self.thickness_mm);
         Layer {
             label: format!("{}, {thickness} mm", self.name),
             top_mm: Few(top_mm),

@@ -2,7 +2,7 @@
 
 use super::FigureError;
 use super::description::{Axis, Color, Entry, Figure, Panel, Row, Sample, X_TICKS, Y_TICKS, extent};
-use crate::number::{decimals, significant};
+use trocar_document::{decimals, significant};
 
 /// Five evenly spaced colours of viridis (van der Walt and Smith 2015), from low to high values. Their lightness rises evenly, so
 /// they differ in grey and for the common forms of colour blindness.

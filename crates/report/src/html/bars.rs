@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::number::show;
+use trocar_document::show;
 use trocar_metrics::Unit;
 use trocar_studies::sweep::{Design, Findings};
 

@@ -6,11 +6,11 @@ use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
 use crate::answer::answer;
 use crate::comparison::{facts_table, is_main, row_cells};
 use crate::finding::finding;
-use crate::number::show;
 use crate::pictures::page_signals;
 use crate::seeds::seeds_table;
 use crate::tables::outcome;
 use crate::{Animation, Table};
+use trocar_document::show;
 use trocar_studies::compare::{Comparison, Fact, SeedStudy};
 use trocar_studies::run::Run;
 

@@ -7,8 +7,8 @@ use crate::DetectionEntry;
 use crate::detection::{events_table, phases_table, residual_table, scores_table};
 use crate::detections::{pooled_phases, recordings_table, scores_table as scores_of_many};
 use crate::figures::{self, Shade};
-use crate::number::show;
 use crate::pictures::page_detection;
+use trocar_document::show;
 use trocar_metrics::Unit;
 use trocar_studies::detect::{Detection, DetectionReport};
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::Table;
 use crate::figures::description::{Axis, X_TICKS};
 use crate::figures::{Shade, modes};
-use crate::number::{show, significant};
+use trocar_document::{show, significant};
 use trocar_metrics::{RuptureMetrics, Unit};
 use trocar_studies::run::Run;
 

@@ -3,9 +3,9 @@
 use super::bars::influences;
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, warned};
 use crate::figures::{self, CasesView};
-use crate::number::readable;
 use crate::sweep::{SUMMARY_HEADING, heading, heat_figure, summary_row};
 use serde_json::Value as Json;
+use trocar_document::readable;
 use trocar_scenario::Value;
 use trocar_studies::sweep::{Axis, Column, Design, Findings, Levels, Rows, SweepError};
 

@@ -2,9 +2,9 @@
 
 use super::text::{heat_map_csv, tornado_csv};
 use crate::figures::{self, AxisView, Figure, FigureError, HeatView, TornadoView};
-use crate::number::readable;
 use crate::pictures::keep;
 use crate::{Folder, PictureError};
+use trocar_document::readable;
 use trocar_scenario::unit_of;
 use trocar_studies::sweep::{Design, Findings, HeatMap};
 

@@ -11,7 +11,8 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use crate::tables::{quoted, shortest};
+use crate::tables::quoted;
+use trocar_document::shortest;
 use trocar_scenario::Value;
 use trocar_studies::sweep::{AxisColumn, Design, Outcome, Rows, SweepError, text};
 

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
-use crate::number::{counted, readable, show, significant};
-use crate::tables::shortest;
 use crate::wrap::wrapped;
 use crate::{Table, json};
+use trocar_document::shortest;
+use trocar_document::{counted, readable, show, significant};
 use trocar_metrics::Unit;
 use trocar_studies::sweep::{Design, Findings, HeatMap, Influence, Spread, Summary};
 
