@@ -76,9 +76,9 @@ impl Insertion {
     pub(super) fn event(self, [alarm, released, ended]: [u64; 3]) -> Self {
         self.alarm_at(alarm).with(move |s| {
             if (alarm..released).contains(&s.tick) {
-                s.mode = in_mode(Mode::Augmented);
+                s.mode = Modes::splat(Mode::Augmented);
             } else if (released..ended).contains(&s.tick) {
-                s.mode = in_mode(Mode::Reengaging);
+                s.mode = Modes::splat(Mode::Reengaging);
             }
         })
     }
@@ -105,7 +105,7 @@ impl Insertion {
             residual_n: 0.0,
             distance: 0.0,
             decision: 0.0,
-            mode: in_mode(Mode::Teleoperation),
+            mode: Modes::splat(Mode::Teleoperation),
             ruptured: false,
             noticed: false,
             alarm: false,
@@ -137,11 +137,6 @@ impl Insertion {
         }
         observer.metrics(0)
     }
-}
-
-/// A mode as signals have it.
-pub(crate) fn in_mode(mode: Mode) -> Modes<f64> {
-    Modes::splat(mode)
 }
 
 /// Asserts that two numbers agree but for rounding.

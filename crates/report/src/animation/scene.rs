@@ -132,7 +132,18 @@ impl Shape {
         match self.role {
             _ if self.text.is_some() => "text",
             Role::Level | Role::Bracket | Role::Rail | Role::Grip | Role::Ruler => "polyline",
-            _ => "polygon",
+            Role::TissueEven
+            | Role::TissueOdd
+            | Role::Tear
+            | Role::Label
+            | Role::Overshoot
+            | Role::Needle
+            | Role::Clamp
+            | Role::Hand
+            | Role::Track
+            | Role::Force
+            | Role::Pull
+            | Role::Newtons => "polygon",
         }
     }
 }

@@ -181,7 +181,8 @@ pub(super) fn shape(color: Color) -> ShapeStyle {
     ShapeStyle::from(rgb(color).to_rgba())
 }
 
-/// Fills an outline in the coordinates of an area. An upright rectangle is one, so that no seams show between neighbours.
+/// Fills an outline in the coordinates of an area. An upright rectangle is drawn as a rectangle, without smooth edges: neighbours would
+/// show a seam.
 pub(super) fn fill<B: DrawingBackend, C: CoordTranslate<From = (T, T)>, T: Copy + PartialEq + 'static>(
     area: &DrawingArea<B, C>,
     outline: &[(T, T)],

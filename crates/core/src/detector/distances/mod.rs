@@ -317,7 +317,10 @@ mod tests {
                 | DistanceKind::LikelihoodRatio
                 | DistanceKind::Adaptive
                 | DistanceKind::WindowedDerivative => "1",
-                _ => "N²",
+                DistanceKind::SquaredResidual
+                | DistanceKind::ForceDerivative
+                | DistanceKind::MovingAverage
+                | DistanceKind::LinearFit => "N²",
             };
             assert_eq!(kind.unit(), unit, "{kind:?}");
         }

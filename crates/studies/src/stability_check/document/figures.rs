@@ -61,7 +61,7 @@ fn map_figure(study: &StabilityStudy) -> Result<Figure<'static>, FigureError> {
         let grew = |verdict: &Option<Verdict>| match verdict {
             Some(Verdict::Decays) => Some(false),
             Some(Verdict::Grows) => Some(true),
-            _ => None,
+            Some(Verdict::Undecided) | None => None,
         };
         check.simulated.iter().map(grew).collect()
     });
