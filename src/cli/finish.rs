@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::{OutputArgs, report, terminal};
 use trocar_document::Document;
 use trocar_report::html::{Again, document_html};
-use trocar_report::{Folder, document_text, to_json, write_document};
+use trocar_report::{Folder, document_text, to_json, wrapped, write_document};
 
 /// How a command ends.
 pub(super) struct Finish<'a> {
@@ -40,7 +40,8 @@ impl Finish<'_> {
         }
         let drawn = if folder.figures().formats.is_empty() { &[] } else { &document.figures[..] };
         let names: Vec<String> = drawn.iter().map(|(name, _)| folder.figures().shown(name)).collect();
-        let figures = if names.is_empty() { String::new() } else { format!("figures: {}\n", names.join(", ")) };
+        let figures =
+            if names.is_empty() { String::new() } else { wrapped(&format!("figures: {}\n", names.join(", ")), 2) };
         let (text, files) = (document_text(document, *all), folder.path().display());
         terminal::print(&format!("{text}\n{figures}files: {files}\n"))?;
         if report.is_some() { report::print_path(folder) } else { Ok(()) }

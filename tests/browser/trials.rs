@@ -39,7 +39,7 @@ fn compared(settings: &[&str]) -> Vec<String> {
     let text = TestFolder::new().good(&arguments.collect::<Vec<_>>());
     // The longest labels, those of the checks in noise, are wrapped in a terminal.
     let is_row = |line: &&str| !line.is_empty() && !line.starts_with("in noise");
-    text.lines().skip(2).take_while(is_row).map(squeezed).collect()
+    text.split("\n\n").nth(2).expect("all metrics").lines().skip(2).take_while(is_row).map(squeezed).collect()
 }
 
 /// Returns a line with single spaces.

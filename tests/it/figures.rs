@@ -16,7 +16,7 @@ fn every_figure_of_the_paper_is_a_file_and_the_page_has_the_computed_facts() {
             assert!(file.starts_with(start), "{name}");
         }
     }
-    assert_eq!(files.len(), 3 * FIGURES.len() + 1, "{:?}", files.keys());
+    assert_eq!(files.len(), 3 * FIGURES.len() + 2, "{:?}", files.keys());
 
     let page = folder.text("p/paper.html").replace("&#x27;", "'").replace("&#x2f;", "/");
     assert!(page.len() < 2_000_000, "{}", page.len());
@@ -38,10 +38,10 @@ fn figures_have_the_requested_width_and_formats() {
     let names: Vec<_> = folder.files("o").into_keys().collect();
     let count =
         |end: &str| names.iter().filter(|path| path.extension().is_some_and(|extension| extension == end)).count();
-    // Two of the pair and six of each run; the animation is a PNG in any case.
-    assert_eq!((count("svg"), count("pdf"), count("png")), (14, 14, 1), "{names:?}");
+    // Three of the pair and six of each run; the animation is a PNG in any case.
+    assert_eq!((count("svg"), count("pdf"), count("png")), (15, 15, 1), "{names:?}");
     let told = folder.good(&["compare", "--out", "o", "--figure-format", "pdf"]);
-    assert!(told.contains("figures: o/comparison.pdf, o/overlay.pdf"), "{told}");
+    assert!(told.contains("figures: comparison.pdf, overlay.pdf, signals.pdf\nfiles: o\n"), "{told}");
 }
 
 #[test]

@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(edges(&[1.0, 100.0], true), [-1.0, 1.0, 3.0]);
         let figure = heat_map(&view(&[0.0, 1.0, 2.0, f64::NAN, 3.0, 4.0], &[1.0, 10.0])).expect("drawn");
         let text = crate::shown(&figure);
-        for end in ["#440154", "#FDE725"] {
+        for end in ["#440154", "#fde725"] {
             assert!(text.contains(end), "{end}");
         }
         assert!(text.contains("\"what\""));

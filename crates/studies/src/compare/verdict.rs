@@ -204,7 +204,7 @@ fn detection(runs: &[&Run], whose: &[String]) -> String {
         };
         return format!("{who} every rupture within {max_ms} ms, {alarms}.");
     }
-    let clause = |(run, whose): (&&Run, &String)| {
+    let clause = |run: &Run, whose: &str| {
         let metrics = &run.metrics;
         let total = counted(metrics.ruptures.len() as u64, "rupture");
         let reason = metrics.ruptures.iter().find_map(|rupture| rupture.miss.as_ref());
@@ -216,7 +216,11 @@ fn detection(runs: &[&Run], whose: &[String]) -> String {
         let missed = (metrics.missed_ruptures > 0).then_some(missed);
         missed.into_iter().chain((metrics.undecided_ruptures > 0).then_some(undecided)).collect::<Vec<_>>()
     };
-    let clauses: Vec<String> = runs.iter().zip(whose).flat_map(clause).collect();
+    let is_same = runs.len() == 2 && clause(runs[0], "") == clause(runs[1], "");
+    let clauses = match is_same && runs.iter().all(|run| run.metrics.undecided_ruptures == 0) {
+        true => clause(runs[0], " in both runs"),
+        false => runs.iter().zip(whose).flat_map(|(run, whose)| clause(run, whose)).collect(),
+    };
     format!("{}; {}.", clauses.join("; "), false_alarms(runs))
 }
 

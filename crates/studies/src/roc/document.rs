@@ -25,15 +25,18 @@ impl Characteristics {
     #[must_use]
     pub fn document(&self, seeds: u64) -> Document<'_> {
         let is_stopped = self.cases < self.cases_planned;
-        let stopped = is_stopped.then(|| format!("stopped after {} of {} cases", self.cases, self.cases_planned));
+        let runs = match is_stopped {
+            true => format!("stopped after {} of {} runs", self.cases, self.cases_planned),
+            false => counted(self.cases, "run"),
+        };
         let conditions = match self.conditions.len() {
             1 => String::new(),
             conditions => format!(" in {conditions} conditions"),
         };
         let mut document = Document {
             name: "roc",
-            title: format!("{}{conditions}", counted(self.cases, "run")),
-            verdict: Verdict { sentences: self.counts(), left_out: stopped.into_iter().collect() },
+            title: format!("{runs}{conditions}"),
+            verdict: Verdict { sentences: self.counts(), left_out: vec![] },
             warnings: self.warnings(),
             sections: self.sections(),
             data: vec![self.points()],
