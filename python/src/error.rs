@@ -4,7 +4,6 @@ use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
-use trocar_report::diagnostic;
 use trocar_scenario::ScenarioError;
 use trocar_stability::StabilityError;
 use trocar_studies::run::RunError;
@@ -18,7 +17,7 @@ pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {
         Ok(class) => class,
         Err(error) => return error,
     };
-    let text = in_python(&anstream::adapter::strip_str(&diagnostic::scenario_error(error)).to_string());
+    let text = in_python(&anstream::adapter::strip_str(&trocar_scenario::underlined(error)).to_string());
     let (file, line, column) = match &error.place {
         Some(place) => {
             let (line, column) = place.line_and_column();

@@ -6,10 +6,9 @@ use super::error::CliError;
 use super::finish::Finish;
 use super::moved::MovedFlags;
 use super::warnings::Warnings;
-use super::{OutputArgs, ScenarioArgs, progress, report, run, terminal};
+use super::{OutputArgs, ScenarioArgs, progress, report, run};
 use trocar_document::Study as _;
 use trocar_report::html::{Again, command_line};
-use trocar_report::{Animation, Folder, PictureError, runs_chart};
 use trocar_scenario::Scenario;
 use trocar_studies::compare::{Comparison, ComparisonReport, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_studies::run::seeds_without_effect;
@@ -60,13 +59,10 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     let facts = if is_paper_pair { paper_facts(&comparison) } else { None };
     let told = ComparisonReport { comparison: &comparison, facts: facts.as_deref(), seeds: seeds.as_ref() };
     let (runs, folder, document) = (&comparison.runs, args.output.folder(), told.document());
-    let animation = write_comparison(&folder, &comparison)?;
+    run::write_runs(&folder, runs)?;
     warnings.print(&comparison.warnings());
-    if !args.output.json && !args.output.quiet {
-        terminal::draw(|| runs_chart(runs))?;
-    }
     let again = || {
-        let again = Again::of_runs("trocar compare", runs, args.seeds, animation);
+        let again = report::again("trocar compare", runs, report::seeds_flag(args.seeds));
         if is_paper_pair && !names_files(args) {
             Again { line: command(args), note: "trocar includes these scenarios.", ..again }
         } else {
@@ -75,16 +71,6 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     };
     Finish { output: &args.output, folder, all: args.all, report: args.report.then(again) }.document(&document)?;
     warnings.finish()
-}
-
-/// Writes the files of each run, and the picture of the animation.
-pub(super) fn write_comparison(folder: &Folder, comparison: &Comparison) -> Result<Option<Animation>, CliError> {
-    run::write_runs(folder, &comparison.runs)?;
-    let animation = Animation::of(&comparison.runs.iter().collect::<Vec<_>>());
-    if let Some(animation) = &animation {
-        folder.write("animation.png", &animation.png().map_err(PictureError::from)?)?;
-    }
-    Ok(animation)
 }
 
 /// Returns whether a setting names a file of this machine.

@@ -31,13 +31,16 @@ impl Finish<'_> {
     /// Writes the files of a document, and prints its JSON or its text.
     pub(super) fn document(&self, document: &Document<'_>) -> Result<(), CliError> {
         self.write(document)?;
+        if self.output.json { terminal::print(&to_json(&document.json)) } else { self.print(document) }
+    }
+
+    /// Prints the text of a document and where its files are, unless the command is quiet.
+    pub(super) fn print(&self, document: &Document<'_>) -> Result<(), CliError> {
         let Self { output, folder, all, report } = self;
-        if output.json {
-            return terminal::print(&to_json(&document.json));
-        }
         if output.quiet {
             return Ok(());
         }
+        terminal::draw(document.sketch.as_ref())?;
         let drawn = if folder.figures().formats.is_empty() { &[] } else { &document.figures[..] };
         let names: Vec<String> = drawn.iter().map(|(name, _)| folder.figures().shown(name)).collect();
         let figures =

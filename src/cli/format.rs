@@ -1,12 +1,9 @@
 //! The formats of files of columns.
 
-use std::io::Write;
-
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-use super::error::CliError;
-use trocar_report::{ColumnFormat, Folder};
+use trocar_report::ColumnFormat;
 
 /// The formats of the files with a row per sample.
 #[derive(Debug, Args)]
@@ -30,19 +27,6 @@ fn parser() -> impl TypedValueParser<Value = ColumnFormat> {
 }
 
 impl FormatArgs {
-    /// Writes a file per format.
-    pub(super) fn write(
-        &self,
-        folder: &Folder,
-        stem: &str,
-        write: impl Fn(ColumnFormat, &mut (dyn Write + Send)) -> std::io::Result<()>,
-    ) -> Result<(), CliError> {
-        for format in &self.format {
-            folder.stream(&format!("{stem}.{}", format.word()), |out| write(*format, out))?;
-        }
-        Ok(())
-    }
-
     /// The formats, in the order in which they are given.
     pub(super) fn formats(&self) -> &[ColumnFormat] {
         &self.format

@@ -43,7 +43,6 @@ pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {
         command: "trocar paper",
         files: vec![],
         line: command_line(["paper"]),
-        animation: None,
         note: "The page is written by this command.",
     };
     folder.write(PAGE, document_html(&document, &again)?.as_bytes())?;

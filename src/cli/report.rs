@@ -2,7 +2,10 @@
 
 use super::error::CliError;
 use super::terminal;
+use trocar_document::command_line;
 use trocar_report::Folder;
+use trocar_report::html::Again;
+use trocar_studies::run::Run;
 
 /// The file name of a report.
 pub(super) const FILE: &str = "report.html";
@@ -25,4 +28,18 @@ pub(super) fn set_flags(settings: &[String]) -> impl Iterator<Item = String> + '
 /// Prints the path of the report.
 pub(super) fn print_path(folder: &Folder) -> Result<(), CliError> {
     terminal::print(&format!("report: {}\n", folder.path().join(FILE).display()))
+}
+
+/// Returns how a command is given again with the files of its runs, under their names, and with further flags.
+pub(super) fn again(command: &'static str, runs: &[Run], flags: impl IntoIterator<Item = String>) -> Again {
+    let files: Vec<_> = runs.iter().map(|run| (format!("{}.toml", run.scenario.name), run.scenario.echo())).collect();
+    let names = files.iter().map(|(name, _)| name.clone());
+    let words = command.split_whitespace().skip(1).map(str::to_owned).chain(names);
+    let line = command_line(words.chain(flags).chain(["--report".to_owned()]));
+    Again { command, line, files, note: Again::SAVE }
+}
+
+/// Returns a number of seeds as a flag.
+pub(super) fn seeds_flag(seeds: Option<u64>) -> impl Iterator<Item = String> {
+    seeds.into_iter().flat_map(|seeds| ["--seeds".to_owned(), seeds.to_string()])
 }

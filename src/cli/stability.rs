@@ -135,7 +135,6 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         command: "trocar stability",
         files: vec![(format!("{}.toml", scenario.name), scenario.echo())],
         line: command(args, &scenario.name),
-        animation: None,
         note: Again::SAVE,
     };
     let folder = args.output.folder().folder(&scenario.name);

@@ -3,13 +3,12 @@
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 
-use super::compare::{over_seeds, write_comparison};
+use super::compare::over_seeds;
 use super::error::CliError;
 use super::finish::Finish;
 use super::warnings::Warnings;
-use super::{OutputArgs, ScenarioArgs, progress};
+use super::{OutputArgs, ScenarioArgs, progress, report, run};
 use trocar_document::Study as _;
-use trocar_report::html::Again;
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::compare::{
     FIXED_PERSONS, MAX_SEEDS, PERSONS, Person, SchemeReport, SchemeStudy, StrategyOptions, StrategyStudy,
@@ -97,8 +96,9 @@ fn schemes(args: &StrategiesArgs, source: &Source) -> Result<(), CliError> {
     let document = told.document();
     warnings.print(&study.comparison.warnings());
     let folder = args.output.folder();
-    let animation = write_comparison(&folder, &study.comparison)?;
-    let again = || Again::of_runs("trocar compare", runs, args.seeds, animation);
+    run::write_runs(&folder, runs)?;
+    let flags = std::iter::once("--schemes".to_owned()).chain(report::seeds_flag(args.seeds));
+    let again = || report::again("trocar strategies", &runs[..1], flags);
     Finish { output: &args.output, folder, all: args.all, report: args.report.then(again) }.document(&document)?;
     warnings.finish()
 }

@@ -3,6 +3,8 @@
 use std::io::{ErrorKind, IsTerminal, Write};
 
 use super::error::CliError;
+use trocar_document::Figure;
+use trocar_report::sketch;
 
 /// Prints text. A closed reader, such as `head`, is not an error.
 pub(super) fn print(text: &str) -> Result<(), CliError> {
@@ -13,13 +15,10 @@ pub(super) fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Prints a chart if standard output is a terminal. The colours depend on NO_COLOR and on the terminal.
-pub(super) fn draw(chart: impl FnOnce() -> Option<String>) -> Result<(), CliError> {
-    if !std::io::stdout().is_terminal() {
-        return Ok(());
-    }
-    let Some(text) = chart() else { return Ok(()) };
-    match writeln!(anstream::stdout().lock(), "{text}") {
+/// Prints a figure as dots if standard output is a terminal. The colours depend on NO_COLOR and on the terminal.
+pub(super) fn draw(figure: Option<&Figure<'_>>) -> Result<(), CliError> {
+    let Some(figure) = figure.filter(|_| std::io::stdout().is_terminal()) else { return Ok(()) };
+    match writeln!(anstream::stdout().lock(), "{}", sketch(figure)) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(CliError::Print(error)),
         _ => Ok(()),
     }

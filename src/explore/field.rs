@@ -19,8 +19,8 @@ use super::push::{FRAME, Opening, Row, moved, range_m};
 use super::session::{Allowance, message, sent};
 use super::state::SCHEME;
 use trocar_engine::operator::Hand;
-use trocar_report::{DrawnTissue, LiveDrawing};
 use trocar_scenario::{Scenario, Value};
+use trocar_studies::animation::{DrawnTissue, LiveDrawing};
 
 /// Maximum number of rows that wait for the page; the oldest are left out beyond it.
 const MAX_ROWS: usize = 4096;

@@ -13,13 +13,15 @@ use super::limits::MAX_POINTS;
 use super::pair::{Pair, SCHEMES};
 use super::protocol::{Show, ShownTime};
 use super::state::StateError;
+use trocar_document::Animation;
 use trocar_document::Figure;
 use trocar_figures as figures;
 use trocar_figures::FigureError;
 use trocar_metrics::Outcome;
+use trocar_report::PictureError;
 use trocar_report::draw::FigureWidth;
 use trocar_report::draw::{FigureFormat, file};
-use trocar_report::{Animation, PictureError};
+use trocar_studies::animation::animation;
 use trocar_studies::compare::{NoiseCheck, rows, verdict_of_schemes};
 use trocar_studies::run::Run;
 
@@ -52,7 +54,7 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
     let length = pair.runs.iter().map(|run| run.trace.len()).max().unwrap_or(0);
     let tick = |time_s: f64| ((time_s / grid.tick_s()).max(0.0) as usize).min(length);
     let whole_s = (0.0, grid.time_s(length.saturating_sub(1) as u64));
-    let animation = Animation::of(&[classical, augmented]);
+    let animation = animation(&[classical, augmented]);
     let (from_s, to_s) = window_s(show.window, animation.as_ref(), whole_s);
     let ticks = tick(from_s)..tick(to_s).saturating_add(2).min(length);
     let mut points = vec![];
@@ -84,7 +86,7 @@ fn window_s(window: ShownTime, animation: Option<&Animation>, whole_s: (f64, f64
     match (window, animation) {
         (ShownTime::Between(from_s, to_s), _) => (from_s, to_s),
         (ShownTime::Rupture, Some(animation)) => {
-            let origin_s = animation.origin_s();
+            let origin_s = animation.origin_s;
             ((origin_s - BEFORE_S).max(whole_s.0), (origin_s + AFTER_S).min(whole_s.1))
         }
         _ => whole_s,
@@ -101,7 +103,7 @@ pub(super) fn picture(
     (id, name): (u32, String),
     (window, width): (ShownTime, FigureWidth),
 ) -> Result<Vec<u8>, StateError> {
-    let animation = Animation::of(&runs.each_ref());
+    let animation = animation(&runs.each_ref());
     let run = &runs[which];
     let whole_s = (0.0, run.trace.time_s.last().copied().unwrap_or(0.0));
     let png = figures::comparison(&[run.view()], Some(window_s(window, animation.as_ref(), whole_s)))

@@ -22,8 +22,8 @@ use trocar_engine::engine::{Observer, Signals};
 use trocar_engine::operator::Hand;
 use trocar_figures::{self as figures, FigureError, RunView};
 use trocar_metrics::Outcome;
-use trocar_report::{DrawnTissue, LiveDrawing, LiveMoment};
 use trocar_scenario::{OperatorSpec, Scenario};
+use trocar_studies::animation::{DrawnTissue, LiveDrawing, LiveMoment};
 use trocar_studies::run::observe;
 
 /// Interval of messages to the page.

@@ -17,10 +17,10 @@ use super::map::mapped;
 use super::pair::{Pair, PairMaker, SCHEMES};
 use super::protocol::{Export, File, MapRequest, ServerMessage, Show};
 use super::state::{Catalogue, StateError};
+use trocar_report::ColumnFormat;
 use trocar_report::draw::FigureWidth;
-use trocar_report::write_trace_csv;
 use trocar_studies::compare::NoiseCheck;
-use trocar_studies::run::run;
+use trocar_studies::run::{run, trace_table};
 
 /// Maximum number of queued jobs. Additional jobs are refused.
 const MAX_JOBS: usize = 8;
@@ -263,7 +263,7 @@ impl RunWorker {
                 let run = run(scenario)?;
                 let mut bytes = vec![];
                 // Writing to memory does not fail, and the CSV text is ASCII.
-                let _ = write_trace_csv(&run.trace, &mut bytes);
+                let _ = ColumnFormat::Csv.write(&trace_table(&run.trace, |_| true), &mut bytes);
                 ("csv", String::from_utf8(bytes).unwrap_or_default())
             }
             File::Png => {

@@ -5,8 +5,8 @@
 mod tables;
 
 use trocar::estimation::{AnyEstimator, Estimate, Estimator, Forgetting, FrictionShape, Parameters, RlsSettings};
-use trocar::report::write_trace_csv;
-use trocar::run::run;
+use trocar::report::ColumnFormat;
+use trocar::run::{run, trace_table};
 use trocar::scenario::{Scenario, Source};
 
 const TICK_S: f64 = 1e-3;
@@ -170,7 +170,7 @@ fn files_show_what_is_estimated_besides() {
         let source = Source::parse("layers/direct-access");
         let run = run(Scenario::load(&source, &settings).expect("loads")).expect("runs");
         let mut csv = vec![];
-        write_trace_csv(&run.trace, &mut csv).expect("written");
+        ColumnFormat::Csv.write(&trace_table(&run.trace, |_| true), &mut csv).expect("written");
         let csv = String::from_utf8(csv).expect("text");
         let widths: Vec<usize> = csv.lines().map(|line| line.split(',').count()).collect();
         assert!(widths.len() > 1000 && widths.iter().all(|width| *width == widths[0]), "{parameters}");

@@ -10,12 +10,12 @@ use tungstenite::Message;
 use crate::support::server::{Socket, open};
 use crate::support::test_folder::TestFolder;
 use trocar::channel::Schedule;
-use trocar::run::run;
+use trocar::run::{run, trace_table};
 use trocar::scenario::{Scenario, Source};
 use trocar_link::{
     Calling, Greeted, Key, MasterEnd, PACKET_BYTES, Proxy, Role, SlaveEnd, Waiting, fingerprint, first_difference,
 };
-use trocar_report::{ColumnFormat, write_trace_columns};
+use trocar_report::ColumnFormat;
 
 /// Layers, a hand that reacts, noise, and augmentation: a rupture is detected within the time.
 const BASE: &str = "name = \"x\"\nbase = \"builtin:layers/skin-augmented\"\n\
@@ -73,7 +73,8 @@ fn assert_is_run(scenario: &Scenario, (master, slave): &(MasterEnd, SlaveEnd)) {
     let both = [(MasterEnd::COLUMNS, master.trace()), (SlaveEnd::COLUMNS, slave.trace())];
     for (columns, of_side) in both {
         let mut log = vec![];
-        write_trace_columns(of_side, "side", columns, ColumnFormat::Csv, &mut log).expect("written");
+        let table = trace_table(of_side, |name| columns.contains(&name));
+        ColumnFormat::Csv.write(&table, &mut log).expect("written");
         let log = String::from_utf8(log).expect("text");
         let compared = first_difference("log", &log, &trace).expect("a log");
         assert_eq!(compared, (scenario.grid.ticks(), None), "{}", scenario.echo());

@@ -7,10 +7,14 @@ use std::borrow::Cow;
 pub struct DataTable<'a> {
     /// The stem of its file: `stability_map` gives `stability_map.csv`.
     pub name: Cow<'static, str>,
+    /// What its rows are in a log with several topics.
+    pub topic: Cow<'static, str>,
     /// The columns, all of the same length.
     pub columns: Vec<DataColumn<'a>>,
     /// True for a row per sample or tick, in numbers and codes, the time first: written in the formats that the user asks for.
     pub is_sampled: bool,
+    /// What a format with room for it also keeps: keys and values.
+    pub metadata: Vec<(&'static str, String)>,
 }
 
 /// A column with its name, which ends with the unit.
@@ -37,6 +41,8 @@ pub enum Values<'a> {
     Codes(Cow<'a, [u8]>),
     /// Flags, 1 or 0 in text, some of them undefined.
     Flags(Vec<Option<bool>>),
+    /// Values of a switch, `true` or `false` in text, as in a scenario.
+    Switches(Vec<bool>),
     /// Texts.
     Texts(Vec<Cow<'a, str>>),
 }
@@ -52,6 +58,7 @@ impl Values<'_> {
             Self::OptionalWhole(values) => values.len(),
             Self::Codes(values) => values.len(),
             Self::Flags(values) => values.len(),
+            Self::Switches(values) => values.len(),
             Self::Texts(values) => values.len(),
         }
     }
@@ -67,13 +74,20 @@ impl<'a> DataTable<'a> {
     /// A table without columns.
     #[must_use]
     pub fn new(name: impl Into<Cow<'static, str>>) -> Self {
-        Self { name: name.into(), columns: vec![], is_sampled: false }
+        let name = name.into();
+        Self { topic: name.clone(), name, columns: vec![], is_sampled: false, metadata: vec![] }
     }
 
     /// The same with a row per sample.
     #[must_use]
     pub fn sampled(self) -> Self {
         Self { is_sampled: true, ..self }
+    }
+
+    /// The same with another topic.
+    #[must_use]
+    pub fn topic(self, topic: impl Into<Cow<'static, str>>) -> Self {
+        Self { topic: topic.into(), ..self }
     }
 
     /// The same with a further column.

@@ -3,6 +3,7 @@
 //! A study returns a [`Document`]. Terminal, report, page, JSON, CSV and Python render documents: they compute no number and word no
 //! sentence of their own. This crate knows no study and no renderer.
 
+pub mod animation;
 mod cell;
 mod command;
 mod data;
@@ -11,6 +12,7 @@ pub mod figure;
 mod number;
 mod table;
 
+pub use animation::Animation;
 pub use cell::{Cell, Digits, Number};
 pub use command::command_line;
 pub use data::{DataColumn, DataTable, Values};
@@ -40,6 +42,10 @@ pub struct Document<'a> {
     pub sections: Vec<Section>,
     /// The figures by name, in the order in which they are drawn: `loop` gives `loop.svg`.
     pub figures: Vec<(Cow<'static, str>, Figure<'a>)>,
+    /// A small figure for a terminal.
+    pub sketch: Option<Figure<'a>>,
+    /// The animation, which a page plays below the answer.
+    pub animation: Option<Animation>,
     /// Long columns, each a file.
     pub data: Vec<DataTable<'a>>,
     /// Other files: scenarios, certificates.

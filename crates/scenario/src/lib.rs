@@ -6,6 +6,7 @@
 
 mod build;
 mod builtin;
+mod diagnostic;
 mod document;
 mod engine_kind;
 mod error;
@@ -36,6 +37,7 @@ mod values;
 
 pub use build::ScenarioEngine;
 pub use builtin::questions as shipped_questions;
+pub use diagnostic::underlined;
 pub use document::{Entry, Source, entries, is_axis};
 pub use engine_kind::EngineKind;
 pub use error::{Place, ScenarioError};

@@ -3,6 +3,7 @@
 //!
 //! It may use every package of the simulator but `trocar-link`; it draws and prints nothing. The crate `trocar` re-exports it.
 
+pub mod animation;
 pub mod compare;
 pub mod fmu;
 pub mod reference;

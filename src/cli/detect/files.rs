@@ -104,7 +104,7 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
 /// Returns how the detection in recordings is done again.
 fn again(args: &DetectArgs, files: Vec<(String, String)>, recordings: &[String]) -> Again {
     let note = "Run this command in the folder of the recordings.";
-    Again { command: "trocar detect", files, line: args.line(recordings), note, animation: None }
+    Again { command: "trocar detect", files, line: args.line(recordings), note }
 }
 
 /// Returns how the detection in one recording ends.

@@ -13,7 +13,7 @@ use crate::explore::ExploreError;
 use trocar_core::error::InvalidValue;
 use trocar_detect::calibration::CalibrationError;
 use trocar_report::html::HtmlError;
-use trocar_report::{OutputError, PictureError, diagnostic};
+use trocar_report::{OutputError, PictureError};
 use trocar_scenario::ScenarioError;
 use trocar_stability::StabilityError;
 use trocar_studies::compare::PaperError;
@@ -238,7 +238,7 @@ impl CliError {
                 if error.place.is_none() {
                     error.message = named(error.message);
                 }
-                anstream::eprintln!("{}", diagnostic::scenario_error(&error));
+                anstream::eprintln!("{}", trocar_scenario::underlined(&error));
             }
             other => anstream::eprintln!("error: {}", named(other.to_string())),
         }

@@ -10,8 +10,8 @@ use crate::cli::error::{CliError, LinkError};
 use crate::explore::{Field, serve_field};
 use trocar_core::augmentation::{Mode, Modes};
 use trocar_link::{MasterEnd, SideSummary};
-use trocar_report::DrawnTissue;
 use trocar_scenario::{Scenario, TissueSpec, Value};
+use trocar_studies::animation::DrawnTissue;
 
 /// Time between two looks at the stop flag.
 const LOOK: Duration = Duration::from_millis(50);

@@ -16,9 +16,9 @@ use trocar_link::{
     Calling, Direction, Greeted, Key, Lateness, MasterEnd, PACKET_BYTES, Role, SideSummary, SlaveEnd, Trips, Waiting,
     delays_csv, fingerprint,
 };
-use trocar_report::{Folder, document_text, to_json, write_document, write_trace_columns};
+use trocar_report::{Folder, document_text, to_json, write_document, write_table};
 use trocar_scenario::{Scenario, Source};
-use trocar_studies::run::RunError;
+use trocar_studies::run::{RunError, trace_table};
 
 /// Time in ns between two packets of a greeting.
 const GREETING_NS: i64 = 20_000_000;
@@ -331,9 +331,9 @@ impl Side<'_> {
             Role::Slave => (SlaveEnd::COLUMNS, Direction::Forward),
         };
         // A replay needs the CSV.
-        self.args.format.with_csv().write(&folder, "trace", |format, out| {
-            write_trace_columns(either!(end, one => one.trace()), self.role.word(), columns, format, out)
-        })?;
+        let trace = trace_table(either!(end, one => one.trace()), |name| columns.contains(&name));
+        let formats = self.args.format.with_csv().formats().to_vec();
+        write_table(&folder.clone().with_samples(formats), &trace.topic(self.role.word()))?;
         let delays = delays_csv(&[(direction, either!(end, one => one.delays()))], &self.scenario.grid);
         folder.write("delays.csv", delays.as_bytes())?;
         match &self.pointer {

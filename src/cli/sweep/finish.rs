@@ -5,16 +5,14 @@ use std::io;
 use super::{MANIFEST, Manifest, SWEEP, manifest_json, terminal};
 use crate::cli::OutputArgs;
 use crate::cli::error::CliError;
+use crate::cli::finish::Finish;
 use crate::cli::report as page;
 use crate::cli::warnings::Warnings;
 use trocar_base::warning::Warning;
 use trocar_document::Study as _;
-use trocar_report::html::{Again, document_html};
-use trocar_report::{
-    Folder, OutputError, PictureError, WIDTH, document_text, filled, write_document, write_sweep_csv,
-    write_sweep_parquet,
-};
-use trocar_studies::sweep::{Design, DrawnCases, Rows, SweepError, SweepReport, findings};
+use trocar_report::html::Again;
+use trocar_report::{ColumnFormat, Folder, OutputError, PictureError, WIDTH, document_text, filled};
+use trocar_studies::sweep::{Design, DrawnCases, Rows, SweepError, SweepReport, case_tables, findings};
 
 /// A complete sweep.
 pub(super) struct Whole<'a> {
@@ -45,11 +43,13 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
     let hash = &manifest.sweep_sha256;
     folder.write(SWEEP, canonical.as_bytes())?;
     let tables = || -> Result<(), CliError> {
-        folder.stream("cases.parquet", |out| write_sweep_parquet(design, hash, &rows, out).map_err(plain))?;
-        if design.csv {
-            folder.stream("cases.csv", |out| write_sweep_csv(design, &rows, out).map_err(plain))?;
-        }
-        Ok(())
+        let formats = [ColumnFormat::Parquet].into_iter().chain(design.csv.then_some(ColumnFormat::Csv));
+        let write = |format: ColumnFormat| {
+            folder.stream(&format!("cases.{}", format.word()), |out| {
+                format.write_parts(out, |part| case_tables(design, hash, &rows, part).map_err(plain))
+            })
+        };
+        Ok(formats.into_iter().try_for_each(write)?)
     };
     let summary = || -> Result<Vec<Warning>, CliError> {
         let mut findings = findings(design, &rows)?;
@@ -58,18 +58,15 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
         let cases = line.is_some().then(|| DrawnCases::of(design, &rows)).transpose()?;
         let told = SweepReport { design, hash, findings: &findings, cases: cases.as_ref() };
         let document = told.document();
-        write_document(folder, &document)?;
+        let again = |line: &String| Again {
+            command: "trocar sweep",
+            files: vec![(SWEEP.to_owned(), canonical.to_owned())],
+            note: "Run this command in the folder of the sweep's file. --case N prints case N as a scenario.",
+            line: line.clone(),
+        };
+        let report = line.as_ref().map(again);
+        Finish { output, folder: folder.clone(), all: false, report }.write(&document)?;
         folder.write("summary.txt", document_text(&document, false).as_bytes())?;
-        if let Some(line) = &line {
-            let again = Again {
-                command: "trocar sweep",
-                files: vec![(SWEEP.to_owned(), canonical.to_owned())],
-                note: "Run this command in the folder of the sweep's file. --case N prints case N as a scenario.",
-                line: line.clone(),
-                animation: None,
-            };
-            folder.write(page::FILE, document_html(&document, &again)?.as_bytes())?;
-        }
         Ok(found)
     };
     let (tables, summary) = rayon::join(tables, summary);

@@ -5,7 +5,8 @@ use plotters::prelude::DrawingBackend;
 use super::FigureWidth;
 use super::legend::{Flow, flow};
 use super::panel::{Axes, Place, RIGHT, label_height, label_width};
-use super::pen::{Anchor, Drawn, LINE, Pen, Text};
+use super::pen::{Drawn, LINE, Pen, Text};
+use trocar_document::animation::Anchor;
 use trocar_document::figure::{Entry, Figure, Panel, Point, Row, Sample};
 
 const MARGIN: f64 = 3.0;

@@ -3,7 +3,8 @@
 use plotters::prelude::DrawingBackend;
 
 use super::fonts;
-use super::pen::{Anchor, Drawn, LINE, Pen, TEXT, Text};
+use super::pen::{Drawn, LINE, Pen, TEXT, Text};
+use trocar_document::animation::Anchor;
 use trocar_document::figure::{Entry, Point, RUPTURE, Sample, WHITE};
 
 const SAMPLE: f64 = 18.0;

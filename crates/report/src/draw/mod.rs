@@ -4,6 +4,7 @@
 //! PDF. Coordinates are integers, [`UNITS`] per point. The same figure gives the same bytes on every machine, because the typeface is
 //! bundled and no system font is read.
 
+mod animation;
 mod bitmap;
 mod canvas;
 mod clip;
@@ -16,11 +17,10 @@ mod pdf;
 mod pen;
 mod svg;
 
-pub(crate) use bitmap::{Bitmap, opaque};
-pub(crate) use canvas::Backend;
-pub(crate) use fonts::width as text_width;
+pub(crate) use animation::animated_png;
+use canvas::Backend;
 pub use format::{FigureFormat, FigureStyle, FigureWidth};
-pub(crate) use pen::{Anchor, Drawn, Pen, Text};
+use pen::Pen;
 
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, IntoDrawingArea};

@@ -11,7 +11,8 @@ use plotters_backend::BackendCoord;
 
 use super::clip::visible;
 use super::fonts;
-use super::pen::{Anchor, Drawn, LINE, Pen, TEXT, Text, fill, shape};
+use super::pen::{Drawn, LINE, Pen, TEXT, Text, fill, shape};
+use trocar_document::animation::Anchor;
 use trocar_document::figure::{Axis, FRAME, MESH, Panel, Point, RUPTURE, Ticks};
 
 /// Height of the tick labels below an axis.

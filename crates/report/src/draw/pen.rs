@@ -11,6 +11,7 @@ use plotters::style::{Color as _, FontDesc, FontFamily, FontStyle, FontTransform
 use plotters_backend::BackendCoord;
 
 use super::fonts;
+use trocar_document::animation::Anchor;
 use trocar_document::figure::{BLACK, Color, Point, Stroke};
 
 /// Size of all text in figures, in points.
@@ -30,14 +31,6 @@ const MAX_DASHES: f64 = 256.0;
 /// The result of drawing on a backend.
 pub(crate) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
-/// The end of a text that is at its place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Anchor {
-    Start,
-    Middle,
-    End,
-}
-
 /// A line of text. Its place is the middle of its height; for an upright text, the middle of its width.
 #[derive(Clone, Debug)]
 pub(crate) struct Text {
@@ -54,17 +47,6 @@ pub(crate) struct Text {
 impl Text {
     pub(crate) fn new(text: impl Into<String>, at: Point, anchor: Anchor) -> Self {
         Self { text: text.into(), at, anchor, size: TEXT, color: BLACK, is_bold: false, is_upright: false }
-    }
-}
-
-impl Anchor {
-    /// Returns its name in SVG.
-    pub(crate) fn css(self) -> &'static str {
-        match self {
-            Self::Start => "start",
-            Self::Middle => "middle",
-            Self::End => "end",
-        }
     }
 }
 

@@ -1,11 +1,8 @@
 //! A document as a page.
 
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
-use crate::Animation;
 use serde_json::Value as Json;
-use trocar_document::command_line;
 use trocar_document::{Block as Part, Document, Shown, Table};
-use trocar_studies::run::Run;
 
 /// Number of intervals of a line.
 const INTERVALS: usize = 1000;
@@ -20,26 +17,12 @@ pub struct Again {
     pub note: &'static str,
     /// The command that reproduces the page.
     pub line: String,
-    /// The animation of the page.
-    pub animation: Option<Animation>,
 }
 
 impl Again {
     /// What is done before a command that reads the files of the page.
     pub const SAVE: &'static str =
         "Save the files above under their names, with their recordings, then run this command in the same folder.";
-
-    /// How runs of files with their names are done again, with a number of seeds.
-    #[must_use]
-    pub fn of_runs(command: &'static str, runs: &[Run], seeds: Option<u64>, animation: Option<Animation>) -> Self {
-        let files: Vec<_> =
-            runs.iter().map(|run| (format!("{}.toml", run.scenario.name), run.scenario.echo())).collect();
-        let names = files.iter().map(|(name, _)| name.clone());
-        let seeds = seeds.map(|seeds| ["--seeds".to_owned(), seeds.to_string()]);
-        let words = command.split_whitespace().skip(1).map(str::to_owned).chain(names);
-        let flags = seeds.into_iter().flatten().chain(["--report".to_owned()]);
-        Self { command, line: command_line(words.chain(flags)), files, animation, note: Self::SAVE }
-    }
 }
 
 /// Returns the page of a document.
@@ -47,7 +30,7 @@ impl Again {
 /// # Errors
 /// [`HtmlError`].
 pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, HtmlError> {
-    let mut drawn = Drawn { animation: again.animation.clone(), ..Drawn::default() };
+    let mut drawn = Drawn { animation: document.animation.clone(), ..Drawn::default() };
     let mut sections = vec![];
     for section in document.sections.iter().filter(|section| section.shown != Shown::OnTerminal) {
         let blocks = section.blocks.iter().filter_map(|part| block(part, document, &mut drawn)).collect();

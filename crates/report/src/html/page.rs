@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use super::assets;
-use crate::Animation;
+use trocar_document::Animation;
 use trocar_figures::FigureError;
 
 const STYLE: [&str; 2] = [assets::THEME_CSS, assets::REPORT_CSS];

@@ -3,6 +3,7 @@
 use serde_json::{Value as Json, json};
 
 use super::{Comparison, Fact, Row, SeedStudy, Spread, rows, verdict};
+use crate::animation::animation;
 use crate::run::{REDUCED, Run, about, outcome, seeds_without_effect, windows};
 use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, show};
 use trocar_figures as figures;
@@ -68,6 +69,8 @@ impl<'a> ComparisonReport<'a> {
         document.figure("overlay", figures::overlay(&views, None));
         let signals: Vec<_> = drawn.iter().take(MAX_RUNS).map(|run| (run.view(), run.estimation())).collect();
         let ends_s = drawn.iter().filter_map(|run| run.trace.time_s.last().copied());
+        document.sketch = figures::sketch(&views).ok();
+        document.animation = animation(&drawn);
         document.figure("signals", figures::signals(&signals, (0.0, ends_s.fold(0.0, f64::max))));
         document
     }

@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::paper::{PAPER_VARIANCE_N2, PaperStudy};
 use super::{Fact, facts_table};
-use trocar_document::{Document, Figure, Section, Shown, Study, Verdict};
+use trocar_document::{Document, Figure, Section, Shown, Study, Table, Verdict};
 use trocar_figures::{self as figures, FigureError};
 
 impl Study for PaperStudy {
@@ -36,8 +36,12 @@ impl Study for PaperStudy {
             let mut section = Section::new(format!("figure-{}", figure.number), format!("Figure {}", figure.number));
             section.text(format!("Figure {}: {}", figure.number, figure.shows));
             section.figure(name.clone());
-            section.table(facts_table(&figure.facts));
-            let mut ours = Section::new(format!("differs-{}", figure.number), "What differs, and why");
+            let caption = format!("Statements of the paper, figure {}", figure.number);
+            section.table(Table { caption, ..facts_table(&figure.facts) });
+            let mut ours = Section::new(
+                format!("differs-{}", figure.number),
+                format!("Figure {}: what differs, and why", figure.number),
+            );
             ours.text(format!("This figure: {}", figure.ours));
             ours.text(figure.differs);
             document.sections.extend([section, ours.shown(Shown::InReports)]);

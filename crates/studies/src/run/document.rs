@@ -2,7 +2,8 @@
 
 use serde_json::{Value as Json, json};
 
-use super::Run;
+use super::{Run, trace_table};
+use crate::animation::animation;
 use crate::compare::{events_table, metric_tables, verdict};
 use trocar_detect::ExtraParameterEstimate;
 use trocar_document::{Document, Section, Shown, Study, TextFile, Window, show, significant};
@@ -29,6 +30,7 @@ impl Study for Run {
             verdict,
             warnings: self.warnings(),
             sections: sections(self),
+            data: vec![trace_table(&self.trace, |_| true)],
             files: vec![TextFile { name: "scenario.toml".into(), text: self.scenario.echo() }],
             json: json(self),
             ..Document::default()
@@ -37,6 +39,8 @@ impl Study for Run {
             let estimation = self.estimation();
             let range_s = self.trace.time_s.first().copied().zip(self.trace.time_s.last().copied());
             document.figure(TELEOPERATION, figures::comparison(&[self.view()], range_s));
+            document.sketch = figures::sketch(&[self.view()]).ok();
+            document.animation = animation(&[self]);
             document.figure("energy", figures::energy(&self.energies()));
             for (name, describe) in figures::ESTIMATION_FIGURES {
                 document.figure(name, describe(&estimation));

@@ -9,6 +9,7 @@ mod pack;
 mod promise;
 mod stepped;
 mod swings;
+mod trace_table;
 mod views;
 mod warnings;
 
@@ -18,6 +19,7 @@ pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
 pub use promise::{force_bound_gap, promise_gaps};
 pub use stepped::SteppedRun;
+pub use trace_table::trace_table;
 pub use trocar_scenario::{empty_trace, empty_trace_with};
 pub use warnings::{outside_measured, seeds_without_effect};
 

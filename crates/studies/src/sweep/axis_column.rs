@@ -1,6 +1,7 @@
 //! The values of an axis in many cases.
 
 use super::axis::Axis;
+use trocar_document::Values;
 use trocar_scenario::{Kind, Value};
 
 /// The values of an axis, one per case, in the type of its key.
@@ -39,20 +40,19 @@ impl AxisColumn {
         }
     }
 
-    /// Removes the values and keeps the capacity.
-    pub fn clear(&mut self) {
+    /// Returns the values as those of a table.
+    pub(super) fn into_values(self) -> Values<'static> {
         match self {
-            Self::Number(column) => column.clear(),
-            Self::Whole(column) => column.clear(),
-            Self::Flag(column) => column.clear(),
-            Self::Text(column) => column.clear(),
+            Self::Number(column) => Values::Numbers(column.into()),
+            Self::Whole(column) => Values::Whole(column.into_iter().map(i64::cast_unsigned).collect()),
+            Self::Flag(column) => Values::Switches(column),
+            Self::Text(column) => Values::Texts(column.into_iter().map(Into::into).collect()),
         }
     }
 }
 
 /// Returns a value in the form of a text column.
-#[must_use]
-pub fn text(value: &Value) -> String {
+fn text(value: &Value) -> String {
     match value {
         Value::Text(text) => text.clone(),
         other => other.to_toml().to_string(),

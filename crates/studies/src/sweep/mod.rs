@@ -8,6 +8,7 @@
 
 mod axis;
 mod axis_column;
+mod case_tables;
 mod columns;
 mod correlation;
 mod design;
@@ -29,7 +30,8 @@ mod stability;
 mod statistics;
 
 pub use axis::{Axis, Levels, number};
-pub use axis_column::{AxisColumn, text};
+pub use axis_column::AxisColumn;
+pub use case_tables::case_tables;
 pub use columns::Column;
 pub use correlation::Correlation;
 pub use design::{Design, MAX_CASES, SamplingScheme, UnitCoordinates};

@@ -3,12 +3,9 @@
 //! The simulation knows forces and ruptures, and no shape. The drawing adds only what a drawing needs: at the needle, an intact
 //! interface lies at the tip as soon as the tip has reached it; a torn one returns to its place.
 
-use serde::Serialize;
-
-use trocar_document::{Few, Fine};
+use crate::run::Run;
 use trocar_engine::tissue::{LayerParameters, Named, TearingLayer, TissueSettings};
 use trocar_scenario::{Scenario, TissueSpec};
-use trocar_studies::run::Run;
 
 /// Time constant with which a torn interface returns to its place, in s.
 const RETURN_S: f64 = 0.02;
@@ -20,18 +17,16 @@ const COMPRESSED_SHARE: f64 = 0.3;
 const TOUCH_SHARE: f64 = 0.1;
 
 /// A layer of the tissue, from its top down to the next one.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
     /// Its name and thickness; empty for a tissue without layers.
     pub(super) label: String,
     /// The place of its undeformed top in mm.
-    pub(super) top_mm: Few,
+    pub(super) top_mm: f64,
     /// The time of its rupture, if it ruptures.
-    pub(super) torn_s: Option<Fine>,
-    #[serde(skip)]
+    pub(super) torn_s: Option<f64>,
     thickness_mm: f64,
     /// Whether it bulges until it ruptures. Other layers are cut without bulging.
-    #[serde(skip)]
     ruptures: bool,
 }
 
@@ -78,7 +73,7 @@ impl DrawnTissue {
             for tick in ticks {
                 let touch = touch(&trace.tissue_force_n, from, tick);
                 let mut layer = unnamed(1e3 * trace.slave_position_m.get(touch).copied().unwrap_or(0.0));
-                layer.torn_s = trace.time_s.get(tick).copied().map(Fine);
+                layer.torn_s = trace.time_s.get(tick).copied();
                 layers.push(layer);
                 from = tick;
             }
@@ -92,19 +87,19 @@ impl DrawnTissue {
         for (index, tick) in places.into_iter().zip(ticks) {
             let tip_mm = 1e3 * trace.slave_position_m.get(tick).copied().unwrap_or(0.0);
             let top_mm = tip_mm - named[index].deflection_mm;
-            let moved_mm = top_mm - layers[index].top_mm.0;
-            layers[index].torn_s = trace.time_s.get(tick).copied().map(Fine);
+            let moved_mm = top_mm - layers[index].top_mm;
+            layers[index].torn_s = trace.time_s.get(tick).copied();
             // The first layer lies at the surface; deeper ones lie where the needle meets them.
             let first = if index == 0 { layers.len() } else { index };
             for layer in &mut layers[first..] {
-                layer.top_mm.0 += moved_mm;
+                layer.top_mm += moved_mm;
             }
         }
         Self::new(layers)
     }
 
     fn new(layers: Vec<Layer>) -> Self {
-        let depths_mm = layers.iter().map(|layer| layer.top_mm.0).collect();
+        let depths_mm = layers.iter().map(|layer| layer.top_mm).collect();
         let torn = vec![false; layers.len()];
         Self { layers, depths_mm, torn, last_s: f64::NEG_INFINITY }
     }
@@ -130,7 +125,7 @@ impl DrawnTissue {
     /// Tears the next layer that ruptures, at a time in s.
     pub fn tear(&mut self, time_s: f64) {
         if let Some(layer) = self.layers.iter_mut().find(|layer| layer.ruptures && layer.torn_s.is_none()) {
-            layer.torn_s = Some(Fine(time_s));
+            layer.torn_s = Some(time_s);
         }
     }
 
@@ -140,9 +135,9 @@ impl DrawnTissue {
         self.last_s = time_s;
         let mut floor_mm = f64::NEG_INFINITY;
         for (index, layer) in self.layers.iter().enumerate() {
-            let top_mm = layer.top_mm.0;
+            let top_mm = layer.top_mm;
             let depth_mm = &mut self.depths_mm[index];
-            self.torn[index] |= layer.torn_s.is_some_and(|torn| torn.0 <= time_s);
+            self.torn[index] |= layer.torn_s.is_some_and(|torn| torn <= time_s);
             if self.torn[index] || !layer.ruptures && floor_mm < top_mm {
                 *depth_mm = top_mm + (*depth_mm - top_mm) * remaining;
             } else {
@@ -168,7 +163,7 @@ impl NamedLayer {
         let thickness = trocar_document::plain(self.thickness_mm);
         Layer {
             label: format!("{}, {thickness} mm", self.name),
-            top_mm: Few(top_mm),
+            top_mm,
             torn_s: None,
             thickness_mm: self.thickness_mm,
             ruptures: self.ruptures,
@@ -177,7 +172,7 @@ impl NamedLayer {
 }
 
 fn unnamed(top_mm: f64) -> Layer {
-    Layer { label: String::new(), top_mm: Few(top_mm), torn_s: None, thickness_mm: 0.0, ruptures: true }
+    Layer { label: String::new(), top_mm, torn_s: None, thickness_mm: 0.0, ruptures: true }
 }
 
 /// Returns the layers of a scenario from the surface down; none for a tissue without layers.

@@ -2,11 +2,11 @@
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
-use trocar_scenario::ScenarioError;
+use crate::ScenarioError;
 
 /// Returns a scenario's error with its line underlined, styled for a terminal. Further errors of the scenario follow.
 #[must_use]
-pub fn scenario_error(error: &ScenarioError) -> String {
+pub fn underlined(error: &ScenarioError) -> String {
     let all: Vec<String> = std::iter::once(error).chain(&error.others).map(single).collect();
     all.join("\n")
 }
@@ -41,13 +41,13 @@ fn clamped(text: &str, span: std::ops::Range<usize>) -> std::ops::Range<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_scenario::Place;
+    use crate::Place;
 
     #[test]
     fn the_line_is_underlined_and_the_remedy_given() {
         let place = Place { file: "a.toml".into(), text: "[slave]\nvelocity_gain = -2\n".into(), span: 24..26 };
         let error = ScenarioError::new("slave.velocity_gain is -2").at(Some(place)).remedy("use 15");
-        let shown = anstream::adapter::strip_str(&scenario_error(&error)).to_string();
+        let shown = anstream::adapter::strip_str(&underlined(&error)).to_string();
         assert!(shown.contains("a.toml:2:17"), "{shown}");
         assert!(shown.contains("^^"), "{shown}");
         assert!(shown.contains("help: use 15"), "{shown}");
@@ -56,6 +56,6 @@ mod tests {
     #[test]
     fn a_span_beyond_the_text_is_clamped() {
         let place = Place { file: "a.toml".into(), text: "µ".into(), span: 1..90 };
-        assert!(scenario_error(&ScenarioError::new("no").at(Some(place))).contains("no"));
+        assert!(underlined(&ScenarioError::new("no").at(Some(place))).contains("no"));
     }
 }

@@ -1,11 +1,9 @@
 //! A run at one time as shapes: needle, tissue, hand and felt force. Pages and the animated picture only place them.
 
-use serde::Serialize;
 use serde_json::{Value as Json, json};
 
 use super::tissue::{DrawnTissue, Layer};
-use crate::draw::{Anchor, text_width};
-use trocar_document::Few;
+use trocar_document::animation::{Anchor, Drawing, Role, Shape};
 use trocar_scenario::Scenario;
 
 /// Names of the modes, by their numbers.
@@ -18,8 +16,9 @@ const NEEDLE: f64 = 3.0;
 const BEVEL: f64 = 12.0;
 /// How far shapes go beyond the drawing, for wider or higher paper.
 const BEYOND: f64 = 1500.0;
-/// Height of a small text.
+/// Height of a small text, and the width of a letter of it, of which few are wider.
 const SMALL: f64 = 12.0;
+const LETTER: f64 = 0.62 * SMALL;
 /// Number of points of each side of a dip.
 const DIP_POINTS: i32 = 7;
 /// Lengths of the scale in mm.
@@ -68,86 +67,6 @@ impl Form {
     pub(super) const PICTURE: Self = Self::wide(376.0, 260.0);
 }
 
-/// What a shape is. The theme of a page has a style of each, and so has the animated picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Role {
-    /// A layer of the tissue from its top down.
-    TissueEven,
-    TissueOdd,
-    /// The opening of a torn layer around the needle.
-    Tear,
-    /// The name of a layer or of a part.
-    Label,
-    /// The height of the hand, as a line to the needle.
-    Level,
-    /// The overshoot.
-    Bracket,
-    Overshoot,
-    Needle,
-    /// The clamp that holds a frozen needle.
-    Clamp,
-    /// The rail of the hand.
-    Rail,
-    Hand,
-    Grip,
-    /// The bar of the felt force.
-    Track,
-    Force,
-    Pull,
-    Newtons,
-    /// The length of some millimetres.
-    Ruler,
-}
-
-/// A polygon, a line, or a text at one place. Without places it is not drawn.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Shape {
-    pub(super) role: Role,
-    pub(super) x: Vec<f64>,
-    pub(super) y: Vec<f64>,
-    /// The end of the text that is at its place, and the text.
-    pub(super) text: Option<(Anchor, String)>,
-}
-
-impl Shape {
-    fn new<const N: usize>(role: Role, points: [(f64, f64); N]) -> Self {
-        let (x, y) = points.into_iter().unzip();
-        Self { role, x, y, text: None }
-    }
-
-    fn rectangle(role: Role, (left, right): (f64, f64), (top, bottom): (f64, f64)) -> Self {
-        Self::new(role, [(left, top), (right, top), (right, bottom), (left, bottom)])
-    }
-
-    fn text(role: Role, at: (f64, f64), anchor: Anchor, text: impl Into<String>) -> Self {
-        Self { text: Some((anchor, text.into())), ..Self::new(role, [at]) }
-    }
-
-    fn shown_if(self, is_shown: bool) -> Self {
-        if is_shown { self } else { Self { x: vec![], y: vec![], ..self } }
-    }
-
-    fn kind(&self) -> &'static str {
-        match self.role {
-            _ if self.text.is_some() => "text",
-            Role::Level | Role::Bracket | Role::Rail | Role::Grip | Role::Ruler => "polyline",
-            Role::TissueEven
-            | Role::TissueOdd
-            | Role::Tear
-            | Role::Label
-            | Role::Overshoot
-            | Role::Needle
-            | Role::Clamp
-            | Role::Hand
-            | Role::Track
-            | Role::Force
-            | Role::Pull
-            | Role::Newtons => "polygon",
-        }
-    }
-}
-
 /// A run at one time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moment {
@@ -190,7 +109,7 @@ impl Scene<'_> {
         let (tip, bottom) = (self.y(now.tip_mm), height - MARGIN);
         let mut shapes = vec![];
         for (index, layer) in self.layers.iter().enumerate() {
-            let (flat, dip) = (self.y(layer.top_mm.0), self.y(now.tops_mm[index]));
+            let (flat, dip) = (self.y(layer.top_mm), self.y(now.tops_mm[index]));
             let mut outline = self.top(flat, dip);
             outline.extend([(width + BEYOND, height + BEYOND), (tissue, height + BEYOND)]);
             let (x, y) = outline.into_iter().unzip();
@@ -269,60 +188,18 @@ impl Scene<'_> {
     /// Returns the names of the layers; that of a thin layer stands above it, unless another one is there.
     fn labels(&self) -> Vec<Shape> {
         let Form { width, height, .. } = self.form;
-        let tops = || self.layers.iter().map(|layer| self.y(layer.top_mm.0));
+        let tops = || self.layers.iter().map(|layer| self.y(layer.top_mm));
         let mut free = f64::NEG_INFINITY;
         let label = |((layer, top), next): ((&Layer, f64), f64)| {
             let top = top.max(0.0);
             let at = if next - top < 16.0 { top - 8.0 } else { top + 9.0 };
             let fits = !layer.label.is_empty() && at > free && at < height - 8.0 && next > 0.0;
             free = if fits { at + SMALL + 1.0 } else { free };
-            let is_short = text_width(&layer.label, SMALL, false) < width - self.form.tissue;
+            let is_short = LETTER * (layer.label.chars().count() as f64) < width - self.form.tissue;
             Shape::text(Role::Label, (width - 6.0, at), Anchor::End, &*layer.label).shown_if(fits && is_short)
         };
         self.layers.iter().zip(tops()).zip(tops().skip(1).chain([height])).map(label).collect()
     }
-}
-
-/// Returns coordinates to a tenth.
-fn tenths(places: &[f64]) -> Vec<Few> {
-    places.iter().map(|place| Few((10.0 * place).round() / 10.0 + 0.0)).collect()
-}
-
-/// Returns a shape at one time for a page.
-fn placed(shape: &Shape) -> Json {
-    let (anchor, text) = shape.text.as_ref().map_or((None, None), |(anchor, text)| (Some(anchor.css()), Some(text)));
-    json!({
-        "kind": shape.kind(),
-        "role": shape.role,
-        "anchor": anchor,
-        "x": tenths(&shape.x),
-        "states": [[0, tenths(&shape.y), text]],
-    })
-}
-
-/// Returns the shapes of all frames for a page: for each shape its places x, and its states: a frame, the places y from then on, empty
-/// for a shape that is not drawn, and the text.
-pub(super) fn tracks(form: Form, mut frames: impl Iterator<Item = Vec<Shape>>) -> Json {
-    let Some(first) = frames.next() else { return Json::Null };
-    let mut tracks: Vec<Json> = first.iter().map(placed).collect();
-    let mut last = first;
-    for (frame, shapes) in (1..).zip(frames) {
-        for ((track, shape), last) in tracks.iter_mut().zip(&shapes).zip(&last) {
-            if !shape.x.is_empty() && track["x"].as_array().is_some_and(Vec::is_empty) {
-                track["x"] = json!(tenths(&shape.x));
-            }
-            if let (true, Some(states)) = (shape != last, track["states"].as_array_mut()) {
-                let text = shape.text.as_ref().map(|(_, text)| text);
-                states.push(if text.is_some() {
-                    json!([frame, tenths(&shape.y), text])
-                } else {
-                    json!([frame, tenths(&shape.y)])
-                });
-            }
-        }
-        last = shapes;
-    }
-    json!({ "size": [form.width, form.height], "shapes": tracks })
 }
 
 /// Returns the name of a mode.
@@ -403,7 +280,7 @@ impl LiveDrawing {
         let (form, range_mm, max_force_n) = (Form::FIELD, self.range_mm, self.max_force_n);
         let shapes = Scene { form, layers: &self.layers, range_mm, max_force_n }.shapes(&moment);
         let is_rupturing = now.mode == 0 && now.time_s - self.ruptured_s < NAMED_S;
-        let mut drawing = tracks(form, std::iter::once(shapes));
+        let mut drawing = Drawing { size: (form.width, form.height), frames: vec![shapes] }.description();
         drawing["state"] = if is_rupturing { "rupture" } else { mode_name(now.mode) }.into();
         drawing
     }

@@ -1,0 +1,231 @@
+//! An animation: the shapes of each frame. Pages and an animated picture only place them.
+
+use serde::{Serialize, Serializer};
+use serde_json::{Value as Json, json};
+
+use crate::{Few, Fine};
+
+/// Some runs, side by side, at the times of the frames.
+#[derive(Clone, Debug, Serialize)]
+pub struct Animation {
+    /// What it shows.
+    pub title: String,
+    /// The times of the frames in s.
+    pub time_s: Vec<Fine>,
+    /// The time of each frame in words.
+    pub clocks: Vec<String>,
+    /// The time in s around which it plays.
+    #[serde(skip)]
+    pub origin_s: f64,
+    /// How many times slower than the run it plays.
+    pub slowness: f64,
+    /// The frame that is displayed at rest.
+    pub still: usize,
+    /// The runs.
+    pub panels: Vec<Panel>,
+    /// True if it is also a file.
+    #[serde(skip)]
+    pub is_file: bool,
+}
+
+/// One run of an animation. Each list has one value per frame.
+#[derive(Clone, Debug, Serialize)]
+pub struct Panel {
+    /// Name of the run.
+    pub name: String,
+    /// `classical` or `augmented`.
+    pub scheme: &'static str,
+    /// What the viewer should know, such as a missed rupture.
+    pub note: String,
+    /// The text alternative.
+    pub alt: String,
+    /// The state of the supervisor.
+    pub states: Vec<&'static str>,
+    /// The shapes on a wide and on a narrow page.
+    pub drawings: Vec<Drawing>,
+    /// The shapes in an animated picture.
+    #[serde(skip)]
+    pub picture: Drawing,
+}
+
+/// The end of a text that is at its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Anchor {
+    /// Its start.
+    Start,
+    /// Its middle.
+    Middle,
+    /// Its end.
+    End,
+}
+
+impl Anchor {
+    /// Its name in SVG.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Middle => "middle",
+            Self::End => "end",
+        }
+    }
+}
+
+/// The shapes of all frames, always as many of them and in the same order. A drawing is as wide and high as its size; shapes may go
+/// beyond it.
+#[derive(Clone, Debug, Default)]
+pub struct Drawing {
+    /// Width and height.
+    pub size: (f64, f64),
+    /// The shapes of each frame.
+    pub frames: Vec<Vec<Shape>>,
+}
+
+/// What a shape is. The theme of a page has a style for each, and so has the animated picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// A layer of the tissue from its top down.
+    TissueEven,
+    /// The next layer.
+    TissueOdd,
+    /// The opening of a torn layer around the needle.
+    Tear,
+    /// The name of a layer or of a part.
+    Label,
+    /// The height of the hand, as a line to the needle.
+    Level,
+    /// The overshoot.
+    Bracket,
+    /// Its length.
+    Overshoot,
+    /// The needle.
+    Needle,
+    /// The clamp that holds a frozen needle.
+    Clamp,
+    /// The rail of the hand.
+    Rail,
+    /// The hand.
+    Hand,
+    /// The line on the hand.
+    Grip,
+    /// The bar of the felt force.
+    Track,
+    /// The felt force, if it pushes.
+    Force,
+    /// The felt force, if it pulls.
+    Pull,
+    /// The felt force in words.
+    Newtons,
+    /// The length of some millimetres.
+    Ruler,
+}
+
+/// A polygon, a line, or a text at one place. Without places it is not drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    /// What it is.
+    pub role: Role,
+    /// Its places from the left.
+    pub x: Vec<f64>,
+    /// Its places from the top.
+    pub y: Vec<f64>,
+    /// The end of the text that is at its place, and the text.
+    pub text: Option<(Anchor, String)>,
+}
+
+impl Shape {
+    /// A polygon or a line.
+    #[must_use]
+    pub fn new<const N: usize>(role: Role, points: [(f64, f64); N]) -> Self {
+        let (x, y) = points.into_iter().unzip();
+        Self { role, x, y, text: None }
+    }
+
+    /// A rectangle.
+    #[must_use]
+    pub fn rectangle(role: Role, (left, right): (f64, f64), (top, bottom): (f64, f64)) -> Self {
+        Self::new(role, [(left, top), (right, top), (right, bottom), (left, bottom)])
+    }
+
+    /// A text.
+    #[must_use]
+    pub fn text(role: Role, at: (f64, f64), anchor: Anchor, text: impl Into<String>) -> Self {
+        Self { text: Some((anchor, text.into())), ..Self::new(role, [at]) }
+    }
+
+    /// The same, or a shape that is not drawn.
+    #[must_use]
+    pub fn shown_if(self, is_shown: bool) -> Self {
+        if is_shown { self } else { Self { x: vec![], y: vec![], ..self } }
+    }
+
+    fn kind(&self) -> &'static str {
+        match self.role {
+            _ if self.text.is_some() => "text",
+            Role::Level | Role::Bracket | Role::Rail | Role::Grip | Role::Ruler => "polyline",
+            Role::TissueEven
+            | Role::TissueOdd
+            | Role::Tear
+            | Role::Label
+            | Role::Overshoot
+            | Role::Needle
+            | Role::Clamp
+            | Role::Hand
+            | Role::Track
+            | Role::Force
+            | Role::Pull
+            | Role::Newtons => "polygon",
+        }
+    }
+}
+
+impl Drawing {
+    /// The drawing as data: `size`, and for each of the `shapes` its `kind`, `role` and places `x`, and its `states`: a frame, the
+    /// places y from then on, empty for a shape that is not drawn, and the text.
+    #[must_use]
+    pub fn description(&self) -> Json {
+        let Some((first, frames)) = self.frames.split_first() else { return Json::Null };
+        let mut tracks: Vec<Json> = first.iter().map(placed).collect();
+        let mut last = first;
+        for (frame, shapes) in (1..).zip(frames) {
+            for ((track, shape), last) in tracks.iter_mut().zip(shapes).zip(last) {
+                if !shape.x.is_empty() && track["x"].as_array().is_some_and(Vec::is_empty) {
+                    track["x"] = json!(tenths(&shape.x));
+                }
+                if let (true, Some(states)) = (shape != last, track["states"].as_array_mut()) {
+                    let text = shape.text.as_ref().map(|(_, text)| text);
+                    states.push(if text.is_some() {
+                        json!([frame, tenths(&shape.y), text])
+                    } else {
+                        json!([frame, tenths(&shape.y)])
+                    });
+                }
+            }
+            last = shapes;
+        }
+        json!({ "size": [self.size.0, self.size.1], "shapes": tracks })
+    }
+}
+
+impl Serialize for Drawing {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.description().serialize(serializer)
+    }
+}
+
+/// Returns coordinates to a tenth.
+fn tenths(places: &[f64]) -> Vec<Few> {
+    places.iter().map(|place| Few((10.0 * place).round() / 10.0 + 0.0)).collect()
+}
+
+/// Returns a shape at one time for a page.
+fn placed(shape: &Shape) -> Json {
+    let (anchor, text) = shape.text.as_ref().map_or((None, None), |(anchor, text)| (Some(anchor.word()), Some(text)));
+    json!({
+        "kind": shape.kind(),
+        "role": shape.role,
+        "anchor": anchor,
+        "x": tenths(&shape.x),
+        "states": [[0, tenths(&shape.y), text]],
+    })
+}
