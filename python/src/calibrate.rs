@@ -6,15 +6,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use trocar_detect::calibration::{self, CalibrationRequest};
-use trocar_report::document_text;
 use trocar_scenario::Values;
 
 use crate::arrays::recording_columns;
 use crate::detect::{Refusal, Samples};
 use crate::interrupt::interruptible_told;
-use crate::{convert, error};
+use crate::{convert, document, error};
 
-/// Calibrates. `tell` is called with the numbers of complete and of all steps. Returns the content of `calibration.json`, the text, and the settings as TOML.
+/// Calibrates. `tell` is called with the numbers of complete and of all steps. Returns the content of
+/// `calibration.json`, the document, and the settings as TOML.
 #[pyfunction]
 #[pyo3(signature = (
     name, time_s, position_m, velocity_m_per_s, force_n, settings, *, first_s, quiet_s, keeps_contact, false_alarm_s,
@@ -38,7 +38,7 @@ pub(crate) fn calibrate<'py>(
     variance_ratio: Option<f64>,
     threads: usize,
     tell: Option<Py<PyAny>>,
-) -> PyResult<(Bound<'py, PyAny>, String, String)> {
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, String)> {
     let default = CalibrationRequest::default();
     let request = CalibrationRequest {
         first_s: first_s.unwrap_or(default.first_s),
@@ -68,5 +68,5 @@ pub(crate) fn calibrate<'py>(
     tell(py)?;
     let calibration = calibrated.map_err(|refusal| refusal.raise(py))?.map_err(error::value)?;
     let document = calibration.document(name);
-    Ok((convert::python(py, &document.json)?, document_text(&document, false), calibration.toml()))
+    Ok((convert::python(py, &document.json)?, document::dictionary(py, &document, false)?, calibration.toml()))
 }

@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use trocar_base::parallel::try_map;
 use trocar_document::Study as _;
 use trocar_metrics::Metrics;
-use trocar_report::{document_text, to_json};
+use trocar_report::to_json;
 use trocar_studies::compare::{Comparison, ComparisonReport, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_studies::run::RunError;
 
@@ -16,14 +16,18 @@ use crate::interrupt::interruptible_told;
 use crate::own::CompiledParts;
 use crate::run::{Run, hand_over, measure_compiled, measure_with, traced_with};
 use crate::scenario::Scenario;
-use crate::{convert, error};
+use crate::{convert, document, error};
 
-type Compared<'py> =
-    (Bound<'py, PyAny>, String, Vec<(String, String, &'static str, Vec<Option<f64>>)>, Vec<(Run, Bound<'py, PyDict>)>);
+type Compared<'py> = (
+    Bound<'py, PyAny>,
+    Bound<'py, PyAny>,
+    Vec<(String, &'static str, Vec<Option<f64>>)>,
+    Vec<(Run, Bound<'py, PyDict>)>,
+);
 
 /// Compares scenarios, with the user's own parts, by role, if there are any: these run one after the other, or in threads if all are
 /// compiled, and without added noise.
-/// Returns the content of `comparison.json`, the tables as text, the rows, and the runs. `tell` is called with the numbers of complete
+/// Returns the content of `comparison.json`, the document without its figures, the rows, and the runs. `tell` is called with the numbers of complete
 /// and of all runs of the seeds.
 #[pyfunction]
 pub(crate) fn compare<'py>(
@@ -59,13 +63,14 @@ pub(crate) fn compare<'py>(
     };
     let facts = if is_paper_pair && parts.is_empty() { paper_facts(&comparison) } else { None };
     let told = ComparisonReport { comparison: &comparison, facts: facts.as_deref(), seeds: study.as_ref() };
-    let document = told.document();
-    let (json, text) = (to_json(&document.json), document_text(&document, true));
+    let mut document = told.document();
+    // They show every sample, and are described when they are asked for.
+    document.figures.clear();
+    let (json, contents) = (to_json(&document.json), document::dictionary(py, &document, true)?);
     drop(document);
-    let rows =
-        comparison.table().rows.into_iter().map(|row| (row.metric, row.label, row.unit.si(), row.values)).collect();
+    let rows = comparison.table().rows.into_iter().map(|row| (row.metric, row.unit.si(), row.values)).collect();
     let runs = comparison.runs.into_iter().map(|run| hand_over(py, run)).collect::<PyResult<_>>()?;
-    Ok((convert::parsed(py, &json)?, text, rows, runs))
+    Ok((convert::parsed(py, &json)?, contents, rows, runs))
 }
 
 /// Compares scenarios with the user's own parts.

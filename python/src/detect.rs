@@ -4,16 +4,15 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_core::error::InvalidValue;
-use trocar_detect::document::report_document;
+use trocar_detect::document::{add_timeline, report_document};
 use trocar_detect::{DetectionReport, detect_recording};
 use trocar_recording::ArrayError;
-use trocar_report::document_text;
 use trocar_scenario::{DetectionSpec, ScenarioError, Source, Values};
 
 use crate::arrays::{RecordingColumns, put, recording_columns};
 use crate::interrupt::interruptible;
 use crate::recording::Recording;
-use crate::{convert, error};
+use crate::{convert, document, error};
 
 /// Arrays of samples.
 pub(crate) struct Samples(pub(crate) RecordingColumns);
@@ -64,10 +63,10 @@ pub(crate) fn tuning(py: Python<'_>, file: &str) -> PyResult<Vec<String>> {
     Ok(values.written_settings(&SECTIONS))
 }
 
-type Detected<'py> = (Bound<'py, PyDict>, Bound<'py, PyArray1<i64>>, bool, Bound<'py, PyAny>, String);
+type Detected<'py> = (Bound<'py, PyDict>, Bound<'py, PyArray1<i64>>, bool, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
 /// Detects ruptures. Returns the columns of `detection.csv`, their rows with an alarm, whether the samples were resampled, the
-/// content of `detection.json`, and the text.
+/// content of `detection.json`, and the document without the figures of all samples.
 #[pyfunction]
 #[pyo3(signature = (name, time_s, position_m, velocity_m_per_s, force_n, settings, settings_file))]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
@@ -94,8 +93,9 @@ pub(crate) fn detect<'py>(
         Ok::<_, Refusal>((detection, report, values))
     })?
     .map_err(|refusal| refusal.raise(py))?;
-    let document = report_document(name, &report, &values);
-    let (json, text) = (convert::python(py, &document.json)?, document_text(&document, false));
+    let mut document = report_document(name, &report, &values);
+    add_timeline(&mut document, values.name(), &report);
+    let (json, contents) = (convert::python(py, &document.json)?, document::dictionary(py, &document, false)?);
     let columns = PyDict::new(py);
     put(&columns, "time_s", detection.time_s)?;
     put(&columns, "position_m", detection.position_m)?;
@@ -110,5 +110,5 @@ pub(crate) fn detect<'py>(
         put(&columns, name, values)?;
     }
     let alarms = detection.alarms.into_iter().map(|sample| sample as i64).collect();
-    Ok((columns, PyArray1::from_vec(py, alarms), detection.is_resampled, json, text))
+    Ok((columns, PyArray1::from_vec(py, alarms), detection.is_resampled, json, contents))
 }

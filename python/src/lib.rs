@@ -9,6 +9,7 @@ mod compare;
 mod convert;
 mod detect;
 mod detector;
+mod document;
 mod error;
 mod figures;
 mod interrupt;
@@ -48,7 +49,7 @@ mod _core {
     #[pymodule_export]
     use crate::error::in_python;
     #[pymodule_export]
-    use crate::figures::{detection_figure, figure_names, roc_figure, run_figure, stability_figure};
+    use crate::figures::{comparison_figures, detection_figures, figure_names, run_figure, run_figures};
     #[pymodule_export]
     use crate::recording::{Recording, list_signals, read_recording};
     #[pymodule_export]
@@ -68,7 +69,7 @@ mod _core {
     #[pymodule_export]
     use crate::state_space::{StateSpace, state_space};
     #[pymodule_export]
-    use crate::sweep::{metrics, sweep, sweep_plan, sweep_with};
+    use crate::sweep::{metrics, sweep, sweep_document, sweep_plan, sweep_with};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

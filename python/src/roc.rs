@@ -20,16 +20,18 @@ use crate::interrupt::interruptible_told;
 use crate::own::{CompiledPart, Failure, detector};
 use crate::recording::Recording;
 use crate::scenario::Scenario;
-use crate::{convert, error};
+use crate::{convert, document, error};
 
 /// The scenario of the shipped insertion.
 const SHIPPED: &str = "paper/classical";
 
-type Judged<'py> = (Bound<'py, PyAny>, Vec<Bound<'py, PyAny>>);
+type Judged<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
+
+/// A detector of the user's own: its name, its threshold, if any, and the part.
+type OwnDetector<'py> = (String, Option<f64>, Bound<'py, PyAny>);
 
 /// Judges built-in detectors, by their words, and the user's own, on a recording, the closed loop of a scenario, made recordings, or,
-/// without any of them, the shipped insertion. Returns the content of `roc.json`, and the points of each detector of one's own: over
-/// all conditions, and in each. `tell` is called with the numbers of complete and of all cases, one per detector of
+/// without any of them, the shipped insertion. Returns the content of `roc.json` and the document. `tell` is called with the numbers of complete and of all cases, one per detector of
 /// one's own and one for all built-in ones.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
@@ -41,7 +43,7 @@ pub(crate) fn roc<'py>(
     is_trials: bool,
     settings: Vec<String>,
     kinds: Vec<String>,
-    own: Vec<Bound<'py, PyAny>>,
+    own: Vec<OwnDetector<'py>>,
     noise_std_n: Vec<f64>,
     seeds: u64,
     thresholds: usize,
@@ -82,8 +84,10 @@ pub(crate) fn roc<'py>(
         let done = done.load(Ordering::Relaxed);
         tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
+    let (names, own): (Vec<_>, Vec<_>) =
+        own.into_iter().map(|(name, threshold, part)| ((name, threshold.unwrap_or(f64::NAN)), part)).unzip();
     let compiled = own.iter().map(CompiledPart::detector).collect::<PyResult<Option<Vec<_>>>>()?;
-    let own_points = match compiled {
+    let points = match compiled {
         Some(compiled) if !own.is_empty() => {
             let (study, counted) = (study.clone(), counted.clone());
             let points = interruptible_told(py, threads, tell, move |_| {
@@ -95,7 +99,7 @@ pub(crate) fn roc<'py>(
                     failure.take().map_or(Ok(()), Err).map_err(OwnError::Python)
                 })
             })?;
-            objects(py, &points.map_err(|error| error.raise(py))?)?
+            points.map_err(|error| error.raise(py))?
         }
         Some(_) | None => own_points(py, &study, &own, || {
             done.fetch_add(1, Ordering::Relaxed);
@@ -111,7 +115,12 @@ pub(crate) fn roc<'py>(
         study.run(stop, &count)
     })?;
     tell(py)?;
-    Ok((convert::python(py, &judged.map_err(refuse)?.document(seeds).json)?, own_points))
+    let mut judged = judged.map_err(refuse)?;
+    let own: Vec<_> =
+        names.into_iter().zip(points).map(|((name, threshold), points)| (name, threshold, points)).collect();
+    judged.add_own(&own);
+    let document = judged.document(seeds);
+    Ok((convert::python(py, &document.json)?, document::dictionary(py, &document, false)?))
 }
 
 /// Judges the user's own detectors, and calls `count` after each case of each.
@@ -120,7 +129,7 @@ fn own_points<'py>(
     study: &Study,
     own: &[Bound<'py, PyAny>],
     count: impl Fn() -> PyResult<()>,
-) -> PyResult<Vec<Bound<'py, PyAny>>> {
+) -> PyResult<Vec<OwnPoints>> {
     if own.is_empty() {
         return Ok(vec![]);
     }
@@ -132,12 +141,7 @@ fn own_points<'py>(
         alarms.extend((0..evidence.len()).filter(|sample| detector.update(&evidence[*sample]).alarm));
         failure.take().map_or_else(&count, Err).map_err(OwnError::Python)
     });
-    objects(py, &judged.map_err(|error| error.raise(py))?)
-}
-
-fn objects<'py>(py: Python<'py>, points: &[OwnPoints]) -> PyResult<Vec<Bound<'py, PyAny>>> {
-    let object = |points| convert::python(py, &serde_json::to_value(points).map_err(error::value)?);
-    points.iter().map(object).collect()
+    judged.map_err(|error| error.raise(py))
 }
 
 /// Why own detectors could not be judged.

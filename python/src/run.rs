@@ -8,15 +8,15 @@ use pyo3::types::PyDict;
 use trocar_document::Study as _;
 use trocar_engine::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS};
 use trocar_metrics::Metrics;
-use trocar_report::{document_text, to_json};
+use trocar_report::to_json;
 use trocar_studies::run::{RunError, observe, observe_with};
 
 use crate::arrays::put;
-use crate::figures::trust_of_run;
+use crate::figures::run_trust;
 use crate::interrupt::interruptible;
 use crate::own::{CompiledParts, Failure, Own};
 use crate::scenario::Scenario;
-use crate::{convert, error};
+use crate::{convert, document, error};
 
 /// Number of ticks between two readings of the clock, and time between two checks for signals. A tick takes about 30 ns.
 const TICKS: u64 = 4096;
@@ -49,14 +49,14 @@ impl Run {
         to_json(&self.run.summary())
     }
 
-    /// Returns the text of the command line.
-    fn text(&self) -> String {
-        document_text(&self.run.document(), false)
+    /// Returns the document, without its figures.
+    fn document<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        document::dictionary(py, &self.run.document(), false)
     }
 
     /// Returns the columns of the trust in the estimate, computed from the other columns.
     fn trust<'py>(&self, py: Python<'py>, columns: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyDict>> {
-        let trust = trust_of_run(&self.run.scenario, columns)?;
+        let trust = run_trust(&self.run.scenario, columns)?;
         let all = PyDict::new(py);
         let [stiffness, damping, excitation, flags] = TRUST_COLUMNS.map(|column| column.name);
         put(&all, stiffness, trust.stiffness_std_n_per_m)?;
@@ -64,12 +64,6 @@ impl Run {
         put(&all, excitation, trust.excitation)?;
         put(&all, flags, trust.estimate_flags)?;
         Ok(all)
-    }
-
-    /// Returns the rows of the table: metric, label, unit, value in SI units.
-    fn rows(&self) -> Vec<(String, String, &'static str, Option<f64>)> {
-        let rows = trocar_studies::compare::rows(&[&self.run.metrics], &[]);
-        rows.into_iter().map(|row| (row.metric, row.label, row.unit.si(), row.values[0])).collect()
     }
 
     #[getter]

@@ -6,18 +6,17 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_document::Study as _;
-use trocar_report::document_text;
 use trocar_stability::Axis;
 use trocar_studies::stability_check::{CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, Verdict, is_tissue};
 
 use crate::arrays::put;
 use crate::interrupt::interruptible_told;
 use crate::scenario::Scenario;
-use crate::{convert, error};
+use crate::{convert, document, error};
 
-type Analysed<'py> = (Bound<'py, PyAny>, String, Bound<'py, PyDict>);
+type Analysed<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyDict>);
 
-/// Analyses the loop of a scenario and maps it over two axes. Returns the content of `stability.json`, the text, and arrays: `x`, `y`,
+/// Analyses the loop of a scenario and maps it over two axes. Returns the content of `stability.json`, the document, and arrays: `x`, `y`,
 /// `stable` (by rows, from the lowest y), `boundary` (four numbers per segment), and `simulated` if requested. `tell` is called with the
 /// numbers of simulated and of all points.
 #[pyfunction]
@@ -62,7 +61,9 @@ pub(crate) fn stability<'py>(
     tell(py)?;
     let study = studied.map_err(|error: CheckError| error::check(py, &error))?;
     let document = study.document();
-    let (json, text) = (convert::parsed(py, &document.json.to_string())?, document_text(&document, false));
+    let json = convert::parsed(py, &document.json.to_string())?;
+    let contents = document::dictionary(py, &document, false)?;
+    drop(document);
     let StabilityStudy { map, check, .. } = study;
     let columns = PyDict::new(py);
     put(&columns, "x", (0..map.x.count).map(|index| map.x.value(index)).collect())?;
@@ -77,5 +78,5 @@ pub(crate) fn stability<'py>(
         };
         put(&columns, "simulated", check.simulated.into_iter().map(code).collect::<Vec<i8>>())?;
     }
-    Ok((json, text, columns))
+    Ok((json, contents, columns))
 }

@@ -3,23 +3,27 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use numpy::PyReadonlyArray1;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tempfile::TempDir;
 use trocar_base::parallel::try_map;
+use trocar_document::Study as _;
 use trocar_metrics::{Declaration, Metrics};
 use trocar_scenario::{ScenarioError, Source};
 use trocar_studies::run::RunError;
 use trocar_studies::sweep::{
-    AxisColumn, CaseMaker, Column, Design, Execution, Outcome, Part, Plan, Progress, Rows, Shard, SweepError, execute,
+    AxisColumn, CaseMaker, Column, Design, DrawnCases, Execution, Layout, Outcome, PACK_CASES, PackRows, Part, Plan,
+    Progress, Rows, Shard, SweepError, SweepReport, execute, findings, stored_design,
 };
 
-use crate::arrays::put;
-use crate::error;
-use crate::interrupt::interruptible_told;
+use crate::arrays::{put, samples};
+use crate::interrupt::{interruptible, interruptible_told};
 use crate::own::CompiledParts;
 use crate::run::{measure_compiled, measure_with};
 use crate::scenario::{Scenario, text_source};
+use crate::{convert, document, error};
 
 /// The result by columns.
 struct Columns {
@@ -151,7 +155,7 @@ impl Sources {
     }
 }
 
-type Swept<'py> = (Bound<'py, PyDict>, String, u64, Vec<(String, String)>);
+type Swept<'py> = (Bound<'py, PyDict>, String, u64, String, Vec<(String, String)>);
 
 /// Returns the hash of a sweep and its number of cases, without running any.
 #[pyfunction]
@@ -169,7 +173,7 @@ pub(crate) fn sweep_plan(
 
 /// Runs a sweep, or a shard of it such as "3/8", with a number of threads (0 for all processors), if its rows fit into
 /// `memory_bytes`. Returns the columns, the hash
-/// of the whole sweep, its number of cases, and the former names of metrics in the file, each with the present name. The sweep
+/// of the whole sweep, its number of cases, the text of all its inputs, and the former names of metrics in the file, each with the present name. The sweep
 /// is a file's path or a text; `base` is the scenario if neither names one. `tell` is called with the numbers of complete and of
 /// all cases, from time to time and at the end.
 #[pyfunction]
@@ -199,12 +203,7 @@ pub(crate) fn sweep<'py>(
         let all = layout.part_cases();
         done[1].store(all, Ordering::Relaxed);
         let mut columns = Columns::for_cases(&plan.design, all, memory_bytes).map_err(Failed::NoRoom)?;
-        let io = |source| SweepError::Io { path: std::env::temp_dir(), source };
-        let folder = tempfile::Builder::new().prefix("trocar-sweep-").tempdir().map_err(io)?;
-        let part = Part::open(&folder.path().join(trocar_studies::sweep::CASES), layout)?;
-        // What is open needs no name on Unix, so that even a killed process leaves nothing behind.
-        #[cfg(unix)]
-        folder.close().map_err(io)?;
+        let (_folder, part) = temporary_part(layout)?;
         let count = |cases: u64| {
             done[0].fetch_add(cases, Ordering::Relaxed);
         };
@@ -219,13 +218,14 @@ pub(crate) fn sweep<'py>(
                 Ok(())
             })
         })?;
-        Ok(Some((columns, plan.hash(), plan.design.cases(), plan.former_names)))
+        Ok(Some((columns, plan.hash(), plan.design.cases(), plan.canonical().to_owned(), plan.former_names)))
     };
     let swept = interruptible_told(py, threads, &tell, work)?.map_err(|failed: Failed| failed.raise(py))?;
     // Only a signal stops it, and its exception has been raised.
-    let (columns, hash, cases, former_names) = swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
+    let (columns, hash, cases, inputs, former_names) =
+        swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
     tell(py)?;
-    Ok((columns.hand_over(py)?, hash, cases, former_names))
+    Ok((columns.hand_over(py)?, hash, cases, inputs, former_names))
 }
 
 /// Number of cases that a thread runs at once.
@@ -291,7 +291,62 @@ pub(crate) fn sweep_with<'py>(
             .map_err(|failed| failed.raise(py))?;
         (columns, plan)
     };
-    Ok((columns.hand_over(py)?, plan.hash(), cases, plan.former_names.clone()))
+    Ok((columns.hand_over(py)?, plan.hash(), cases, plan.canonical().to_owned(), plan.former_names.clone()))
+}
+
+/// Returns the document of a complete sweep from the text of all its inputs, its hash, and its rows: the code of each outcome, and a
+/// column per metric.
+#[pyfunction]
+pub(crate) fn sweep_document<'py>(
+    py: Python<'py>,
+    inputs: &str,
+    hash: String,
+    outcomes: PyReadonlyArray1<'py, u8>,
+    columns: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let design = stored_design(&text_source("sweep", inputs)).map_err(|error| error::scenario(py, &error))?;
+    let column = |column: &Column| {
+        let values = columns.get_item(&column.name)?;
+        let values = values.ok_or_else(|| error::value(format!("no column {:?}", column.name)))?;
+        samples(&values.extract()?)
+    };
+    let metrics = design.columns.iter().map(column).collect::<PyResult<Vec<_>>>()?;
+    let outcomes = outcomes.as_slice().map_err(error::value)?.to_vec();
+    let work = move |_: &AtomicBool| {
+        let (_folder, rows) = stored_rows(&design, &outcomes, &metrics)?;
+        let (findings, cases) = (findings(&design, &rows)?, DrawnCases::of(&design, &rows)?);
+        let report = SweepReport { design: &design, hash: &hash, findings: &findings, cases: Some(&cases) };
+        Ok::<_, Failed>(document::contents(&report.document(), false))
+    };
+    convert::python(py, &interruptible(py, 1, work)?.map_err(|failed| failed.raise(py))?)
+}
+
+/// Returns the rows of a complete sweep in a file, from which the statistics read them, and its folder.
+fn stored_rows(design: &Design, outcomes: &[u8], metrics: &[Vec<f64>]) -> Result<(TempDir, Rows), Failed> {
+    let cases = design.cases();
+    let layout = Layout { key: 0, columns: metrics.len(), cases, packs: 0..cases.div_ceil(PACK_CASES) };
+    let ((folder, part), mut rows) = (temporary_part(layout)?, PackRows::default());
+    for pack in part.layout().packs.clone() {
+        rows.clear();
+        for case in part.layout().cases_of(pack) {
+            let case = case as usize;
+            let outcome = [Outcome::Completed, Outcome::Diverged, Outcome::Failed][usize::from(outcomes[case].min(2))];
+            rows.push(outcome, metrics.iter().map(|column| Some(column[case])));
+        }
+        part.write(pack, &mut rows)?;
+    }
+    Ok((folder, Rows(vec![part])))
+}
+
+/// Returns an empty part of a sweep, and its folder, which is removed when it is dropped.
+fn temporary_part(layout: Layout) -> Result<(TempDir, Part), SweepError> {
+    let io = |source| SweepError::Io { path: std::env::temp_dir(), source };
+    let folder = tempfile::Builder::new().prefix("trocar-sweep-").tempdir().map_err(io)?;
+    let part = Part::open(&folder.path().join(trocar_studies::sweep::CASES), layout)?;
+    // What is open needs no name on Unix, so that even a killed process leaves nothing behind.
+    #[cfg(unix)]
+    std::fs::remove_dir_all(folder.path()).map_err(io)?;
+    Ok((folder, part))
 }
 
 /// Runs a case. Returns its outcome and its metrics.

@@ -53,6 +53,7 @@ from ._warnings import (
 )
 from .comparing import Comparison, compare
 from .detection import Calibration, Detection, Detector, calibrate, detect, record, score
+from .documents import Document, Figure, Table
 from .judging import Roc, Trial, roc, trials
 from .linear import Stability, StateSpace, stability, state_space
 from .parts import Compiled, Simulation
@@ -71,6 +72,8 @@ __all__ = [
     "DelayBeyondRunWarning",
     "Detection",
     "Detector",
+    "Document",
+    "Figure",
     "ForceMagnitudeWarning",
     "ForceNotBoundedWarning",
     "ForceOutOfContactWarning",
@@ -103,6 +106,7 @@ __all__ = [
     "StateSpace",
     "Step",
     "Sweep",
+    "Table",
     "TissueNotCoveredWarning",
     "Trial",
     "TrocarWarning",

@@ -20,8 +20,9 @@ __all__ = [
     "__version__",
     "calibrate",
     "compare",
+    "comparison_figures",
     "detect",
-    "detection_figure",
+    "detection_figures",
     "detectors",
     "figure_names",
     "in_python",
@@ -31,17 +32,17 @@ __all__ = [
     "read_recording",
     "record",
     "roc",
-    "roc_figure",
     "run",
     "run_figure",
+    "run_figures",
     "run_with",
     "score",
     "seconds_of_run",
     "shipped",
     "stability",
-    "stability_figure",
     "state_space",
     "sweep",
+    "sweep_document",
     "sweep_plan",
     "sweep_with",
     "toml_value",
@@ -53,6 +54,8 @@ __version__: str
 
 _Floats = NDArray[np.float64]
 _Traces = dict[str, NDArray[Any]]
+# A run for its figures: the scenario, the columns, the times of ruptures and alarms in s, and the promised energy in J.
+_Drawn = tuple[Scenario, _Traces, list[float], list[float], float | None]
 
 @final
 class Scenario:
@@ -98,8 +101,7 @@ class Run:
     def summary(self) -> dict[str, Any]: ...
     def warnings(self) -> list[dict[str, Any]]: ...
     def summary_json(self) -> str: ...
-    def text(self) -> str: ...
-    def rows(self) -> list[tuple[str, str, str, float | None]]: ...
+    def document(self) -> dict[str, Any]: ...
     def trust(self, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]: ...
     @property
     def name(self) -> str: ...
@@ -251,7 +253,7 @@ def compare(
     threads: int,
     parts: dict[str, Any],
     tell: Callable[[int, int], None] | None,
-) -> tuple[dict[str, Any], str, list[tuple[str, str, str, list[float | None]]], list[tuple[Run, _Traces]]]: ...
+) -> tuple[dict[str, Any], dict[str, Any], list[tuple[str, str, list[float | None]]], list[tuple[Run, _Traces]]]: ...
 def detect(
     name: str,
     time_s: _Floats,
@@ -260,7 +262,7 @@ def detect(
     force_n: _Floats,
     settings: list[str],
     settings_file: str | None,
-) -> tuple[dict[str, _Floats], NDArray[np.int64], bool, dict[str, Any], str]: ...
+) -> tuple[dict[str, _Floats], NDArray[np.int64], bool, dict[str, Any], dict[str, Any]]: ...
 def calibrate(
     name: str,
     time_s: _Floats,
@@ -278,11 +280,11 @@ def calibrate(
     variance_ratio: float | None,
     threads: int,
     tell: Callable[[int, int], None] | None,
-) -> tuple[dict[str, Any], str, str]: ...
+) -> tuple[dict[str, Any], dict[str, Any], str]: ...
 def sweep(
     path: str | None, text: str, base: Scenario | None, settings: list[str], shard: str, threads: int,
     memory_bytes: int, tell: Callable[[int, int], None] | None
-) -> tuple[dict[str, Any], str, int, list[tuple[str, str]]]: ...
+) -> tuple[dict[str, Any], str, int, str, list[tuple[str, str]]]: ...
 def stability(
     scenario: Scenario,
     x: str,
@@ -291,7 +293,7 @@ def stability(
     simulate: bool,
     threads: int,
     tell: Callable[[int, int], None] | None,
-) -> tuple[dict[str, Any], str, dict[str, NDArray[Any]]]: ...
+) -> tuple[dict[str, Any], dict[str, Any], dict[str, NDArray[Any]]]: ...
 def state_space(scenario: Scenario, side: str) -> StateSpace: ...
 def shipped() -> list[tuple[str, str]]: ...
 def in_python(message: str) -> str: ...
@@ -306,14 +308,14 @@ def roc(
     is_trials: bool,
     settings: list[str],
     kinds: list[str],
-    own: list[Any],
+    own: list[tuple[str, float | None, Any]],
     noise_std_n: list[float],
     seeds: int,
     thresholds: int,
     within_s: float,
     threads: int,
     tell: Callable[[int, int], None] | None,
-) -> tuple[dict[str, Any], list[dict[str, Any]]]: ...
+) -> tuple[dict[str, Any], dict[str, Any]]: ...
 def metrics() -> list[tuple[str, str, str, str, str, str]]: ...
 def trace_columns() -> list[tuple[str, str, str]]: ...
 def sweep_with(
@@ -325,7 +327,10 @@ def sweep_with(
     threads: int,
     memory_bytes: int,
     tell: Callable[[int, int], None] | None,
-) -> tuple[dict[str, Any], str, int, list[tuple[str, str]]]: ...
+) -> tuple[dict[str, Any], str, int, str, list[tuple[str, str]]]: ...
+def sweep_document(
+    inputs: str, hash: str, outcomes: NDArray[np.uint8], columns: dict[str, _Floats]
+) -> dict[str, Any]: ...
 def sweep_plan(path: str | None, text: str, base: Scenario | None, settings: list[str]) -> tuple[str, int]: ...
 def toml_value(value: Any) -> str: ...
 def list_signals(path: str) -> dict[str, Any]: ...
@@ -334,29 +339,17 @@ def read_recording(path: str, time: str, position: str, velocity: str | None, fo
 def figure_names() -> tuple[list[str], list[str]]: ...
 def run_figure(
     figure: str,
-    runs: list[tuple[Scenario, _Traces, list[float], list[float]]],
+    runs: list[_Drawn],
     window: tuple[float, float] | None,
 ) -> dict[str, Any]: ...
-def detection_figure(
-    figure: str,
+def run_figures(run: _Drawn) -> dict[str, Any]: ...
+def comparison_figures(runs: list[_Drawn]) -> dict[str, Any]: ...
+def detection_figures(
     name: str,
-    columns: _Traces,
+    columns: dict[str, _Floats],
     sampling: tuple[float, float],
     threshold: float,
     distance: str,
     ruptures_s: list[float],
     alarms_s: list[float],
-) -> dict[str, Any]: ...
-def stability_figure(
-    name: str,
-    x: tuple[str, _Floats, bool, float],
-    y: tuple[str, _Floats, bool, float],
-    stable: NDArray[np.bool_],
-    boundary: _Floats,
-    simulated: NDArray[np.int8] | None,
-) -> dict[str, Any]: ...
-def roc_figure(
-    name: str,
-    curves: list[tuple[str, list[float], list[float], list[float]]],
-    min_per_minute: float,
 ) -> dict[str, Any]: ...

@@ -5,18 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-# Displayed units, and their number per SI unit.
-_DISPLAYED = {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3), "s": ("ms", 1e3), "J": ("mJ", 1e3)}
-
-
-def quantity(value: float | None, unit: str) -> str:
-    """Returns a value in SI units with its displayed unit, or a dash if it is undefined."""
-    if value is None:
-        return "—"
-    name, factor = _DISPLAYED.get(unit, (unit, 1.0))
-    number = f"{value * factor:.4g}"
-    return number if name == "1" else f"{number} {name}"
-
 
 def table(heading: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
     """Returns an HTML table whose first column names the rows."""

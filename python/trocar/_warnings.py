@@ -201,10 +201,15 @@ class MissingSectionWarning(TrocarWarning):
 BY_CODE: dict[str, type[TrocarWarning]] = {kind.code: kind for kind in TrocarWarning.__subclasses__()}
 
 
+def warning_of(one: dict[str, Any]) -> TrocarWarning:
+    """Returns a warning of an answer."""
+    message, place, remedy = (None if one[key] is None else _core.in_python(one[key]) for key in ("message", "place", "remedy"))
+    source = f"{one['source']}: " if one.get("source") else ""
+    told = f"{source}{message} ({remedy})" if remedy else f"{source}{message}"
+    return BY_CODE[one["code"]](told, place, remedy)
+
+
 def warn(found: Iterable[dict[str, Any]]) -> None:
     """Issues the warnings of an answer, for the caller of the function that calls this one."""
     for one in found:
-        message, place, remedy = (None if one[key] is None else _core.in_python(one[key]) for key in ("message", "place", "remedy"))
-        source = f"{one['source']}: " if one.get("source") else ""
-        told = f"{source}{message} ({remedy})" if remedy else f"{source}{message}"
-        warnings.warn(BY_CODE[one["code"]](told, place, remedy), stacklevel=3)
+        warnings.warn(warning_of(one), stacklevel=3)

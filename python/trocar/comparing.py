@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._arrays import whole
-from ._html import quantity, table
 from ._parts import Parts, core_parts
 from ._progress import Progress
 from ._stored import Stored
 from ._warnings import warn
+from .documents import Documented
 from .running import Run
 from .scenario import Scenario, scenario_of
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _PAPER_PAIR = ("paper/classical", "paper/augmented")
 
 
-class Comparison(Stored):
+class Comparison(Documented, Stored):
     """The comparison of several scenarios, which :func:`compare` returns. ``print`` shows its tables.
 
     Attributes
@@ -44,19 +44,21 @@ class Comparison(Stored):
     [0, 2]
     """
 
-    def __init__(self, report: dict[str, Any], text: str, rows: list[tuple[str, str, str, list[float | None]]], runs: list[Run]) -> None:
+    def __init__(
+        self, report: dict[str, Any], contents: dict[str, Any], rows: list[tuple[str, str, list[float | None]]], runs: list[Run]
+    ) -> None:
         self.report = report
         self.runs = runs
-        self._text = text
+        self._contents = contents
         self._rows = rows
 
-    _keys = {"comparison", "text", "rows", "runs"}
+    _keys = {"comparison", "document", "rows", "runs"}
 
     def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         kept = [run._kept() for run in self.runs]
         arrays = {f"{place}/{name}": column for place, (columns, _) in enumerate(kept) for name, column in columns.items()}
         runs = [about for _, about in kept]
-        return arrays, {"comparison": self.report, "text": self._text, "rows": self._rows, "runs": runs}
+        return arrays, {"comparison": self.report, "document": self._contents, "rows": self._rows, "runs": runs}
 
     @classmethod
     def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Comparison:
@@ -64,8 +66,8 @@ class Comparison(Stored):
         for key, column in arrays.items():
             place, _, name = key.partition("/")
             columns[int(place)][name] = column
-        rows = [(metric, label, unit, values) for metric, label, unit, values in about["rows"]]
-        return cls(about["comparison"], about["text"], rows, [Run._of_kept(*kept) for kept in zip(columns, about["runs"])])
+        rows = [(metric, unit, values) for metric, unit, values in about["rows"]]
+        return cls(about["comparison"], about["document"], rows, [Run._of_kept(*kept) for kept in zip(columns, about["runs"])])
 
     @property
     def facts(self) -> list[dict[str, Any]] | None:
@@ -78,8 +80,8 @@ class Comparison(Stored):
         import pandas
 
         names = [run.scenario.name for run in self.runs]
-        rows = [[unit, *values] for _, _, unit, values in self._rows]
-        index = pandas.Index([metric for metric, _, _, _ in self._rows], name="metric")
+        rows = [[unit, *values] for _, unit, values in self._rows]
+        index = pandas.Index([metric for metric, _, _ in self._rows], name="metric")
         return pandas.DataFrame(rows, index=index, columns=["unit", *names])
 
     def plot(self, figure: str = "overlay", *, window: tuple[float, float] | None = None, **options: Any) -> Figure:
@@ -89,18 +91,11 @@ class Comparison(Stored):
 
         return draw(_core.run_figure(figure, [run._drawn() for run in self.runs], window_of(window)), **options)
 
-    def __str__(self) -> str:
-        return self._text
+    def _further_figures(self) -> dict[str, Any]:
+        return _core.comparison_figures([run._drawn() for run in self.runs])
 
     def __repr__(self) -> str:
         return f"Comparison({', '.join(run.scenario.name for run in self.runs)})"
-
-    def _repr_html_(self) -> str:
-        rows = [(label, *(quantity(value, unit) for value in values)) for _, label, unit, values in self._rows]
-        verdicts = "; ".join(f"{run.scenario.name}: {run._verdict()}" for run in self.runs)
-        metrics = table(["metric", *(run.scenario.name for run in self.runs)], rows, verdicts)
-        facts = [(fact["what"], fact["paper"], fact["ours"], "yes" if fact["holds"] else "no") for fact in self.facts or []]
-        return metrics + (table(["statement of the paper", "paper", "here", "holds"], facts) if facts else "")
 
 
 def compare(
@@ -152,10 +147,10 @@ def compare(
     threads = whole("threads", threads)
     all_of_them = [scenario_of(scenario) for scenario in scenarios or _PAPER_PAIR]
     with Progress("runs", progress and seeds is not None) as bar:
-        report, text, rows, runs = _core.compare(
+        report, contents, rows, runs = _core.compare(
             [scenario._core for scenario in all_of_them], seeds, not scenarios, threads, core_parts(parts), bar.tell
         )
     warn(report["warnings"])
     return Comparison(
-        report, text, rows, [Run(scenario, core, traces) for scenario, (core, traces) in zip(all_of_them, runs)]
+        report, contents, rows, [Run(scenario, core, traces) for scenario, (core, traces) in zip(all_of_them, runs)]
     )

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._arrays import Recorded, Samples, columns_of, number, samples, velocities, whole
 from ._columns import Columns
-from ._html import quantity, table
 from ._progress import Progress
 from ._settings import settings as lines
 from ._stored import Stored
 from ._warnings import warn
+from .documents import Documented
 
 if TYPE_CHECKING:
     import pandas
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Detection(Columns, Stored):
+class Detection(Columns, Documented, Stored):
     """The result of the estimator and the detector for a recording, which :func:`detect` returns. ``print`` shows its tables.
 
     ``detection["residual_n"]`` is a column, float64 of the shape ``(samples,)``: ``time_s``, ``position_m``,
@@ -60,14 +60,14 @@ class Detection(Columns, Stored):
         alarms: NDArray[np.int64],
         alarm_rows: NDArray[np.int64],
         report: dict[str, Any],
-        text: str,
+        contents: dict[str, Any],
     ) -> None:
         self.name = name
         self.columns = self._columns = columns
         self.alarms = alarms
         self.alarm_rows = alarm_rows
         self.report = report
-        self._text = text
+        self._contents = contents
 
     def __len__(self) -> int:
         return len(self._columns)
@@ -77,16 +77,16 @@ class Detection(Columns, Stored):
         """The times of the alarms, in the time of the recording, in s; shape (alarms,)."""
         return self.columns["time_s"][self.alarm_rows]
 
-    _keys = {"detection", "report", "text"}
+    _keys = {"detection", "report", "document"}
 
     def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         rows = {"_alarms": self.alarms, "_alarm_rows": self.alarm_rows}
-        return self.columns | rows, {"detection": self.name, "report": self.report, "text": self._text}
+        return self.columns | rows, {"detection": self.name, "report": self.report, "document": self._contents}
 
     @classmethod
     def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Detection:
         alarms, rows = arrays.pop("_alarms"), arrays.pop("_alarm_rows")
-        return cls(about["detection"], arrays, alarms, rows, about["report"], about["text"])
+        return cls(about["detection"], arrays, alarms, rows, about["report"], about["document"])
 
     def to_xarray(self) -> xarray.Dataset:
         """Returns the columns as an xarray Dataset over ``time_s``; every variable has its ``units`` and its ``long_name``."""
@@ -106,30 +106,22 @@ class Detection(Columns, Stored):
 
     def plot(self, figure: str = "estimation", **options: Any) -> Figure:
         """Draws ``"estimation"`` (measured and estimated force), ``"parameters"`` (stiffness and damping with two standard errors),
-        ``"decision"`` or ``"residual"`` with matplotlib. Options and errors as for :meth:`Run.plot`."""
-        from ._figures import draw
+        ``"decision"``, ``"residual"`` or ``"timeline"`` (phases and alarms) with matplotlib. Options and errors as for
+        :meth:`Run.plot`."""
+        figures = self.document.figures
+        if figure not in figures:
+            raise ValueError(f'figure is "{figure}", must be one of {", ".join(figures)}')
+        return figures[figure].plot(**options)
 
+    def _further_figures(self) -> dict[str, Any]:
         report, detector = self.report, self.report["settings"]["detector"]
         sampling = (report["settings"]["estimator"]["contact_m"], report["interval_s"])
         ruptures_s, alarms_s = report["labelled_ruptures_s"], self.alarms_s.tolist()
         about = (sampling, detector["threshold"], detector["distance"])
-        return draw(_core.detection_figure(figure, self.name, self.columns, *about, ruptures_s, alarms_s), **options)
-
-    def __str__(self) -> str:
-        return self._text
+        return _core.detection_figures(self.name, self.columns, *about, ruptures_s, alarms_s)
 
     def __repr__(self) -> str:
         return f"Detection({self.name!r}, {len(self.columns['time_s'])} samples, {len(self.alarms)} alarms)"
-
-    def _repr_html_(self) -> str:
-        keys = {"time_s": "s", "position_m": "m", "depth_m": "m", "force_n": "N", "residual_n": "N", "delay_s": "s"}
-        named = [(key, {"s": "1"}.get(unit, unit) if key == "time_s" else unit) for key, unit in keys.items()]
-        rows = [
-            (str(index), *(quantity(alarm[key], unit) for key, unit in named))
-            for index, alarm in enumerate(self.report["alarms"], 1)
-        ]
-        heading = ["alarm", "time in s", "position", "depth", "force", "residual", "delay"]
-        return table(heading, rows, caption=repr(self))
 
 
 def detect(
@@ -195,7 +187,7 @@ def detect(
     """
     changes = _changes(contact_m, ruptures_s, settings)
     times, positions, speeds, forces = _samples(time, position, velocity, force)
-    columns, rows, is_resampled, report, text = _core.detect(
+    columns, rows, is_resampled, report, contents = _core.detect(
         name,
         times,
         positions,
@@ -210,7 +202,7 @@ def detect(
         # A row and the sample at its time differ by rounding.
         alarms_s = columns["time_s"][rows] + 1e-3 * report["interval_s"]
         alarms = np.searchsorted(times, alarms_s, side="right").astype(np.int64) - 1
-    return Detection(name, columns, alarms, rows, report, text)
+    return Detection(name, columns, alarms, rows, report, contents)
 
 
 def _changes(contact_m: float | None, ruptures_s: Sequence[float], settings: dict[str, Any]) -> list[str]:
@@ -430,7 +422,7 @@ def score(
     return scores
 
 
-class Calibration(Stored):
+class Calibration(Documented, Stored):
     """Settings of estimator and detector from the beginning of a recording, which :func:`calibrate` returns. ``print`` shows its tables.
 
     Attributes
@@ -450,12 +442,12 @@ class Calibration(Stored):
     (True, True)
     """
 
-    def __init__(self, report: dict[str, Any], text: str, toml: str) -> None:
+    def __init__(self, report: dict[str, Any], contents: dict[str, Any], toml: str) -> None:
         from .scenario import Scenario
 
         self.report = report
         self.toml = toml
-        self._text = text
+        self._contents = contents
         resolved = Scenario.from_toml(toml + '[operator]\nkind = "ramp"\n[tissue]\nkind = "kelvin-voigt"\n').to_dict()
         keys = [line.partition(" = ")[0] for line in toml.splitlines()]
         section = ""
@@ -466,23 +458,17 @@ class Calibration(Stored):
             elif key:
                 self.settings[f"{section}.{key}"] = resolved[section][key]
 
-    _keys = {"calibration", "text", "toml"}
+    _keys = {"calibration", "document", "toml"}
 
     def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        return {}, {"calibration": self.report, "text": self._text, "toml": self.toml}
+        return {}, {"calibration": self.report, "document": self._contents, "toml": self.toml}
 
     @classmethod
     def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Calibration:
-        return cls(about["calibration"], about["text"], about["toml"])
-
-    def __str__(self) -> str:
-        return self._text
+        return cls(about["calibration"], about["document"], about["toml"])
 
     def __repr__(self) -> str:
         return f"Calibration({self.settings})"
-
-    def _repr_html_(self) -> str:
-        return table(["setting", "value"], [(key, str(value)) for key, value in self.settings.items()])
 
 
 def calibrate(
@@ -548,7 +534,7 @@ def calibrate(
     array([5.52, 8.85])
     """
     with Progress("steps", progress) as bar:
-        report, text, toml = _core.calibrate(
+        report, contents, toml = _core.calibrate(
             name,
             *_samples(time, position, velocity, force),
             _changes(contact_m, ruptures_s, settings),
@@ -563,4 +549,4 @@ def calibrate(
             tell=bar.tell,
         )
     warn(report["warnings"])
-    return Calibration(report, text, toml)
+    return Calibration(report, contents, toml)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from . import _core, _warnings
 from ._arrays import Recorded, number, recording_of, whole
 from ._columns import Columns
-from ._html import table
 from ._parts import Part, core_parts
 from ._progress import Progress
 from ._stored import Stored
 from .detection import _changes
+from .documents import Documented
 from .scenario import Scenario
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def trials(numbers: int | Iterable[int] = 1000) -> Iterator[Trial]:
     return map(Trial, numbers)
 
 
-class Roc(Stored):
+class Roc(Documented, Stored):
     """The operating characteristics of detectors, which :func:`roc` returns. ``print`` shows them as a table.
 
     Attributes
@@ -135,17 +135,18 @@ class Roc(Stored):
     True
     """
 
-    def __init__(self, report: dict[str, Any]) -> None:
+    def __init__(self, report: dict[str, Any], contents: dict[str, Any]) -> None:
         self.report = report
+        self._contents = contents
 
-    _keys = {"roc"}
+    _keys = {"roc", "document"}
 
     def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        return {}, {"roc": self.report}
+        return {}, {"roc": self.report, "document": self._contents}
 
     @classmethod
     def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Roc:
-        return cls(about["roc"])
+        return cls(about["roc"], about["document"])
 
     @property
     def curves(self) -> dict[str, list[dict[str, Any]]]:
@@ -179,46 +180,10 @@ class Roc(Stored):
     def plot(self, **options: Any) -> Figure:
         """Draws the best detected share and the delay of each detector over the false alarms, with matplotlib. Options and errors as
         for :meth:`Run.plot`."""
-        from ._figures import draw
-
-        def column(points: list[dict[str, Any]], name: str) -> list[float]:
-            return [float("nan") if point[name] is None else point[name] for point in points]
-
-        curves = []
-        for name, points in self.curves.items():
-            # The best that any threshold reaches: a lower one that finds fewer ruptures is left out.
-            best: list[dict[str, Any]] = []
-            for point in sorted(points, key=lambda point: (point["false_alarms_per_minute"] or 0.0, point["detection"] or 0.0)):
-                if point["detection"] is not None and (not best or point["detection"] > best[-1]["detection"]):
-                    best.append(point)
-            rates = [point["false_alarms_per_minute"] or 0.0 for point in best]
-            curves.append((name, rates, column(best, "detection"), column(best, "delay_median_s")))
-        hours = max((point["hours"] for points in self.curves.values() for point in points), default=0.0)
-        signals = dict.fromkeys(condition["signal"] for condition in self.report["characteristics"]["conditions"])
-        min_per_minute = 1.0 / (60.0 * hours) if hours > 0 else 1.0
-        return draw(_core.roc_figure(", ".join(signals), curves, min_per_minute), **options)
-
-    def _rows(self) -> list[tuple[str, ...]]:
-        def of(name: str, point: dict[str, Any]) -> tuple[str, ...]:
-            share, delay_s, rate = point["detection"], point["delay_median_s"], point["false_alarms_per_minute"]
-            in_time = "—" if share is None else f"{100 * share:.1f} %"
-            delay = "—" if delay_s is None else f"{1e3 * delay_s:.1f} ms"
-            return name, in_time, delay, str(point["late"]), "none" if rate is None else f"{rate:.3g}/min"
-
-        return [of(name, point) for name, point in self.at_own_threshold().items()]
-
-    _HEADING = ("detector", "detected in time", "median delay", "late", "false alarms")
-
-    def __str__(self) -> str:
-        rows = [self._HEADING, *self._rows()]
-        widths = [max(len(row[column]) for row in rows) for column in range(len(self._HEADING))]
-        return "\n".join("  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip() for row in rows)
+        return self.document.figures["roc"].plot(**options)
 
     def __repr__(self) -> str:
         return f"Roc({', '.join(self.curves)})"
-
-    def _repr_html_(self) -> str:
-        return table(list(self._HEADING), self._rows(), caption="at each detector's own threshold")
 
 
 def roc(
@@ -294,7 +259,6 @@ def roc(
     [5, 5]
     """
     own, kinds = _detectors(detectors)
-    parts = core_parts_of(own)
     seeds, thresholds, threads = whole("seeds", seeds, 1), whole("thresholds", thresholds, 2), whole("threads", threads)
     if trials and signal is not None:
         raise ValueError("trials are judged in place of a signal: give one of them")
@@ -311,14 +275,14 @@ def roc(
         raise ValueError("noise_std_n is empty, must have at least one standard deviation in N")
     changes = _changes(contact_m, ruptures_s, settings)
     with Progress("cases", progress) as bar:
-        report, points = _core.roc(
+        report, contents = _core.roc(
             name,
             None if scenario is None else scenario._core,
             recording,
             trials,
             changes,
             kinds,
-            parts,
+            own,
             noises,
             seeds,
             thresholds,
@@ -327,11 +291,11 @@ def roc(
             bar.tell,
         )
     _warnings.warn(report["warnings"])
-    _add_own(report["characteristics"], own, points)
-    return Roc(report)
+    return Roc(report, contents)
 
 
-_Own = list[tuple[str, float | None, Part]]
+# The name, the threshold, if any, and the part of each detector of one's own.
+_Own = list[tuple[str, float | None, Any]]
 
 
 def _detectors(given: Sequence[str] | Mapping[str, Part | Mapping[float, Part] | None] | None) -> tuple[_Own, list[str]]:
@@ -347,9 +311,9 @@ def _detectors(given: Sequence[str] | Mapping[str, Part | Mapping[float, Part] |
     own: _Own = []
     for name, part in given.items():
         if isinstance(part, Mapping):
-            own += [(name, _threshold(name, threshold), one) for threshold, one in part.items()]
+            own += [(name, _threshold(name, threshold), _detector(one)) for threshold, one in part.items()]
         elif part is not None:
-            own.append((name, None, part))
+            own.append((name, None, _detector(part)))
     return own, [name for name, part in given.items() if part is None]
 
 
@@ -360,18 +324,5 @@ def _threshold(name: str, threshold: Any) -> float:
     return given
 
 
-def core_parts_of(own: _Own) -> list[Any]:
-    return [core_parts({"detector": part})["detector"] for _, _, part in own]
-
-
-def _add_own(studied: dict[str, Any], own: _Own, points: list[dict[str, Any]]) -> None:
-    """Adds the curves of one's own detectors to a report."""
-    places = [("all", studied), *enumerate(studied["conditions"])]
-    for place, target in places:
-        curves = target["all"] if place == "all" else target["curves"]
-        by_name: dict[str, Any] = {}
-        for (name, threshold, _), judged in zip(own, points):
-            point = {**(judged["all"] if place == "all" else judged["conditions"][place]), "threshold": threshold}
-            empty = {"detector": name, "is_baseline": False, "unit": "", "own_threshold": threshold, "drift": None, "points": []}
-            by_name.setdefault(name, empty)["points"].append(point)
-        curves[:0] = by_name.values()
+def _detector(part: Part) -> Any:
+    return core_parts({"detector": part})["detector"]

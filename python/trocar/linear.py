@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._arrays import whole
-from ._html import table
 from ._progress import Progress
 from ._stored import Stored
 from ._warnings import warn
+from .documents import Documented
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Side = Literal["master", "slave", "loop-gain", "closed-loop"]
 
 
-class Stability(Stored):
+class Stability(Documented, Stored):
     """The stability analysis of a loop, which :func:`stability` returns. ``print`` shows its tables.
 
     Attributes
@@ -52,9 +52,9 @@ class Stability(Stored):
     15.8
     """
 
-    def __init__(self, report: dict[str, Any], text: str, columns: dict[str, NDArray[Any]]) -> None:
+    def __init__(self, report: dict[str, Any], contents: dict[str, Any], columns: dict[str, NDArray[Any]]) -> None:
         self.report = report
-        self._text = text
+        self._contents = contents
         self.x: NDArray[np.float64] = columns["x"]
         self.y: NDArray[np.float64] = columns["y"]
         shape = (len(self.y), len(self.x))
@@ -63,16 +63,16 @@ class Stability(Stored):
         simulated = columns.get("simulated")
         self.simulated: NDArray[np.int8] | None = None if simulated is None else simulated.reshape(shape)
 
-    _keys = {"stability", "text"}
+    _keys = {"stability", "document"}
 
     def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         arrays: dict[str, NDArray[Any]] = {"x": self.x, "y": self.y, "stable": self.stable, "boundary": self.boundary}
         simulated = {} if self.simulated is None else {"simulated": self.simulated}
-        return arrays | simulated, {"stability": self.report, "text": self._text}
+        return arrays | simulated, {"stability": self.report, "document": self._contents}
 
     @classmethod
     def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Stability:
-        return cls(about["stability"], about["text"], arrays)
+        return cls(about["stability"], about["document"], arrays)
 
     @property
     def is_stable(self) -> bool | None:
@@ -86,29 +86,11 @@ class Stability(Stored):
 
     def plot(self, **options: Any) -> Figure:
         """Draws the map with its boundary with matplotlib. Options and errors as for :meth:`Run.plot`."""
-        from ._figures import draw
-
-        def axis(name: str, places: NDArray[np.float64]) -> tuple[str, NDArray[np.float64], bool, float]:
-            about = self.report["map"][name]
-            return about["parameter"], places, about["spacing"] == "log", about["value"]
-
-        simulated = None if self.simulated is None else self.simulated.ravel()
-        places = (axis("x", self.x), axis("y", self.y), self.stable.ravel(), self.boundary.ravel(), simulated)
-        return draw(_core.stability_figure(self.report["scenario"], *places), **options)
-
-    def __str__(self) -> str:
-        return self._text
+        return self.document.figures["stability"].plot(**options)
 
     def __repr__(self) -> str:
         verdict = {True: "stable", False: "unstable", None: "unknown"}[self.is_stable]
         return f"Stability({self.report['scenario']!r}, {verdict})"
-
-    def _repr_html_(self) -> str:
-        def cell(value: float | None) -> str:
-            return "—" if value is None else f"{value:.6g}"
-
-        rows = [(limit["parameter"], cell(limit["value"]), cell(limit["largest_stable"])) for limit in self.report["limits"]]
-        return table(["parameter", "value", "maximum stable"], rows, caption=repr(self))
 
 
 def stability(
@@ -161,9 +143,9 @@ def stability(
     """
     threads = whole("threads", threads)
     with Progress("points", progress) as bar:
-        report, text, columns = _core.stability(scenario_of(scenario)._core, x, y, tissue, simulate, threads, bar.tell)
+        report, contents, columns = _core.stability(scenario_of(scenario)._core, x, y, tissue, simulate, threads, bar.tell)
     warn(report["warnings"])
-    return Stability(report, text, columns)
+    return Stability(report, contents, columns)
 
 
 class StateSpace:

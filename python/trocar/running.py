@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from . import _core
 from ._arrays import recording_of
 from ._columns import Columns
-from ._html import quantity, table
 from ._parts import Parts, core_parts
 from ._stored import Stored
 from ._warnings import warn
+from .documents import Documented
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-class Run(Columns, Stored):
+class Run(Columns, Documented, Stored):
     """The result of a run, which :func:`run` returns. ``print`` shows its tables.
 
     ``run["slave_position_m"]`` is a column of the trace, and the run is a mapping of its columns. Every column has the shape ``(ticks,)``
@@ -77,24 +77,23 @@ class Run(Columns, Stored):
 
     def __getstate__(self) -> tuple[Scenario, dict[str, NDArray[Any]], _Kept]:
         core = self._core
-        return self.scenario, self.traces, _Kept(core.name, core.summary_json(), core.text(), core.rows())
+        return self.scenario, self.traces, _Kept(core.name, core.summary_json(), core.document())
 
     def __setstate__(self, state: tuple[Scenario, dict[str, NDArray[Any]], _Kept]) -> None:
         self.scenario, self._recorded, self._core = state
 
-    _keys = {"name", "toml", "rows", "summary", "text"}
+    _keys = {"name", "toml", "summary", "document"}
 
     def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         scenario, traces, core = self.__getstate__()
-        about = {"name": core.name, "summary": core.summary_text, "text": core.printed, "rows": core.table, "toml": scenario.to_toml()}
+        about = {"name": core.name, "summary": core.summary_text, "document": core.contents, "toml": scenario.to_toml()}
         return samples_of(scenario) | traces, about
 
     @classmethod
     def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Run:
-        rows = [(metric, label, unit, value) for metric, label, unit, value in about["rows"]]
         run = cls.__new__(cls)
         scenario = scenario_from(about["name"], about["toml"], arrays)
-        run.__setstate__((scenario, arrays, _Kept(about["name"], about["summary"], about["text"], rows)))
+        run.__setstate__((scenario, arrays, _Kept(about["name"], about["summary"], about["document"])))
         return run
 
     @cached_property
@@ -161,26 +160,21 @@ class Run(Columns, Stored):
         whole = (float(time_s[0]), float(time_s[-1])) if len(time_s) > 1 else None
         return draw(_core.run_figure(figure, [self._drawn()], window_of(window) or whole), **options)
 
-    def _drawn(self) -> tuple[_core.Scenario, dict[str, NDArray[Any]], list[float], list[float]]:
+    def _drawn(self) -> _core._Drawn:
         """What a figure needs of the run."""
         ruptures_s = [rupture["time_s"] for rupture in self.ruptures]
-        return self.scenario._core, self._recorded, ruptures_s, self.alarms_s.tolist()
+        promised_energy_j = (self.metrics["link"] or {}).get("promised_energy_j")
+        return self.scenario._core, self._recorded, ruptures_s, self.alarms_s.tolist(), promised_energy_j
 
-    def __str__(self) -> str:
-        return self._core.text()
+    @property
+    def _contents(self) -> dict[str, Any]:  # type: ignore[override]
+        return self._core.document()
+
+    def _further_figures(self) -> dict[str, Any]:
+        return _core.run_figures(self._drawn())
 
     def __repr__(self) -> str:
         return f"Run({self.scenario.name!r}, {len(self['time_s'])} ticks)"
-
-    def _verdict(self) -> str:
-        """How the run ended, and which ruptures an alarm found."""
-        outcome, ruptures = self.metrics["outcome"]["kind"], self.ruptures
-        found = sum(rupture["detection_delay_s"] is not None for rupture in ruptures)
-        return f"{outcome}, {found} of {len(ruptures)} ruptures detected" if ruptures else f"{outcome}, no rupture"
-
-    def _repr_html_(self) -> str:
-        rows = [(label, quantity(value, unit)) for _, label, unit, value in self._core.rows()]
-        return table(["metric", self.scenario.name], rows, self._verdict())
 
 
 @dataclass(frozen=True)
@@ -189,8 +183,7 @@ class _Kept:
 
     name: str
     summary_text: str
-    printed: str
-    table: list[tuple[str, str, str, float | None]]
+    contents: dict[str, Any]
 
     def summary(self) -> dict[str, Any]:
         summary: dict[str, Any] = json.loads(self.summary_text)
@@ -203,11 +196,8 @@ class _Kept:
     def summary_json(self) -> str:
         return self.summary_text
 
-    def text(self) -> str:
-        return self.printed
-
-    def rows(self) -> list[tuple[str, str, str, float | None]]:
-        return self.table
+    def document(self) -> dict[str, Any]:
+        return self.contents
 
 
 def load(path: str | os.PathLike[str]) -> Run:

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from . import _core
 from ._arrays import recording_of, whole
 from ._columns import Columns
-from ._html import table
 from ._parts import Parts, core_parts
 from ._progress import Progress
 from ._settings import RECORDING, dotted, key_of, value
 from ._stored import PARTIAL, Stored
 from ._workers import Workers, workers_of
+from .documents import Documented
 from .running import samples_of, scenario_from
 from .scenario import Scenario, scenario_of
 
@@ -68,7 +68,7 @@ class Range:
         return table
 
 
-class Sweep(Columns, Stored):
+class Sweep(Columns, Documented, Stored):
     """The result of a sweep, a row per case, which :func:`sweep` returns.
 
     ``sweep["detected_ruptures"]`` is a column. An unknown column is a ``KeyError``.
@@ -91,17 +91,21 @@ class Sweep(Columns, Stored):
     (4, 4, array([0.5, 0.5, 1. , 1. ]), array([1, 2, 1, 2]))
     """
 
-    def __init__(self, columns: dict[str, NDArray[Any]], hash: str, cases: int, scenario: Scenario | None = None) -> None:
+    def __init__(
+        self, columns: dict[str, NDArray[Any]], hash: str, cases: int, inputs: str, scenario: Scenario | None = None
+    ) -> None:
         self.columns = self._columns = columns
         self.hash = hash
         self.cases = cases
         self.scenario = scenario
+        # The text that the hash is of.
+        self._inputs = inputs
 
-    _keys = {"sweep", "cases"}
+    _keys = {"sweep", "cases", "inputs"}
 
     def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         scenario = self.scenario
-        described: dict[str, Any] = {"sweep": self.hash, "cases": self.cases}
+        described: dict[str, Any] = {"sweep": self.hash, "cases": self.cases, "inputs": self._inputs}
         kept = {} if scenario is None else samples_of(scenario)
         if scenario is not None:
             described |= {"name": scenario.name, "toml": scenario.to_toml()}
@@ -110,7 +114,7 @@ class Sweep(Columns, Stored):
     @classmethod
     def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Sweep:
         scenario = scenario_from(about["name"], about["toml"], arrays) if "toml" in about else None
-        return cls(arrays, about["sweep"], about["cases"], scenario)
+        return cls(arrays, about["sweep"], about["cases"], about["inputs"], scenario)
 
     def __len__(self) -> int:
         return len(self.columns["case"])
@@ -130,15 +134,20 @@ class Sweep(Columns, Stored):
         of_all = "" if len(self) == self.cases else f" of {self.cases}"
         return f"Sweep({len(self)}{of_all} cases, columns {', '.join(self.columns)})"
 
-    def _repr_html_(self) -> str:
-        rows = []
-        for name in list(self.columns)[1:]:
-            column = self.columns[name]
-            if column.dtype.kind == "f":
-                defined = column[np.isfinite(column)]
-                count, numbers = len(defined), np.quantile(defined, [0, 0.5, 1]) if len(defined) else []
-                rows.append((name, str(count), *(f"{number:.4g}" for number in numbers), *([] if count else ["—"] * 3)))
-        return table(["column", "defined", "min", "median", "max"], rows, caption=f"{len(self)} cases")
+    def __str__(self) -> str:
+        return str(self.document) if len(self) == self.cases else repr(self)
+
+    def _repr_html_(self) -> str | None:
+        return self.document._repr_html_() if len(self) == self.cases else None
+
+    @property
+    def _contents(self) -> dict[str, Any]:  # type: ignore[override]
+        if len(self) < self.cases:
+            raise ValueError(f"{len(self)} of {self.cases} cases have no document; merge the parts of the sweep")
+        # The words are in the order of the alphabet.
+        outcomes = np.searchsorted(_OUTCOMES, self.columns["outcome"]).astype(np.uint8)
+        metrics = {name: np.ascontiguousarray(column) for name, column in self.columns.items() if column.dtype.kind == "f"}
+        return _core.sweep_document(self._inputs, self.hash, outcomes, metrics)
 
 
 Points = Union["pandas.DataFrame", Mapping[str, Any], Sequence[Mapping[str, Any]]]
@@ -338,19 +347,19 @@ def merge(parts: Iterable[Sweep]) -> Sweep:
         found = len(np.unique(columns["case"]))
         repeated = len(columns["case"]) - found
         raise ValueError(f"the parts have {found} of {first.cases} cases, and {repeated} of them more than once; each must be there once")
-    return Sweep(columns, first.hash, first.cases, first.scenario)
+    return Sweep(columns, first.hash, first.cases, first._inputs, first.scenario)
 
 
-_Swept = tuple[dict[str, Any], str, int, list[tuple[str, str]]]
+_Swept = tuple[dict[str, Any], str, int, str, list[tuple[str, str]]]
 _Tell = Callable[[int, int], None]
 
 
 def _result(swept: _Swept, scenario: Scenario | None) -> Sweep:
-    columns, hash, cases, former_names = swept
+    columns, hash, cases, inputs, former_names = swept
     for former, name in former_names:
         warnings.warn(f"the metric {former} is called {name} now", FutureWarning, stacklevel=3)
     arrays = {name: _OUTCOMES[column] if name == "outcome" else np.asarray(column) for name, column in columns.items()}
-    return Sweep(arrays, hash, cases, scenario)
+    return Sweep(arrays, hash, cases, inputs, scenario)
 
 
 def _memory_bytes() -> int:

@@ -76,12 +76,16 @@ impl Study for DetectionStudy {
         if self.is_drawn {
             let name = self.values.name();
             self.samples.draw(&mut document, "", name, &self.report);
-            document
-                .figure("timeline", trocar_figures::timeline(&[figures::row(name, &self.report, self.report.start_s)]));
+            add_timeline(&mut document, name, &self.report);
             document.sections.extend(signals(&self.report));
         }
         document
     }
+}
+
+/// Adds the recording's phases, ruptures and alarms over time.
+pub fn add_timeline(document: &mut Document<'_>, name: &str, report: &DetectionReport) {
+    document.figure("timeline", trocar_figures::timeline(&[figures::row(name, report, report.start_s)]));
 }
 
 /// What a detection says, without its samples and figures.

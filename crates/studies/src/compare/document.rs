@@ -6,7 +6,7 @@ use super::{Comparison, Fact, Row, SeedStudy, Spread, rows, verdict};
 use crate::animation::animation;
 use crate::run::{REDUCED, Run, about, outcome, seeds_without_effect, windows};
 use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, show};
-use trocar_figures as figures;
+use trocar_figures::{self as figures, EstimationView, RunView};
 use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Scope, Unit};
 
 /// Number of ruptures in the short table.
@@ -65,13 +65,10 @@ impl<'a> ComparisonReport<'a> {
         };
         let drawn: Vec<&'a Run> = runs.into_iter().filter(|run| !run.trace.is_empty()).collect();
         let views: Vec<_> = drawn.iter().map(|run| run.view()).collect();
-        document.figure("comparison", figures::comparison(&views, None));
-        document.figure("overlay", figures::overlay(&views, None));
-        let signals: Vec<_> = drawn.iter().take(MAX_RUNS).map(|run| (run.view(), run.estimation())).collect();
-        let ends_s = drawn.iter().filter_map(|run| run.trace.time_s.last().copied());
         document.sketch = figures::sketch(&views).ok();
         document.animation = animation(&drawn);
-        document.figure("signals", figures::signals(&signals, (0.0, ends_s.fold(0.0, f64::max))));
+        let estimations: Vec<_> = drawn.iter().take(MAX_RUNS).map(|run| run.estimation()).collect();
+        add_figures(&mut document, &views, estimations);
         document
     }
 
@@ -132,6 +129,15 @@ impl<'a> ComparisonReport<'a> {
         }
         all
     }
+}
+
+/// Adds the figures of runs; `estimations` are those of the first runs, which are drawn over the whole time.
+pub fn add_figures<'a>(document: &mut Document<'a>, runs: &[RunView<'a>], estimations: Vec<EstimationView<'a>>) {
+    document.figure("comparison", figures::comparison(runs, None));
+    document.figure("overlay", figures::overlay(runs, None));
+    let ends_s = runs.iter().filter_map(|run| run.time_s.last().copied());
+    let signals: Vec<_> = runs.iter().cloned().zip(estimations).take(MAX_RUNS).collect();
+    document.figure("signals", figures::signals(&signals, (0.0, ends_s.fold(0.0, f64::max))));
 }
 
 /// Returns the short table of runs and that of all metrics, with their meaning. A pair has a column with the change.

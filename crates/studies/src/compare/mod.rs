@@ -15,7 +15,7 @@ mod strategies;
 mod table;
 mod verdict;
 
-pub use document::ComparisonReport;
+pub use document::{ComparisonReport, add_figures};
 pub(crate) use document::{events_table, facts_table, metric_tables};
 pub use facts::{Fact, paper_facts};
 

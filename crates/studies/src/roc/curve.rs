@@ -1,5 +1,6 @@
 //! Probabilities, rates and delays from counts, with their intervals.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
@@ -88,15 +89,18 @@ impl Point {
 /// The performance of a detector by threshold, ascending.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Curve {
-    /// The distance, by its word in scenarios.
-    pub detector: &'static str,
+    /// The distance, by its word in scenarios, or the name of the user's own detector.
+    pub detector: Cow<'static, str>,
     /// Whether it is a baseline: a few lines without a model of the tissue.
     pub is_baseline: bool,
+    /// Whether it is the user's own: why it misses ruptures is not known.
+    #[serde(skip)]
+    pub is_own: bool,
     /// The unit of its threshold.
     pub unit: &'static str,
-    /// The threshold of its settings, in that unit.
+    /// The threshold of its settings, in that unit; NaN for the user's own detector without a threshold.
     pub own_threshold: f64,
-    /// Its drift, in that unit.
+    /// Its drift, in that unit; NaN for the user's own detector.
     pub drift: f64,
     /// The performance at each threshold.
     pub points: Vec<Point>,
@@ -106,7 +110,8 @@ impl Curve {
     /// Returns the point at the threshold of the settings, or `None` if it is not among the thresholds.
     #[must_use]
     pub fn at_own_threshold(&self) -> Option<&Point> {
-        self.points.iter().find(|point| point.threshold == self.own_threshold)
+        // NaN is equal to itself here.
+        self.points.iter().find(|point| point.threshold.total_cmp(&self.own_threshold).is_eq())
     }
 
     /// Returns the Pareto front: in order of the false alarms, the points with the most detections for at most this number of false
@@ -172,8 +177,9 @@ mod tests {
         let of = |threshold, detected, false_alarms| Point::of(threshold, &tally(detected, false_alarms));
         let points = vec![of(1.0, 100, 7), of(2.0, 99, 1), of(3.0, 98, 1), of(4.0, 80, 0)];
         let curve = Curve {
-            detector: "squared-residual",
+            detector: "squared-residual".into(),
             is_baseline: false,
+            is_own: false,
             unit: "N²",
             own_threshold: 3.0,
             drift: 1.0,

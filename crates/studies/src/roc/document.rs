@@ -110,8 +110,8 @@ impl Characteristics {
         for (curve, point) in self.own_points() {
             let each: Vec<String> = point.detection_of_each.iter().map(|of| share(*of).to_string()).collect();
             table.row([
-                curve.detector.into(),
-                Number::si(curve.own_threshold, curve.unit).into(),
+                (&*curve.detector).into(),
+                threshold(curve.own_threshold, curve.unit),
                 detected(point),
                 if each.is_empty() { Cell::Undefined } else { each.join(", ").into() },
                 delay(point),
@@ -126,15 +126,16 @@ impl Characteristics {
         self.all.iter().filter_map(|curve| Some((curve, curve.at_own_threshold()?)))
     }
 
-    /// Why each detector at its own threshold misses ruptures; `None` without a missed one.
+    /// Why each built-in detector at its own threshold misses ruptures; `None` without a missed one.
     fn misses_table(&self) -> Option<Table> {
-        let reasons: BTreeSet<&String> = self.own_points().flat_map(|(_, point)| point.missed.keys()).collect();
+        let built_in = || self.own_points().filter(|(curve, _)| !curve.is_own);
+        let reasons: BTreeSet<&String> = built_in().flat_map(|(_, point)| point.missed.keys()).collect();
         let columns = reasons.iter().map(|reason| (reason.as_str(), reason.replace('-', " ")));
         let columns = [("detector", "missed".to_owned())].into_iter().chain(columns);
         let mut table = Table::new("misses", "Why ruptures have no alarm, at the detector's own threshold", columns);
-        for (curve, point) in self.own_points() {
+        for (curve, point) in built_in() {
             let counts = reasons.iter().map(|reason| Cell::count(*point.missed.get(*reason).unwrap_or(&0)));
-            table.row([curve.detector.into()].into_iter().chain(counts));
+            table.row([(&*curve.detector).into()].into_iter().chain(counts));
         }
         (!reasons.is_empty()).then_some(table)
     }
@@ -155,7 +156,7 @@ impl Characteristics {
             let at_rate = curve.at_false_alarms_per_hour(STATED_FALSE_ALARMS_PER_HOUR);
             let best = curve.points.iter().max_by_key(|point| point.detected).and_then(|point| point.detection);
             table.row([
-                curve.detector.into(),
+                (&*curve.detector).into(),
                 at_detection.map_or("never reached".into(), rate),
                 at_detection.map_or(Cell::Undefined, delay),
                 at_rate.map_or(Cell::Undefined, |point| unresolved(point).map_or_else(|| detected(point), Cell::from)),
@@ -176,11 +177,12 @@ impl Characteristics {
         ];
         let mut table = Table::new("thresholds", "Thresholds", columns);
         for curve in &self.all {
-            let of = |point: Option<&Point>| Cell::si(point.map(|point| point.threshold), curve.unit);
+            let of =
+                |point: Option<&Point>| point.map_or(Cell::Undefined, |point| threshold(point.threshold, curve.unit));
             let at_rate = curve.at_false_alarms_per_hour(STATED_FALSE_ALARMS_PER_HOUR);
             table.row([
-                curve.detector.into(),
-                Number::si(curve.own_threshold, curve.unit).into(),
+                (&*curve.detector).into(),
+                threshold(curve.own_threshold, curve.unit),
                 of(curve.at_detection(STATED_DETECTION)),
                 of(at_rate.filter(|point| unresolved(point).is_none())),
             ]);
@@ -222,7 +224,7 @@ impl Characteristics {
     }
 
     fn conditions_table(&self) -> Table {
-        let detectors = self.all.iter().map(|curve| (curve.detector, curve.detector));
+        let detectors = self.all.iter().map(|curve| (&*curve.detector, &*curve.detector));
         let columns = [("condition", "condition")].into_iter().chain(detectors);
         let mut table = Table::new("conditions", "By condition", columns);
         for condition in &self.conditions {
@@ -254,7 +256,7 @@ impl Characteristics {
             .optional("drop_n", conditions().map(|condition| condition?.drop_n))
             .optional("sharpness_s", conditions().map(|condition| condition?.sharpness_s))
             .optional("depth_m", conditions().map(|condition| condition?.depth_m))
-            .texts("detector", rows.iter().map(|row| row.1.detector))
+            .texts("detector", rows.iter().map(|row| &*row.1.detector))
             .texts("unit", rows.iter().map(|row| row.1.unit))
             .numbers("threshold", points().map(|point| point.threshold))
             .numbers("drift", rows.iter().map(|row| row.1.drift))
@@ -278,21 +280,23 @@ impl Characteristics {
 
     /// For each detector the best detection and delay against the false-alarm rate, over all conditions.
     fn figure(&self) -> Result<trocar_document::Figure<'_>, FigureError> {
-        let view = |curve: &'_ Curve| {
-            let front = curve.front();
-            CharacteristicView {
-                name: curve.detector,
-                false_alarms_per_minute: front.iter().map(|p| p.false_alarms_per_minute.unwrap_or(0.0)).collect(),
-                detection: front.iter().map(|p| p.detection.unwrap_or(f64::NAN)).collect(),
-                delay_median_s: front.iter().map(|p| p.delay_median_s.unwrap_or(f64::NAN)).collect(),
-            }
-        };
-        let views: Vec<CharacteristicView<'_>> = self.all.iter().map(view).collect();
+        let views: Vec<CharacteristicView<'_>> = self.all.iter().map(characteristic_view).collect();
         let (hours, _) = self.observed();
         let min_per_minute = if hours > 0.0 { 1.0 / (60.0 * hours) } else { 1.0 };
         let mut names: Vec<&str> = self.conditions.iter().map(|condition| condition.signal.as_str()).collect();
         names.dedup();
         trocar_figures::characteristic(&names.join(", "), &views, min_per_minute)
+    }
+}
+
+/// What a figure shows of a curve: the best detection and delay against the false-alarm rate.
+fn characteristic_view(curve: &Curve) -> CharacteristicView<'_> {
+    let front = curve.front();
+    CharacteristicView {
+        name: &curve.detector,
+        false_alarms_per_minute: front.iter().map(|p| p.false_alarms_per_minute.unwrap_or(0.0)).collect(),
+        detection: front.iter().map(|p| p.detection.unwrap_or(f64::NAN)).collect(),
+        delay_median_s: front.iter().map(|p| p.delay_median_s.unwrap_or(f64::NAN)).collect(),
     }
 }
 
@@ -319,6 +323,11 @@ fn named(condition: &Condition) -> String {
         value.map_or(String::new(), |value| format!(", {} {what}", significant(factor * value)))
     };
     format!("{} + {} N{}", condition.signal, condition.noise_std_n, parts.map(part).concat())
+}
+
+/// Returns a threshold; the user's own detector may have none.
+fn threshold(threshold: f64, unit: &str) -> Cell {
+    Cell::si(Some(threshold).filter(|threshold| !threshold.is_nan()), unit)
 }
 
 fn share(share: f64) -> Number {

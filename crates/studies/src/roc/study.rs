@@ -75,6 +75,38 @@ impl Characteristics {
         let remedy = "give the true ruptures with --rupture-s, unless the recordings have none";
         vec![Warning::new(Code::NoRuptures, message).at("--rupture-s").remedy(remedy)]
     }
+
+    /// Adds detectors of the user's own before the others, each with its name, its threshold (NaN without one) and its points. Those
+    /// of the same name are one curve.
+    pub fn add_own(&mut self, own: &[(String, f64, OwnPoints)]) {
+        add_curves(&mut self.all, own, |points| &points.all);
+        for (index, condition) in self.conditions.iter_mut().enumerate() {
+            add_curves(&mut condition.curves, own, |points| &points.conditions[index]);
+        }
+        // Without a built-in detector no case was counted yet.
+        let cases = own.first().map_or(0, |(_, _, points)| points.all.cases);
+        (self.cases, self.cases_planned) = (self.cases.max(cases), self.cases_planned.max(cases));
+    }
+}
+
+fn add_curves(curves: &mut Vec<Curve>, own: &[(String, f64, OwnPoints)], of: impl Fn(&OwnPoints) -> &Point) {
+    let mut added: Vec<Curve> = vec![];
+    for (name, threshold, points) in own {
+        let point = Point { threshold: *threshold, ..of(points).clone() };
+        match added.iter_mut().find(|curve| curve.detector == *name) {
+            Some(curve) => curve.points.push(point),
+            None => added.push(Curve {
+                detector: name.clone().into(),
+                is_baseline: false,
+                is_own: true,
+                unit: "",
+                own_threshold: *threshold,
+                drift: f64::NAN,
+                points: vec![point],
+            }),
+        }
+    }
+    curves.splice(0..0, added);
 }
 
 /// The tallies and buffers of one thread.
@@ -86,8 +118,8 @@ struct ThreadTallies {
     alarms: Vec<Vec<usize>>,
 }
 
-/// The performance of a detector of the user's own, which has no threshold.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// The performance of a detector of the user's own.
+#[derive(Debug, Clone, PartialEq)]
 pub struct OwnPoints {
     /// Over all conditions.
     pub all: Point,
@@ -291,8 +323,9 @@ fn curves(banks: &[DetectorBank], point: impl Fn((f64, usize)) -> Point) -> Vec<
     let curve = |bank: &DetectorBank| {
         let settings = bank.settings();
         Curve {
-            detector: settings.distance.kind.word(),
+            detector: settings.distance.kind.word().into(),
             is_baseline: settings.distance.kind.is_baseline(),
+            is_own: false,
             unit: settings.distance.kind.unit(),
             own_threshold: settings.cusum.threshold,
             drift: settings.cusum.drift,

@@ -7,7 +7,7 @@ use crate::animation::animation;
 use crate::compare::{events_table, metric_tables, verdict};
 use trocar_detect::ExtraParameterEstimate;
 use trocar_document::{Document, Section, Shown, Study, TextFile, Window, show, significant};
-use trocar_figures as figures;
+use trocar_figures::{self as figures, EnergyView, EstimationView, RunView};
 use trocar_metrics::{Outcome, RuptureMetrics, Unit};
 
 /// Displayed time before and after a rupture, in s.
@@ -36,17 +36,26 @@ impl Study for Run {
             ..Document::default()
         };
         if !self.trace.is_empty() {
-            let estimation = self.estimation();
-            let range_s = self.trace.time_s.first().copied().zip(self.trace.time_s.last().copied());
-            document.figure(TELEOPERATION, figures::comparison(&[self.view()], range_s));
             document.sketch = figures::sketch(&[self.view()]).ok();
             document.animation = animation(&[self]);
-            document.figure("energy", figures::energy(&self.energies()));
-            for (name, describe) in figures::ESTIMATION_FIGURES {
-                document.figure(name, describe(&estimation));
-            }
+            add_figures(&mut document, self.view(), &self.estimation(), &self.energies());
         }
         document
+    }
+}
+
+/// Adds the figures of a run.
+pub fn add_figures<'a>(
+    document: &mut Document<'a>,
+    run: RunView<'a>,
+    estimation: &EstimationView<'a>,
+    energies: &EnergyView<'a>,
+) {
+    let range_s = run.time_s.first().copied().zip(run.time_s.last().copied());
+    document.figure(TELEOPERATION, figures::comparison(&[run], range_s));
+    document.figure("energy", figures::energy(energies));
+    for (name, describe) in figures::ESTIMATION_FIGURES {
+        document.figure(name, describe(estimation));
     }
 }
 

@@ -13,8 +13,8 @@ mod trace_table;
 mod views;
 mod warnings;
 
-pub use document::outcome;
 pub(crate) use document::{REDUCED, about, windows};
+pub use document::{add_figures, outcome};
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
 pub use promise::{force_bound_gap, promise_gaps};

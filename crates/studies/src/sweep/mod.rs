@@ -43,7 +43,7 @@ pub use file::SWEEP_KEYS;
 pub use merge::{CASES, Joined, MANIFEST, Manifest, SWEEP, join};
 pub use part::{Layout, Outcome, PACK_CASES, PackRows, Part, Rows};
 pub use permutation::Permutation;
-pub use plan::{CaseMaker, Plan, difference, is_sweep};
+pub use plan::{CaseMaker, Plan, difference, is_sweep, stored_design};
 pub use schema::sweep_schema;
 pub use shard::Shard;
 pub use sobol::{MAX_DIMENSIONS, Sobol};

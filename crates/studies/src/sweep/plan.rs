@@ -291,7 +291,10 @@ fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
 }
 
 /// Returns the design of a stored canonical text.
-pub(super) fn stored_design(source: &Source) -> Result<Design, ScenarioError> {
+///
+/// # Errors
+/// [`ScenarioError`] for another text.
+pub fn stored_design(source: &Source) -> Result<Design, ScenarioError> {
     Ok(design(SweepFile::of(entries(source)?, true)?, harmless_name(&source.stem()), 1))
 }
 
