@@ -30,6 +30,7 @@ mod strategies;
 mod sweep;
 mod terminal;
 mod warnings;
+mod within;
 
 use std::process::ExitCode;
 
