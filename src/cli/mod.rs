@@ -11,6 +11,7 @@ mod export;
 mod figure;
 mod finish;
 mod format;
+mod help;
 mod init;
 mod interrupt;
 mod link;
@@ -34,7 +35,7 @@ mod within;
 
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use error::CliError;
 use trocar_report::Folder;
@@ -257,7 +258,9 @@ impl ScenarioArgs {
 /// Parses the command line, runs the command, and returns the exit code.
 #[must_use]
 pub fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let matches = help::grouped(Cli::command()).get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let result = match cli.command {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Explore(args) => explore::run(&args),
