@@ -3,6 +3,7 @@
 mod calibrate;
 mod check;
 mod compare;
+mod completions;
 mod detect;
 mod error;
 mod explain;
@@ -183,7 +184,7 @@ enum Command {
     /// bytes; seed 1 is the shipped recording.
     Record(record::RecordArgs),
     /// Print completions for a shell
-    Completions(manual::CompletionsArgs),
+    Completions(completions::CompletionsArgs),
     /// Print the manual page, or write the manual pages of all commands
     Man(manual::ManArgs),
 }
@@ -280,8 +281,8 @@ pub fn main() -> ExitCode {
         Command::Schema { sweep: true } => terminal::print(&format!("{:#}\n", sweep_schema())),
         Command::Init(args) => init::run(&args),
         Command::Paper(args) => paper::run(&args),
-        Command::Completions(args) => manual::completions(&args),
-        Command::Man(args) => manual::man(&args),
+        Command::Completions(args) => completions::run(&args),
+        Command::Man(args) => manual::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -789,6 +789,49 @@ fn completions_and_manual_pages_know_every_command() {
 }
 
 #[test]
+fn completions_know_the_shipped_scenarios_and_the_keys() {
+    let folder = TestFolder::new();
+    for shell in ["bash", "zsh", "fish"] {
+        let script = folder.good(&["completions", shell]);
+        for word in ["paper/classical", "layers/skin-augmented", "detector.threshold="] {
+            assert!(script.contains(word), "{shell}: {word}");
+        }
+    }
+    let fish = folder.good(&["completions", "fish"]);
+    for command in ["run", "link", "scenarios"] {
+        let start = format!("complete -c trocar -n \"__fish_trocar_using_subcommand {command}\" -a \"");
+        assert!(fish.lines().any(|line| line.starts_with(&start) && line.contains("paper/classical ")), "{command}");
+    }
+    let zsh = folder.good(&["completions", "zsh"]);
+    assert!(zsh.contains("'*--set=[") && zsh.contains(":SECTION.KEY=VALUE:_trocar_settings'"), "{zsh}");
+    assert!(zsh.contains(":_trocar_scenarios'") && zsh.starts_with("#compdef trocar"), "{zsh}");
+}
+
+/// Files of the user are no words of the script: bash completes them because the script returns none.
+#[test]
+fn bash_completes_scenarios_and_keys() {
+    let folder = TestFolder::new();
+    fs::write(folder.path("completions.bash"), folder.good(&["completions", "bash"])).expect("write");
+    let completed = |words: &str| {
+        let line = format!(
+            "source completions.bash && COMP_WORDS=({words}) && COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)) && \
+             _trocar trocar \"${{COMP_WORDS[COMP_CWORD]}}\" \"${{COMP_WORDS[COMP_CWORD-1]}}\" 2> errors; echo \"${{COMPREPLY[*]}}\""
+        );
+        let output = std::process::Command::new("bash").args(["-c", &line]).current_dir(folder.path(".")).output();
+        output.ok().map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let Some(first) = completed("trocar run paper/classical") else {
+        eprintln!("skipped: there is no bash");
+        return;
+    };
+    assert_eq!(first, "paper/classical");
+    assert_eq!(completed("trocar compare my.toml paper/classical").as_deref(), Some("paper/classical"));
+    assert_eq!(completed("trocar scenarios show layers/skin-aug").as_deref(), Some("layers/skin-augmented"));
+    assert_eq!(completed("trocar run my.toml --set detector.thres").as_deref(), Some("detector.threshold="));
+    assert_eq!(completed("trocar run my").as_deref(), Some(""));
+}
+
+#[test]
 fn what_is_no_terminal_gets_no_chart_and_no_colour() {
     let folder = TestFolder::new();
     let printed = folder.good(&["run", "builtin:paper/augmented.toml"]);
