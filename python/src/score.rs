@@ -16,7 +16,7 @@ pub(crate) fn score<'py>(
     py: Python<'py>,
     alarms_s: PyReadonlyArray1<'py, f64>,
     ruptures_s: PyReadonlyArray1<'py, f64>,
-    window_s: f64,
+    within_s: f64,
     recorded_s: f64,
 ) -> PyResult<Scored<'py>> {
     let (alarms_s, ruptures_s) = (samples(&alarms_s)?, samples(&ruptures_s)?);
@@ -25,13 +25,13 @@ pub(crate) fn score<'py>(
             return Err(error::value(format!("{name} has {time_s}, must be finite")));
         }
     }
-    if !(window_s.is_finite() && window_s >= 0.0) {
-        return Err(error::value(format!("window_s is {window_s}, must be a finite number of at least 0")));
+    if !(within_s.is_finite() && within_s >= 0.0) {
+        return Err(error::value(format!("within_s is {within_s}, must be a finite number of at least 0")));
     }
     if recorded_s.is_infinite() || recorded_s <= 0.0 {
         return Err(error::value(format!("recorded_s is {recorded_s}, must be a finite number above 0")));
     }
-    let matches = match_alarms(&alarms_s, &ruptures_s, window_s);
+    let matches = match_alarms(&alarms_s, &ruptures_s, within_s);
     let tally = Tally {
         recordings: 1,
         ruptures: ruptures_s.len(),

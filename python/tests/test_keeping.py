@@ -227,11 +227,11 @@ def test_figures_are_those_of_the_command_line(run, tmp_path):
 
 
 def test_alarms_are_scored_in_any_order():
-    scores = trocar.score([5.0, 1.1, 9.0], [9.9, 1.0, 4.9], window_s=0.2, recorded_s=30.0)
+    scores = trocar.score([5.0, 1.1, 9.0], [9.9, 1.0, 4.9], within_s=0.2, recorded_s=30.0)
     assert scores["matches"] == [(1, 1), (2, 0)] and scores["found"] == 2 and scores["missed"] == 1
     assert scores["false_alarms_per_minute"] == 2.0 and scores["max_delay_s"] == pytest.approx(0.1)
     assert trocar.score([], [])["precision"] is None
-    for wrong in ({"window_s": -1.0}, {"recorded_s": 0.0}):
+    for wrong in ({"within_s": -1.0}, {"recorded_s": 0.0}):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             trocar.score([1.0], [1.0], **wrong)
     with pytest.raises(ValueError, match="alarms_s has NaN"):

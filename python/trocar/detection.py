@@ -373,11 +373,11 @@ def _detector(arguments: tuple[float, bool, list[str], str | None], count: int, 
 
 
 def score(
-    alarms_s: ArrayLike, ruptures_s: ArrayLike, *, window_s: float = 0.5, recorded_s: float | None = None
+    alarms_s: ArrayLike, ruptures_s: ArrayLike, *, within_s: float = 0.5, recorded_s: float | None = None
 ) -> dict[str, Any]:
     """Scores alarms against the true ruptures, as ``trocar detect`` does.
 
-    An alarm and a rupture match if the alarm is at most ``window_s`` after it; each matches at most once.
+    An alarm and a rupture match if the alarm is at most ``within_s`` after it; each matches at most once.
 
     Parameters
     ----------
@@ -385,7 +385,7 @@ def score(
         Times of the alarms, in s, in any order.
     ruptures_s : array, shape (ruptures,)
         Times of the ruptures, in s, in any order.
-    window_s
+    within_s
         Longest time from a rupture to its alarm, in s, at least 0.
     recorded_s
         Recorded time in s, for the false alarms per minute.
@@ -400,10 +400,10 @@ def score(
     Raises
     ------
     ValueError
-        For times that are not finite or not one-dimensional, a ``window_s`` that is negative or not finite, and a ``recorded_s`` that is
+        For times that are not finite or not one-dimensional, a ``within_s`` that is negative or not finite, and a ``recorded_s`` that is
         not positive and finite.
     TypeError
-        For times, a ``window_s`` or a ``recorded_s`` that are not numbers.
+        For times, a ``within_s`` or a ``recorded_s`` that are not numbers.
 
     >>> import trocar
     >>> scores = trocar.score([1.02, 3.0], [1.0, 2.0])
@@ -417,7 +417,7 @@ def score(
         times = number("recorded_s", recorded_s)
         if not times > 0.0:
             raise ValueError(f"recorded_s is {times}, must be above 0")
-    scores, matches = _core.score(alarms[by_time[0]], ruptures[by_time[1]], number("window_s", window_s), times)
+    scores, matches = _core.score(alarms[by_time[0]], ruptures[by_time[1]], number("within_s", within_s), times)
     scores["matches"] = [(int(by_time[1][rupture]), int(by_time[0][alarm])) for rupture, alarm in matches]
     return scores
 

@@ -25,8 +25,8 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct CheckArgs {
-    /// Scenario or sweep files
-    #[arg(required = true, value_name = "FILE")]
+    /// Scenario files, shipped scenarios or sweep files
+    #[arg(required = true, value_name = "SCENARIO|SWEEP")]
     files: Vec<String>,
     #[command(flatten)]
     changes: ScenarioArgs,

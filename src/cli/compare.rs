@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::error::CliError;
 use super::finish::Finish;
-use super::moved::MovedFlags;
+use super::moved::MovedCompare;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, run};
 use trocar_document::Study as _;
@@ -40,7 +40,7 @@ pub(super) struct CompareArgs {
     #[arg(long)]
     report: bool,
     #[command(flatten)]
-    moved: MovedFlags,
+    moved: MovedCompare,
     #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]

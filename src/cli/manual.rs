@@ -1,47 +1,26 @@
-//! `trocar completions` and `trocar man`.
+//! `trocar man`.
 
 use clap::{Args, CommandFactory};
-use clap_complete::Shell;
 
 use super::error::CliError;
 use super::{Cli, terminal};
 use trocar_report::Folder;
 
-const COMPLETIONS_EXAMPLES: &str = "\
-Examples:
-  trocar completions bash > ~/.local/share/bash-completion/completions/trocar
-  trocar completions zsh > \"${fpath[1]}/_trocar\"
-  trocar completions fish > ~/.config/fish/completions/trocar.fish";
-
-/// Print completions for a shell.
-#[derive(Debug, Args)]
-#[command(after_help = COMPLETIONS_EXAMPLES)]
-pub(super) struct CompletionsArgs {
-    /// The shell
-    shell: Shell,
-}
-
-const MAN_EXAMPLES: &str = "\
+const EXAMPLES: &str = "\
 Examples:
   trocar man | man -l -
   trocar man --out ~/.local/share/man/man1";
 
 /// Write the manual pages.
 #[derive(Debug, Args)]
-#[command(after_help = MAN_EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct ManArgs {
     /// Folder for the pages of all commands; without it, the page of trocar is printed
     #[arg(long, value_name = "DIR")]
     out: Option<std::path::PathBuf>,
 }
 
-pub(super) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
-    let mut script = vec![];
-    clap_complete::generate(args.shell, &mut Cli::command(), "trocar", &mut script);
-    terminal::print(&String::from_utf8_lossy(&script))
-}
-
-pub(super) fn man(args: &ManArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &ManArgs) -> Result<(), CliError> {
     let mut command = Cli::command();
     command.build();
     let Some(out) = &args.out else { return terminal::print(&page(command)?) };

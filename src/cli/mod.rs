@@ -3,6 +3,7 @@
 mod calibrate;
 mod check;
 mod compare;
+mod completions;
 mod detect;
 mod error;
 mod explain;
@@ -11,6 +12,7 @@ mod export;
 mod figure;
 mod finish;
 mod format;
+mod help;
 mod init;
 mod interrupt;
 mod link;
@@ -30,10 +32,11 @@ mod strategies;
 mod sweep;
 mod terminal;
 mod warnings;
+mod within;
 
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use error::CliError;
 use trocar_report::Folder;
@@ -181,7 +184,7 @@ enum Command {
     /// bytes; seed 1 is the shipped recording.
     Record(record::RecordArgs),
     /// Print completions for a shell
-    Completions(manual::CompletionsArgs),
+    Completions(completions::CompletionsArgs),
     /// Print the manual page, or write the manual pages of all commands
     Man(manual::ManArgs),
 }
@@ -256,7 +259,9 @@ impl ScenarioArgs {
 /// Parses the command line, runs the command, and returns the exit code.
 #[must_use]
 pub fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let matches = help::grouped(Cli::command()).get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let result = match cli.command {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Explore(args) => explore::run(&args),
@@ -276,8 +281,8 @@ pub fn main() -> ExitCode {
         Command::Schema { sweep: true } => terminal::print(&format!("{:#}\n", sweep_schema())),
         Command::Init(args) => init::run(&args),
         Command::Paper(args) => paper::run(&args),
-        Command::Completions(args) => manual::completions(&args),
-        Command::Man(args) => manual::man(&args),
+        Command::Completions(args) => completions::run(&args),
+        Command::Man(args) => manual::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

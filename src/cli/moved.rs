@@ -1,12 +1,12 @@
-//! Flags of `trocar compare` that other commands have taken over in 0.3. They are refused with the new command, in this release only.
+//! Flags that have another name or belong to another command since 0.3. They are refused with the new name, in this release only.
 
 use clap::Args;
 
 use super::error::CliError;
 
-/// The flags that are gone.
+/// The flags of `trocar compare` that are gone.
 #[derive(Debug, Args)]
-pub(super) struct MovedFlags {
+pub(super) struct MovedCompare {
     #[arg(long, hide = true)]
     paper: bool,
     #[arg(long, hide = true)]
@@ -19,7 +19,7 @@ pub(super) struct MovedFlags {
     patients: Option<String>,
 }
 
-impl MovedFlags {
+impl MovedCompare {
     /// Refuses the flags.
     pub(super) fn check(&self) -> Result<(), CliError> {
         let moved = [
@@ -30,7 +30,24 @@ impl MovedFlags {
             (self.strategies, "--strategies", "trocar strategies"),
         ];
         match moved.into_iter().find(|(is_given, ..)| *is_given) {
-            Some((_, flag, now)) => Err(CliError::Moved { flag, now }),
+            Some((_, flag, now)) => Err(CliError::Moved { command: "compare", flag, now }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The former name of `--within-s` in `trocar detect`.
+#[derive(Debug, Args)]
+pub(super) struct MovedWindow {
+    #[arg(long, hide = true, value_name = "S", allow_hyphen_values = true)]
+    window_s: Option<String>,
+}
+
+impl MovedWindow {
+    /// Refuses the flag.
+    pub(super) fn check(&self) -> Result<(), CliError> {
+        match self.window_s {
+            Some(_) => Err(CliError::Moved { command: "detect", flag: "--window-s", now: "--within-s" }),
             None => Ok(()),
         }
     }

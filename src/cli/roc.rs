@@ -7,6 +7,7 @@ use super::finish::Finish;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
+use super::within::WithinArgs;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded};
 use trocar_core::detector::DistanceKind;
 use trocar_recording::InVivoLikeVariant;
@@ -29,7 +30,7 @@ Examples:
 
 /// Compute operating characteristics of detectors.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES, mut_arg("out", |arg| arg.help("Folder for the files, which go directly into it")))]
+#[command(after_help = EXAMPLES, mut_arg("out", |arg| arg.help("Folder for the files, which go directly into it")), mut_arg("within_s", |arg| arg.default_value("0.010").value_parser(within)))]
 pub(super) struct RocArgs {
     /// Recordings (CSV, .mat, Parquet, TDMS, HDF5, Excel), or scenario files: their [recording], or their closed loop if they have no recording [default: the shipped
     /// in-vivo-like insertion]
@@ -67,9 +68,8 @@ pub(super) struct RocArgs {
     /// Number of thresholds per detector, from 0.01 to 100 times its own threshold
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(2..=1000))]
     thresholds: u64,
-    /// Maximum delay of an alarm that counts as a detection, in s
-    #[arg(long, value_name = "S", default_value = "0.010", allow_hyphen_values = true, value_parser = within)]
-    within_s: f64,
+    #[command(flatten)]
+    within: WithinArgs,
     #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]
@@ -83,7 +83,7 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
         noise_std_n: if args.trials { vec![0.0] } else { args.noise_std_n.clone() },
         seeds: args.seeds,
         thresholds: args.thresholds as usize,
-        within_s: args.within_s,
+        within_s: args.within.within_s,
     };
     let conditions = study.signals.len() * study.noise_std_n.len();
     let cases = usize::try_from(args.seeds).unwrap_or(usize::MAX).saturating_mul(conditions);

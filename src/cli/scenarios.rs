@@ -30,7 +30,7 @@ enum Action {
     #[command(after_help = "Example:\n  trocar scenarios show layers/epidural > my.toml")]
     Show {
         /// A shipped scenario, such as layers/epidural, or a scenario file
-        #[arg(value_name = "NAME")]
+        #[arg(value_name = "SCENARIO")]
         name: String,
     },
 }

@@ -85,7 +85,7 @@ fn invalid_input_ends_with_2_a_failure_with_1_and_an_interruption_with_130() {
         CliError::Scenario(scenario_error()),
         CliError::Setting(InvalidValue { name: "x", value: 1.0, requirement: "below 0", item: None }),
         CliError::SameName { name: text(), first: text(), second: text() },
-        CliError::Moved { flag: "--paper", now: "trocar paper" },
+        CliError::Moved { command: "compare", flag: "--paper", now: "trocar paper" },
         CliError::OnlySynthetic,
         CliError::Exists { path: text() },
         CliError::LongSweep { cases: 9, about: text() },

@@ -619,11 +619,8 @@ fn the_help_teaches() {
     let folder = TestFolder::new();
     let help = folder.good(&["--help"]);
     assert!(help.contains("Examples:"));
-    let commands = help.split("Commands:\n").nth(1).expect("commands").lines().take_while(|line| !line.is_empty());
-    // The description of a command continues on indented lines.
-    let names = commands.filter_map(|line| line.strip_prefix("  ")?.split(' ').next().filter(|name| !name.is_empty()));
-    for command in names.filter(|name| *name != "help") {
-        assert_snapshot!(format!("help_{command}"), folder.good(&[command, "--help"]));
+    for command in folder.commands() {
+        assert_snapshot!(format!("help_{command}"), folder.good(&[&command, "--help"]));
     }
     assert_snapshot!("help", help);
 }
@@ -769,28 +766,69 @@ fn an_interrupted_roc_says_what_it_kept() {
 #[test]
 fn completions_and_manual_pages_know_every_command() {
     let folder = TestFolder::new();
-    let help = folder.good(&["--help"]);
-    let listed = help.split("Commands:").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list");
-    // An indented line belongs to the line above.
-    let of_command = |line: &&str| line.starts_with("  ") && !line.starts_with("   ");
-    let commands: Vec<&str> =
-        listed.lines().filter(of_command).filter_map(|line| line.split_whitespace().next()).collect();
-    assert!(commands.len() > 12 && commands.contains(&"explore"), "{commands:?}");
+    let commands = folder.commands();
+    for known in ["explore", "record", "schema", "init", "man", "completions"] {
+        assert!(commands.len() > 12 && commands.iter().any(|command| command == known), "{known}: {commands:?}");
+    }
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = folder.good(&["completions", shell]);
+        assert!(script.contains("help"), "{shell}");
         for command in &commands {
             assert!(script.contains(command), "{shell}: {command}");
         }
     }
     folder.good(&["man", "--out", "pages"]);
     assert!(folder.good(&["man"]).starts_with(".ie"), "troff");
-    for command in commands.iter().filter(|command| **command != "help") {
+    for command in &commands {
         let page = fs::read_to_string(folder.path(&format!("pages/trocar-{command}.1"))).expect("a page");
         assert!(
             page.contains(&format!(".TH trocar\\-{command} ")) || page.contains(&format!(".TH trocar-{command} ")),
             "{page}"
         );
     }
+}
+
+#[test]
+fn completions_know_the_shipped_scenarios_and_the_keys() {
+    let folder = TestFolder::new();
+    for shell in ["bash", "zsh", "fish"] {
+        let script = folder.good(&["completions", shell]);
+        for word in ["paper/classical", "layers/skin-augmented", "detector.threshold="] {
+            assert!(script.contains(word), "{shell}: {word}");
+        }
+    }
+    let fish = folder.good(&["completions", "fish"]);
+    for command in ["run", "link", "scenarios"] {
+        let start = format!("complete -c trocar -n \"__fish_trocar_using_subcommand {command}\" -a \"");
+        assert!(fish.lines().any(|line| line.starts_with(&start) && line.contains("paper/classical ")), "{command}");
+    }
+    let zsh = folder.good(&["completions", "zsh"]);
+    assert!(zsh.contains("'*--set=[") && zsh.contains(":SECTION.KEY=VALUE:_trocar_settings'"), "{zsh}");
+    assert!(zsh.contains(":_trocar_scenarios'") && zsh.starts_with("#compdef trocar"), "{zsh}");
+}
+
+/// Files of the user are no words of the script: bash completes them because the script returns none.
+#[test]
+fn bash_completes_scenarios_and_keys() {
+    let folder = TestFolder::new();
+    fs::write(folder.path("completions.bash"), folder.good(&["completions", "bash"])).expect("write");
+    let completed = |words: &str| {
+        let line = format!(
+            "source completions.bash && COMP_WORDS=({words}) && COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)) && \
+             _trocar trocar \"${{COMP_WORDS[COMP_CWORD]}}\" \"${{COMP_WORDS[COMP_CWORD-1]}}\" 2> errors; echo \"${{COMPREPLY[*]}}\""
+        );
+        let output = std::process::Command::new("bash").args(["-c", &line]).current_dir(folder.path(".")).output();
+        output.ok().map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let Some(first) = completed("trocar run paper/classical") else {
+        eprintln!("skipped: there is no bash");
+        return;
+    };
+    assert_eq!(first, "paper/classical");
+    assert_eq!(completed("trocar compare my.toml paper/classical").as_deref(), Some("paper/classical"));
+    assert_eq!(completed("trocar scenarios show layers/skin-aug").as_deref(), Some("layers/skin-augmented"));
+    assert_eq!(completed("trocar run my.toml --set detector.thres").as_deref(), Some("detector.threshold="));
+    assert_eq!(completed("trocar run my").as_deref(), Some(""));
 }
 
 #[test]

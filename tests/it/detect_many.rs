@@ -157,7 +157,7 @@ fn labels_are_held_against_alarms_one_by_one() {
 
     // With a window shorter than every delay, every alarm is false and every rupture is missed.
     folder.file("l2.csv", "file,time_s\ntwo.csv,0.9\none.csv,11.4\n");
-    let strict = json(&folder.good(&detect(&["a", "--labels", "l2.csv", "--window-s", "0", "--json"])));
+    let strict = json(&folder.good(&detect(&["a", "--labels", "l2.csv", "--within-s", "0", "--json"])));
     assert_eq!((&strict["scores"]["false_alarms"], &strict["scores"]["missed"]), (&Json::from(3), &Json::from(2)));
     let per_minute = strict["scores"]["false_alarms_per_minute"].as_f64().expect("defined");
     assert!((per_minute - 3.0 / (6.0 / 60.0)).abs() < 1e-6, "3 in 6 s: {per_minute}");
@@ -237,8 +237,9 @@ fn flags_that_do_not_go_together_are_refused() {
     folder.refused(&detect(&["a/two.csv", "-"]), &["cannot be combined with recordings"]);
     folder.refused(&detect(&["-", "--labels", "l.csv"]), &["--labels is for recordings"]);
     for bad in ["-0.1", "nan", "inf"] {
-        folder.refused(&detect(&["a/two.csv", "--window-s", bad]), &["--window-s", "at least 0"]);
+        folder.refused(&detect(&["a/two.csv", "--within-s", bad]), &["--within-s", "at least 0"]);
     }
+    folder.refused(&detect(&["a/two.csv", "--window-s", "0.1"]), &["--window-s", "`--within-s`"]);
     folder.refused(&["detect"], &["<RECORDING>"]);
     let bad = folder.trocar(&detect(&["a", "b", "--set", "detector.capp=1"]));
     assert_eq!((bad.code, bad.err.matches("did you mean").count()), (2, 1), "once for all: {}", bad.err);

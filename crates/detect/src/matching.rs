@@ -18,12 +18,12 @@ fn delay_s(alarm_s: f64, label_s: f64) -> f64 {
     ((alarm_s - label_s) * 1e9).round() / 1e9 + 0.0
 }
 
-/// Matches alarms to labels one to one (both in s, ascending). An alarm matches a label that lies at most `window_s`
+/// Matches alarms to labels one to one (both in s, ascending). An alarm matches a label that lies at most `within_s`
 /// (s, at least 0) before it, and never a later label. The result has the maximum number of matches and, among those,
 /// the minimum sum of delays. The matches are in order of time.
 ///
 /// # Why three passes suffice
-/// The windows `[label, label + window_s]` have equal lengths. A pass from the last label to the first, which gives
+/// The windows `[label, label + within_s]` have equal lengths. A pass from the last label to the first, which gives
 /// each label the latest free alarm in its window, therefore finds the maximum number of matches, with the latest
 /// labels that can be matched together. A pass from the first alarm to the last, which gives each alarm the earliest
 /// free label, does the same for the earliest alarms. The sets of labels (alarms) that can be matched are the
@@ -31,8 +31,8 @@ fn delay_s(alarm_s: f64, label_s: f64) -> f64 {
 /// the two bases (Mendelsohn and Dulmage 1958). If two of its pairs cross, an exchange of their partners keeps both
 /// within the window and the sum unchanged. The k-th alarm of one base therefore matches the k-th label of the other.
 #[must_use]
-pub fn match_alarms(alarms_s: &[f64], labels_s: &[f64], window_s: f64) -> Vec<Match> {
-    let is_late = |alarm: usize, label: usize| delay_s(alarms_s[alarm], labels_s[label]) > window_s;
+pub fn match_alarms(alarms_s: &[f64], labels_s: &[f64], within_s: f64) -> Vec<Match> {
+    let is_late = |alarm: usize, label: usize| delay_s(alarms_s[alarm], labels_s[label]) > within_s;
     let is_early = |alarm: usize, label: usize| delay_s(alarms_s[alarm], labels_s[label]) < 0.0;
 
     let mut labels = vec![];

@@ -26,11 +26,16 @@ impl LabelMiss {
     }
 }
 
-/// Returns the reasons of the labels (s) without a match, for alarms at most `window_s` (s) after their label.
-pub(super) fn misses(detection: &Detection, labels_s: &[f64], matches: &[Match], window_s: f64) -> Vec<LabelMiss> {
+/// Returns the reasons of the labels (s) without a match, for alarms at most `within_s` (s) after their label.
+pub(super) fn misses(detection: &Detection, labels_s: &[f64], matches: &[Match], within_s: f64) -> Vec<LabelMiss> {
     let start_s = detection.time_s.first().copied().unwrap_or(0.0);
-    let rule =
-        MissRule { tick_s: detection.interval_s, start_s, window_s, detector: &detection.detector, refractory_s: 0.0 };
+    let rule = MissRule {
+        tick_s: detection.interval_s,
+        start_s,
+        window_s: within_s,
+        detector: &detection.detector,
+        refractory_s: 0.0,
+    };
     let supervisor = SupervisorHistory::of_alarms(&detection.alarms);
     let missed = (0..labels_s.len()).filter(|label| matches.iter().all(|matched| matched.label != *label));
     let explain = |label: usize| {

@@ -97,7 +97,7 @@ pub struct DetectionReport {
     /// The warnings about recording and detection.
     pub warnings: Vec<Warning>,
     /// Maximum delay of an alarm after the rupture that it matches, in s.
-    pub window_s: f64,
+    pub within_s: f64,
     /// The scores; `None` without labels.
     pub scores: Option<Scores>,
     /// Statistics of the residual.
@@ -128,13 +128,13 @@ impl DetectionReport {
 
     /// Summarises a detection and compares it with labels in order of time, if any. An empty list of labels means that
     /// there is no rupture, `None` that the recording is not labelled. [`match_alarms`] matches alarms and labels
-    /// within `window_s` (s).
+    /// within `within_s` (s).
     #[must_use]
-    pub fn judged(detection: &Detection, labels: Option<&[Label]>, window_s: f64) -> Self {
+    pub fn judged(detection: &Detection, labels: Option<&[Label]>, within_s: f64) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
         let labelled_ruptures_s: Vec<f64> = labels.unwrap_or_default().iter().map(|label| label.time_s).collect();
         let alarms_s: Vec<f64> = detection.alarms.iter().map(|&sample| detection.time_s[sample]).collect();
-        let matches = match_alarms(&alarms_s, &labelled_ruptures_s, window_s);
+        let matches = match_alarms(&alarms_s, &labelled_ruptures_s, within_s);
         let alarm = |(index, &sample): (usize, &usize)| {
             let matched = matches.iter().find(|matched| matched.alarm == index);
             DetectedAlarm {
@@ -148,7 +148,7 @@ impl DetectionReport {
                 delay_s: matched.map(|matched| matched.delay_s),
             }
         };
-        let misses = misses(detection, &labelled_ruptures_s, &matches, window_s);
+        let misses = misses(detection, &labelled_ruptures_s, &matches, within_s);
         let duration_s = detection.time_s.last().copied().unwrap_or(0.0) - start_s;
         let in_contact = detection.position_m.iter().filter(|&&position| position - detection.contact_m > 0.0).count();
         let contact_s = (in_contact as f64 * detection.interval_s).min(duration_s);
@@ -180,7 +180,7 @@ impl DetectionReport {
             warnings: warnings(detection, &misses),
             misses,
             labelled_ruptures_s,
-            window_s,
+            within_s,
             scores,
             residual,
             phases,

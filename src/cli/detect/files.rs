@@ -128,7 +128,7 @@ fn one(args: &DetectArgs, input: Input, labels: Option<LabelRows>) -> Result<Det
     let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(&given))?;
     let detection = detect(&spec)?;
     let labels = labels_of(&given, &spec, labels)?;
-    let mut report = DetectionReport::judged(&detection, labels.as_deref(), args.window_s);
+    let mut report = DetectionReport::judged(&detection, labels.as_deref(), args.within.within_s);
     report.warnings.splice(0..0, guess);
     let mut study = DetectionStudy::new(name, given, values, (detection, report));
     study.is_drawn = args.report || !args.no_figures;

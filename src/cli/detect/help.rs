@@ -24,7 +24,7 @@ A file is named as on the command line, or by its file name if that is unique. T
 any order. The kind is optional. An empty time means that the recording has no rupture. A recording without labels has no scores. \
 Without --labels, the labels of x.csv are read from x.labels.csv in the same folder: time_s[,kind]; no row means no rupture.
 
-An alarm matches at most one rupture, and a rupture at most one alarm. The alarm is at the rupture or at most --window-s later. \
+An alarm matches at most one rupture, and a rupture at most one alarm. The alarm is at the rupture or at most --within-s later. \
 The matching has the maximum number of pairs, and among those the minimum total delay. An alarm before its rupture is false. A share \
 or a rate without samples is undefined: — in tables, null in JSON.
 

@@ -16,9 +16,11 @@ use clap::Args;
 
 use super::error::{CliError, DetectError};
 use super::format::FormatArgs;
+use super::moved::MovedWindow;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
+use super::within::WithinArgs;
 use super::{OutputArgs, ScenarioArgs, report};
 use trocar_base::warning::{Code, Warning};
 use trocar_core::error::{non_negative, positive};
@@ -34,7 +36,7 @@ const TUNED_SECTIONS: [&str; 2] = ["estimator", "detector"];
 
 /// Run the estimator and the detector on recordings or on a live stream.
 #[derive(Debug, Args)]
-#[command(after_long_help = help::MORE, mut_arg("out", |arg| arg.help(super::OUT_PER_RECORDING)), mut_arg("settings", |arg| arg.help(super::SET_ONE)))]
+#[command(after_long_help = help::MORE, mut_arg("out", |arg| arg.help(super::OUT_PER_RECORDING)), mut_arg("settings", |arg| arg.help(super::SET_ONE)), mut_arg("within_s", |arg| arg.default_value(RUPTURE_WINDOW_S.to_string())))]
 pub(super) struct DetectArgs {
     /// Recordings (CSV, .mat, Parquet, TDMS, HDF5, Excel), folders with recordings, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, scenario files with a
     /// [recording]; or - for a live stream on standard input
@@ -54,9 +56,10 @@ pub(super) struct DetectArgs {
     /// True ruptures of many recordings: CSV with the columns file,time_s[,kind]
     #[arg(long, value_name = "FILE")]
     labels: Option<PathBuf>,
-    /// Maximum delay of an alarm that matches a rupture, in s
-    #[arg(long, value_name = "S", default_value_t = RUPTURE_WINDOW_S, value_parser = quantity("s"), allow_hyphen_values = true)]
-    window_s: f64,
+    #[command(flatten)]
+    within: WithinArgs,
+    #[command(flatten)]
+    moved: MovedWindow,
     /// Draw no figures; with many recordings drawing takes most of the time
     #[arg(long)]
     no_figures: bool,
@@ -85,11 +88,12 @@ pub(super) struct DetectArgs {
 }
 
 pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
+    args.moved.check()?;
     if let Some(file) = &args.settings_file {
         args.tuning = tuning(file, &Warnings::new(&args.output))?;
     }
     let args = &args;
-    non_negative("--window-s", args.window_s)?;
+    non_negative("--within-s", args.within.within_s)?;
     if let Some(interval_s) = args.interval_s {
         positive("--interval-s", interval_s)?;
     }
@@ -157,8 +161,8 @@ impl DetectArgs {
         words.extend(self.ruptures_s.iter().flat_map(|rupture_s| ["--rupture-s".to_owned(), format!("{rupture_s:?}")]));
         let labels = self.labels.iter().map(|file| report::shown(&file.to_string_lossy()));
         words.extend(labels.flat_map(|file| ["--labels".to_owned(), file]));
-        if self.window_s != RUPTURE_WINDOW_S {
-            words.extend(["--window-s".to_owned(), format!("{:?}", self.window_s)]);
+        if self.within.within_s != RUPTURE_WINDOW_S {
+            words.extend(["--within-s".to_owned(), format!("{:?}", self.within.within_s)]);
         }
         words.extend(self.settings_file.iter().flat_map(|file| ["--settings".to_owned(), report::shown(file)]));
         words.extend(report::set_flags(&self.changes.settings));

@@ -45,12 +45,14 @@ pub(super) enum CliError {
         /// The file of the second, as given.
         second: String,
     },
-    /// A flag that another command has taken over.
-    #[error("{flag} of `trocar compare` is gone; use `{now}`")]
+    /// A flag with another name, or of another command.
+    #[error("{flag} of `trocar {command}` is gone; use `{now}`")]
     Moved {
+        /// The command that had the flag.
+        command: &'static str,
         /// The flag.
         flag: &'static str,
-        /// The command, with its flag.
+        /// The new flag, or the new command with its flag.
         now: &'static str,
     },
     /// Flags of the synthetic insertion with other signals.

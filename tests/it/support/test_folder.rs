@@ -91,9 +91,11 @@ impl TestFolder {
     /// Returns the names of all commands, from the help.
     pub fn commands(&self) -> Vec<String> {
         let help = self.good(&["--help"]);
-        let listed = help.split("Commands:\n").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list");
+        let listed = ["Commands:\n", "Files and setup:\n"]
+            .map(|heading| help.split(heading).nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list"));
         // The description of a command continues on lines with more spaces.
-        let names = listed.lines().filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+        let names =
+            listed.iter().flat_map(|list| list.lines()).filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
         names.filter(|name| !name.is_empty() && *name != "help").map(str::to_owned).collect()
     }
 

@@ -201,9 +201,9 @@ impl Detections {
 
     /// The scores of each labelled recording and of all of them.
     fn scores_table(&self, total: &Scores) -> Table {
-        let window_s = self.named().next().map(|(_, report)| report.window_s);
+        let within_s = self.named().next().map(|(_, report)| report.within_s);
         let columns = [
-            ("recording", matched(window_s)),
+            ("recording", matched(within_s)),
             ("ruptures", "ruptures".into()),
             ("found", "found".into()),
             ("missed", "missed".into()),

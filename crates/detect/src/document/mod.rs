@@ -117,7 +117,7 @@ pub fn report_document(name: &str, report: &DetectionReport, values: &Values) ->
             scores.missed,
             counted(scores.false_alarms as u64, "false alarm"),
         ));
-        section.table(tables::scores(scores, report.window_s));
+        section.table(tables::scores(scores, report.within_s));
         sections.push(section);
     }
     sections.push(meanings());

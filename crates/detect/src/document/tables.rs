@@ -144,8 +144,8 @@ pub(super) fn phases(caption: &'static str, phases: &[PhaseStatistics]) -> Table
 }
 
 /// The scores of one recording, one per row.
-pub(super) fn scores(scores: &Scores, window_s: f64) -> Table {
-    let columns = [("score", matched(Some(window_s))), ("value", "value".into())];
+pub(super) fn scores(scores: &Scores, within_s: f64) -> Table {
+    let columns = [("score", matched(Some(within_s))), ("value", "value".into())];
     let mut table = Table::new("scores", "Alarms compared with the labels", columns);
     table.row(["precision".into(), share(scores.precision)]);
     table.row(["recall".into(), share(scores.recall)]);
@@ -161,8 +161,8 @@ pub(super) fn share(value: Option<f64>) -> Cell {
 }
 
 /// What matches a rupture.
-pub(super) fn matched(window_s: Option<f64>) -> String {
-    let window = window_s.map_or("—".into(), |window_s| format!("{} ms", plain(1e3 * window_s)));
+pub(super) fn matched(within_s: Option<f64>) -> String {
+    let window = within_s.map_or("—".into(), |within_s| format!("{} ms", plain(1e3 * within_s)));
     format!("alarms at most {window} after a rupture")
 }
 
