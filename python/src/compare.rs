@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_base::parallel::try_map;
 use trocar_document::Study as _;
+use trocar_document::to_json;
 use trocar_metrics::Metrics;
-use trocar_report::to_json;
 use trocar_studies::compare::{Comparison, ComparisonReport, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_studies::run::RunError;
 

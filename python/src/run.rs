@@ -6,9 +6,9 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_document::Study as _;
+use trocar_document::to_json;
 use trocar_engine::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS};
 use trocar_metrics::Metrics;
-use trocar_report::to_json;
 use trocar_studies::run::{RunError, observe, observe_with};
 
 use crate::arrays::put;

@@ -17,9 +17,15 @@ pub(super) struct FigureArgs {
 }
 
 fn parser() -> impl TypedValueParser<Value = FigureFormat> {
-    let of = |word: String| FigureFormat::ALL.into_iter().find(|format| format.word() == word);
-    PossibleValuesParser::new(FigureFormat::ALL.map(FigureFormat::word))
+    let of = |word: String| FigureFormat::ALL.into_iter().find(|format| format.to_string() == word);
+    PossibleValuesParser::new(FigureFormat::ALL.map(|format| format.to_string()))
         .try_map(move |word| of(word).ok_or("no format"))
+}
+
+/// Returns the name of the file of a figure that is easiest to look at; `None` if no figures are written.
+pub(super) fn file_name(style: &FigureStyle, name: &str) -> Option<String> {
+    let format = FigureFormat::ALL.into_iter().find(|format| style.formats.contains(format))?;
+    Some(format!("{name}.{format}"))
 }
 
 impl FigureArgs {

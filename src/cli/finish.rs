@@ -1,10 +1,11 @@
 //! The end of a command: the files, the report and the text of a document.
 
 use super::error::CliError;
+use super::figure::file_name;
 use super::{OutputArgs, report, terminal};
-use trocar_document::Document;
+use trocar_document::{Document, to_json};
 use trocar_report::html::{Again, document_html};
-use trocar_report::{Folder, document_text, to_json, wrapped, write_document};
+use trocar_report::{Folder, document_text, wrapped, write_document};
 
 /// How a command ends.
 pub(super) struct Finish<'a> {
@@ -41,11 +42,11 @@ impl Finish<'_> {
             return Ok(());
         }
         terminal::draw(document.sketch.as_ref())?;
-        let drawn = if folder.figures().formats.is_empty() { &[] } else { &document.figures[..] };
-        let names: Vec<String> = drawn.iter().map(|(name, _)| folder.figures().shown(name)).collect();
+        let names = document.figures.iter().filter_map(|(name, _)| file_name(&folder.figures, name));
+        let names: Vec<String> = names.collect();
         let figures =
             if names.is_empty() { String::new() } else { wrapped(&format!("figures: {}\n", names.join(", ")), 2) };
-        let (text, files) = (document_text(document, *all), folder.path().display());
+        let (text, files) = (document_text(document, *all), folder.path.display());
         terminal::print(&format!("{text}\n{figures}files: {files}\n"))?;
         if report.is_some() { report::print_path(folder) } else { Ok(()) }
     }

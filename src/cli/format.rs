@@ -21,8 +21,8 @@ impl Default for FormatArgs {
 }
 
 fn parser() -> impl TypedValueParser<Value = ColumnFormat> {
-    let of = |word: String| ColumnFormat::ALL.into_iter().find(|format| format.word() == word);
-    PossibleValuesParser::new(ColumnFormat::ALL.map(ColumnFormat::word))
+    let of = |word: String| ColumnFormat::ALL.into_iter().find(|format| format.to_string() == word);
+    PossibleValuesParser::new(ColumnFormat::ALL.map(|format| format.to_string()))
         .try_map(move |word| of(word).ok_or("no format"))
 }
 
@@ -43,7 +43,7 @@ impl FormatArgs {
         if self.format == [ColumnFormat::Csv] {
             return vec![];
         }
-        let words: Vec<&str> = self.format.iter().map(|format| format.word()).collect();
+        let words: Vec<String> = self.format.iter().map(ToString::to_string).collect();
         vec!["--format".to_owned(), words.join(",")]
     }
 }

@@ -220,7 +220,7 @@ struct OutputArgs {
 impl OutputArgs {
     /// Returns the folder for the files.
     fn folder(&self) -> Folder {
-        Folder::new(&self.out).with_figures(self.figures.style())
+        Folder { figures: self.figures.style(), ..Folder::new(&self.out) }
     }
 }
 

@@ -37,7 +37,7 @@ const PAGE: &str = "paper.html";
 pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {
     let study = PaperStudy::new()?;
     let document = study.document();
-    let folder = Folder::new(&args.out).with_figures(args.figures.style());
+    let folder = Folder { figures: args.figures.style(), ..Folder::new(&args.out) };
     write_document(&folder, &document)?;
     let again = Again {
         command: "trocar paper",

@@ -27,7 +27,7 @@ pub(super) fn set_flags(settings: &[String]) -> impl Iterator<Item = String> + '
 
 /// Prints the path of the report.
 pub(super) fn print_path(folder: &Folder) -> Result<(), CliError> {
-    terminal::print(&format!("report: {}\n", folder.path().join(FILE).display()))
+    terminal::print(&format!("report: {}\n", folder.path.join(FILE).display()))
 }
 
 /// Returns how a command is given again with the files of its runs, under their names, and with further flags.

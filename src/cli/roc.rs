@@ -100,7 +100,7 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     let folder = args.output.folder();
     Finish { output: &args.output, folder: folder.clone(), all: false, report: None }.document(&document)?;
     if roc.cases < roc.cases_planned {
-        let kept = format!("{} of {} cases are in {}", roc.cases, roc.cases_planned, folder.path().display());
+        let kept = format!("{} of {} cases are in {}", roc.cases, roc.cases_planned, folder.path.display());
         return Err(CliError::Interrupted { kept: Some(kept) });
     }
     warnings.finish()

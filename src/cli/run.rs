@@ -8,8 +8,8 @@ use super::finish::Finish;
 use super::format::FormatArgs;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, terminal};
-use trocar_document::Study as _;
-use trocar_report::{Folder, to_json, write_document};
+use trocar_document::{Study as _, to_json};
+use trocar_report::{Folder, write_document};
 use trocar_studies::run::{Run, run as run_scenario};
 
 const EXAMPLES: &str = "\
@@ -38,7 +38,7 @@ pub(super) struct RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     let scenarios = args.changes.load(&args.scenarios)?;
-    let folder = args.output.folder().with_samples(args.format.formats().to_vec());
+    let folder = Folder { samples: args.format.formats().to_vec(), ..args.output.folder() };
     let bar = progress::bar(scenarios.len(), args.output.quiet);
     bar.set_message("running");
     let warnings = Warnings::new(&args.output);

@@ -144,7 +144,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     if let Some(check) = check {
         let kept = check.simulated.iter().flatten().count();
         if kept < map.stable.len() {
-            let kept = format!("{kept} of {} runs are in {}", map.stable.len(), folder.path().display());
+            let kept = format!("{kept} of {} runs are in {}", map.stable.len(), folder.path.display());
             return Err(CliError::Interrupted { kept: Some(kept) });
         }
     }

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fmt;
 use std::io::{self, Write};
 use std::sync::Arc;
 
@@ -34,17 +35,6 @@ pub enum ColumnFormat {
 impl ColumnFormat {
     /// All formats.
     pub const ALL: [Self; 4] = [Self::Csv, Self::Parquet, Self::Mat, Self::Mcap];
-
-    /// Its word on the command line, which is the suffix of its files.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Parquet => "parquet",
-            Self::Mat => "mat",
-            Self::Mcap => "mcap",
-        }
-    }
 
     /// Writes a table, the first column of which is the time in seconds unless the format is CSV or Parquet.
     ///
@@ -91,6 +81,18 @@ impl ColumnFormat {
             }
             Self::Mat | Self::Mcap => Err(io::Error::other("only CSV and Parquet are written in parts").into()),
         }
+    }
+}
+
+impl fmt::Display for ColumnFormat {
+    /// Writes its word on the command line, which is the suffix of its files.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+            Self::Mat => "mat",
+            Self::Mcap => "mcap",
+        })
     }
 }
 

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use trocar_document::{DataTable, Document};
+use trocar_document::{DataTable, Document, to_json};
 
 use super::draw::animated_png;
 use super::pictures::keep;
-use super::{ColumnFormat, Folder, OutputError, PictureError, to_json};
+use super::{ColumnFormat, Folder, OutputError, PictureError};
 
 /// Writes the files of a document into a folder: its JSON, its data, its other files, its animation, and its figures. Figures and data with a row per
 /// sample have the formats of the folder, other data are CSV.
@@ -30,12 +30,9 @@ pub fn write_document(folder: &Folder, document: &Document<'_>) -> Result<(), Pi
 }
 
 /// Writes a table: with a row per sample in each of the folder's formats, otherwise as CSV.
-///
-/// # Errors
-/// [`OutputError`].
-pub fn write_table(folder: &Folder, table: &DataTable<'_>) -> Result<(), OutputError> {
-    let formats = if table.is_sampled { folder.samples() } else { &[ColumnFormat::Csv] };
-    formats.iter().try_for_each(|format| {
-        folder.stream(&format!("{}.{}", table.name, format.word()), |out| format.write(table, out))
-    })
+fn write_table(folder: &Folder, table: &DataTable<'_>) -> Result<(), OutputError> {
+    let formats = if table.is_sampled { folder.samples.as_slice() } else { &[ColumnFormat::Csv] };
+    formats
+        .iter()
+        .try_for_each(|format| folder.stream(&format!("{}.{}", table.name, format), |out| format.write(table, out)))
 }

@@ -31,10 +31,7 @@ pub fn write_file(path: &Path, content: &[u8]) -> Result<(), OutputError> {
 }
 
 /// Writes a file as [`write_file`], from content that is produced piece by piece and need not fit into memory.
-///
-/// # Errors
-/// [`OutputError`] with the path.
-pub fn stream_file(
+fn stream_file(
     path: &Path,
     content: impl FnOnce(&mut (dyn Write + Send)) -> std::io::Result<()>,
 ) -> Result<(), OutputError> {
@@ -59,51 +56,25 @@ pub fn stream_file(
 /// An output folder, how the figures in it are drawn, and the formats of the tables with a row per sample.
 #[derive(Debug, Clone)]
 pub struct Folder {
-    path: PathBuf,
-    figures: FigureStyle,
-    samples: Vec<ColumnFormat>,
+    /// Its path. The first file that is written creates it.
+    pub path: PathBuf,
+    /// How its figures are drawn.
+    pub figures: FigureStyle,
+    /// The formats of its tables with a row per sample.
+    pub samples: Vec<ColumnFormat>,
 }
 
 impl Folder {
-    /// Returns the folder at a path. The first file that is written creates it.
+    /// Returns the folder at a path, with figures of the default style and samples as CSV.
     #[must_use]
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into(), figures: FigureStyle::default(), samples: vec![ColumnFormat::Csv] }
-    }
-
-    /// Returns the folder with another style of its figures.
-    #[must_use]
-    pub fn with_figures(self, figures: FigureStyle) -> Self {
-        Self { figures, ..self }
-    }
-
-    /// Returns the folder with other formats of its tables with a row per sample.
-    #[must_use]
-    pub fn with_samples(self, samples: Vec<ColumnFormat>) -> Self {
-        Self { samples, ..self }
     }
 
     /// Returns a folder within this one.
     #[must_use]
     pub fn folder(&self, name: &str) -> Self {
         Self { path: self.path.join(name), ..self.clone() }
-    }
-
-    /// Returns how its figures are drawn.
-    #[must_use]
-    pub fn figures(&self) -> &FigureStyle {
-        &self.figures
-    }
-
-    /// Returns the formats of its tables with a row per sample.
-    pub(super) fn samples(&self) -> &[ColumnFormat] {
-        &self.samples
-    }
-
-    /// Returns its path.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Removes temporary files that a killed process left. Another process that writes into the folder at the same time gets an
@@ -148,8 +119,8 @@ mod tests {
         let deep = Folder::new(folder.path()).folder("a").folder("b");
         deep.write("x.csv", b"one").expect("written");
         deep.write("x.csv", b"two").expect("written");
-        assert_eq!(std::fs::read(deep.path().join("x.csv")).expect("there"), b"two");
-        assert_eq!(std::fs::read_dir(deep.path()).expect("there").count(), 1);
+        assert_eq!(std::fs::read(deep.path.join("x.csv")).expect("there"), b"two");
+        assert_eq!(std::fs::read_dir(deep.path).expect("there").count(), 1);
     }
 
     #[test]
@@ -157,11 +128,11 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let folder = Folder::new(folder.path());
         folder.write("x.csv", b"one").expect("written");
-        let (left, own) = (folder.path().join(".trocar-Ab3"), folder.path().join(".trocarrc"));
+        let (left, own) = (folder.path.join(".trocar-Ab3"), folder.path.join(".trocarrc"));
         std::fs::write(&left, b"left").expect("written");
         std::fs::write(&own, b"own").expect("written");
         folder.remove_leftovers();
-        assert!(!left.exists() && own.exists() && folder.path().join("x.csv").exists());
+        assert!(!left.exists() && own.exists() && folder.path.join("x.csv").exists());
         folder.folder("is not there").remove_leftovers();
     }
 

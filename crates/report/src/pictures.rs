@@ -27,9 +27,9 @@ pub enum PictureError {
 
 /// Writes the files of a figure: one for each format of the folder's style.
 pub(super) fn keep(folder: &Folder, name: &str, figure: &Figure<'_>) -> Result<(), PictureError> {
-    let style = folder.figures();
+    let style = &folder.figures;
     style.formats.par_iter().try_for_each(|format| {
         let file = file(figure, *format, style.width)?;
-        Ok(folder.write(&format!("{name}.{}", format.word()), &file)?)
+        Ok(folder.write(&format!("{name}.{}", format), &file)?)
     })
 }

@@ -30,32 +30,12 @@ impl From<&trocar_document::Table> for Table {
 
 impl Table {
     /// Returns a table with a heading and no rows.
-    #[must_use]
-    pub fn new<S: Into<String>>(heading: impl IntoIterator<Item = S>) -> Self {
+    fn new<S: Into<String>>(heading: impl IntoIterator<Item = S>) -> Self {
         Self { rows: vec![heading.into_iter().map(Into::into).collect()], flush_left: false }
     }
 
-    /// Returns the same table with every column flush left.
-    #[must_use]
-    pub fn flush_left(mut self) -> Self {
-        self.flush_left = true;
-        self
-    }
-
-    /// Returns the cells of the heading and of the rows.
-    #[must_use]
-    pub fn rows(&self) -> &[Vec<String>] {
-        &self.rows
-    }
-
-    /// Returns whether every column is flush left.
-    #[must_use]
-    pub fn is_flush_left(&self) -> bool {
-        self.flush_left
-    }
-
     /// Adds a row.
-    pub fn row<S: Into<String>>(&mut self, cells: impl IntoIterator<Item = S>) {
+    fn row<S: Into<String>>(&mut self, cells: impl IntoIterator<Item = S>) {
         self.rows.push(cells.into_iter().map(Into::into).collect());
     }
 }

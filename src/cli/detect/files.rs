@@ -37,7 +37,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     if args.no_figures {
         style.formats.clear();
     }
-    let out = args.output.folder().with_figures(style).with_samples(args.format.formats().to_vec());
+    let out = Folder { figures: style, samples: args.format.formats().to_vec(), ..args.output.folder() };
     if is_collection(args) {
         return many(args, &out, work);
     }

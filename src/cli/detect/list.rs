@@ -5,7 +5,8 @@ use super::inputs::given;
 use crate::cli::error::CliError;
 use crate::cli::{recorded, terminal};
 use trocar_detect::document::signals_document;
-use trocar_report::{document_text, to_json};
+use trocar_document::to_json;
+use trocar_report::document_text;
 use trocar_scenario::recording_signals;
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {

@@ -85,7 +85,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
             }
         };
     }
-    let _ = writeln!(text, "files: {}", folder.path().join("replay.toml").display());
+    let _ = writeln!(text, "files: {}", folder.path.join("replay.toml").display());
     if !args.quiet {
         terminal::print(&text)?;
     }

@@ -10,13 +10,13 @@ use super::proxy::Running;
 use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
 use crate::cli::error::{CliError, LinkError};
 use crate::cli::{interrupt, terminal};
-use trocar_document::Study as _;
+use trocar_document::{Study as _, TextFile, to_json};
 use trocar_engine::engine::EngineError;
 use trocar_link::{
     Calling, Direction, Greeted, Key, Lateness, MasterEnd, PACKET_BYTES, Role, SideSummary, SlaveEnd, Trips, Waiting,
     delays_csv, fingerprint,
 };
-use trocar_report::{Folder, document_text, to_json, write_document, write_table};
+use trocar_report::{Folder, document_text, write_document};
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::{RunError, trace_table};
 
@@ -331,21 +331,21 @@ impl Side<'_> {
             Role::Slave => (SlaveEnd::COLUMNS, Direction::Forward),
         };
         // A replay needs the CSV.
+        let samples = self.args.format.with_csv().formats().to_vec();
         let trace = trace_table(either!(end, one => one.trace()), |name| columns.contains(&name));
-        let formats = self.args.format.with_csv().formats().to_vec();
-        write_table(&folder.clone().with_samples(formats), &trace.topic(self.role.word()))?;
-        let delays = delays_csv(&[(direction, either!(end, one => one.delays()))], &self.scenario.grid);
-        folder.write("delays.csv", delays.as_bytes())?;
+        let mut document = summary.document();
+        document.data.push(trace.topic(self.role.word()));
+        let mut file = |name: &'static str, text: String| document.files.push(TextFile { name: name.into(), text });
+        file("delays.csv", delays_csv(&[(direction, either!(end, one => one.delays()))], &self.scenario.grid));
         match &self.pointer {
-            None => folder.write("scenario.toml", self.scenario.echo().as_bytes())?,
+            None => file("scenario.toml", self.scenario.echo()),
             Some(_) => {
-                folder.write("link.toml", self.scenario.echo().as_bytes())?;
-                folder.write("scenario.toml", Pointer::logged(&self.scenario.name).as_bytes())?;
+                file("link.toml", self.scenario.echo());
+                file("scenario.toml", Pointer::logged(&self.scenario.name));
             }
         }
-        let document = summary.document();
-        write_document(&folder, &document)?;
-        let files = folder.path().to_owned();
+        write_document(&Folder { samples, ..folder.clone() }, &document)?;
+        let files = folder.path;
         if self.args.json {
             terminal::print(&to_json(&document.json))?;
         } else if !self.args.quiet {

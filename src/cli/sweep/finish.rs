@@ -5,6 +5,7 @@ use std::io;
 use super::{MANIFEST, Manifest, SWEEP, manifest_json, terminal};
 use crate::cli::OutputArgs;
 use crate::cli::error::CliError;
+use crate::cli::figure::file_name;
 use crate::cli::finish::Finish;
 use crate::cli::report as page;
 use crate::cli::warnings::Warnings;
@@ -45,7 +46,7 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
     let tables = || -> Result<(), CliError> {
         let formats = [ColumnFormat::Parquet].into_iter().chain(design.csv.then_some(ColumnFormat::Csv));
         let write = |format: ColumnFormat| {
-            folder.stream(&format!("cases.{}", format.word()), |out| {
+            folder.stream(&format!("cases.{format}"), |out| {
                 format.write_parts(out, |part| case_tables(design, hash, &rows, part).map_err(plain))
             })
         };
@@ -82,19 +83,19 @@ pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Resul
     if output.quiet && !output.json {
         return Ok(());
     }
-    let path = folder.path().join(if output.json { "summary.json" } else { "summary.txt" });
+    let path = folder.path.join(if output.json { "summary.json" } else { "summary.txt" });
     let text = std::fs::read_to_string(&path).map_err(|source| SweepError::Io { path, source })?;
     let end = match (output.json, figures(folder)) {
         (true, _) => String::new(),
-        (false, figures) => format!("{figures}{files}: {}\n", folder.path().display()),
+        (false, figures) => format!("{figures}{files}: {}\n", folder.path.display()),
     };
     terminal::print(&format!("{text}{end}"))
 }
 
 /// Returns the lines that name the figures in a folder.
 fn figures(folder: &Folder) -> String {
-    let end = folder.figures().shown("");
-    let entries = std::fs::read_dir(folder.path()).into_iter().flatten().flatten();
+    let Some(end) = file_name(&folder.figures, "") else { return String::new() };
+    let entries = std::fs::read_dir(&folder.path).into_iter().flatten().flatten();
     let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
     let mut names: Vec<String> = names.filter(|name| name.ends_with(&end)).collect();
     names.sort();

@@ -1,6 +1,6 @@
 //! The long help of `trocar sweep`.
 
-use trocar_report::Table;
+use trocar_document::Table;
 use trocar_studies::sweep::{Column, SWEEP_KEYS};
 
 const FILE: &str = "\
@@ -41,8 +41,9 @@ Examples:
 
 /// Returns the help: an example file, the keys, the metrics, the output files, examples.
 pub(super) fn text() -> String {
-    let mut keys = Table::new(["key", "meaning"]).flush_left();
+    let mut keys = Table::new("keys", "Keys", [("key", "key"), ("meaning", "meaning")]).of_text();
     SWEEP_KEYS.iter().for_each(|(key, meaning)| keys.row([*key, *meaning]));
+    let keys = trocar_report::Table::from(&keys);
     let metrics: Vec<String> = Column::names().collect();
     let metrics = metrics.join(", ");
     format!("{FILE}\n{keys}\nMetrics (those of other ruptures and events have their number): {metrics}\n\n{REST}")

@@ -111,7 +111,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         remove_another(&folder, plan.canonical());
     }
     // The data of the charts are not kept, so a complete sweep without a report runs again, with identical results.
-    let lacks_report = args.report && !folder.path().join(page::FILE).is_file();
+    let lacks_report = args.report && !folder.path.join(page::FILE).is_file();
     if is_complete(&folder, plan.canonical())? && !lacks_report {
         if shard.is_whole() {
             // The process was killed between its last two steps.
@@ -126,14 +126,14 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     warnings.print(&printed);
     announce(args, &plan, manifest.part.1 - manifest.part.0)?;
     folder.write(SWEEP, plan.canonical().as_bytes())?;
-    let part = Part::open(&folder.path().join(CASES), layout)?;
+    let part = Part::open(&folder.path.join(CASES), layout)?;
     // From here on this process owns the folder.
     folder.remove_leftovers();
     folder.write(MANIFEST, manifest_json(&manifest).as_bytes())?;
     let (done, all) = (run_part(args, &plan, &part)?, part.layout().part_cases());
     if done < all {
         let kept =
-            format!("{done} of {all} cases are kept in {}; run the same command to continue", folder.path().display());
+            format!("{done} of {all} cases are kept in {}; run the same command to continue", folder.path.display());
         return Err(CliError::Interrupted { kept: Some(kept) });
     }
     if !shard.is_whole() {
@@ -197,7 +197,7 @@ fn announce(args: &SweepArgs, plan: &Plan, cases: u64) -> Result<(), CliError> {
 
 /// Removes the file of the packs, which the tables replace. A failure does no harm.
 fn drop_packs(folder: &Folder) {
-    let _ = std::fs::remove_file(folder.path().join(CASES));
+    let _ = std::fs::remove_file(folder.path.join(CASES));
 }
 
 /// Runs the missing cases of a part, and returns the number of complete cases.
@@ -218,22 +218,22 @@ fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError>
 
 /// Removes the results of another sweep.
 fn remove_another(folder: &Folder, canonical: &str) {
-    if std::fs::read_to_string(folder.path().join(SWEEP)).is_ok_and(|existing| existing != canonical) {
+    if std::fs::read_to_string(folder.path.join(SWEEP)).is_ok_and(|existing| existing != canonical) {
         for file in [MANIFEST, CASES, SWEEP] {
             // A file that is missing already is as good as removed. The sweep itself goes last, so that an interruption does no harm.
-            let _ = std::fs::remove_file(folder.path().join(file));
+            let _ = std::fs::remove_file(folder.path.join(file));
         }
     }
 }
 
 /// Returns whether a folder has this sweep and it is complete. Another sweep in the folder is an error.
 fn is_complete(folder: &Folder, canonical: &str) -> Result<bool, CliError> {
-    let Ok(existing) = std::fs::read_to_string(folder.path().join(SWEEP)) else { return Ok(false) };
+    let Ok(existing) = std::fs::read_to_string(folder.path.join(SWEEP)) else { return Ok(false) };
     if existing != canonical {
         let difference = trocar_studies::sweep::difference(&existing, canonical);
-        return Err(SweepError::Changed { folder: folder.path().to_owned(), difference }.into());
+        return Err(SweepError::Changed { folder: folder.path.to_owned(), difference }.into());
     }
-    Ok(read_manifest(folder.path()).is_some_and(|manifest| manifest.is_complete))
+    Ok(read_manifest(&folder.path).is_some_and(|manifest| manifest.is_complete))
 }
 
 fn read_manifest(folder: &Path) -> Option<Manifest> {
@@ -252,7 +252,7 @@ fn shard_done(args: &SweepArgs, of_sweep: &Folder, manifest: &Manifest) -> Resul
         return terminal::print(&manifest_json(manifest));
     }
     let (first, end) = manifest.part;
-    let folder: PathBuf = of_sweep.path().join("shard-*");
+    let folder: PathBuf = of_sweep.path.join("shard-*");
     let text = format!(
         "{} of {} cases complete; after all shards: trocar sweep merge {}\n",
         end - first,

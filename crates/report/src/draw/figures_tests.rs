@@ -385,7 +385,7 @@ fn figures_of_an_insertion_are_small_and_the_same_each_time() {
             let file = |figure: &Figure<'_>| file(figure, format, FigureWidth::default()).expect(name);
             let bytes = file(&figure);
             assert!(bytes == file(&again), "{name} differs between two drawings");
-            assert!(bytes.len() < 1_000_000, "{name}.{} has {} bytes", format.word(), bytes.len());
+            assert!(bytes.len() < 1_000_000, "{name}.{format} has {} bytes", bytes.len());
         }
     }
 }

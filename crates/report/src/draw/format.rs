@@ -1,5 +1,6 @@
 //! The formats and the width of figures, as the user chooses them.
 
+use std::fmt;
 use std::str::FromStr;
 
 const POINTS_PER_INCH: f64 = 72.0;
@@ -22,15 +23,16 @@ pub enum FigureFormat {
 impl FigureFormat {
     /// All formats.
     pub const ALL: [Self; 3] = [Self::Png, Self::Svg, Self::Pdf];
+}
 
-    /// Returns its name, which is also the end of the names of its files.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
+impl fmt::Display for FigureFormat {
+    /// Writes its name, which is also the end of the names of its files.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
             Self::Svg => "svg",
             Self::Png => "png",
             Self::Pdf => "pdf",
-        }
+        })
     }
 }
 
@@ -80,15 +82,6 @@ pub struct FigureStyle {
     pub width: FigureWidth,
     /// A file for each of these.
     pub formats: Vec<FigureFormat>,
-}
-
-impl FigureStyle {
-    /// Returns the name of the file of a figure that is easiest to look at.
-    #[must_use]
-    pub fn shown(&self, name: &str) -> String {
-        let format = FigureFormat::ALL.into_iter().find(|format| self.formats.contains(format));
-        format.map_or_else(String::new, |format| format!("{name}.{}", format.word()))
-    }
 }
 
 impl Default for FigureStyle {
