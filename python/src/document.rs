@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use serde_json::{Value as Json, json};
-use trocar_document::{Block, Cell, Document, Shown, Table};
+use trocar_document::{Block, Cell, Document, Table};
 use trocar_report::document_text;
 
 use crate::convert;
@@ -12,7 +12,9 @@ use crate::convert;
 pub(crate) fn contents(document: &Document<'_>, all: bool) -> Json {
     let tables = document.sections.iter().flat_map(|section| {
         section.blocks.iter().filter_map(|block| match block {
-            Block::Table(one) => Some(table(one, is_short(section.shown) && is_short(one.shown))),
+            Block::Table(one) => {
+                Some(table(one, [section.shown, one.shown].iter().all(|shown| shown.is_on_terminal(false))))
+            }
             Block::Text(_) | Block::Command(_) | Block::Figures { .. } => None,
         })
     });
@@ -35,11 +37,6 @@ pub(crate) fn figures(document: &Document<'_>) -> Json {
 /// Returns what [`contents`] has of a document as a dictionary.
 pub(crate) fn dictionary<'py>(py: Python<'py>, document: &Document<'_>, all: bool) -> PyResult<Bound<'py, PyAny>> {
     convert::python(py, &contents(document, all))
-}
-
-/// Whether the terminal shows a section or a table without being asked to.
-fn is_short(shown: Shown) -> bool {
-    matches!(shown, Shown::Everywhere | Shown::OnTerminal)
 }
 
 /// A table with the values of its cells in SI units and with their texts, in rows of equal lengths.

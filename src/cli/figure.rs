@@ -4,6 +4,7 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use trocar_report::draw::{FigureFormat, FigureStyle, FigureWidth};
+use trocar_report::wrapped;
 
 /// How figures are drawn.
 #[derive(Debug, Args)]
@@ -26,6 +27,11 @@ fn parser() -> impl TypedValueParser<Value = FigureFormat> {
 pub(super) fn file_name(style: &FigureStyle, name: &str) -> Option<String> {
     let format = FigureFormat::ALL.into_iter().find(|format| style.formats.contains(format))?;
     Some(format!("{name}.{format}"))
+}
+
+/// Returns the lines that name the files of figures; empty without a figure.
+pub(super) fn lines(names: &[String]) -> String {
+    if names.is_empty() { String::new() } else { wrapped(&format!("figures: {}\n", names.join(", ")), 2) }
 }
 
 impl FigureArgs {

@@ -1,11 +1,10 @@
 //! The end of a command: the files, the report and the text of a document.
 
 use super::error::CliError;
-use super::figure::file_name;
-use super::{OutputArgs, report, terminal};
+use super::{OutputArgs, figure, report, terminal};
 use trocar_document::{Document, to_json};
 use trocar_report::html::{Again, document_html};
-use trocar_report::{Folder, document_text, wrapped, write_document};
+use trocar_report::{Folder, document_text, write_document};
 
 /// How a command ends.
 pub(super) struct Finish<'a> {
@@ -13,7 +12,7 @@ pub(super) struct Finish<'a> {
     pub(super) output: &'a OutputArgs,
     /// The folder of the files.
     pub(super) folder: Folder,
-    /// Whether the terminal also shows what is shown on request.
+    /// True if the terminal also shows what it shows on request.
     pub(super) all: bool,
     /// How a report says that the work is done again; without it there is no report.
     pub(super) report: Option<Again>,
@@ -42,12 +41,10 @@ impl Finish<'_> {
             return Ok(());
         }
         terminal::draw(document.sketch.as_ref())?;
-        let names = document.figures.iter().filter_map(|(name, _)| file_name(&folder.figures, name));
+        let names = document.figures.iter().filter_map(|(name, _)| figure::file_name(&folder.figures, name));
         let names: Vec<String> = names.collect();
-        let figures =
-            if names.is_empty() { String::new() } else { wrapped(&format!("figures: {}\n", names.join(", ")), 2) };
-        let (text, files) = (document_text(document, *all), folder.path.display());
-        terminal::print(&format!("{text}\n{figures}files: {files}\n"))?;
+        let (text, figures) = (document_text(document, *all), figure::lines(&names));
+        terminal::print(&format!("{text}\n{figures}files: {}\n", folder.path.display()))?;
         if report.is_some() { report::print_path(folder) } else { Ok(()) }
     }
 }

@@ -106,9 +106,8 @@ pub(super) fn picture(
     let animation = animation(&runs.each_ref());
     let run = &runs[which];
     let whole_s = (0.0, run.trace.time_s.last().copied().unwrap_or(0.0));
-    let png = figures::comparison(&[run.view()], Some(window_s(window, animation.as_ref(), whole_s)))
-        .map_err(PictureError::from)
-        .and_then(|figure| Ok(file(&figure, FigureFormat::Png, width)?))?;
+    let figure = figures::comparison(&[run.view()], Some(window_s(window, animation.as_ref(), whole_s)))?;
+    let png = file(&figure, FigureFormat::Png, width).map_err(PictureError::from)?;
     packed(&json!({ "type": "file", "id": id, "name": name }), &png)
 }
 

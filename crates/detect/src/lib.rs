@@ -16,7 +16,7 @@ mod statistics;
 
 pub use chain::{ASSUMED_STEP_M, DetectionChain, Step, VelocitySource};
 pub use conditions::SampleConditions;
-pub use document::live_text;
+pub use document::{column_values, live_text};
 pub use live::{LiveDetector, LiveStep, LiveSummary, TimestampAnomaly};
 pub use matching::{Match, match_alarms};
 pub use misses::LabelMiss;

@@ -23,9 +23,9 @@ pub struct Animation {
     pub still: usize,
     /// The runs.
     pub panels: Vec<Panel>,
-    /// True if it is also a file.
+    /// The shapes of each run in an animated picture; empty if the animation is no file.
     #[serde(skip)]
-    pub is_file: bool,
+    pub pictures: Vec<Drawing>,
 }
 
 /// One run of an animation. Each list has one value per frame.
@@ -43,9 +43,6 @@ pub struct Panel {
     pub states: Vec<&'static str>,
     /// The shapes on a wide and on a narrow page.
     pub drawings: Vec<Drawing>,
-    /// The shapes in an animated picture.
-    #[serde(skip)]
-    pub picture: Drawing,
 }
 
 /// The end of a text that is at its place.

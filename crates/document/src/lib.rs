@@ -101,6 +101,18 @@ pub enum Shown {
     OnTerminal,
 }
 
+impl Shown {
+    /// True if the terminal shows it; with `all`, also what it shows on request.
+    #[must_use]
+    pub fn is_on_terminal(self, all: bool) -> bool {
+        match self {
+            Self::Everywhere | Self::OnTerminal => true,
+            Self::WithAll => all,
+            Self::InReports => false,
+        }
+    }
+}
+
 /// A piece of a section.
 #[derive(Debug, Clone)]
 pub enum Block {

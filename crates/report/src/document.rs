@@ -21,7 +21,9 @@ pub fn write_document(folder: &Folder, document: &Document<'_>) -> Result<(), Pi
     };
     let figures = || document.figures.par_iter().try_for_each(|(name, figure)| keep(folder, name, figure));
     let animation = || -> Result<(), PictureError> {
-        let Some(animation) = document.animation.as_ref().filter(|animation| animation.is_file) else { return Ok(()) };
+        let Some(animation) = document.animation.as_ref().filter(|animation| !animation.pictures.is_empty()) else {
+            return Ok(());
+        };
         Ok(folder.write("animation.png", &animated_png(animation)?)?)
     };
     let (files, (figures, animation)) = rayon::join(files, || rayon::join(figures, animation));

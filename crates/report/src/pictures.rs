@@ -6,23 +6,16 @@ use thiserror::Error;
 use super::{Folder, OutputError};
 use crate::draw::{DrawError, file};
 use trocar_document::Figure;
-use trocar_figures::FigureError;
 
 /// The error of drawing or writing figures.
 #[derive(Debug, Error)]
 pub enum PictureError {
-    /// A figure could not be described.
-    #[error(transparent)]
-    Describe(#[from] FigureError),
     /// A figure could not be drawn.
     #[error(transparent)]
     Draw(#[from] DrawError),
     /// A file could not be written.
     #[error(transparent)]
     Write(#[from] OutputError),
-    /// The page of figures could not be rendered.
-    #[error("cannot render the page: {0}")]
-    Page(#[source] minijinja::Error),
 }
 
 /// Writes the files of a figure: one for each format of the folder's style.

@@ -1,6 +1,6 @@
 //! A document on the terminal.
 
-use trocar_document::{Block, Document, Section, Shown};
+use trocar_document::{Block, Document, Section};
 
 use super::Table;
 use super::wrap::wrapped;
@@ -18,25 +18,20 @@ pub fn document_text(document: &Document<'_>, all: bool) -> String {
     let mut paragraph = |line: &str| text.push_str(&wrapped(&format!("{line}\n"), INDENT));
     paragraph(&head);
     document.verdict.left_out.iter().for_each(|line| paragraph(line));
-    let is_shown = |shown: Shown| match shown {
-        Shown::Everywhere | Shown::OnTerminal => true,
-        Shown::WithAll => all,
-        Shown::InReports => false,
-    };
-    for section in document.sections.iter().filter(|section| is_shown(section.shown)) {
+    for section in document.sections.iter().filter(|section| section.shown.is_on_terminal(all)) {
         text.push('\n');
-        text.push_str(&section_text(section, is_shown));
+        text.push_str(&section_text(section, all));
     }
     text
 }
 
-fn section_text(section: &Section, is_shown: impl Fn(Shown) -> bool) -> String {
+fn section_text(section: &Section, all: bool) -> String {
     let mut text = String::new();
     for block in &section.blocks {
         match block {
             Block::Text(line) => text.push_str(&wrapped(&format!("{line}\n"), INDENT)),
             Block::Command(line) => text.extend([line.as_str(), "\n"]),
-            Block::Table(table) if is_shown(table.shown) => {
+            Block::Table(table) if table.shown.is_on_terminal(all) => {
                 if !text.is_empty() {
                     text.push('\n');
                 }
@@ -51,7 +46,7 @@ fn section_text(section: &Section, is_shown: impl Fn(Shown) -> bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_document::Verdict;
+    use trocar_document::{Shown, Verdict};
 
     #[test]
     fn the_terminal_shows_the_answer_first_and_further_sections_on_request() {

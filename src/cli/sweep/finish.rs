@@ -5,14 +5,14 @@ use std::io;
 use super::{MANIFEST, Manifest, SWEEP, manifest_json, terminal};
 use crate::cli::OutputArgs;
 use crate::cli::error::CliError;
-use crate::cli::figure::file_name;
+use crate::cli::figure;
 use crate::cli::finish::Finish;
 use crate::cli::report as page;
 use crate::cli::warnings::Warnings;
 use trocar_base::warning::Warning;
 use trocar_document::Study as _;
 use trocar_report::html::Again;
-use trocar_report::{ColumnFormat, Folder, OutputError, PictureError, WIDTH, document_text, filled};
+use trocar_report::{ColumnFormat, Folder, OutputError, PictureError, document_text};
 use trocar_studies::sweep::{Design, DrawnCases, Rows, SweepError, SweepReport, case_tables, findings};
 
 /// A complete sweep.
@@ -94,15 +94,12 @@ pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Resul
 
 /// Returns the lines that name the figures in a folder.
 fn figures(folder: &Folder) -> String {
-    let Some(end) = file_name(&folder.figures, "") else { return String::new() };
+    let Some(end) = figure::file_name(&folder.figures, "") else { return String::new() };
     let entries = std::fs::read_dir(&folder.path).into_iter().flatten().flatten();
     let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
     let mut names: Vec<String> = names.filter(|name| name.ends_with(&end)).collect();
     names.sort();
-    if names.is_empty() {
-        return String::new();
-    }
-    filled(&format!("figures: {}", names.join(", ")), WIDTH, 2).iter().map(|line| format!("{line}\n")).collect()
+    figure::lines(&names)
 }
 
 /// Converts an output error to a sweep error, whose message says that all cases are kept.

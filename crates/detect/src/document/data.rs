@@ -26,13 +26,16 @@ pub(super) fn samples(Samples { detection, trust, .. }: &Samples) -> DataTable<'
     let table = columns.fold(DataTable::new("detection").sampled(), |table, (name, column)| {
         table.with(name, Values::Numbers(Cow::Borrowed(column)))
     });
-    TRUST_COLUMNS.iter().zip(trust.columns()).fold(table, |table, (column, values)| {
-        let values = match values {
-            ColumnValues::Numbers(numbers) => Values::Numbers(Cow::Borrowed(numbers)),
-            ColumnValues::Codes(codes) => Values::Codes(Cow::Borrowed(codes)),
-        };
-        table.with(column.name, values)
-    })
+    let trust = TRUST_COLUMNS.iter().zip(trust.columns());
+    trust.fold(table, |table, (column, values)| table.with(column.name, column_values(values)))
+}
+
+/// Returns the values of a column of the engine as those of a table.
+pub fn column_values<'a>(column: ColumnValues<impl Into<Cow<'a, [f64]>>, impl Into<Cow<'a, [u8]>>>) -> Values<'a> {
+    match column {
+        ColumnValues::Numbers(numbers) => Values::Numbers(numbers.into()),
+        ColumnValues::Codes(codes) => Values::Codes(codes.into()),
+    }
 }
 
 /// The alarms of recordings (`found`, `false`, or `alarm` without labels) and the missed ruptures (`missed`), each recording in order

@@ -7,6 +7,7 @@ mod many;
 mod signals;
 mod tables;
 
+pub use data::column_values;
 pub use live::live_text;
 pub use many::{DetectionEntry, Detections};
 pub use signals::signals_document;

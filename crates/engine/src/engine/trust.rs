@@ -80,4 +80,15 @@ impl TrustColumns {
             ColumnValues::Codes(&self.estimate_flags),
         ]
     }
+
+    /// The same, owned.
+    #[must_use]
+    pub fn into_columns(self) -> [ColumnValues<Vec<f64>, Vec<u8>>; TRUST_COLUMNS.len()] {
+        [
+            ColumnValues::Numbers(self.stiffness_std_n_per_m),
+            ColumnValues::Numbers(self.damping_std_n_s_per_m),
+            ColumnValues::Numbers(self.excitation),
+            ColumnValues::Codes(self.estimate_flags),
+        ]
+    }
 }

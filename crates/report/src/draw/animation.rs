@@ -9,7 +9,7 @@ use tiny_skia::Pixmap;
 use super::bitmap::{Bitmap, opaque};
 use super::pen::{Drawn, Pen, Text};
 use super::{Backend, DrawError};
-use trocar_document::animation::{Anchor, Animation, Panel, Role, Shape};
+use trocar_document::animation::{Anchor, Animation, Role, Shape};
 use trocar_document::figure::{Color, Stroke};
 
 /// Size of the picture in pixels.
@@ -22,7 +22,7 @@ const UNITS: f64 = 10.0;
 /// Pixels of a length of 1 in a scene.
 const SCALE: f64 = 1.25;
 
-/// Only every third frame is painted, so that the file stays small.
+/// Only every third frame is painted, which keeps the file small.
 const EVERY: usize = 3;
 
 /// Time for which a loop rests at its last frame, in ms.
@@ -73,7 +73,7 @@ fn style(role: Role, scheme: Color) -> Style {
     }
 }
 
-/// Returns an animation as an animated PNG that plays in a loop.
+/// Returns the pictures of an animation as an animated PNG that plays in a loop.
 pub(crate) fn animated_png(animation: &Animation) -> Result<Vec<u8>, DrawError> {
     let last = animation.time_s.len() - 1;
     let frames: Vec<usize> = (0..last).step_by(EVERY).chain([last]).collect();
@@ -121,7 +121,7 @@ fn draw<B: DrawingBackend>(animation: &Animation, area: &DrawingArea<B, Shift>, 
     };
     let (width, foot) = (f64::from(WIDTH), f64::from(HEIGHT) - 16.0);
     let wide = (width - 16.0) / animation.panels.len().max(1) as f64;
-    for (index, panel) in animation.panels.iter().enumerate() {
+    for (index, (panel, picture)) in animation.panels.iter().zip(&animation.pictures).enumerate() {
         let left = 8.0 + index as f64 * wide;
         let scheme = if panel.scheme == "augmented" { AUGMENTED } else { CLASSICAL };
         write((left + 6.0, 21.0), (18.0, true, scheme), Anchor::Start, &panel.name)?;
@@ -131,17 +131,17 @@ fn draw<B: DrawingBackend>(animation: &Animation, area: &DrawingArea<B, Shift>, 
             pen.fill(&[(from, 9.0), (to, 9.0), (to, 33.0), (from, 33.0)], FROZEN)?;
         }
         write((left + wide - 20.0, 21.0), (15.0, state != "teleoperation", INK), Anchor::End, state)?;
-        let inner = [left + 4.0, HEAD, (wide - 12.0).min(SCALE * 800.0), SCALE * panel.picture.size.1];
+        let inner = [left + 4.0, HEAD, (wide - 12.0).min(SCALE * 800.0), SCALE * picture.size.1];
         let [left, top, width, height] = inner.map(|length| pen.units(length));
-        draw_panel(&area.clone().shrink((left, top), (width, height)), panel, frame, scheme)?;
+        draw_shapes(&area.clone().shrink((left, top), (width, height)), &picture.frames[frame], scheme)?;
     }
     write((14.0, foot), (15.0, false, INK), Anchor::Start, &animation.clocks[frame])?;
     write((width - 14.0, foot), (13.0, false, QUIET), Anchor::End, &animation.title)
 }
 
-fn draw_panel<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panel: &Panel, frame: usize, scheme: Color) -> Drawn<B> {
+fn draw_shapes<B: DrawingBackend>(area: &DrawingArea<B, Shift>, shapes: &[Shape], scheme: Color) -> Drawn<B> {
     let pen = Pen::new(area, UNITS * SCALE);
-    for Shape { role, x, y, text } in &panel.picture.frames[frame] {
+    for Shape { role, x, y, text } in shapes {
         let points: Vec<(f64, f64)> = x.iter().copied().zip(y.iter().copied()).collect();
         let Some(first) = points.first() else { continue };
         match (style(*role, scheme), text) {
@@ -193,14 +193,14 @@ fn rows(pixmap: &Pixmap) -> impl Iterator<Item = &[u8]> {
 mod tests {
     use super::*;
     use trocar_scenario::{Scenario, Source};
-    use trocar_studies::animation::animation;
+    use trocar_studies::animation::animation_with_pictures;
     use trocar_studies::run::run;
 
     #[test]
     fn a_pair_is_an_animated_picture_of_every_third_frame() {
         let shipped = |name: &str| run(Scenario::load(&Source::parse(name), &[]).expect("a scenario")).expect("a run");
         let runs = ["layers/through-the-skin", "layers/skin-augmented"].map(shipped);
-        let animation = animation(&runs.each_ref()).expect("an animation");
+        let animation = animation_with_pictures(&runs.each_ref()).expect("an animation");
         let png = animated_png(&animation).expect("a picture");
         let reader = png::Decoder::new(std::io::Cursor::new(&png)).read_info().expect("a PNG file");
         assert_eq!(reader.info().animation_control().map(|control| control.num_frames), Some(51));

@@ -14,7 +14,6 @@ use thiserror::Error;
 
 use super::assets;
 use trocar_document::Animation;
-use trocar_figures::FigureError;
 
 const STYLE: [&str; 2] = [assets::THEME_CSS, assets::REPORT_CSS];
 const SCRIPT: [&str; 3] = [assets::CHARTS_JS, assets::ANIMATION_JS, assets::REPORT_JS];
@@ -23,12 +22,6 @@ const SCRIPT: [&str; 3] = [assets::CHARTS_JS, assets::ANIMATION_JS, assets::REPO
 #[derive(Debug, Error)]
 #[error("cannot render the report: {0}")]
 pub struct HtmlError(String);
-
-impl From<FigureError> for HtmlError {
-    fn from(error: FigureError) -> Self {
-        Self(error.to_string())
-    }
-}
 
 /// A page.
 #[derive(Clone, Debug)]

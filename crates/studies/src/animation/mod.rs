@@ -45,10 +45,18 @@ struct Frames {
     moments: Vec<Moment>,
 }
 
-/// Returns the animation of the first two of some runs; `None` if a run has no ticks.
+/// Returns the animation of the first two of some runs for a page; `None` if a run has no ticks.
 #[must_use]
 pub fn animation(runs: &[&Run]) -> Option<Animation> {
     Played::of(&runs[..runs.len().min(2)]).map(|played| played.animation())
+}
+
+/// Returns the animation of the first two of some runs, which is also a file; `None` if a run has no ticks.
+#[must_use]
+pub fn animation_with_pictures(runs: &[&Run]) -> Option<Animation> {
+    let played = Played::of(&runs[..runs.len().min(2)])?;
+    let pictures = played.frames.iter().map(|frames| played.drawing(frames, Form::PICTURE)).collect();
+    Some(Animation { pictures, ..played.animation() })
 }
 
 /// One or two runs at the times of the frames.
@@ -119,17 +127,11 @@ impl<'a> Played<'a> {
             slowness: SLOWNESS,
             still: self.ticks.len() - 1,
             panels: self.runs.iter().zip(&self.frames).map(|(run, frames)| self.panel(run, frames)).collect(),
-            is_file: self.runs.len() > 1,
+            pictures: vec![],
         }
     }
 
     fn panel(&self, run: &Run, frames: &Frames) -> Panel {
-        let drawing = |form: Form| {
-            let Self { range_mm, max_force_n, .. } = *self;
-            let scene = Scene { form, layers: &frames.layers, range_mm, max_force_n };
-            let frames = frames.moments.iter().map(|now| scene.shapes(now)).collect();
-            Drawing { size: (form.width, form.height), frames }
-        };
         let note = note(run);
         let advance = Overshoot::of(run).map_or(String::new(), |overshoot| {
             format!(" The needle advances by {} in the {RUPTURE_WINDOW_S} s after the rupture.", overshoot.text)
@@ -141,9 +143,14 @@ impl<'a> Played<'a> {
             scheme: if run.scenario.augmentation.enabled { "augmented" } else { "classical" },
             note,
             states: frames.states.clone(),
-            drawings: Form::PAGE.map(drawing).into(),
-            picture: drawing(Form::PICTURE),
+            drawings: Form::PAGE.map(|form| self.drawing(frames, form)).into(),
         }
+    }
+
+    fn drawing(&self, frames: &Frames, form: Form) -> Drawing {
+        let scene = Scene { form, layers: &frames.layers, range_mm: self.range_mm, max_force_n: self.max_force_n };
+        let frames = frames.moments.iter().map(|now| scene.shapes(now)).collect();
+        Drawing { size: (form.width, form.height), frames }
     }
 }
 

@@ -3,7 +3,7 @@
 use serde_json::{Value as Json, json};
 
 use super::{Comparison, Fact, Row, SeedStudy, Spread, rows, verdict};
-use crate::animation::animation;
+use crate::animation::animation_with_pictures;
 use crate::run::{REDUCED, Run, about, outcome, seeds_without_effect, windows};
 use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, show};
 use trocar_figures::{self as figures, EstimationView, RunView};
@@ -66,7 +66,7 @@ impl<'a> ComparisonReport<'a> {
         let drawn: Vec<&'a Run> = runs.into_iter().filter(|run| !run.trace.is_empty()).collect();
         let views: Vec<_> = drawn.iter().map(|run| run.view()).collect();
         document.sketch = figures::sketch(&views).ok();
-        document.animation = animation(&drawn);
+        document.animation = animation_with_pictures(&drawn);
         let estimations: Vec<_> = drawn.iter().take(MAX_RUNS).map(|run| run.estimation()).collect();
         add_figures(&mut document, &views, estimations);
         document

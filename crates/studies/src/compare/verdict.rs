@@ -100,7 +100,7 @@ type OfRun<'a> = (&'a str, Vec<f64>);
 /// A distance after each of the first ruptures, by run. Runs without ruptures are left out; the others have the same ruptures.
 struct Distances<'a> {
     runs: Vec<OfRun<'a>>,
-    /// Whether no run has further ruptures.
+    /// True if no run has further ruptures.
     are_all: bool,
 }
 

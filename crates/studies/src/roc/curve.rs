@@ -93,7 +93,7 @@ pub struct Curve {
     pub detector: Cow<'static, str>,
     /// Whether it is a baseline: a few lines without a model of the tissue.
     pub is_baseline: bool,
-    /// Whether it is the user's own: why it misses ruptures is not known.
+    /// True for a detector of the user's own, whose misses have no known reason.
     #[serde(skip)]
     pub is_own: bool,
     /// The unit of its threshold.
