@@ -117,7 +117,7 @@ fn plants(criterion: &mut Criterion) {
         for tick in 0..ticks {
             let (now, next) = (1e-5 * tick as f64, 1e-5 * (tick + 1) as f64);
             let (force, reference) = (100.0 * plants.slave().position_m, plants.master().position_m);
-            plants.step(now, next, force, reference).expect("steps");
+            plants.step(now, next, force, reference, 0.0).expect("steps");
         }
         plants.slave().position_m
     }

@@ -43,7 +43,7 @@ part!(
     /// Both plants.
     BothPlants(ExactPlants<f64>), [f64; 4], |plants, input| {
         let [desired_m, next_m, force_n, reference_m] = *input;
-        let stepped = plants.step(desired_m, next_m, force_n, reference_m).is_ok();
+        let stepped = plants.step(desired_m, next_m, force_n, reference_m, 0.0).is_ok();
         plants.slave().position_m.to_bits() ^ u64::from(stepped)
     }
 );

@@ -312,7 +312,7 @@ fn lanes_are_identical_bit_for_bit_to_single_runs() {
         }
         let both = |pick: fn((f64, f64, f64)) -> f64, k: usize| Pair([pick(input(k)), pick(shifted(k))]);
         let (now, next) = (both(|row| row.0, k), both(|row| row.0, k + 1));
-        together.step(now, next, both(|row| row.1, k), both(|row| row.2, k)).expect("steps");
+        together.step(now, next, both(|row| row.1, k), both(|row| row.2, k), both(|_| 0.0, k)).expect("steps");
     }
     let bits = |columns: &[Vec<f64>; 5]| columns.iter().flatten().map(|value| value.to_bits()).collect::<Vec<_>>();
     for (seen, alone) in seen.iter().zip(&alone) {

@@ -25,7 +25,7 @@ fn tick(link: &mut impl Connection<f64>, mode: Mode, master: &AtMaster<f64>, sla
     let target_m = link.limit_reference(commanded_m, slave);
     let (arrived_mode, force_n) = link.to_master(Modes::splat(mode), slave, master);
     let fed_back_n = link.limit(force_n, master);
-    let reference_m = link.apply_compliance(target_m, slave.force_n);
+    let reference_m = target_m - link.deflection_m(slave.force_n);
     (arrived_mode.lane(0), [target_m, force_n, fed_back_n, reference_m].map(f64::to_bits))
 }
 

@@ -36,7 +36,7 @@ fn settings(settings: &[&str]) -> LinearLoop {
 }
 
 /// The loops of the tests: architecture, timing, delays and lags.
-const LOOPS: [&[&str]; 13] = [
+const LOOPS: [&[&str]; 14] = [
     &["channel.forward_delay_s=0", "channel.backward_delay_s=0"],
     &["channel.forward_delay_s=0.005", "channel.backward_delay_s=0.002", "tissue.damping_n_s_per_m=5"],
     &["channel.forward_delay_s=0.0037", "channel.backward_delay_s=0.0021"],
@@ -60,6 +60,7 @@ const LOOPS: [&[&str]; 13] = [
         "channel.forward_delay_s=0.002",
         "scaling.force=0.5",
     ],
+    &["slave.compliance_m_per_n=0.0002", "channel.forward_delay_s=0.0037", "channel.backward_delay_s=0.0021"],
 ];
 
 fn softly(settings: &[&'static str]) -> Vec<&'static str> {

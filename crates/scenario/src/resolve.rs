@@ -50,11 +50,11 @@ impl DelayTicks {
     }
 }
 
-/// Whether a sample that arrives within a tick is read at the next one. Only the paper's continuous controllers read it
-/// when it arrives.
+/// Whether a sample that arrives within a tick is read at the next one. Continuous controllers read it when it arrives; other
+/// architectures and the passivity schemes compute with it, on the tick.
 #[must_use]
 pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings) -> bool {
-    timing == ControlTiming::Sampled || !link.is_baseline()
+    timing == ControlTiming::Sampled || !link.forwards_samples()
 }
 
 impl Scenario {

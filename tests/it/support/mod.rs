@@ -83,7 +83,7 @@ pub fn drive(mut plants: impl Plants<f64>, ticks: usize, input: impl Fn(usize) -
             column.push(value);
         }
         let (desired, feedback, reference) = input(k);
-        plants.step(desired, input(k + 1).0, feedback, reference).expect("steps");
+        plants.step(desired, input(k + 1).0, feedback, reference, 0.0).expect("steps");
     }
     columns
 }

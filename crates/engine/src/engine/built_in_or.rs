@@ -68,7 +68,7 @@ by_the_part_that_is_there!(Connection {
     fn limit_reference(&mut self)(reference_m: f64, slave: &AtSlave<f64>) -> f64;
     fn to_master(&mut self)(mode: Modes<f64>, slave: &AtSlave<f64>, master: &AtMaster<f64>) -> (Modes<f64>, f64);
     fn limit(&mut self)(force_n: f64, master: &AtMaster<f64>) -> f64;
-    fn apply_compliance(&self)(reference_m: f64, tissue_force_n: f64) -> f64;
+    fn deflection_m(&self)(tissue_force_n: f64) -> f64;
     fn report(&self)(index: usize) -> Option<LinkReport>;
 });
 
@@ -86,5 +86,5 @@ by_the_part_that_is_there!(ForceLaw {
 by_the_part_that_is_there!(Plants {
     fn master(&self)() -> MasterReading<f64>;
     fn slave(&self)() -> SlaveReading<f64>;
-    fn step(&mut self)(desired: f64, desired_next: f64, feedback: f64, reference: f64) -> Result<(), IntegrationError>;
+    fn step(&mut self)(desired: f64, desired_next: f64, feedback: f64, reference: f64, deflection: f64) -> Result<(), IntegrationError>;
 });

@@ -158,13 +158,20 @@ impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
     }
 
     #[inline(always)]
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError> {
         let ([x_h, v_h, x_a, v_a], [integral, _]) = (self.motion_state, self.force_state);
         let inputs = [x_h, v_h, x_a, v_a, integral, desired, desired_next, feedback];
         self.motion_state = combine(&self.motion, inputs);
         self.force_state = combine(&self.forces, inputs);
         let [x_e, v_e, third, _] = self.slave_state;
-        self.slave_state = combine(&self.slave, [x_e, v_e, third, reference]);
+        self.slave_state = combine(&self.slave, [x_e, v_e, third, reference - deflection]);
         if L::WIDTH > 1 {
             // Each row fills a register: the padding row need not be computed.
             self.slave_state[SLAVE_STATES] = L::zero();
@@ -234,10 +241,17 @@ impl<L: Lane> Plants<L> for GatheredPlants<L> {
     }
 
     #[inline(always)]
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError> {
         match self {
-            Self::Alike(plants) => plants.step(desired, desired_next, feedback, reference),
-            Self::Different(plants) => plants.step(desired, desired_next, feedback, reference),
+            Self::Alike(plants) => plants.step(desired, desired_next, feedback, reference, deflection),
+            Self::Different(plants) => plants.step(desired, desired_next, feedback, reference, deflection),
         }
     }
 }

@@ -132,6 +132,8 @@ pub struct IntegratedPlants {
     actual: [f64; 2],
     /// Arrival of the feedback force and of the reference within a tick, as fractions of the tick.
     arrivals: [f64; 2],
+    /// The last reference that arrived, in m, without the deflection of the slave.
+    received: f64,
 }
 
 impl IntegratedPlants {
@@ -176,7 +178,7 @@ impl IntegratedPlants {
             motor: 0.0,
             held_slave_control: control,
         };
-        Self { equations, tick_s, state, actual: [0.0; 2], arrivals: [0.0; 2] }
+        Self { equations, tick_s, state, actual: [0.0; 2], arrivals: [0.0; 2], received: reference_m }
     }
 
     /// Lets the feedback force and the reference arrive within each tick, at fractions from 0 to 1 of it; until then
@@ -270,10 +272,19 @@ impl Plants<f64> for IntegratedPlants {
         SlaveReading { position_m: self.state[5], velocity_m_per_s: self.equations.slave_velocity(&self.state) }
     }
 
-    fn step(&mut self, desired: f64, next: f64, feedback: f64, reference: f64) -> Result<(), IntegrationError> {
+    fn step(
+        &mut self,
+        desired: f64,
+        next: f64,
+        feedback: f64,
+        reference: f64,
+        deflection: f64,
+    ) -> Result<(), IntegrationError> {
         self.state[8] = desired;
         self.equations.desired_velocity = (next - desired) / self.tick_s;
         let [feedback_share, reference_share] = self.arrivals;
+        // Until the reference arrives the last one is held; the deflection is that of the present tick throughout.
+        self.equations.reference = self.received - deflection;
         let mut past = 0.0;
         for share in [feedback_share.min(reference_share), feedback_share.max(reference_share)] {
             if share > past {
@@ -284,9 +295,10 @@ impl Plants<f64> for IntegratedPlants {
                 self.equations.feedback = feedback;
             }
             if share >= reference_share {
-                self.equations.reference = reference;
+                self.equations.reference = reference - deflection;
             }
         }
+        self.received = reference;
         let equations = &mut self.equations;
         let limits = equations.limits;
         let wanted = equations.motor(&self.state);

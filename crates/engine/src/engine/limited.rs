@@ -112,7 +112,14 @@ impl<L: Lane> Plants<L> for LimitedPlants<L> {
     }
 
     #[inline(always)]
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError> {
         let wanted_n = feedback + self.integral_gain * self.integral;
         let motor_n = self.master_motor.command(wanted_n);
         let error_n = feedback - self.hand_force_n;
@@ -129,7 +136,7 @@ impl<L: Lane> Plants<L> for LimitedPlants<L> {
 
         let [x_e, v_e, third] = self.slave_state;
         let [to_reference, to_position, to_velocity] = self.control;
-        let wanted = to_reference * reference + to_position * x_e + to_velocity * v_e;
+        let wanted = to_reference * (reference - deflection) + to_position * x_e + to_velocity * v_e;
         let command = self.slave_motor.command(wanted);
         self.slave_state = self.slave_motor.follow(combine(&self.slave, [x_e, v_e, third, command]));
         Ok(())

@@ -197,8 +197,8 @@ where
 
         // 7. both plants to the next tick
         let desired_next_m = self.next_desired_m(tick, arrived_mode, &master);
-        let reference_m = self.link.apply_compliance(command.slave_reference_m, sensed.reaction.force_n);
-        match plants.step(desired_m, desired_next_m, fed_back.force_n, reference_m) {
+        let deflection_m = self.link.deflection_m(sensed.reaction.force_n);
+        match plants.step(desired_m, desired_next_m, fed_back.force_n, command.slave_reference_m, deflection_m) {
             Ok(()) => ControlFlow::Continue(desired_next_m),
             Err(error) => ControlFlow::Break(Err(error.into())),
         }

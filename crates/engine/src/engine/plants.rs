@@ -34,11 +34,13 @@ pub trait Plants<L> {
     /// The present outputs of the slave side.
     fn slave(&self) -> SlaveReading<L>;
     /// Steps to the next tick: the desired position is linear from `desired` to `desired_next` (m), the feedback force
-    /// (N) and the slave's reference (m) are held.
+    /// (N) and the slave's reference (m) are held. The tissue moves the slave off its reference by `deflection` (m), which
+    /// acts for the whole tick, also where the reference arrives within it.
     ///
     /// # Errors
     /// [`IntegrationError`] if a numerical integrator fails.
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError>;
+    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L, deflection: L)
+    -> Result<(), IntegrationError>;
 }
 
 impl<L, P: Plants<L> + ?Sized> Plants<L> for Box<P> {
@@ -50,7 +52,14 @@ impl<L, P: Plants<L> + ?Sized> Plants<L> for Box<P> {
         (**self).slave()
     }
 
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
-        (**self).step(desired, desired_next, feedback, reference)
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError> {
+        (**self).step(desired, desired_next, feedback, reference, deflection)
     }
 }

@@ -66,7 +66,7 @@ impl MasterSide {
         let desired = parts.desired(self.desired_m);
         observer.observe(&Signals::of_both(self.tick, &(desired, master, fed_back), &self.at_rest));
         let next_m = parts.next_desired_m(self.tick, mode, &master);
-        plants.step(self.desired_m, next_m, fed_back.force_n, 0.0)?;
+        plants.step(self.desired_m, next_m, fed_back.force_n, 0.0, 0.0)?;
         (self.desired_m, self.tick) = (next_m, self.tick + 1);
         Ok(())
     }
@@ -136,8 +136,8 @@ impl SlaveSide {
         let sent = parts.link.slave_sends(command.mode, &sensed.at_slave);
         observer.observe(&Signals::of_both(self.tick, &self.at_rest, &(slave, sensed, command)));
         parts.tissue_outcome()?;
-        let reference_m = parts.link.apply_compliance(command.slave_reference_m, sensed.reaction.force_n);
-        plants.step(0.0, 0.0, 0.0, reference_m)?;
+        let deflection_m = parts.link.deflection_m(sensed.reaction.force_n);
+        plants.step(0.0, 0.0, 0.0, command.slave_reference_m, deflection_m)?;
         self.tick += 1;
         Ok(sent)
     }

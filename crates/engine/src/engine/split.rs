@@ -14,6 +14,8 @@ use trocar_core::lane::Lane;
 /// ```text
 /// x_{k+1} = Φ x_k + Γ(T) u_{k-1} + Γ((1-f) T) (u_k - u_{k-1}),   Γ(τ) = ∫₀^τ exp(A s) ds B
 /// ```
+///
+/// The deflection of the slave under the tissue force is not sent: `u` of the slave is without it, and `-Γ(T) d_k` is added.
 #[derive(Debug, Clone)]
 pub struct FractionalDelayPlants<L> {
     exact: ExactPlants<L>,
@@ -50,8 +52,15 @@ impl<L: Lane> Plants<L> for FractionalDelayPlants<L> {
     }
 
     #[inline(always)]
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
-        self.exact.step(desired, desired_next, self.force_n, self.reference_m)?;
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError> {
+        self.exact.step(desired, desired_next, self.force_n, self.reference_m, deflection)?;
         self.exact.add_force(&self.late_force, feedback - self.force_n);
         self.exact.add_reference(&self.late_reference, reference - self.reference_m);
         (self.force_n, self.reference_m) = (feedback, reference);

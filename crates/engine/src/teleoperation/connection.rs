@@ -73,8 +73,8 @@ pub trait Connection<L: Lane> {
     /// The feedback force (N), given the force law's `force_n`.
     fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L;
 
-    /// The slave's reference (m), shifted by the slave's compliance under the tissue force (N).
-    fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L;
+    /// How far (m) the tissue force (N) moves the slave off its reference, by the slave's compliance.
+    fn deflection_m(&self, tissue_force_n: L) -> L;
 
     /// The totals so far in lane `index`; `None` for a direct link (no delay, no architecture or scheme that changes
     /// the signals).
@@ -106,8 +106,8 @@ impl<L: Lane, K: Connection<L> + ?Sized> Connection<L> for Box<K> {
         (**self).limit(force_n, master)
     }
 
-    fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L {
-        (**self).apply_compliance(reference_m, tissue_force_n)
+    fn deflection_m(&self, tissue_force_n: L) -> L {
+        (**self).deflection_m(tissue_force_n)
     }
 
     fn report(&self, index: usize) -> Option<LinkReport> {

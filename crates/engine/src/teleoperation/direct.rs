@@ -52,8 +52,8 @@ impl<L: Lane> Connection<L> for DirectLink<L> {
     }
 
     #[inline(always)]
-    fn apply_compliance(&self, reference_m: L, _tissue_force_n: L) -> L {
-        reference_m
+    fn deflection_m(&self, _tissue_force_n: L) -> L {
+        L::zero()
     }
 
     fn report(&self, _index: usize) -> Option<LinkReport> {
@@ -80,7 +80,7 @@ mod tests {
             link.to_master(Modes::splat(Mode::Augmented), &slave, &master),
             (Modes::splat(Mode::Augmented), 7.5)
         );
-        assert_eq!((link.limit(0.7, &master), link.apply_compliance(0.7, 5.0)), (0.7, 0.7));
+        assert_eq!((link.limit(0.7, &master), link.deflection_m(5.0)), (0.7, 0.0));
         assert!(link.report(0).is_none());
     }
 }

@@ -333,8 +333,8 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
     }
 
     #[inline(always)]
-    fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L {
-        reference_m - self.compliance * tissue_force_n
+    fn deflection_m(&self, tissue_force_n: L) -> L {
+        self.compliance * tissue_force_n
     }
 
     fn report(&self, index: usize) -> Option<LinkReport> {

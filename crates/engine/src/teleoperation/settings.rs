@@ -55,12 +55,17 @@ impl LinkSettings {
         AnyArchitecture::new(&self.controller, &self.machines, tick_s)
     }
 
-    /// Whether it is the paper's: position and force are transmitted unchanged.
+    /// Whether position and force are transmitted unchanged: no other architecture and no passivity scheme computes with
+    /// them.
+    #[must_use]
+    pub fn forwards_samples(&self) -> bool {
+        self.controller.kind == ControllerKind::PositionForce && self.passivity.scheme == Scheme::None
+    }
+
+    /// Whether it is the paper's: position and force are transmitted unchanged, and the slave does not yield.
     #[must_use]
     pub fn is_baseline(&self) -> bool {
-        self.controller.kind == ControllerKind::PositionForce
-            && self.passivity.scheme == Scheme::None
-            && self.machines.compliance_m_per_n == 0.0
+        self.forwards_samples() && self.machines.compliance_m_per_n == 0.0
     }
 }
 

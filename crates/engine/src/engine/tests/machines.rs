@@ -26,6 +26,11 @@ fn inputs(tick: u32) -> [f64; 3] {
     [START_M + 0.02 * t, force_n, REFERENCE_M + 0.004 * (25.0 * t).sin() + if tick > 100 { 2e-3 } else { 0.0 }]
 }
 
+/// The deflection of the slave at a tick.
+fn deflection(tick: u32) -> f64 {
+    3e-4 * (60.0 * TICK_S * f64::from(tick)).sin() + if tick > 70 { 1e-3 } else { 0.0 }
+}
+
 /// Runs both side by side; returns the largest differences of position, velocity and force of the master, and of position and
 /// velocity of the slave.
 fn differences(mut a: impl Plants<f64>, mut b: impl Plants<f64>, ticks: u32) -> [f64; 5] {
@@ -42,8 +47,8 @@ fn differences(mut a: impl Plants<f64>, mut b: impl Plants<f64>, ticks: u32) -> 
         ];
         largest = std::array::from_fn(|i| if now[i].is_nan() { f64::INFINITY } else { largest[i].max(now[i].abs()) });
         let ([desired, force, reference], [next, ..]) = (inputs(tick), inputs(tick + 1));
-        a.step(desired, next, force, reference).expect("a step");
-        b.step(desired, next, force, reference).expect("a step");
+        a.step(desired, next, force, reference, deflection(tick)).expect("a step");
+        b.step(desired, next, force, reference, deflection(tick)).expect("a step");
     }
     largest
 }
@@ -109,7 +114,7 @@ fn at_the_start_the_machines_are_at_rest_where_they_were_put() {
             assert!((master.position_m - START_M).abs() < 1e-12 && master.velocity_m_per_s.abs() < 1e-10, "{master:?}");
             assert!(master.hand_force_n.abs() < 1e-8, "{master:?}");
             assert!((slave.position_m - REFERENCE_M).abs() < 1e-10 && slave.velocity_m_per_s.abs() < 1e-8, "{slave:?}");
-            plants.step(START_M, START_M, 0.0, REFERENCE_M).expect("a step");
+            plants.step(START_M, START_M, 0.0, REFERENCE_M, 0.0).expect("a step");
         }
     }
 }
@@ -221,10 +226,11 @@ fn eight_machines_side_by_side_move_as_each_alone() {
                     slave.velocity_m_per_s,
                 ];
                 assert_eq!(got.map(|value| value.lane(lane).to_bits()), expected.map(f64::to_bits), "{tick} {lane}");
-                plants.step(desired, next, force(lane), reference).expect("a step");
+                plants.step(desired, next, force(lane), reference, deflection(tick)).expect("a step");
             }
             let wide = [desired, next].map(Avx2::splat);
-            together.step(wide[0], wide[1], Avx2::from_lanes(force), Avx2::splat(reference)).expect("a step");
+            let wide_deflection = Avx2::splat(deflection(tick));
+            together.step(wide[0], wide[1], Avx2::from_lanes(force), Avx2::splat(reference), wide_deflection).expect("a step");
         }
     }
 }

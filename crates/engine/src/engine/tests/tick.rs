@@ -113,8 +113,8 @@ impl Connection<f64> for Marking {
         self.call(format!("limit {force_n}"));
         force_n + 0.5
     }
-    fn apply_compliance(&self, reference_m: f64, tissue_force_n: f64) -> f64 {
-        reference_m - 0.001 * tissue_force_n
+    fn deflection_m(&self, tissue_force_n: f64) -> f64 {
+        0.001 * tissue_force_n
     }
     fn report(&self, index: usize) -> Option<LinkReport> {
         self.call(format!("report {index}"));
@@ -129,8 +129,15 @@ impl Plants<f64> for Marking {
     fn slave(&self) -> SlaveReading<f64> {
         SlaveReading { position_m: 5.0, velocity_m_per_s: 6.0 }
     }
-    fn step(&mut self, desired: f64, next: f64, feedback: f64, reference: f64) -> Result<(), IntegrationError> {
-        self.call(format!("step {desired}, {next}, {feedback}, {reference}"));
+    fn step(
+        &mut self,
+        desired: f64,
+        next: f64,
+        feedback: f64,
+        reference: f64,
+        deflection: f64,
+    ) -> Result<(), IntegrationError> {
+        self.call(format!("step {desired}, {next}, {feedback}, {}", reference - deflection));
         Ok(())
     }
 }
