@@ -54,8 +54,12 @@ impl Insertion {
         })
     }
 
+    /// A rupture: the tissue force is a little smaller afterwards.
     pub(super) fn rupture_at(self, tick: u64) -> Self {
-        self.at(tick, |s| s.ruptured = true)
+        self.at(tick, |s| {
+            s.ruptured = true;
+            s.tissue_force_n += 1e-9;
+        })
     }
 
     /// An alarm that the supervisor acts on.

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::intent::Aftermath;
 use super::miss::Miss;
-use super::{FALLEN_SHARE, RUPTURE_WINDOW_S, TRAVEL_S};
+use super::{ALARM_WINDOW_S, FALLEN_SHARE, RUPTURE_WINDOW_S, TRAVEL_S};
 use crate::metrics;
 use trocar_core::lane::Lane;
 use trocar_core::time::{TickGrid, nearest_ticks};
@@ -19,7 +19,7 @@ metrics! {
         time_s: f64 = "time", Second, Neither [Never];
         /// The name of the layer; `None` for a tissue without layers, or if the run is not recorded tick by tick.
         layer: Option<String>;
-        /// Time from the rupture to its alarm; undefined if it was missed.
+        /// Time from the rupture to its alarm, at most 0.1 s and after a fall of the force; undefined if it was missed.
         detection_delay_s: Option<f64> = "detection delay", Second, Lower [Main];
         /// Largest advance of the needle beyond the intended motion, up to the next rupture or for 2 s; undefined without known intention.
         excess_advance_m: Option<f64> = "excess advance", Metre, Lower [MainWhereDefined];
@@ -135,6 +135,8 @@ pub(super) struct RuptureWindow {
     grid: TickGrid,
     pub(super) window_ticks: u64,
     pub(super) travel_ticks: u64,
+    alarm_ticks: u64,
+    tissue_n: f64,
     pub(super) feedback_n: f64,
     pub(super) felt_n: f64,
     pub(super) extremes: Extremes<f64>,
@@ -156,6 +158,8 @@ impl RuptureWindow {
             grid,
             window_ticks: nearest_ticks(RUPTURE_WINDOW_S, grid.tick_s()),
             travel_ticks: nearest_ticks(TRAVEL_S, grid.tick_s()),
+            alarm_ticks: nearest_ticks(ALARM_WINDOW_S, grid.tick_s()),
+            tissue_n: s.tissue_force_n,
             feedback_n: s.feedback_force_n,
             felt_n: s.operator_force_n,
             extremes: Extremes::at(s),
@@ -176,13 +180,15 @@ impl RuptureWindow {
         tick - self.tick <= self.window_ticks
     }
 
-    /// Takes an alarm as this rupture's detection; returns false if it already has one.
-    pub(super) fn claim(&mut self, tick: u64) -> bool {
-        let free = self.detected_at.is_none();
-        if free {
-            self.detected_at = Some(tick);
+    /// Takes an alarm as this rupture's detection. Returns false if it already has one, if the alarm comes more than
+    /// [`ALARM_WINDOW_S`] after the rupture, or if the tissue force has not fallen since: such an alarm has another cause.
+    pub(super) fn claim(&mut self, s: &Signals<f64>) -> bool {
+        let has_fallen = s.tick == self.tick || s.tissue_force_n < self.tissue_n;
+        let is_detection = self.detected_at.is_none() && s.tick - self.tick <= self.alarm_ticks && has_fallen;
+        if is_detection {
+            self.detected_at = Some(s.tick);
         }
-        free
+        is_detection
     }
 
     /// Updates with a tick after the rupture.
@@ -208,14 +214,14 @@ impl RuptureWindow {
         self.observed_ticks >= self.window_ticks
     }
 
-    /// Whether its whole window passed without an alarm.
+    /// Whether the time for an alarm passed without its detection.
     pub(super) fn is_missed(&self) -> bool {
-        self.detected_at.is_none() && self.is_complete()
+        self.detected_at.is_none() && self.observed_ticks >= self.alarm_ticks
     }
 
-    /// Whether the run ended within its window without an alarm.
+    /// Whether the run ended within the time for an alarm, without its detection.
     pub(super) fn is_undecided(&self) -> bool {
-        self.detected_at.is_none() && !self.is_complete()
+        self.detected_at.is_none() && self.observed_ticks < self.alarm_ticks
     }
 
     /// The metrics, of an operator who `notices` changes of the felt force.

@@ -116,13 +116,13 @@ metrics! {
         alarms: Vec<Alarm>;
         /// Number of layers that ruptured in the run.
         ruptures = "ruptures", Count, Neither [Never] => |m| count(m.ruptures.len());
-        /// Ruptures with an alarm within 0.5 s.
+        /// Ruptures with an alarm within 0.1 s, after the force has fallen.
         detected_ruptures = "detected ruptures", Count, Higher [Never] => |m| {
             count(m.alarms.iter().filter(|alarm| alarm.matched).count())
         };
-        /// Ruptures without an alarm within 0.5 s.
+        /// Ruptures without an alarm within 0.1 s.
         missed_ruptures: u64 = "missed ruptures", Count, Lower [Main];
-        /// Ruptures without an alarm, less than 0.5 s before the end of the run.
+        /// Ruptures without an alarm, less than 0.1 s before the end of the run.
         undecided_ruptures: u64 = "undecided ruptures", Count, Neither [Never];
         /// Alarms without a rupture, or for a rupture that already had an alarm.
         false_alarms: u64 = "false alarms", Count, Lower [Main];

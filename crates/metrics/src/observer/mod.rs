@@ -142,7 +142,7 @@ impl History {
         let mut is_false = true;
         if s.alarm_taken {
             // The latest rupture first: an alarm belongs to the most recent one.
-            let matched = self.ruptures[self.first_open..].iter_mut().rev().any(|rupture| rupture.claim(s.tick));
+            let matched = self.ruptures[self.first_open..].iter_mut().rev().any(|rupture| rupture.claim(s));
             self.false_alarms += u64::from(!matched);
             is_false = !matched;
             if self.alarms.len() < MAX_RECORDED {

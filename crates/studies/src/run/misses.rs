@@ -7,7 +7,7 @@ use trocar_core::detector::{CusumDetector, Decision, Detector, Evidence};
 use trocar_core::time::nearest_ticks;
 use trocar_engine::engine::{Observer, OwnParts, Signals};
 use trocar_metrics::{
-    DetectorSample, Metrics, Miss, MissReason, MissRule, RUPTURE_WINDOW_S, RuptureMetrics, SupervisorHistory,
+    ALARM_WINDOW_S, DetectorSample, Metrics, Miss, MissReason, MissRule, RuptureMetrics, SupervisorHistory,
 };
 use trocar_scenario::Scenario;
 
@@ -100,7 +100,7 @@ fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>,
     let rule = MissRule {
         tick_s,
         start_s: 0.0,
-        window_s: RUPTURE_WINDOW_S,
+        window_s: ALARM_WINDOW_S,
         detector: &scenario.detector,
         refractory_s: scenario.augmentation.automaton.refractory_s,
     };
@@ -171,7 +171,7 @@ fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, Run
 /// one, accepted or not.
 fn still_missed(scenario: &Scenario, index: usize) -> Result<Option<Metrics>, RunError> {
     let tick_s = scenario.grid.tick_s();
-    let window_ticks = nearest_ticks(RUPTURE_WINDOW_S, tick_s);
+    let window_ticks = nearest_ticks(ALARM_WINDOW_S, tick_s);
     let mut observer = UntilWindow::of_rupture(index, window_ticks);
     let metrics = observe(scenario, &mut observer)?;
     let has_alarm = metrics.ruptures.get(index).is_some_and(|rupture| {
