@@ -292,7 +292,7 @@ pub enum Problem {
     #[error("the field is empty; fill in a number or remove the row")]
     EmptyField,
     /// Text where a number is expected.
-    #[error("'{}' is not a number; {}", .0, if .0.contains(',') { "write decimals with a point" } else { "correct it or remove the row" })]
+    #[error("'{}' is not a number; {}", .0, advice(.0))]
     NotANumber(
         /// The field, shortened if it is long.
         Box<str>,
@@ -435,6 +435,21 @@ fn mebibytes(bytes: u64) -> String {
 /// Rounded to six significant digits, so that a difference of decimals is shown as a decimal.
 fn six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+/// Returns what to do about a text that is not a number.
+fn advice(text: &str) -> &'static str {
+    let separators: Vec<char> =
+        text.trim().chars().filter(|c| matches!(c, '.' | ',' | '\'' | '’' | ' ' | '\u{a0}' | '\u{202f}')).collect();
+    let is_of_digits = text.chars().all(|c| c.is_ascii_digit() || "+-eE".contains(c) || separators.contains(&c));
+    let has_point_or_comma = separators.iter().any(|c| matches!(c, '.' | ','));
+    if is_of_digits && (separators.len() > 1 || !separators.is_empty() && !has_point_or_comma) {
+        "write it without thousands separators"
+    } else if text.contains(',') {
+        "write decimals with a point"
+    } else {
+        "correct it or remove the row"
+    }
 }
 
 #[cfg(test)]

@@ -70,7 +70,7 @@ pub use read::{read_csv, scan_csv};
 pub use resample::{ResampleError, Resampled};
 pub use samples::Recording;
 pub use settings::{ColumnSettings, FileSettings, ScaleSettings, SignSettings};
-pub use signals::{Roles, Signal};
+pub use signals::{Roles, Signal, signals_by_name};
 
 #[cfg(test)]
 mod fixtures;

@@ -41,7 +41,7 @@ impl Quantity {
     #[must_use]
     pub const fn units(self) -> &'static str {
         match self {
-            Self::Time => "s, ms, us or min",
+            Self::Time => "s, ms, us, ns or min",
             Self::Position => "m, cm, mm or um",
             Self::Velocity => "m/s, cm/s, mm/s or um/s",
             Self::Force => "N, kN, cN, mN, gf or kgf",

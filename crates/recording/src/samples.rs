@@ -69,6 +69,19 @@ impl Recording {
         &self.force_n
     }
 
+    /// The same with the mean force of its first `tare_s` (s) subtracted from all forces: a sensor that was not tared. 0
+    /// subtracts nothing.
+    #[must_use]
+    pub fn tared(mut self, tare_s: f64) -> Self {
+        let start_s = self.time_s.first().copied().unwrap_or(0.0);
+        let count = self.time_s.partition_point(|time_s| time_s - start_s <= tare_s);
+        if tare_s > 0.0 && count > 0 {
+            let mean_n = self.force_n[..count].iter().sum::<f64>() / count as f64;
+            self.force_n.iter_mut().for_each(|force_n| *force_n -= mean_n);
+        }
+        self
+    }
+
     /// The median time between two samples in s; of an even number of intervals, the lower of the middle two.
     #[must_use]
     pub fn median_interval_s(&self) -> f64 {

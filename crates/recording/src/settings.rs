@@ -10,6 +10,8 @@ trocar_core::settings! {
         file: Option<String> [FILE],
         /// Times of the ruptures, counted from the recording's first sample.
         ruptures_s: Vec<f64> = [],
+        /// Length of the beginning, with the needle free, whose mean force is subtracted from all forces; 0 subtracts nothing.
+        tare_s: f64 [NON_NEGATIVE] = 0.0,
     }
 }
 

@@ -135,7 +135,7 @@ fn unit_of(name: &str) -> Option<String> {
     }
     let unit = last(base)?;
     let forces = ["N", "kN", "cN", "mN", "gf", "kgf"];
-    let known = ["ms", "us", "min"].iter().chain(&lengths).chain(&forces).find(|known| **known == unit);
+    let known = ["ms", "us", "ns", "min"].iter().chain(&lengths).chain(&forces).find(|known| **known == unit);
     match (known, unit.as_str()) {
         (Some(known), _) => Some((*known).to_owned()),
         (None, "n") => Some("N".into()),
@@ -170,6 +170,18 @@ fn role(name: &str, label: Option<&str>, unit: Option<&str>, increases: bool) ->
         _ => return None,
     };
     (role != Quantity::Time || increases).then_some(role)
+}
+
+/// Returns signals of which only the names are known, as if each could be a time: with the roles that names and units indicate. For a
+/// file with samples that no recording may have, so that the error about them is found.
+#[must_use]
+pub fn signals_by_name(names: &[String]) -> Vec<Signal> {
+    let of = |name: &String| {
+        let mut statistics = Statistics::default();
+        [0.0, 1.0].into_iter().for_each(|value| statistics.push(value));
+        Signal::new(name.clone(), None, None, vec![2], statistics)
+    };
+    names.iter().map(of).collect()
 }
 
 /// The signals that can be a recording.

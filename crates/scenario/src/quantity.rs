@@ -69,7 +69,8 @@ const SYMBOLS: [(&str, Unit); 9] = [
     ("Hz", Unit::new([0, 0, -1], 0, 0)),
 ];
 
-const PREFIXES: [(&str, i32); 7] = [("µ", -6), ("μ", -6), ("u", -6), ("m", -3), ("c", -2), ("k", 3), ("M", 6)];
+const PREFIXES: [(&str, i32); 8] =
+    [("n", -9), ("µ", -6), ("μ", -6), ("u", -6), ("m", -3), ("c", -2), ("k", 3), ("M", 6)];
 
 /// A symbol and its power: `m²`, `m^2` and `m2` are the square of a metre.
 fn power(factor: &str) -> (&str, i32) {
@@ -195,6 +196,8 @@ mod tests {
             ("4 N*s/mm", "N·s/m", 4000.0),
             ("1 min", "s", 60.0),
             ("12 µm", "m", 12e-6),
+            ("250 ns", "s", 250e-9),
+            ("3 nN", "N", 3e-9),
             ("3 mN/mm²", "N/m²", 3000.0),
             ("1 kgf", "N", 9.80665),
             ("100 gf", "N", 0.980665),
@@ -210,8 +213,8 @@ mod tests {
         for (text, phrase) in [
             ("30", "write 30 without quotes"),
             ("ms", "write a number"),
-            ("3 mm", "mm is not a unit of time; use s, ms, us or min"),
-            ("3 parsec", "parsec is not a known unit of time; use s, ms, us or min"),
+            ("3 mm", "mm is not a unit of time; use s, ms, us, ns or min"),
+            ("3 parsec", "parsec is not a known unit of time; use s, ms, us, ns or min"),
             ("inf s", "write a number"),
             ("nan", "write a number"),
             ("3 s/", "not a known unit"),

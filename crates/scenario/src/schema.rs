@@ -5,6 +5,7 @@ use trocar_core::settings::{Fallback, Key, Kind};
 
 use super::key_table::{KEYS, SECTIONS};
 use super::layers::{NAME_PATTERN, field};
+use super::quantity::unit_of;
 use super::value::Value;
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
@@ -61,12 +62,29 @@ fn insert(schema: &mut Json, path: &[&str], property: Json) {
     }
 }
 
+/// A number with its unit as a text, as in "30ms" or "-2.5e-1 N/mm": what [`parse_quantity`](super::parse_quantity) reads, without a
+/// check of the unit.
+const QUANTITY_PATTERN: &str = r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*[^0-9\s.].*$";
+
+/// The schema of a number at a key: a number, or for a key with a unit a text of a number and a unit.
+#[must_use]
+pub fn number_schema(path: &str) -> Map<String, Json> {
+    let mut map = Map::new();
+    if unit_of(path).is_some() {
+        map.insert("type".into(), json!(["number", "string"]));
+        map.insert("pattern".into(), json!(QUANTITY_PATTERN));
+    } else {
+        map.insert("type".into(), json!("number"));
+    }
+    map
+}
+
 fn property(key: &Key) -> Json {
     let mut map = Map::new();
     let mut put = |name: &str, value: Json| map.insert(name.into(), value);
     match key.kind {
         Kind::Number(range) => {
-            put("type", json!("number"));
+            number_schema(key.path).into_iter().for_each(|(name, value)| drop(put(&name, value)));
             let (low, open) = range.low();
             put(if open { "exclusiveMinimum" } else { "minimum" }, json!(low));
             put("maximum", json!(range.high()));
@@ -80,7 +98,7 @@ fn property(key: &Key) -> Json {
         }
         Kind::Numbers => {
             put("type", json!("array"));
-            put("items", json!({ "type": "number" }));
+            put("items", Json::Object(number_schema(key.path)));
         }
         Kind::Flag => {
             put("type", json!("boolean"));
