@@ -7,7 +7,7 @@ use trocar_core::error::InvalidValue;
 use trocar_detect::document::{add_timeline, report_document};
 use trocar_detect::{DetectionReport, detect_recording};
 use trocar_recording::ArrayError;
-use trocar_scenario::{DetectionSpec, ScenarioError, Source, Values};
+use trocar_scenario::{DetectionSpec, Reader, ScenarioError, Source, Values, keys_without_effect};
 
 use crate::arrays::{RecordingColumns, put, recording_columns};
 use crate::interrupt::interruptible;
@@ -81,6 +81,7 @@ pub(crate) fn detect<'py>(
     settings_file: Option<&str>,
 ) -> PyResult<Detected<'py>> {
     let mut all = settings_file.map(|file| tuning(py, file)).transpose()?.unwrap_or_default();
+    let given = settings.clone();
     all.extend(settings);
     let samples = Samples(recording_columns(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?);
     let values = Values::from_settings(name, &all).map_err(|error| error::scenario(py, &error))?;
@@ -89,7 +90,8 @@ pub(crate) fn detect<'py>(
         let (spec, values) = samples.spec(values.with_adaptive_detector())?;
         let ruptures_s = spec.recording.ruptures_s;
         let detection = detect_recording(spec.recording.recording, &spec.settings).map_err(Refusal::Value)?;
-        let report = DetectionReport::of(&detection, &ruptures_s);
+        let mut report = DetectionReport::of(&detection, &ruptures_s);
+        report.warnings.splice(0..0, keys_without_effect(&values, &given, Reader::Detection));
         Ok::<_, Refusal>((detection, report, values))
     })?
     .map_err(|refusal| refusal.raise(py))?;

@@ -31,7 +31,7 @@ class TrocarWarning(UserWarning):
 
 
 class MissedRuptureWarning(TrocarWarning):
-    """A layer ruptured, and no alarm followed within 0.5 s."""
+    """A layer ruptured, and no alarm followed within 0.1 s."""
 
     code = "missed-rupture"
 
@@ -76,6 +76,36 @@ class DelayBeyondRunWarning(TrocarWarning):
     """A delay of the link is longer than the run."""
 
     code = "delay-beyond-run"
+
+
+class DelayRoundedWarning(TrocarWarning):
+    """A delay of the link acts as a whole number of ticks."""
+
+    code = "delay-rounded"
+
+
+class TissueNotTouchedWarning(TrocarWarning):
+    """The needle never touches the tissue."""
+
+    code = "tissue-not-touched"
+
+
+class LayerNotRupturedWarning(TrocarWarning):
+    """A layer or a labelled rupture of the scenario does not occur in the run."""
+
+    code = "layer-not-ruptured"
+
+
+class MotionBeyondRunWarning(TrocarWarning):
+    """The operator's movement takes longer than the run."""
+
+    code = "motion-beyond-run"
+
+
+class StrayAlarmWarning(TrocarWarning):
+    """An alarm near a rupture does not count as its detection."""
+
+    code = "stray-alarm"
 
 
 class OutsideMeasuredWarning(TrocarWarning):
@@ -160,6 +190,24 @@ class RarelyArmedWarning(TrocarWarning):
     """The detector was armed for less than a tenth of the time in contact."""
 
     code = "rarely-armed"
+
+
+class ColumnsSwappedWarning(TrocarWarning):
+    """Position and force of a recording seem to be swapped."""
+
+    code = "columns-swapped"
+
+
+class ForceOffsetWarning(TrocarWarning):
+    """The force is not 0 before the needle touches the tissue."""
+
+    code = "force-offset"
+
+
+class KeyWithoutEffectWarning(TrocarWarning):
+    """A given key changes nothing in this command."""
+
+    code = "key-without-effect"
 
 
 class ConstantForceWarning(TrocarWarning):

@@ -12,7 +12,7 @@ use trocar_detect::calibration::{CalibrationRequest, CalibrationStudy, RunLength
 use trocar_detect::detect;
 use trocar_document::Study as _;
 use trocar_report::document_text;
-use trocar_scenario::DetectionSpec;
+use trocar_scenario::{DetectionSpec, Reader};
 
 /// Compute settings of estimator and detector from the beginning of a recording.
 #[derive(Debug, Args)]
@@ -122,7 +122,8 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
     let study = CalibrationStudy::new(values.name(), &calibration, inputs, detected);
     let document = study.document();
     let warnings = Warnings::new(&args.output);
-    let all = guess.into_iter().chain(document.warnings.iter().cloned());
+    let unread = flags.unread(&values, Reader::Calibration);
+    let all = guess.into_iter().chain(unread).chain(document.warnings.iter().cloned());
     warnings.print(&all.map(|warning| warning.of(recording)).collect::<Vec<_>>());
     let folder = args.output.folder().folder(values.name());
     Finish { output: &args.output, folder, all: false, report: None }.document(&document)?;

@@ -11,7 +11,7 @@ use super::{ScenarioArgs, terminal};
 use trocar_report::wrapped;
 use trocar_scenario::{Scenario, Source};
 use trocar_stability::{LinearLoop, TissueRange};
-use trocar_studies::run::{force_bound_gap, outside_measured, promise_gaps};
+use trocar_studies::run::{force_bound_gap, foreseen, outside_measured, promise_gaps};
 use trocar_studies::stability_check::LoopVerdict;
 use trocar_studies::sweep::{Plan, is_sweep};
 
@@ -58,6 +58,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         let verdict = verdict(&scenario);
         let mut found = promise_gaps(&scenario);
         found.extend(force_bound_gap(&scenario));
+        found.extend(foreseen(&scenario));
         found.extend(outside_measured(&scenario));
         if !args.quiet && !args.json {
             for warning in &found {

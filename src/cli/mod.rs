@@ -96,7 +96,7 @@ enum Command {
     Explore(explore::ExploreArgs),
     /// Run the estimator and the detector on recordings or on a live stream
     ///
-    /// A recording is a file of text (CSV and its kin), MATLAB, Parquet, TDMS, HDF5 or Excel; --list shows what is in it. A column is given by its name in the header of the file and, after a colon, a factor or a unit (s, ms, us, min; m, cm, mm, um;
+    /// A recording is a file of text (CSV and its kin), MATLAB, Parquet, TDMS, HDF5 or Excel; --list shows what is in it. A column is given by its name in the header of the file and, after a colon, a factor or a unit (s, ms, us, ns, min; m, cm, mm, um;
     /// N, kN, cN, mN, gf, kgf): xs_rad:0.075 converts the angle of a lever to metres. A negative factor or unit, as in force:-cN,
     /// changes the sign: forces must be positive when they resist insertion, and positions must increase into the tissue. Unevenly spaced samples are resampled at their median interval.
     Detect(Box<detect::DetectArgs>),
@@ -215,12 +215,19 @@ struct OutputArgs {
     json: bool,
     #[command(flatten)]
     figures: figure::FigureArgs,
+    /// Draw no figures; of a short run or of many recordings drawing takes most of the time
+    #[arg(long)]
+    no_figures: bool,
 }
 
 impl OutputArgs {
     /// Returns the folder for the files.
     fn folder(&self) -> Folder {
-        Folder { figures: self.figures.style(), ..Folder::new(&self.out) }
+        let mut figures = self.figures.style();
+        if self.no_figures {
+            figures.formats.clear();
+        }
+        Folder { figures, ..Folder::new(&self.out) }
     }
 }
 

@@ -3,15 +3,15 @@
 use clap::Args;
 
 use super::ScenarioArgs;
-use super::quantity::column;
+use super::quantity::{column, quantity};
 use trocar_base::warning::{Code, Warning};
-use trocar_recording::{Column, Limits, Quantity, Roles, list_signals, signal_names};
-use trocar_scenario::{ScenarioError, Source, Values, parse_column};
+use trocar_recording::{Column, Limits, Quantity, Roles, list_signals, signal_names, signals_by_name};
+use trocar_scenario::{Reader, ScenarioError, Source, Values, keys_without_effect, parse_column};
 
 /// The columns of a recording.
 #[derive(Debug, Args)]
 pub(super) struct ColumnArgs {
-    /// Column with the time (its name as `trocar detect --list` shows it); converted to s by the factor or unit (s, ms, us, min), as in t:1e-3 or t:ms [default: time_s]
+    /// Column with the time (its name as `trocar detect --list` shows it); converted to s by the factor or unit (s, ms, us, ns, min), as in t:1e-3 or t:ms [default: time_s]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", value_parser = column("s"))]
     time: Option<Column>,
     /// Column with the position of the needle; converted to m by the factor or unit (m, cm, mm, um) [default: position_m]
@@ -21,6 +21,9 @@ pub(super) struct ColumnArgs {
     /// the position]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m/s"))]
     velocity: Option<Column>,
+    /// Subtract the mean force of the first S seconds, in which the needle is free [default: 0, no tare]
+    #[arg(long, value_name = "S", value_parser = quantity("s"), allow_hyphen_values = true)]
+    tare_s: Option<f64>,
     /// Column with the force on the needle; converted to N by the factor or unit (N, kN, cN, mN, gf, kgf) [default: force_n]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("N"))]
     force: Option<Column>,
@@ -35,6 +38,11 @@ pub(super) struct RecordedFlags<'a> {
 }
 
 impl RecordedFlags<'_> {
+    /// Returns the warnings about keys of --set that change nothing in a recording.
+    pub(super) fn unread(&self, values: &Values, reader: Reader) -> Vec<Warning> {
+        keys_without_effect(values, &self.changes.settings, reader)
+    }
+
     /// Returns the flags as settings, for a recording if one is given. They override those of `tuning`; those of --set come last and have
     /// priority.
     pub(super) fn settings(&self, recording: Option<&str>, tuning: &[String]) -> Vec<String> {
@@ -66,7 +74,8 @@ impl ColumnArgs {
             let scale = if column.scale() == 1.0 { String::new() } else { format!(":{:?}", column.scale()) };
             Some([flag.to_owned(), format!("{}{scale}", column.name())])
         };
-        given.into_iter().filter_map(words).flatten().collect()
+        let tare = self.tare_s.into_iter().flat_map(|tare_s| ["--tare-s".to_owned(), format!("{tare_s:?}")]);
+        given.into_iter().filter_map(words).flatten().chain(tare).collect()
     }
 
     /// Returns the flags as settings.
@@ -87,6 +96,7 @@ impl ColumnArgs {
                 settings.push(format!("recording.{sign}={}", column.scale().signum()));
             }
         }
+        settings.extend(self.tare_s.map(|tare_s| format!("recording.tare_s={tare_s:?}")));
         settings
     }
 }
@@ -121,7 +131,8 @@ pub(super) fn load_guessed(
     let settings = flags.settings(Some(given), tuning);
     let values = load(given, &settings)?;
     let Some((columns, warning)) = guess(given, &values) else { return Ok((values, None)) };
-    let guessed: Vec<String> = settings.into_iter().chain(columns.settings()).collect();
+    // The guess comes before --set, which may name a column, too.
+    let guessed: Vec<String> = columns.settings().into_iter().chain(settings).collect();
     Ok((load(given, &guessed)?, Some(warning)))
 }
 
@@ -141,14 +152,16 @@ fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     if defaults.iter().any(has) {
         return None;
     }
-    let signals = list_signals(path, &Limits::default()).ok()?;
+    let listed = list_signals(path, &Limits::default()).ok().filter(|signals| Roles::of(signals).are_unique());
+    // A file with a bad sample is read by its names, so that the error is that of the sample.
+    let signals = listed.unwrap_or_else(|| signals_by_name(&names));
     let roles = Roles::of(&signals);
     if !roles.are_unique() {
         return None;
     }
     let [time, position, velocity, force] =
         Quantity::ALL.map(|quantity| parse_column(&signals[roles.first(quantity)?].column(), quantity.unit()).ok());
-    let columns = ColumnArgs { time, position, velocity, force };
+    let columns = ColumnArgs { time, position, velocity, force, tare_s: None };
     let flags = Quantity::ALL
         .into_iter()
         .filter_map(|quantity| Some(format!("--{} {}", quantity.name(), signals[roles.first(quantity)?].column())));

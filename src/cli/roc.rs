@@ -11,7 +11,7 @@ use super::within::WithinArgs;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded};
 use trocar_core::detector::DistanceKind;
 use trocar_recording::InVivoLikeVariant;
-use trocar_scenario::{DetectionSpec, Scenario, Source, Values};
+use trocar_scenario::{DetectionSpec, Reader, Scenario, Source, Values};
 use trocar_studies::roc::{Signal, Study};
 
 /// The default scenario, whose recording is evaluated.
@@ -158,7 +158,8 @@ fn signal(
     if !values.is_given("recording.file") {
         return Ok(Signal::closed_loop(Scenario::load(&Source::parse(path), &flags.settings(None, &[]))?, kinds)?);
     }
-    warnings.print(&guess.map(|guess| guess.of(path)).into_iter().collect::<Vec<_>>());
+    let unread = flags.unread(&values, Reader::Roc);
+    warnings.print(&guess.into_iter().chain(unread).map(|warning| warning.of(path)).collect::<Vec<_>>());
     let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(path))?;
     Ok(Signal::recorded(values.name().to_owned(), &spec, kinds)?)
 }

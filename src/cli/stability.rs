@@ -8,8 +8,9 @@ use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress};
 use trocar_document::Study as _;
 use trocar_report::html::{Again, command_line};
-use trocar_scenario::Source;
-use trocar_stability::{Axis, Parameter, Terminations};
+use trocar_scenario::{Source, keys_outside_loop};
+use trocar_stability::{Axis, Parameter, Terminations, TissueRange};
+use trocar_studies::run::delays_rounded;
 use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
@@ -130,6 +131,11 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     study.make_worst_events(&Source::parse(&args.scenario), &args.changes.settings)?;
     let warnings = Warnings::new(&args.output);
     let document = study.document();
+    // Of another tissue, a run shows how stiff it is, and reads every key.
+    if TissueRange::of_parameters(&scenario).is_some() {
+        warnings.print(&keys_outside_loop(&args.changes.settings));
+    }
+    warnings.print(&delays_rounded(&scenario));
     warnings.print(&document.warnings);
     let again = || Again {
         command: "trocar stability",

@@ -47,6 +47,7 @@ mod recording;
 mod report;
 mod rig;
 mod roc;
+mod silent_mistakes;
 mod stability;
 mod support;
 mod sweep;

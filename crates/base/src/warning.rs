@@ -48,7 +48,7 @@ macro_rules! codes {
 
 codes! {
     MissedRupture "missed-rupture":
-        "A layer ruptured, and no alarm followed within 0.5 s.",
+        "A layer ruptured, and no alarm followed within 0.1 s.",
         "The run is repeated with an observed detector. Of the samples after the rupture with g above the threshold, the first that \
          fails the fewest conditions gives the reason; the message names the key that decides on it. Without such a sample the \
          message says how far g came.";
@@ -90,6 +90,29 @@ codes! {
     DelayBeyondRun "delay-beyond-run":
         "A delay of the link is longer than the run.",
         "Nothing that is sent arrives in the run.";
+    DelayRounded "delay-rounded":
+        "A delay of the link acts as a whole number of ticks.",
+        "Continuous controllers read a sample when it arrives, also between two ticks. Sampled controllers, other architectures than \
+         position-force and passivity schemes compute on the tick: a sample that arrives between two ticks waits for the next one. The \
+         run and the analysis of stability use the longer delay, so that they change in steps. Give a multiple of simulation.tick_s, \
+         or shorten the tick.";
+    TissueNotTouched "tissue-not-touched":
+        "The needle never touches the tissue.",
+        "The tissue force is 0 in the whole run: no layer can rupture, and a comparison compares free motion. The surface is at \
+         tissue.contact_m, in slave positions: the slave moves scaling.position times as far as the master. Often a value in mm is given as m.";
+    LayerNotRuptured "layer-not-ruptured":
+        "A layer or a labelled rupture of the scenario does not occur in the run.",
+        "The number of detected and missed ruptures says nothing about it. The needle does not get there, or presses less than the \
+         layer's rupture force: a layer bulges before it ruptures, so that the needle must go deeper than the layer lies. Let the \
+         operator move further, or the run last longer. Some strategies stop the insertion on purpose.";
+    MotionBeyondRun "motion-beyond-run":
+        "The operator's movement takes longer than the run.",
+        "The run ends before the movement does. Lengthen simulation.duration_s, or shorten operator.movement_s (its unit is s).";
+    StrayAlarm "stray-alarm":
+        "An alarm near a rupture does not count as its detection.",
+        "An alarm detects a rupture if the force has fallen and the alarm follows soon: in a run within 0.1 s of the rupture, in a \
+         recording within 0.1 s of a fall of the force. An alarm before the fall, or long after it, has another cause. It counts as \
+         false, and the rupture as missed, unless another alarm detects it.";
     OutsideMeasured "outside-measured":
         "A property of the tissue is outside the range of the measurements.",
         "The literature page of the manual lists measured values and the range of each property. A value outside runs all the same: a firm \
@@ -147,6 +170,19 @@ codes! {
         "The detector was armed for less than a tenth of the time in contact.",
         "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong model that keeps \
          g high disarms it, so that it misses ruptures. Raise the drift and the threshold to the noise (`trocar calibrate`).";
+    ColumnsSwapped "columns-swapped":
+        "Position and force of a recording seem to be swapped.",
+        "The position jumps where a rupture lets a force fall, and the force moves evenly, as a needle does. Or one column is given \
+         for both, or a column's unit is one of another quantity. Exchange --position and --force.";
+    ForceOffset "force-offset":
+        "The force is not 0 before the needle touches the tissue.",
+        "Over the free motion at the beginning the force is constant and differs from 0: the sensor is not tared. `trocar calibrate` then \
+         takes free motion for contact, and the detector raises false alarms. recording.tare_s (--tare-s) subtracts the mean force of \
+         the beginning.";
+    KeyWithoutEffect "key-without-effect":
+        "A given key changes nothing in this command.",
+        "The command does not read the key, or computes its value itself: a detection does not simulate a sensor, and a calibration \
+         computes threshold and drift. Keys in a scenario file are not reported, since other commands read them.";
     ConstantForce "constant-force":
         "The force does not change although the needle moves in contact.",
         "The sensor is at the end of its range, or its value is not renewed or has coarse steps: no detector sees a rupture meanwhile. The message says when. \

@@ -2,6 +2,7 @@
 
 pub mod calibration;
 mod chain;
+mod columns;
 mod conditions;
 pub mod document;
 mod live;
@@ -21,7 +22,7 @@ pub use live::{LiveDetector, LiveStep, LiveSummary, TimestampAnomaly};
 pub use matching::{Match, match_alarms};
 pub use misses::LabelMiss;
 pub use phases::{Phase, PhaseInterval, PhaseRule};
-pub use plausibility::sampling_rate;
+pub use plausibility::{recorded_warnings, sampling_rate};
 pub use report::{DetectedAlarm, DetectionReport, ExtraParameterEstimate, Label};
 pub use scores::{Scores, Tally};
 pub use statistics::{PhaseStatistics, ResidualStatistics};

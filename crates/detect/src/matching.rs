@@ -65,9 +65,50 @@ pub fn match_alarms(alarms_s: &[f64], labels_s: &[f64], within_s: f64) -> Vec<Ma
     alarms.into_iter().zip(labels).map(pair).collect()
 }
 
+/// Time before and after an alarm in s in which the force falls at a rupture. The detector may raise the alarm before the fall
+/// is complete.
+const FALL_BEFORE_S: f64 = 0.1;
+const FALL_AFTER_S: f64 = 0.03;
+
+/// Share of the residual at an alarm that the force must have fallen by.
+const FALLEN_SHARE: f64 = 0.5;
+
+/// True if the force falls around the alarm at `sample`: from 0.1 s before it to 30 ms after it, by at least half of the residual
+/// (N). Without such a fall, the prediction has moved and not the force, so that the alarm announces no rupture.
+#[must_use]
+pub(super) fn follows_fall(force_n: &[f64], interval_s: f64, sample: usize, residual_n: f64) -> bool {
+    let samples_in = |time_s: f64| (time_s / interval_s).round() as usize;
+    let from = sample.saturating_sub(samples_in(FALL_BEFORE_S));
+    let to = (sample + samples_in(FALL_AFTER_S) + 1).min(force_n.len());
+    let (mut highest_n, mut fall_n) = (f64::NEG_INFINITY, 0.0_f64);
+    for &force in &force_n[from.min(to)..to] {
+        highest_n = highest_n.max(force);
+        fall_n = fall_n.max(highest_n - force);
+    }
+    fall_n >= FALLEN_SHARE * residual_n.abs()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_alarm_follows_a_fall_of_the_force_or_has_another_cause() {
+        // The force rises by 20 N/s, falls from 10 to 2 N in 20 ms from 0.5 s on, and rises again.
+        let force = |k: usize| match k {
+            0..500 => 0.02 * k as f64,
+            500..520 => 10.0 - 0.4 * (k - 500) as f64,
+            _ => 2.0 + 0.02 * (k - 520) as f64,
+        };
+        let force_n: Vec<f64> = (0..1200).map(force).collect();
+        let follows = |sample: usize| follows_fall(&force_n, 1e-3, sample, 1.5);
+        assert!(
+            follows(503) && follows(550) && follows(475),
+            "the fall lies from 0.1 s before to 30 ms after the alarm"
+        );
+        assert!(!follows(440), "before the fall");
+        assert!(!follows(640) && !follows(987), "long after it");
+    }
     use proptest::prelude::*;
 
     fn pairs(alarms_s: &[f64], labels_s: &[f64]) -> Vec<(usize, usize)> {

@@ -1,5 +1,6 @@
 //! Whether the numbers of a recording can be those of a needle insertion.
 
+use super::columns::{offset, swapped};
 use super::{Detection, LabelMiss, Samples};
 use trocar_base::interrupt;
 use trocar_base::warning::{Code, Warning};
@@ -14,6 +15,10 @@ const RATE_HZ: (f64, f64) = (100.0, 1e5);
 /// Largest force of an insertion in N: the largest rupture force that a layer may have is 19.2 N, and handles and
 /// phantoms take more.
 const MAX_FORCE_N: f64 = 60.0;
+
+/// Smallest largest force of an insertion in N: a thousandth of [`MAX_FORCE_N`] is below it, and a needle in any tissue of the
+/// literature above it.
+const MIN_FORCE_N: f64 = 0.1;
 
 /// Range of the travel of an insertion in m.
 const TRAVEL_M: (f64, f64) = (3e-4, 0.5);
@@ -108,14 +113,44 @@ pub(super) struct Plausibility {
 impl Plausibility {
     pub(super) fn of(signals: &Signals<'_>) -> Self {
         let Some(peak) = peak(signals.force_n) else { return Self::default() };
-        let checks: [&dyn Fn() -> Option<Warning>; 3] =
-            [&|| force(signals, peak), &|| travel(signals), &|| velocity(signals)];
-        Self {
-            peak: Some(peak),
-            magnitudes: checks.into_iter().filter_map(|check| check()).collect(),
-            constant_force: constant_force(signals, peak),
-        }
+        // What follows from swapped columns would hide the cause.
+        let magnitudes = match swapped(signals) {
+            Some(swapped) => vec![swapped],
+            None => {
+                let checks: [&dyn Fn() -> Option<Warning>; 4] =
+                    [&|| force(signals, peak), &|| travel(signals), &|| velocity(signals), &|| offset(signals)];
+                checks.into_iter().filter_map(|check| check()).collect()
+            }
+        };
+        Self { peak: Some(peak), magnitudes, constant_force: constant_force(signals, peak) }
     }
+}
+
+/// Returns the warnings about the samples of a recording that a run replays, at `interval_s` (s): whether position (m) and force
+/// (N) can be those of an insertion, and are not swapped. The remedies name flags; a scenario has keys of the same names.
+#[must_use]
+pub fn recorded_warnings(interval_s: f64, position_m: &[f64], force_n: &[f64]) -> Vec<Warning> {
+    let count = position_m.len().min(force_n.len());
+    let time_s: Vec<f64> = (0..count).map(|sample| sample as f64 * interval_s).collect();
+    let signals = Signals {
+        time_s: &time_s,
+        position_m: &position_m[..count],
+        velocity_m_per_s: None,
+        force_n: &force_n[..count],
+        has_extra_parameter: false,
+        interval_s,
+        contact_m: f64::NEG_INFINITY,
+        drop_n: None,
+    };
+    let keys = [
+        ("--position", "recording.columns.position_m"),
+        ("--force", "recording.columns.force_n"),
+        ("--tare-s", "recording.tare_s"),
+    ];
+    let by_keys = |text: String| keys.iter().fold(text, |text, (flag, key)| text.replace(flag, key));
+    let in_keys = |warning: Warning| Warning { place: warning.place.map(by_keys), remedy: None, ..warning };
+    let remedy = "correct the columns, recording.scale, the signs or recording.tare_s; `trocar detect` with this scenario shows more";
+    Plausibility::of(&signals).magnitudes.into_iter().map(|warning| in_keys(warning).remedy(remedy)).collect()
 }
 
 /// Returns the warnings about a recording and its detection.
@@ -131,7 +166,7 @@ pub(super) fn warnings(detection: &Detection, misses: &[LabelMiss]) -> Vec<Warni
     all
 }
 
-fn range(values: &[f64]) -> Option<(f64, f64)> {
+pub(super) fn range(values: &[f64]) -> Option<(f64, f64)> {
     let low = values.iter().copied().reduce(f64::min)?;
     Some((low, values.iter().copied().fold(low, f64::max)))
 }
@@ -148,6 +183,11 @@ fn force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
     let unit = "check the unit of the force, as in --force COLUMN:mN or --force COLUMN:gf";
     if peak_n > MAX_FORCE_N {
         let message = format!("the force reaches {peak_n:.3} N; needle insertions stay below {MAX_FORCE_N} N");
+        return Some(Warning::new(Code::ForceMagnitude, message).at("--force").remedy(unit));
+    }
+    if peak_n < MIN_FORCE_N {
+        let message =
+            format!("the force stays within {peak_n:.3e} N; needle insertions reach at least {MIN_FORCE_N} N");
         return Some(Warning::new(Code::ForceMagnitude, message).at("--force").remedy(unit));
     }
     if let Some(drop_n) = signals.drop_n.filter(|drop_n| peak_n < *drop_n) {

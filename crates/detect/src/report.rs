@@ -3,14 +3,14 @@
 use serde::Serialize;
 
 use super::Detection;
-use super::matching::match_alarms;
+use super::matching::{Match, follows_fall, match_alarms};
 use super::misses::{LabelMiss, misses};
 use super::phases::PhaseInterval;
 use super::plausibility::warnings;
 use super::scores::{Scores, Tally};
 use super::statistics::{PhaseStatistics, ResidualStatistics, statistics};
 use trocar_base::quantiles::upper_median;
-use trocar_base::warning::Warning;
+use trocar_base::warning::{Code, Warning};
 use trocar_core::detector::DetectorSettings;
 use trocar_metrics::RUPTURE_WINDOW_S;
 
@@ -115,6 +115,22 @@ pub struct DetectionReport {
     pub further_estimate: Option<ExtraParameterEstimate>,
 }
 
+/// The warning about an alarm near a label that does not follow a fall of the force.
+fn stray_alarm(alarms_s: &[f64], labels_s: &[f64], stray: &Match) -> Warning {
+    let message = format!(
+        "alarm {} at {:.3} s comes {:.1} ms after the labelled rupture {} at {:.3} s and is not its detection: the force does not fall \
+         within 0.1 s before it",
+        stray.alarm + 1,
+        alarms_s[stray.alarm],
+        1e3 * stray.delay_s,
+        stray.label + 1,
+        labels_s[stray.label]
+    );
+    Warning::new(Code::StrayAlarm, message)
+        .at("--rupture-s or detector.threshold")
+        .remedy("compare the label with the force; the residual there shows why the alarm was raised (residual.png)")
+}
+
 impl DetectionReport {
     /// Summarises a detection. `ruptures_s` are labels in s after the first sample; an empty list means that the
     /// recording is not labelled. An alarm matches a label that lies at most [`RUPTURE_WINDOW_S`] before it.
@@ -134,7 +150,12 @@ impl DetectionReport {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
         let labelled_ruptures_s: Vec<f64> = labels.unwrap_or_default().iter().map(|label| label.time_s).collect();
         let alarms_s: Vec<f64> = detection.alarms.iter().map(|&sample| detection.time_s[sample]).collect();
-        let matches = match_alarms(&alarms_s, &labelled_ruptures_s, within_s);
+        let (matches, stray): (Vec<Match>, Vec<Match>) =
+            match_alarms(&alarms_s, &labelled_ruptures_s, within_s).into_iter().partition(|matched| {
+                let sample = detection.alarms[matched.alarm];
+                let residual_n = detection.residual_n[sample];
+                follows_fall(&detection.measured_force_n, detection.interval_s, sample, residual_n)
+            });
         let alarm = |(index, &sample): (usize, &usize)| {
             let matched = matches.iter().find(|matched| matched.alarm == index);
             DetectedAlarm {
@@ -148,7 +169,10 @@ impl DetectionReport {
                 delay_s: matched.map(|matched| matched.delay_s),
             }
         };
-        let misses = misses(detection, &labelled_ruptures_s, &matches, within_s);
+        // A stray alarm is the reason itself.
+        let explained: Vec<Match> = matches.iter().chain(&stray).copied().collect();
+        let misses = misses(detection, &labelled_ruptures_s, &explained, within_s);
+        let strays = stray.iter().map(|stray| stray_alarm(&alarms_s, &labelled_ruptures_s, stray));
         let duration_s = detection.time_s.last().copied().unwrap_or(0.0) - start_s;
         let in_contact = detection.position_m.iter().filter(|&&position| position - detection.contact_m > 0.0).count();
         let contact_s = (in_contact as f64 * detection.interval_s).min(duration_s);
@@ -177,7 +201,7 @@ impl DetectionReport {
             labelled_kinds: labels.unwrap_or_default().iter().map(|label| label.kind.clone()).collect(),
             missed_ruptures: scores.map(|scores| scores.missed),
             false_alarms: scores.map(|scores| scores.false_alarms),
-            warnings: warnings(detection, &misses),
+            warnings: strays.chain(warnings(detection, &misses)).collect(),
             misses,
             labelled_ruptures_s,
             within_s,

@@ -27,11 +27,13 @@ mod schedule;
 mod schedule_settings;
 mod schema;
 mod settings;
+mod spared;
 mod specs;
 mod starter;
 mod steps;
 mod template;
 mod trace;
+mod unread;
 mod value;
 mod values;
 
@@ -49,11 +51,12 @@ pub use quantity::{parse as parse_quantity, parse_column, parse_number, unit_of}
 pub use replay::{DetectionSettings, DetectionSpec, RecordingSpec, recording_columns, recording_signals};
 pub use resolve::{DelayTicks, waits_for_tick};
 pub use scenario::Scenario;
-pub use schema::json_schema;
+pub use schema::{json_schema, number_schema};
 pub use specs::{OperatorSpec, TissueSpec};
 pub use starter::Starter;
 pub use template::{CaseFactory, Template};
 pub use trace::{empty_trace, empty_trace_with};
 pub use trocar_core::settings::{Constant, Fallback, Key, Kind, Range};
+pub use unread::{Reader, idle_keys, keys_outside_loop, keys_without_effect};
 pub use value::Value;
 pub use values::{Values, harmless_name};

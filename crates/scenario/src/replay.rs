@@ -16,11 +16,12 @@ use trocar_engine::operator::MotionSettings;
 use trocar_engine::sensor::SensorSettings;
 use trocar_engine::tissue::TissueSettings;
 use trocar_recording::{
-    Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, Problem, Recording, ScaleSettings,
+    Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, Problem, Quantity, Recording, ScaleSettings,
     SignSettings, Signal, first_where, kept, list_signals, open_recording, read_csv, scan_csv,
 };
 
 const FILE: &str = FileSettings::KEYS[0].path;
+const TARE: &str = FileSettings::KEYS[2].path;
 
 /// Upper limit of the samples of a resampled recording, even if recording.max_samples is larger: the maximum ticks of a
 /// run.
@@ -306,7 +307,11 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         let named = |key: &&Key| column.is_some() && values.optional_word(key.path) == column;
         let column = ColumnSettings::KEYS.iter().find(named).and_then(|key| values.place(key.path));
         let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(column);
-        ScenarioError::new(error.to_string()).at(place.or(values.place(FILE)))
+        let is_of_velocity = matches!(&error.problem, Problem::MissingColumn { quantity: Some(Quantity::Velocity), .. });
+        let told = ScenarioError::new(error.to_string()).at(place.or(values.place(FILE)));
+        // A base may name the column.
+        let remedy = "name the file's column, or set recording.columns.velocity_m_per_s = \"\" to estimate the velocity from the position";
+        if is_of_velocity { told.remedy(remedy) } else { told }
     })?;
     let spec = labelled(values, recording)?;
     values.derive_keeping_place(FILE, Value::Text(source.display()));
@@ -316,7 +321,12 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
 /// A checked recording with the labels of the values.
 fn labelled(values: &mut Values, recording: Recording) -> Result<RecordingSpec, ScenarioError> {
     check_magnitudes(values, &recording)?;
-    let ruptures_s = FileSettings::read(values)?.ruptures_s;
+    let FileSettings { ruptures_s, tare_s, .. } = FileSettings::read(values)?;
     check_ruptures(values, &ruptures_s, recording.duration_s())?;
-    Ok(RecordingSpec { recording, ruptures_s })
+    let duration_s = recording.duration_s();
+    if tare_s >= duration_s {
+        let message = format!("{TARE} is {tare_s} s, must be below the length of the recording, {duration_s} s");
+        return Err(values.error(TARE, message).remedy("give the time before the needle touches the tissue, in s"));
+    }
+    Ok(RecordingSpec { recording: recording.tared(tare_s), ruptures_s })
 }

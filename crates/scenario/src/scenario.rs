@@ -17,6 +17,7 @@ use super::run_settings::RunSettings;
 use super::schedule::{events, schedules};
 use super::schedule_settings::{EventSettings, ScheduleSettings};
 use super::settings::{actuators, arm, master};
+use super::spared::{AimSettings, check_spared};
 use super::specs::{OperatorSpec, TissueSpec, operator, stated_tissue, tissue};
 use super::steps::Steps;
 use super::values::Values;
@@ -386,6 +387,12 @@ pub(super) const GROUPS: &[Group] = &[
             of.scenario.stated_tissue = stated_tissue(of.values)?;
             Ok(())
         },
+    },
+    Group {
+        keys: AimSettings::KEYS,
+        also: &[LAYER_KEYS, TissueSettings::KEYS],
+        read: |of| check_spared(of.values, of.scenario),
+        ..PLAIN
     },
     Group {
         keys: OrganMotion::KEYS,

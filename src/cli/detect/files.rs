@@ -17,7 +17,7 @@ use trocar_detect::{DetectionReport, Label, detect};
 use trocar_document::Study as _;
 use trocar_report::Folder;
 use trocar_report::html::Again;
-use trocar_scenario::{DetectionSpec, Values};
+use trocar_scenario::{DetectionSpec, Reader, Values};
 
 /// The sections of a scenario that affect a detection.
 const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];
@@ -33,11 +33,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     }
     let labels = labels::given(args, &inputs)?;
     let work: Vec<_> = inputs.into_iter().zip(labels).collect();
-    let mut style = args.output.figures.style();
-    if args.no_figures {
-        style.formats.clear();
-    }
-    let out = Folder { figures: style, samples: args.format.formats().to_vec(), ..args.output.folder() };
+    let out = Folder { samples: args.format.formats().to_vec(), ..args.output.folder() };
     if is_collection(args) {
         return many(args, &out, work);
     }
@@ -129,9 +125,10 @@ fn one(args: &DetectArgs, input: Input, labels: Option<LabelRows>) -> Result<Det
     let detection = detect(&spec)?;
     let labels = labels_of(&given, &spec, labels)?;
     let mut report = DetectionReport::judged(&detection, labels.as_deref(), args.within.within_s);
-    report.warnings.splice(0..0, guess);
+    let unread = args.flags().unread(&values, Reader::Detection);
+    report.warnings.splice(0..0, guess.into_iter().chain(unread));
     let mut study = DetectionStudy::new(name, given, values, (detection, report));
-    study.is_drawn = args.report || !args.no_figures;
+    study.is_drawn = args.report || !args.output.no_figures;
     Ok(study)
 }
 

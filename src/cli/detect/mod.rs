@@ -60,9 +60,6 @@ pub(super) struct DetectArgs {
     within: WithinArgs,
     #[command(flatten)]
     moved: MovedWindow,
-    /// Draw no figures; with many recordings drawing takes most of the time
-    #[arg(long)]
-    no_figures: bool,
     /// Live stream: time between two samples, in s [default: the time between the first two samples]
     #[arg(long, value_name = "S", value_parser = quantity("s"), allow_hyphen_values = true)]
     interval_s: Option<f64>,

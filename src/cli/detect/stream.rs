@@ -14,7 +14,7 @@ use trocar_detect::sampling_rate;
 use trocar_detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};
 use trocar_recording::{LiveLine, LiveTable, RecordingError};
 use trocar_report::wrapped;
-use trocar_scenario::{DetectionSettings, Values, recording_columns};
+use trocar_scenario::{DetectionSettings, Reader, Values, keys_without_effect, recording_columns};
 
 /// The cause of a regular end.
 const END: &str = "end of input";
@@ -28,6 +28,10 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     let settings = DetectionSettings::resolve(&mut values).map_err(of_flags)?;
     let columns = recording_columns(&mut values).map_err(of_flags)?;
     let warnings = LiveWarnings::new(args.output.quiet);
+    let given = args.settings(None);
+    for warning in keys_without_effect(&values, &given, Reader::Stream) {
+        warnings.note(warning_text(&warning.of(NAME)).trim_end());
+    }
     let velocity = match (&columns.velocity, settings.position_resolution_m) {
         (Some(_), _) => VelocitySource::Measured,
         (None, step_m) if step_m > 0.0 => VelocitySource::Filtered { step_m },

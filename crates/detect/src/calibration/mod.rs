@@ -38,6 +38,7 @@ pub use contact::ContactRule;
 pub use document::{CalibrationStudy, run_lengths_document};
 pub use request::CalibrationRequest;
 pub use run_length::RunLength;
+pub(super) use spread::noise_std;
 pub use whiteness::{LAGS, Whiteness};
 
 use super::{is_even, position_step_m, samples};

@@ -34,7 +34,7 @@ pub(super) fn root_mean_square(values: &[f64]) -> f64 {
 /// cancels. Blocks of 50 samples differ: an encoder is quiet at rest, and a rupture is not noise. The noise of three
 /// quarters of the blocks does not exceed the result. 0 for fewer than three samples.
 #[must_use]
-pub(super) fn noise_std(signal: &[f64]) -> f64 {
+pub(crate) fn noise_std(signal: &[f64]) -> f64 {
     let mut second = with_capacity(signal.len());
     for (sample, w) in signal.windows(3).enumerate() {
         interrupt::check_at(sample as u64);

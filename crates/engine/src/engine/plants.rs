@@ -39,8 +39,14 @@ pub trait Plants<L> {
     ///
     /// # Errors
     /// [`IntegrationError`] if a numerical integrator fails.
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L, deflection: L)
-    -> Result<(), IntegrationError>;
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError>;
 }
 
 impl<L, P: Plants<L> + ?Sized> Plants<L> for Box<P> {

@@ -24,6 +24,9 @@ impl Study for Run {
     fn document(&self) -> Document<'_> {
         let mut verdict = verdict(&[self]);
         verdict.sentences.insert(0, format!("{}.", state(self)));
+        if let Some(unreached) = self.unreached_sentence() {
+            verdict.sentences.insert(1, unreached);
+        }
         let mut document = Document {
             name: "summary",
             title: self.scenario.name.clone(),

@@ -7,6 +7,7 @@ mod oscillation;
 mod own;
 mod pack;
 mod promise;
+mod reach;
 mod stepped;
 mod swings;
 mod trace_table;
@@ -21,7 +22,7 @@ pub use promise::{force_bound_gap, promise_gaps};
 pub use stepped::SteppedRun;
 pub use trace_table::trace_table;
 pub use trocar_scenario::{empty_trace, empty_trace_with};
-pub use warnings::{outside_measured, seeds_without_effect};
+pub use warnings::{delays_rounded, foreseen, outside_measured, seeds_without_effect};
 
 use thiserror::Error;
 

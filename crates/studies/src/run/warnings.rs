@@ -2,11 +2,17 @@
 
 use super::Run;
 use super::oscillation::{Swing, lasting_swing};
+use super::reach::motion_beyond_run;
 use trocar_base::warning::{Code, Warning};
+use trocar_core::settings::KeySource as _;
+use trocar_detect::recorded_warnings;
+use trocar_document::significant;
+use trocar_engine::channel::DelaySettings;
+use trocar_engine::plant::ControlTiming;
 use trocar_engine::tissue::TissueSettings;
 use trocar_engine::tissue::literature::Outside;
-use trocar_metrics::{Outcome, RuptureMetrics};
-use trocar_scenario::{Scenario, TissueSpec};
+use trocar_metrics::{Miss, MissReason, Outcome, RuptureMetrics};
+use trocar_scenario::{OperatorSpec, Scenario, TissueSpec, idle_keys};
 
 /// Mean power between hand and master in W that no person exceeds for the length of a run.
 ///
@@ -27,10 +33,15 @@ impl Run {
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut all: Vec<Warning> = self.missed_ruptures().collect();
+        all.extend(self.stray_alarms());
+        all.extend(self.unreached());
         all.extend(self.oscillation());
         all.extend(self.energy_of_the_hand());
         all.extend(self.broken_promise());
         all.extend(delay_beyond_run(&self.scenario));
+        all.extend(delays_rounded(&self.scenario));
+        all.extend(replayed(&self.scenario));
+        all.extend(idle_keys(&self.scenario));
         if !self.is_own("tissue") {
             all.extend(outside_measured(&self.scenario));
         }
@@ -38,13 +49,21 @@ impl Run {
     }
 
     /// Whether a role has a part of the user's own.
-    fn is_own(&self, role: &str) -> bool {
+    pub(super) fn is_own(&self, role: &str) -> bool {
         self.own_parts.contains(&role)
+    }
+
+    /// True if a rupture has no alarm but one that no rupture has, which has a warning of its own.
+    fn is_of_stray_alarm(&self, miss: &Miss) -> bool {
+        let MissReason::AlarmOfAnother { alarm_s } = miss.reason else { return false };
+        let half_tick_s = 0.5 * self.scenario.grid.tick_s();
+        self.metrics.alarms.iter().any(|alarm| !alarm.matched && (alarm.time_s - alarm_s).abs() < half_tick_s)
     }
 
     fn missed_ruptures(&self) -> impl Iterator<Item = Warning> + '_ {
         let of = |(index, rupture): (usize, &RuptureMetrics)| {
-            Some(rupture.miss.as_ref()?.warning(index + 1, rupture.time_s))
+            let miss = rupture.miss.as_ref().filter(|miss| !self.is_of_stray_alarm(miss))?;
+            Some(miss.warning(index + 1, rupture.time_s))
         };
         let (missed, all) = (self.metrics.missed_ruptures, self.metrics.ruptures.len());
         let unexplained = (!self.own_parts.is_empty() && missed > 0).then(|| {
@@ -129,6 +148,28 @@ impl Run {
     }
 }
 
+/// The warnings about a scenario that need no run: its motion, its delays and the samples that it replays.
+#[must_use]
+pub fn foreseen(scenario: &Scenario) -> Vec<Warning> {
+    let mut all: Vec<Warning> = motion_beyond_run(scenario).into_iter().collect();
+    all.extend(delay_beyond_run(scenario));
+    all.extend(delays_rounded(scenario));
+    all.extend(replayed(scenario));
+    all
+}
+
+/// The warnings about the samples that a scenario replays over time.
+fn replayed(scenario: &Scenario) -> Vec<Warning> {
+    let replays_position = scenario.values().optional_word("operator.kind") == Some("recording");
+    match (&scenario.operator, &scenario.tissue) {
+        (OperatorSpec::Recording(position_m), TissueSpec::Recording { force_n, .. }) if replays_position => {
+            // Positions of the slave, which the recording's needle is.
+            recorded_warnings(scenario.grid.tick_s(), position_m, force_n)
+        }
+        _ => vec![],
+    }
+}
+
 /// A delay that is longer than the run.
 fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
     let ticks = scenario.grid.ticks();
@@ -144,6 +185,38 @@ fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
             .at(key)
             .remedy("shorten the delay or lengthen simulation.duration_s"),
     )
+}
+
+/// The delays that act as a larger number of whole ticks.
+#[must_use]
+pub fn delays_rounded(scenario: &Scenario) -> Vec<Warning> {
+    let tick_s = scenario.grid.tick_s();
+    let acting = [scenario.forward, scenario.backward].map(|delay| delay.whole as f64 + delay.share);
+    let of = |(key, delay_s): (&'static str, f64), ticks: f64| {
+        // Less than a billionth of a tick is the rounding of the division.
+        (ticks - delay_s / tick_s > 1e-9 * ticks.max(1.0)).then(|| {
+            let why = if scenario.timing == ControlTiming::Sampled {
+                "sampled controllers read samples at their ticks"
+            } else {
+                "this architecture or passivity scheme computes on the tick"
+            };
+            let message = format!(
+                "{key} is {} ms and acts as {} ms: {why}, and a tick is {} ms",
+                significant(1e3 * delay_s),
+                significant(1e3 * ticks * tick_s),
+                significant(1e3 * tick_s)
+            );
+            Warning::new(Code::DelayRounded, message)
+                .at(key)
+                .remedy("give a multiple of simulation.tick_s, or shorten the tick")
+        })
+    };
+    let [(forward, forward_s), (backward, backward_s)] = scenario.delays.of_each_way();
+    if forward_s == backward_s {
+        return of((DelaySettings::BOTH, forward_s), acting[0]).into_iter().collect();
+    }
+    let each = [of((forward, forward_s), acting[0]), of((backward, backward_s), acting[1])];
+    each.into_iter().flatten().collect()
 }
 
 /// The properties of the tissue outside the range of the measurements.

@@ -230,7 +230,9 @@ fn eight_machines_side_by_side_move_as_each_alone() {
             }
             let wide = [desired, next].map(Avx2::splat);
             let wide_deflection = Avx2::splat(deflection(tick));
-            together.step(wide[0], wide[1], Avx2::from_lanes(force), Avx2::splat(reference), wide_deflection).expect("a step");
+            together
+                .step(wide[0], wide[1], Avx2::from_lanes(force), Avx2::splat(reference), wide_deflection)
+                .expect("a step");
         }
     }
 }
