@@ -185,7 +185,7 @@ fn a_stray_alarm_is_no_detection() {
     // The recording that the tutorial replays, at the force scale of the base, 1: the loop is far too strongly coupled.
     folder.file(
         "strong.toml",
-        "base = \"paper/augmented\"\n[recording]\nfile = \"builtin:own_ctrl_pop.csv\"\nruptures_s = [1.779]\n\
+        "name = \"strong\"\nbase = \"paper/augmented\"\n[recording]\nfile = \"builtin:own_ctrl_pop.csv\"\nruptures_s = [1.779]\n\
          [recording.columns]\ntime_s = \"t_s\"\nposition_m = \"xs_rad\"\nvelocity_m_per_s = \"vs_rad_s\"\n\
          force_n = \"env_out_Nm_derived\"\n[recording.scale]\nposition_m = 0.075\nvelocity_m_per_s = 0.075\n\
          force_n = 13.333333\n[estimator]\ncontact_m = 0.0063\n",

@@ -439,6 +439,10 @@ fn six_digits(value: f64) -> f64 {
 
 /// Returns what to do about a text that is not a number.
 fn advice(text: &str) -> &'static str {
+    // An excerpt has some characters escaped.
+    let text = [("\\'", "'"), ("\\u{a0}", " "), ("\\u{202f}", " ")]
+        .iter()
+        .fold(text.to_owned(), |text, (from, to)| text.replace(from, to));
     let separators: Vec<char> =
         text.trim().chars().filter(|c| matches!(c, '.' | ',' | '\'' | '’' | ' ' | '\u{a0}' | '\u{202f}')).collect();
     let is_of_digits = text.chars().all(|c| c.is_ascii_digit() || "+-eE".contains(c) || separators.contains(&c));
