@@ -384,16 +384,12 @@ pub(super) const GROUPS: &[Group] = &[
         whole: &[TissueSettings::KEY, ReplayIndex::KEY],
         read: |of| {
             tissue(of)?;
+            check_spared(of.values, of.scenario)?;
             of.scenario.stated_tissue = stated_tissue(of.values)?;
             Ok(())
         },
     },
-    Group {
-        keys: AimSettings::KEYS,
-        also: &[LAYER_KEYS, TissueSettings::KEYS],
-        read: |of| check_spared(of.values, of.scenario),
-        ..PLAIN
-    },
+    Group { keys: AimSettings::KEYS, whole: AimSettings::KEYS, ..PLAIN },
     Group {
         keys: OrganMotion::KEYS,
         read: |of| of.set(OrganMotion::read, OrganMotion::validate, |to| &mut to.organ_motion),

@@ -19,6 +19,7 @@ pub use document::{add_figures, outcome};
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
 pub use promise::{force_bound_gap, promise_gaps};
+pub use reach::Reach;
 pub use stepped::SteppedRun;
 pub use trace_table::trace_table;
 pub use trocar_scenario::{empty_trace, empty_trace_with};
@@ -42,6 +43,8 @@ pub struct Run {
     pub metrics: Metrics,
     /// Its trace, with every tick.
     pub trace: Trace,
+    /// How far the needle got; `None` without a trace.
+    pub reach: Option<Reach>,
     /// The roles with a part of the user's own; none for a scenario's run.
     pub own_parts: Vec<&'static str>,
 }
@@ -88,7 +91,8 @@ impl Run {
             rupture.layer = Some(layer.to_owned());
         }
         metrics.ports = port_metrics(&scenario, &trace);
-        Ok(Self { scenario, metrics, trace, own_parts: vec![] })
+        let reach = Reach::of(&scenario.grid, &metrics, &trace);
+        Ok(Self { scenario, metrics, trace, reach, own_parts: vec![] })
     }
 
     /// A scenario with the metrics and the trace of a run with own parts in some roles ([`OwnParts::roles`]).
@@ -98,7 +102,8 @@ impl Run {
     #[must_use]
     pub fn of_own_parts(scenario: Scenario, own_parts: Vec<&'static str>, mut metrics: Metrics, trace: Trace) -> Self {
         metrics.ports = port_metrics(&scenario, &trace);
-        Self { scenario, metrics, trace, own_parts }
+        let reach = Reach::of(&scenario.grid, &metrics, &trace);
+        Self { scenario, metrics, trace, reach, own_parts }
     }
 }
 

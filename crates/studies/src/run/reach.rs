@@ -3,13 +3,39 @@
 use super::Run;
 use trocar_base::warning::{Code, Warning};
 use trocar_core::settings::KeySource as _;
+use trocar_core::time::{TickGrid, nearest_ticks};
 use trocar_document::counted;
+use trocar_engine::engine::Trace;
 use trocar_engine::operator::MotionSettings;
-use trocar_metrics::{ALARM_WINDOW_S, Outcome, RUPTURE_WINDOW_S};
+use trocar_metrics::{ALARM_WINDOW_S, Metrics, Outcome, RUPTURE_WINDOW_S, RuptureMetrics};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
 /// Longest part of a movement, as a share of its way, that may be left at the end of a run without a warning.
 const MAX_LEFT_SHARE: f64 = 0.01;
+
+/// How far the needle got in a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// Its deepest position, in m.
+    pub deepest_m: f64,
+    /// True if the tissue force is 0 in the whole run.
+    pub is_untouched: bool,
+    /// The largest tissue force after the last rupture, in N.
+    pub last_force_n: f64,
+}
+
+impl Reach {
+    /// From the ticks, the metrics and the trace of a run; `None` without a trace.
+    pub(super) fn of(grid: &TickGrid, metrics: &Metrics, trace: &Trace) -> Option<Self> {
+        let tick_after = |rupture: &RuptureMetrics| nearest_ticks(rupture.time_s, grid.tick_s()) as usize + 1;
+        let first = metrics.ruptures.last().map_or(0, tick_after);
+        Some(Self {
+            deepest_m: trace.slave_position_m.iter().copied().reduce(f64::max)?,
+            is_untouched: trace.tissue_force_n.iter().all(|force_n| *force_n == 0.0),
+            last_force_n: trace.tissue_force_n.iter().skip(first).copied().fold(0.0, f64::max),
+        })
+    }
+}
 
 /// Ruptures of a scenario that do not occur in its run.
 enum Unreached<'a> {
@@ -24,23 +50,19 @@ enum Unreached<'a> {
 impl Run {
     /// The warnings about what the run does not reach.
     pub(super) fn unreached(&self) -> Vec<Warning> {
-        if self.trace.is_empty() || matches!(self.metrics.outcome, Outcome::Diverged { .. }) {
-            return vec![];
-        }
+        let Some(reach) = self.completed_reach() else { return vec![] };
         let motion = if self.is_own("operator") { None } else { motion_beyond_run(&self.scenario) };
-        let tissue = self.untouched().or_else(|| self.unruptured());
+        let tissue = self.untouched(&reach).or_else(|| self.unruptured(&reach));
         motion.into_iter().chain(tissue).collect()
     }
 
     /// The sentence about what the run does not reach, for its verdict.
     pub(super) fn unreached_sentence(&self) -> Option<String> {
-        if self.trace.is_empty() || matches!(self.metrics.outcome, Outcome::Diverged { .. }) {
-            return None;
-        }
-        if self.is_untouched() {
+        let reach = self.completed_reach()?;
+        if reach.is_untouched {
             return Some("The needle never touches the tissue.".into());
         }
-        Some(match self.first_unreached()? {
+        Some(match self.first_unreached(&reach)? {
             Unreached::Layer(name) => format!("The layer {name} does not rupture."),
             Unreached::Label(time_s) => format!("The run ends before the rupture that is labelled at {time_s} s."),
             Unreached::Depth(depth_m) => {
@@ -49,19 +71,16 @@ impl Run {
         })
     }
 
-    fn is_untouched(&self) -> bool {
-        self.trace.tissue_force_n.iter().all(|force_n| *force_n == 0.0)
+    /// How far the needle got, unless the run diverged.
+    fn completed_reach(&self) -> Option<Reach> {
+        self.reach.filter(|_| !matches!(self.metrics.outcome, Outcome::Diverged { .. }))
     }
 
-    fn deepest_m(&self) -> f64 {
-        self.trace.slave_position_m.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-    }
-
-    fn untouched(&self) -> Option<Warning> {
-        if !self.is_untouched() {
+    fn untouched(&self, reach: &Reach) -> Option<Warning> {
+        if !reach.is_untouched {
             return None;
         }
-        let deepest = format!("the needle gets to {:.2} mm", 1e3 * self.deepest_m());
+        let deepest = format!("the needle gets to {:.2} mm", 1e3 * reach.deepest_m);
         let surface_m = self.scenario.tissue.settings().and_then(|settings| settings.surface_m());
         let (message, place) = match surface_m.filter(|_| !self.is_own("tissue")) {
             Some(surface_m) => (
@@ -75,7 +94,7 @@ impl Run {
         Some(Warning::new(Code::TissueNotTouched, message).at(place).remedy(remedy))
     }
 
-    fn first_unreached(&self) -> Option<Unreached<'_>> {
+    fn first_unreached(&self, reach: &Reach) -> Option<Unreached<'_>> {
         if self.is_own("tissue") {
             return None;
         }
@@ -86,26 +105,20 @@ impl Run {
                 rupture_ticks.get(occurred).map(|&tick| Unreached::Label(self.scenario.grid.time_s(tick)))
             }
             TissueSpec::Depth { rupture_depths_m, .. } => {
-                let deepest_m = self.deepest_m();
-                rupture_depths_m.iter().copied().find(|depth_m| *depth_m > deepest_m).map(Unreached::Depth)
+                rupture_depths_m.iter().copied().find(|depth_m| *depth_m > reach.deepest_m).map(Unreached::Depth)
             }
             TissueSpec::Unit(_) => None,
         }
     }
 
-    fn unruptured(&self) -> Option<Warning> {
+    fn unruptured(&self, reach: &Reach) -> Option<Warning> {
         let end_s = self.scenario.grid.time_s(self.metrics.ticks);
-        let deepest_mm = 1e3 * self.deepest_m();
-        Some(match self.first_unreached()? {
+        let deepest_mm = 1e3 * reach.deepest_m;
+        Some(match self.first_unreached(reach)? {
             Unreached::Layer(name) => {
                 let layers = self.scenario.layers_to_rupture();
                 let occurred = self.metrics.ruptures.len();
-                let since = self
-                    .metrics
-                    .ruptures
-                    .last()
-                    .map_or(0, |rupture| (rupture.time_s / self.scenario.grid.tick_s()).round() as usize + 1);
-                let force_n = self.trace.tissue_force_n.iter().skip(since).copied().fold(0.0, f64::max);
+                let force_n = reach.last_force_n;
                 let key = format!("tissue.layer.{name}.rupture_force_n");
                 let needed = self.scenario.values().optional_number(&key).map(|needed_n| {
                     let shared = if force_n < needed_n { "" } else { ", of which the layer bears a part" };
