@@ -87,6 +87,6 @@ def test_a_run_that_does_not_get_there_is_told():
     with pytest.warns(trocar.TissueNotTouchedWarning, match="never touches the tissue"):
         trocar.run(scenario.replace(**{"tissue.contact_m": 25.0}))
     with pytest.warns(trocar.LayerNotRupturedWarning, match="the layer capsule does not rupture"):
-        trocar.run(scenario.replace(**{"operator.end_m": 0.025}))
+        trocar.run(scenario.replace(**{"operator.end_m": 0.05}))
     with pytest.warns(trocar.MotionBeyondRunWarning, match="takes 5000 s"):
         trocar.run(scenario.replace(**{"operator.movement_s": 5000.0}))
