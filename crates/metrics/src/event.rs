@@ -129,6 +129,8 @@ pub(super) struct Beginning {
 pub(super) struct EventWindow {
     pub(super) start: u64,
     released: Option<u64>,
+    /// Position of the slave at the release.
+    pub(super) released_m: Option<f64>,
     ended: Option<u64>,
     pub(super) beginning: Beginning,
     pub(super) excess_m: Option<f64>,
@@ -145,6 +147,7 @@ impl EventWindow {
         Self {
             start: s.tick,
             released: None,
+            released_m: None,
             ended: None,
             beginning,
             excess_m: None,
@@ -163,6 +166,7 @@ impl EventWindow {
             Mode::Reengaging => {
                 if self.released.is_none() {
                     self.released = Some(s.tick);
+                    self.released_m = Some(s.slave_position_m);
                     self.extremes.master_end_m = s.master_position_m;
                     self.exit_step_n = Some([step_n, s.allowed_force_step_n]);
                 }
