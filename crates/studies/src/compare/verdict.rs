@@ -72,7 +72,11 @@ pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
         absent_over_seeds(study, &whose),
         Some(detection_over_seeds(study, &whose)),
     ];
-    Verdict { sentences: sentences.into_iter().flatten().collect(), left_out: vec![] }
+    let most = study.totals.iter().map(|totals| totals.seeds_with_rupture.len()).max().unwrap_or(0);
+    let left_out = (most > SEED_RUPTURES).then(|| {
+        format!("Left out: the advance after the ruptures from {} on, which the table has.", SEED_RUPTURES + 1)
+    });
+    Verdict { sentences: sentences.into_iter().flatten().collect(), left_out: left_out.into_iter().collect() }
 }
 
 /// Tells which ruptures do not happen in every seed. `None` if all do.
