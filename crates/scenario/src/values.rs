@@ -753,7 +753,10 @@ mod tests {
         assert!(error.contains("own.toml") && error.contains('3'), "{error}");
         assert!(error.contains("since 0.3 it is perception.reflex_pause_s"), "{error}");
         let error = load("operator.kind = \"ramp\"\n", &["operator.reflex=stop"]).expect_err("moved").to_string();
-        assert!(error.contains("since 0.3 it is perception.reflex\n") || error.ends_with("perception.reflex"), "{error}");
+        assert!(
+            error.contains("since 0.3 it is perception.reflex\n") || error.ends_with("perception.reflex"),
+            "{error}"
+        );
     }
 
     /// The names of the layers of an echo, and the value of a field of the first.
