@@ -30,7 +30,7 @@ pub use hunt_crossley::{HuntCrossley, HuntCrossleySettings};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtSettings};
 pub use layer::LayerParameters;
 pub use layers::{Layers, LayersParameters};
-pub use model::{DefaultLayer, Model, Springs};
+pub use model::{DefaultLayer, Model, Springs, StatedLayer};
 pub use motion::{Moving, OrganMotion};
 pub use named_layers::{LAYER_KEYS, LAYER_LIST, Named, path_in_layer};
 pub use power::PowerSettings;
@@ -127,10 +127,10 @@ impl TissueSettings {
         all.into_iter().find(|(known, _)| *known == word).map_or_else(Vec::new, |(_, layers)| layers())
     }
 
-    /// The names of the layers that rupture, from the surface down.
+    /// The layers from the surface down; empty for a tissue without layers.
     #[must_use]
-    pub fn rupturing_layers(&self) -> Vec<&str> {
-        of_kind!(self, Part(own) => Part::<f64>::rupturing_layers(own))
+    pub fn layers(&self) -> Vec<StatedLayer<'_>> {
+        of_kind!(self, Part(own) => Part::<f64>::layers(own))
     }
 
     /// The surface of the undeformed tissue in m; `None` for a recording and a unit.
