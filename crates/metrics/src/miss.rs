@@ -129,11 +129,11 @@ impl MissReason {
             Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
             Self::BelowDrift { .. } => "reduce detector.drift (`trocar calibrate` computes one from the noise)",
             Self::EventUnderWay { .. } => {
-                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop at it (operator.reflex)"
+                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop at it (perception.reflex)"
             }
             Self::EarlierEvent => "keep g quiet before the rupture, so that no earlier alarm opens an event",
             Self::Refractory { .. } => {
-                "reduce augmentation.refractory_s, or let the hand stop at the event (operator.reflex)"
+                "reduce augmentation.refractory_s, or let the hand stop at the event (perception.reflex)"
             }
             Self::AlarmOfAnother { .. } => "reduce detector.settle_s, or move more slowly",
         })

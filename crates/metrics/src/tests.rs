@@ -746,3 +746,81 @@ fn the_key_of_a_metric_ends_with_its_unit() {
         assert_eq!(has_unit, !suffix.is_empty(), "{name}");
     }
 }
+
+#[test]
+fn the_unintended_travel_is_the_growth_of_the_gap_in_300_ms() {
+    let insertion = |scale| {
+        rupture()
+            .by(scale, false)
+            .with(|s| s.intended_position_m = 1e-5 * s.tick as f64)
+            .from(1001, |s| s.slave_position_m = 0.02)
+            .at(1300, |s| s.slave_position_m = 0.018)
+    };
+    // The slave is at 10 mm at the rupture and at 18 mm 0.3 s later; the intention advances by 3 mm times its scale.
+    assert_close(of_rupture(&insertion(Some(1.0))).unintended_travel_m, 0.005);
+    assert_close(of_rupture(&insertion(Some(0.5))).unintended_travel_m, 0.0065);
+    assert_eq!(of_rupture(&insertion(None)).unintended_travel_m, None);
+    let short = Insertion::of_ticks(1300).rupture_at(1000).by(Some(1.0), false);
+    assert_eq!(of_rupture(&short).unintended_travel_m, None);
+}
+
+#[test]
+fn the_deepest_point_is_that_of_two_seconds_or_up_to_the_next_rupture() {
+    let insertion = Insertion::of_ticks(4000)
+        .rupture_at(1000)
+        .from(1000, |s| s.slave_position_m = 0.01)
+        .at(2900, |s| s.slave_position_m = 0.019)
+        .at(3001, |s| s.slave_position_m = 0.03);
+    assert_close(of_rupture(&insertion).deepest_advance_m, 0.009);
+    assert_close(of_rupture(&insertion.at(3000, |s| s.slave_position_m = 0.025)).deepest_advance_m, 0.015);
+    let two = Insertion::of_ticks(4000)
+        .rupture_at(1000)
+        .rupture_at(1500)
+        .from(1000, |s| s.slave_position_m = 0.01)
+        .at(1400, |s| s.slave_position_m = 0.012)
+        .at(1600, |s| s.slave_position_m = 0.016);
+    let metrics = two.metrics();
+    assert_close(metrics.ruptures[0].deepest_advance_m, 0.002);
+    assert_close(metrics.ruptures[1].deepest_advance_m, 0.006);
+    let back = Insertion::of_ticks(4000).rupture_at(1000).from(1001, |s| s.slave_position_m = -0.01);
+    assert_close(of_rupture(&back).deepest_advance_m, 0.0);
+}
+
+#[test]
+fn the_return_has_the_time_of_teleoperation_and_the_advance_since_the_release() {
+    let insertion = event()
+        .from(1010, |s| s.slave_position_m = 0.0101)
+        .from(1400, |s| s.slave_position_m = 0.0103)
+        .from(1500, |s| s.slave_position_m = 0.0113)
+        .from(1600, |s| s.slave_position_m = 0.0143);
+    let of_event = of_rupture(&insertion);
+    assert_close(of_event.return_after_s, 0.6);
+    assert_close(of_event.return_jump_m, 0.004);
+    assert_close(of_event.depth_at_return_m, 0.0043);
+    let without = of_rupture(&rupture());
+    assert_eq!((without.return_after_s, without.return_jump_m), (None, None));
+    let cut_short = Insertion::of_ticks(1550).rupture_at(1000).event([1010, 1400, 1600]);
+    assert_eq!(of_rupture(&cut_short).return_jump_m, None);
+}
+
+#[test]
+fn the_drop_of_the_felt_force_is_from_an_earlier_peak_and_both_within_300_ms() {
+    let insertion = rupture()
+        .from(1000, |s| s.operator_force_n = 3.0)
+        .from(1020, |s| s.operator_force_n = 3.5)
+        .at(1100, |s| s.operator_force_n = 0.5)
+        .from(1101, |s| s.operator_force_n = 1.0)
+        .from(1301, |s| s.operator_force_n = 9.0)
+        .from(1302, |s| s.operator_force_n = -9.0);
+    let of_both = of_rupture(&insertion);
+    assert_close(of_both.felt_peak_n, 3.5);
+    assert_close(of_both.felt_drop_n, 3.0);
+    // A force that only rises has no drop, and one that falls before it rises drops from its first value.
+    let rising = of_rupture(&rupture().from(1010, |s| s.operator_force_n = 4.0));
+    assert_close(rising.felt_drop_n, 0.0);
+    let first =
+        of_rupture(&rupture().from(1010, |s| s.operator_force_n = 0.5).from(1200, |s| s.operator_force_n = 7.0));
+    assert_close(first.felt_drop_n, 1.5);
+    let short = of_rupture(&Insertion::of_ticks(1300).rupture_at(1000));
+    assert_eq!((short.felt_peak_n, short.felt_drop_n), (None, None));
+}

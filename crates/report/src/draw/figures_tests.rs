@@ -242,14 +242,14 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
     let axis = |name, log| AxisView { name, log };
     let heat_view = HeatView {
         name: "scale_factors",
-        caption: "rupture 1: advance in 2 s in mm (mean over 5 seeds)",
+        caption: "rupture 1: depth 2 s later in mm (mean over 5 seeds)",
         axes: [axis("scaling.force", true), axis("tissue.stiffness_n_per_m (N/m)", true)],
         x: x[..8].to_vec(),
         y: x[..6].to_vec(),
         means: &means,
     };
     let bars = vec![("scaling.force", Some(0.8), Some(-0.9)), ("operator.arm_stiffness_n_per_m", Some(0.1), None)];
-    let influence = TornadoView { metric: "rupture 1: advance in 2 s", bars };
+    let influence = TornadoView { metric: "rupture 1: depth 2 s later", bars };
     let map_axis = |caption| MapAxisView { caption, values: &x, is_logarithmic: true, scenario_value: 1.0 };
     let stable: Vec<bool> = (0..3600).map(|k| k % 60 + k / 60 < 60).collect();
     let grew: Vec<Option<bool>> = stable.iter().enumerate().map(|(k, stable)| Some((k % 50 == 0) == *stable)).collect();
