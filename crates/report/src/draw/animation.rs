@@ -59,6 +59,9 @@ fn style(role: Role, scheme: Color) -> Style {
         Role::Tear => Style::Area(PAGE),
         Role::Needle => Style::Area(scheme),
         Role::Clamp => Style::Area(FROZEN),
+        Role::Brake => Style::Outlined(PAGE, Stroke::solid(FROZEN, 2.5)),
+        Role::Barrier => Style::Line(Stroke::solid(FROZEN, 4.0)),
+        Role::Vibration => Style::Line(Stroke::solid(HAND, 2.0)),
         Role::Hand | Role::Force => Style::Area(HAND),
         Role::Pull => Style::Area(PULLS),
         Role::Track => Style::Area(LINE),
@@ -126,7 +129,7 @@ fn draw<B: DrawingBackend>(animation: &Animation, area: &DrawingArea<B, Shift>, 
         let scheme = if panel.scheme == "augmented" { AUGMENTED } else { CLASSICAL };
         write((left + 6.0, 21.0), (18.0, true, scheme), Anchor::Start, &panel.name)?;
         let state = panel.states[frame];
-        if state == "frozen" {
+        if ["frozen", "held", "event"].contains(&state) {
             let (from, to) = (left + wide - 90.0, left + wide - 12.0);
             pen.fill(&[(from, 9.0), (to, 9.0), (to, 33.0), (from, 33.0)], FROZEN)?;
         }

@@ -6,7 +6,7 @@ mod scene;
 mod tissue;
 
 use crate::run::Run;
-use scene::{Form, Moment, Scene, mode_name};
+use scene::{Event, Form, Moment, Scene, full_n};
 pub use scene::{LiveDrawing, LiveMoment};
 use tissue::nearest;
 pub use tissue::{DrawnTissue, Layer};
@@ -55,7 +55,8 @@ pub fn animation(runs: &[&Run]) -> Option<Animation> {
 #[must_use]
 pub fn animation_with_pictures(runs: &[&Run]) -> Option<Animation> {
     let played = Played::of(&runs[..runs.len().min(2)])?;
-    let pictures = played.frames.iter().map(|frames| played.drawing(frames, Form::PICTURE)).collect();
+    let pictures = played.runs.iter().zip(&played.frames);
+    let pictures = pictures.map(|(run, frames)| played.drawing(run, frames, Form::PICTURE)).collect();
     Some(Animation { pictures, ..played.animation() })
 }
 
@@ -73,7 +74,7 @@ struct Played<'a> {
     /// The drawn depths in mm, of needle and hand.
     range_mm: (f64, f64),
     /// The force of a full bar in N.
-    max_force_n: f64,
+    full_n: f64,
 }
 
 impl<'a> Played<'a> {
@@ -102,9 +103,9 @@ impl<'a> Played<'a> {
         let low = tops.filter(|top| *top > low - MAX_BULGE_SHARE * (high - low)).fold(low, f64::min);
         let margin = MARGIN * (high - low).max(MIN_RANGE_MM);
         let forces = moments().map(|now| now.felt_n.abs()).filter(|force| force.is_finite());
-        let max_force_n = forces.fold(1e-3, f64::max);
+        let full_n = full_n(forces.fold(0.0, f64::max));
         let range_mm = (low - margin, high + margin);
-        Some(Self { runs, times_s, ticks, rupture_s, origin_s, frames, range_mm, max_force_n })
+        Some(Self { runs, times_s, ticks, rupture_s, origin_s, frames, range_mm, full_n })
     }
 
     fn animation(&self) -> Animation {
@@ -143,12 +144,13 @@ impl<'a> Played<'a> {
             scheme: if run.scenario.augmentation.enabled { "augmented" } else { "classical" },
             note,
             states: frames.states.clone(),
-            drawings: Form::PAGE.map(|form| self.drawing(frames, form)).into(),
+            drawings: Form::PAGE.map(|form| self.drawing(run, frames, form)).into(),
         }
     }
 
-    fn drawing(&self, frames: &Frames, form: Form) -> Drawing {
-        let scene = Scene { form, layers: &frames.layers, range_mm: self.range_mm, max_force_n: self.max_force_n };
+    fn drawing(&self, run: &Run, frames: &Frames, form: Form) -> Drawing {
+        let (range_mm, full_n, event) = (self.range_mm, self.full_n, Event::of(&run.scenario));
+        let scene = Scene { form, layers: &frames.layers, range_mm, full_n, event };
         let frames = frames.moments.iter().map(|now| scene.shapes(now)).collect();
         Drawing { size: (form.width, form.height), frames }
     }
@@ -171,7 +173,7 @@ impl Frames {
         // A run that diverged ends earlier than the other one.
         let last = trace.len() - 1;
         let mut tissue = DrawnTissue::of_run(run);
-        let overshoot = Overshoot::of(run);
+        let (overshoot, event) = (Overshoot::of(run), Event::of(scenario));
         let (mut moments, mut states) = (vec![], vec![]);
         for &tick in ticks {
             let (time_s, at) = (times_s[tick], tick.min(last));
@@ -180,12 +182,14 @@ impl Frames {
             let mode = trace.mode[at];
             let after_s = overshoot.as_ref().map(|overshoot| time_s - overshoot.time_s);
             let is_rupturing = mode == 0 && after_s.is_some_and(|after_s| (0.0..RUPTURING_S).contains(&after_s));
-            states.push(if is_rupturing { "rupture" } else { mode_name(mode) });
+            states.push(if is_rupturing { "rupture" } else { event.mode_name(mode) });
+            let alarm = || trace.mode[..at].iter().rposition(|mode| *mode != 1).map_or(0, |before| before + 1);
             moments.push(Moment {
                 tip_mm,
                 hand_mm: 1e3 * scenario.position_scale() * trace.master_position_m[at],
                 felt_n: trace.operator_force_n[at],
                 mode,
+                alarm_mm: (mode == 1).then(|| 1e3 * trace.slave_position_m[alarm()]),
                 tops_mm: tissue.depths_mm().to_vec(),
                 torn: tissue.layers().iter().map(|layer| layer.torn_s.is_some_and(|torn| torn <= time_s)).collect(),
                 overshoot: overshoot.as_ref().filter(|overshoot| overshoot.time_s <= time_s).map(|one| one.at(tick)),

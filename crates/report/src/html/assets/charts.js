@@ -290,8 +290,8 @@ const trocarCharts = (() => {
       const [perX, perY] = [width / (x.high - x.low), height / (y.high - y.low)];
       const toX = (place) => left + (place - x.low) * perX;
       const toY = (place) => top + Math.min(1e5, Math.max(-1e5, (y.high - place) * perY));
-      // The whole axes have the ticks of the description.
-      const shown = (axis, whole, count) => (axis === whole || whole.ticks.length === 0 ? placed(whole) : ticks(axis, Math.max(2, count)));
+      // The whole axes have the ticks of the description, if it has some.
+      const shown = (axis, whole, count) => (whole.ticks && (axis === whole || whole.ticks.length === 0) ? placed(whole) : ticks(axis, Math.max(2, count)));
       const [xTicks, yTicks] = [shown(x, panel.x, width / 80), shown(y, panel.y, height / 32)];
       context.save();
       context.beginPath();
@@ -545,6 +545,16 @@ const trocarCharts = (() => {
     }
   }
 
+  /** Lists what all panels of a figure have but the names of lines. Returns the number of entries. */
+  function key(list, { legend, rows }) {
+    const lines = new Set(rows.flatMap(({ panels }) => panels.flatMap((panel) => panel.lines.map((line) => line.name))));
+    const others = legend.filter((one) => one.kind !== "title" && !lines.has(one.text));
+    const names = JSON.stringify(others);
+    if (list.names !== names) list.replaceChildren(...others.map(entry));
+    list.names = names;
+    return others.length;
+  }
+
   /** Draws all panels of a figure into `parent`, with the key of what all have, and returns their charts. */
   function figure(parent, description, group) {
     const isOfMany = description.rows.length > 1;
@@ -553,11 +563,8 @@ const trocarCharts = (() => {
     const panels = description.rows.flatMap(({ title, height, panels }) =>
       panels.map((panel) => ({ panel, title: isOfMany && title, height: Math.max(least(panel), Math.round(1.6 * height)) })),
     );
-    const isOfLine = (one) => panels.some(({ panel }) => panel.lines.some((line) => line.name === one.text));
-    const key = description.legend.filter((one) => one.kind !== "title" && !isOfLine(one));
     const list = html("ul", { class: "legend key" });
-    list.append(...key.map(entry));
-    if (key.length) parent.append(list);
+    if (key(list, description)) parent.append(list);
     return panels.map(({ panel, title, height }) => new Chart(parent, panel, { title, group, height }));
   }
 
@@ -568,5 +575,5 @@ const trocarCharts = (() => {
     }
   }
 
-  return { Chart, figure, axes, placed, colour, number, short, time };
+  return { Chart, figure, axes, placed, colour, number, short, time, key };
 })();
