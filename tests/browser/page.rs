@@ -7,6 +7,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use fantoccini::elements::Element;
+use fantoccini::key::Key;
 use fantoccini::wd::WebDriverCompatibleCommand;
 use fantoccini::{Client, ClientBuilder, Locator};
 use serde_json::{Value as Json, json};
@@ -18,6 +19,18 @@ pub type Body = fn(BrowserPage) -> Pin<Box<dyn Future<Output = BrowserPage>>>;
 
 /// Time limit of a page; a machine that runs all tests at once is slow.
 const TIMEOUT: Duration = Duration::from_secs(20);
+
+/// Maximum number of elements that Tab reaches.
+const MAX_TABS: usize = 150;
+
+/// A function that returns what covers an element, or why it is out of view; `null` if it can be used.
+pub const COVERED: &str = r"const covered = (one) => {
+    const box = one.getBoundingClientRect();
+    const [x, y] = [box.left + box.width / 2, box.top + Math.min(box.height, innerHeight) / 2];
+    if (x < 0 || y < 0 || x > innerWidth || y > innerHeight) return `${one.id || one.outerHTML} is at ${x}, ${y}`;
+    const top = document.elementFromPoint(x, y);
+    return one.contains(top) || top.contains(one) || top.closest('label')?.control === one ? null : `${one.id || one.outerHTML} lies under ${top.outerHTML.slice(0, 200)}`;
+};";
 
 fn found(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
@@ -102,6 +115,48 @@ impl BrowserPage {
             }
             tokio::time::sleep(Duration::from_millis(10)).await;
         }
+    }
+
+    /// Presses keys, one after the other, wherever the focus is.
+    pub async fn press(&self, keys: &[Key]) {
+        for key in keys {
+            let text = String::from(char::from(*key));
+            self.client.active_element().await.expect("a focus").send_keys(&text).await.expect("pressed");
+        }
+    }
+
+    /// Types a text wherever the focus is.
+    pub async fn type_text(&self, text: &str) {
+        self.client.active_element().await.expect("a focus").send_keys(text).await.expect("typed");
+    }
+
+    /// Presses Tab until an element that matches a selector has the focus, and the focus is in view and covered by nothing.
+    pub async fn tab_to(&self, selector: &str) {
+        let is_there = format!("return document.activeElement.matches({selector:?})");
+        for _ in 0..MAX_TABS {
+            if self.evaluate(&is_there).await == Json::Bool(true) {
+                let covered = self.evaluate(&format!("{COVERED} return covered(document.activeElement)")).await;
+                assert_eq!(covered, Json::Null, "{selector} has the focus");
+                return;
+            }
+            self.press(&[Key::Tab]).await;
+        }
+        panic!("{selector} is not reached by Tab");
+    }
+
+    /// Moves or presses the mouse: `mouseMoved`, `mousePressed` or `mouseReleased`.
+    pub async fn mouse(&self, event: &str, (x, y): (f64, f64)) {
+        let buttons = i32::from(event != "mouseReleased");
+        let at = json!({ "type": event, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
+        self.devtools("Input.dispatchMouseEvent", at).await;
+    }
+
+    /// Returns left, top, width and height of an element in the window.
+    pub async fn place(&self, selector: &str) -> [f64; 4] {
+        let script = format!(
+            "const box = document.querySelector({selector:?}).getBoundingClientRect(); return [box.left, box.top, box.width, box.height]"
+        );
+        serde_json::from_value(self.evaluate(&script).await).expect("a place")
     }
 
     pub async fn element(&self, id: &str) -> Element {

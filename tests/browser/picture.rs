@@ -10,7 +10,7 @@ use crate::similar::{assert_similar, changed_share};
 use crate::test_folder::TestFolder;
 
 /// Returns a column of a trace.
-fn column(csv: &str, name: &str) -> Vec<f64> {
+pub fn column(csv: &str, name: &str) -> Vec<f64> {
     let mut lines = csv.lines();
     let at = lines.next().and_then(|head| head.split(',').position(|one| one == name)).expect("a column");
     lines.map(|line| line.split(',').nth(at).and_then(|cell| cell.parse().ok()).expect("a number")).collect()

@@ -23,7 +23,8 @@ const trocar = (() => {
   /** The time in s of the cursor and of the paused animation, or `null`; and whether the next frame moves them there. */
   let shownAt = null;
   let isSought = false;
-  let written = { timer: 0, at: -Infinity };
+  /** What the address got last, and when; `what` waits to be written. */
+  let written = { timer: 0, at: -Infinity, last: null, what: null };
   /** The error of the address, displayed until the next change. */
   let notice = "";
   /** The answer that is drawn next, with the time of the first input that it shows; `null` if all are drawn. */
@@ -53,9 +54,10 @@ const trocar = (() => {
     return { scenario: given.get("scenario"), set, x: given.get("x"), y: given.get("y"), time, at: Number.isFinite(at) ? at : null };
   }
 
-  /** Writes the state into the address after a short delay, because browsers limit the rate of changes. A step is one of undo and Back. */
-  function toAddress(isStep = true) {
-    written.isStep ||= isStep;
+  /** Writes the state into the address after a short delay, because browsers limit the rate of changes. `what` has changed, which is a step of
+   *  undo and Back; without it, the address is only completed. */
+  function toAddress(what = null) {
+    written.what = what ?? written.what;
     clearTimeout(written.timer);
     written.timer = setTimeout(writeAddress, 120);
   }
@@ -73,10 +75,12 @@ const trocar = (() => {
     if (shownAt !== null) given.set("at", rounded(shownAt));
     const now = performance.now();
     // The changes of one drag are one step.
-    if (written.isStep && now - written.at > STEP_MS && location.hash !== `#${given}`) history.pushState({ depth: depth() + 1 }, "", `#${given}`);
+    const { what, last } = written;
+    const isStep = what !== null && (what !== last || now - written.at > STEP_MS) && location.hash !== `#${given}`;
+    if (isStep) history.pushState({ depth: depth() + 1 }, "", `#${given}`);
     else history.replaceState({ depth: depth() }, "", `#${given}`);
-    if (written.isStep) written.at = now;
-    written.isStep = false;
+    if (what !== null) [written.last, written.at] = [what, now];
+    written.what = null;
     part("undo").disabled = depth() === 0;
     const sets = Object.entries(state.set).map(([key, value]) => ` --set '${key}=${JSON.stringify(value)}'`);
     // The keys of events act with augmentation only.
@@ -112,7 +116,7 @@ const trocar = (() => {
   function changed(path, at) {
     notice = "";
     state.set = trocarControls.changes();
-    toAddress();
+    toAddress(path);
     show(at ?? null);
     map();
   }
@@ -151,7 +155,7 @@ const trocar = (() => {
     shownTime = given.time;
     state.set = given.set;
     trocarControls.give(given.set);
-    toAddress(false);
+    toAddress();
     show();
     map(0);
   }
@@ -259,7 +263,7 @@ const trocar = (() => {
       trocarControls.give(state.set);
       // Unknown keys of the address are sent to the server, which refuses them.
       state.set = { ...state.set, ...trocarControls.changes() };
-      toAddress(false);
+      toAddress();
       if (part("find").value) trocarControls.find(places(), part("find").value);
       request.busy = false;
       show();
@@ -358,7 +362,7 @@ const trocar = (() => {
       notice = "";
       shownAt = null;
       open(part("scenario").value);
-      toAddress();
+      toAddress("scenario");
     });
     part("undo").addEventListener("click", () => history.back());
     window.addEventListener("keydown", (event) => {
@@ -377,7 +381,7 @@ const trocar = (() => {
     for (const axis of ["x", "y"]) {
       part(`map-${axis}`).addEventListener("change", () => {
         state.map[axis] = part(`map-${axis}`).value;
-        toAddress();
+        toAddress(axis);
         map(0);
       });
     }
@@ -425,12 +429,12 @@ const trocar = (() => {
     window.addEventListener("chartzoom", ({ detail }) => {
       if (detail.group !== trocarPictures.GROUP) return;
       shownTime = detail.range === null ? "all" : { between: [detail.range.low, detail.range.high].map((at) => Math.max(0, at)) };
-      toAddress();
+      toAddress("time");
       show();
     });
     const at = (time) => {
       shownAt = time;
-      toAddress(false);
+      toAddress();
     };
     window.addEventListener("charttime", ({ detail }) => detail.isKept && at(detail.time));
     part("animation").addEventListener("input", () => at(animation.data.time_s[animation.at]));
@@ -438,13 +442,13 @@ const trocar = (() => {
     for (const time of ["rupture", "all"]) {
       part(`show-${time}`).addEventListener("click", () => {
         shownTime = time;
-        toAddress();
+        toAddress("time");
         show();
       });
     }
     window.addEventListener("hashchange", () => {
       clearTimeout(written.timer);
-      written.isStep = false;
+      written.what = null;
       if (hello) follow(address(), state.scenario);
     });
     trocarLink.begin(

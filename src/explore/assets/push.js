@@ -13,6 +13,7 @@ const trocarPush = (() => {
   let charts = null;
   let player = null;
   let resultCharts = [];
+  let shownResult = null;
 
   const mm = (value) => `${value.toFixed(1)} mm`;
 
@@ -96,7 +97,9 @@ const trocarPush = (() => {
   }
 
   /** Shows what both schemes make of the same motion of the hand. */
-  function result({ answer, animation, figure }) {
+  function result(message) {
+    const { answer, animation, figure } = message;
+    shownResult = message;
     end(`The same motion of your hand with both schemes: ${answer}`);
     parts.button.textContent = "Push again";
     show("result");
@@ -217,5 +220,6 @@ const trocarPush = (() => {
     /** Handles a refusal of the insertion. */
     refused: (id) => state && state.id === id && end(""),
     state: () => state,
+    result: () => shownResult,
   };
 })();

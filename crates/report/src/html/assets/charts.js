@@ -385,7 +385,7 @@ const trocarCharts = (() => {
     /** Moves the cursor to a place, or removes it (`null`), in all charts of the group, and tells the animation. A quiet cursor has no values. */
     point(place, isShared = true) {
       if (isShared) {
-        this.group.forEach((chart) => chart.isVisible && chart.point(place && { ...place, y: chart === this ? place.y : null }, false));
+        this.group.forEach((chart) => (chart.isVisible || chart === this) && chart.point(place && { ...place, y: chart === this ? place.y : null }, false));
         if (this.panel.x.caption === TIME) window.dispatchEvent(new CustomEvent("charttime", { detail: { time: place && place.x, isKept: place?.isKept === true } }));
       }
       if (isShared || (place === null && this.cursor === null)) return;
@@ -502,6 +502,8 @@ const trocarCharts = (() => {
 
     /** Handles a key: moves the cursor or zooms about it. */
     key(event) {
+      // A chart that the key has just brought into view.
+      if (!this.isDrawn) this.draw();
       const [x, y] = this.shown;
       const { x: about, y: level } = this.cursor ?? { x: (x.low + x.high) / 2, y: null };
       const pixels = event.shiftKey ? 40 : 4;
