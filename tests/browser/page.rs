@@ -45,11 +45,14 @@ pub fn is_there() -> bool {
 pub struct BrowserPage {
     pub client: Client,
     pub address: SocketAddr,
+    /// The process of the server.
+    pub server: u32,
 }
 
 /// Runs a trial with a new page, server and browser.
 pub fn run(body: Body) -> Result<(), String> {
-    let (_server, address) = explore(&[]);
+    let (server, address) = explore(&[]);
+    let server_id = server.id();
     let port = |line: &str| line.split("successfully on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok();
     let (_driver, port) =
         Running::start(Command::new("chromedriver").arg("--port=0"), port).ok_or("no chromedriver")?;
@@ -63,7 +66,7 @@ pub fn run(body: Body) -> Result<(), String> {
         builder.capabilities([("goog:chromeOptions".to_owned(), options)].into_iter().collect());
         let client = builder.connect(&format!("http://127.0.0.1:{port}")).await.map_err(|error| error.to_string())?;
         // Apart, so that a trial that fails closes its browser, too.
-        let trial = tokio::task::spawn_local(body(BrowserPage { client: client.clone(), address }));
+        let trial = tokio::task::spawn_local(body(BrowserPage { client: client.clone(), address, server: server_id }));
         let outcome = trial.await;
         client.close().await.map_err(|error| error.to_string())?;
         outcome.map(drop).or_else(|failed| std::panic::resume_unwind(failed.into_panic()))
@@ -120,14 +123,36 @@ impl BrowserPage {
     /// Presses keys, one after the other, wherever the focus is.
     pub async fn press(&self, keys: &[Key]) {
         for key in keys {
-            let text = String::from(char::from(*key));
-            self.client.active_element().await.expect("a focus").send_keys(&text).await.expect("pressed");
+            let (name, code, text) = match key {
+                Key::Tab => ("Tab", 9, ""),
+                Key::Enter => ("Enter", 13, "\r"),
+                Key::Backspace => ("Backspace", 8, ""),
+                Key::PageDown => ("PageDown", 34, ""),
+                Key::End => ("End", 35, ""),
+                Key::Left => ("ArrowLeft", 37, ""),
+                Key::Right => ("ArrowRight", 39, ""),
+                key => panic!("no code of {key:?}"),
+            };
+            self.key(name, code, text).await;
         }
     }
 
     /// Types a text wherever the focus is.
     pub async fn type_text(&self, text: &str) {
-        self.client.active_element().await.expect("a focus").send_keys(text).await.expect("typed");
+        for letter in text.chars() {
+            let text = letter.to_string();
+            // The codes of other characters are those of keys such as Delete.
+            let code = if letter.is_ascii_alphanumeric() { letter.to_ascii_uppercase() as u32 } else { 0 };
+            self.key(&text, code, &text).await;
+        }
+    }
+
+    async fn key(&self, name: &str, code: u32, text: &str) {
+        for event in ["keyDown", "keyUp"] {
+            let text = if event == "keyDown" { text } else { "" };
+            let key = json!({ "type": event, "key": name, "windowsVirtualKeyCode": code, "text": text });
+            self.devtools("Input.dispatchKeyEvent", key).await;
+        }
     }
 
     /// Presses Tab until an element that matches a selector has the focus, and the focus is in view and covered by nothing.

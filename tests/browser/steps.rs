@@ -1,5 +1,6 @@
 //! Steps of a session: undo, Back, the address, and what is typed.
 
+use std::process::Command;
 use std::time::Duration;
 
 use fantoccini::key::Key;
@@ -7,6 +8,7 @@ use serde_json::json;
 use tokio::time::sleep;
 
 use crate::page::BrowserPage;
+use crate::server::Running;
 
 /// What a step can change.
 const STATE: &str = "const { x } = trocarPictures.panel('position');
@@ -105,5 +107,28 @@ pub async fn comma(page: BrowserPage) -> BrowserPage {
     let shown = shown.as_str().unwrap_or_default();
     page.wait(&format!("return document.getElementById('map-text').textContent.includes('(ms) {shown}')")).await;
     assert!(!map.contains("(s)"), "{map}");
+    page
+}
+
+pub async fn ended(page: BrowserPage) -> BrowserPage {
+    page.open("scaling.force=1.3").await;
+    assert_eq!(page.evaluate("return document.getElementById('offline').checkVisibility()").await, json!(false));
+    let killed = Command::new("kill").args(["-KILL", &page.server.to_string()]).status().expect("runs");
+    assert!(killed.success());
+    page.wait("return document.getElementById('offline').textContent.includes('server has ended')").await;
+    let seen = "const { top, bottom, width } = document.getElementById('offline').getBoundingClientRect();
+        return [top >= 0 && bottom > top && width > 0.9 * innerWidth, document.getElementById('controls').inert, trocar.animation().isPlaying,
+            Number(getComputedStyle(document.querySelector('#chart-1 canvas')).opacity) < 0.5]";
+    assert_eq!(page.evaluate(seen).await, json!([true, true, false, true]));
+    // Another server on the same port: the page goes on with the same state.
+    let mut again = Command::new(env!("CARGO_BIN_EXE_trocar"));
+    again.args(["explore", "--no-open", "--port", &page.address.port().to_string()]);
+    let _again = Running::start(&mut again, |line| line.contains("http://").then_some(())).expect("served again");
+    page.wait("return !document.getElementById('offline').checkVisibility() && !document.getElementById('controls').inert").await;
+    page.wait("return !trocar.busy()").await;
+    assert_eq!(page.evaluate("return trocar.state.set").await, json!({ "scaling.force": 1.3 }));
+    let slider = page.element("key-scaling-force").await;
+    slider.send_keys(&String::from(char::from(Key::Right))).await.expect("moved");
+    page.wait("return trocar.state.set['scaling.force'] > 1.3 && !trocar.busy()").await;
     page
 }

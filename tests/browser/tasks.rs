@@ -60,7 +60,6 @@ pub async fn tasks(page: BrowserPage) -> BrowserPage {
         assert_ne!(page.evaluate("return document.querySelector('#metrics tbody').textContent").await, before);
         // 4. Type a delay with a decimal comma.
         page.tab_to("#front [id^='key-both'][inputmode]").await;
-        page.press(&[Key::Backspace, Key::Backspace]).await;
         page.type_text("2,5").await;
         page.press(&[Key::Tab]).await;
         page.wait("return trocar.state.set['channel.forward_delay_s'] === 0.0025 && trocar.state.set['channel.backward_delay_s'] === 0.0025").await;
@@ -75,7 +74,6 @@ pub async fn tasks(page: BrowserPage) -> BrowserPage {
         page.tab_to("#find").await;
         page.type_text("blend").await;
         page.tab_to("#sections input[id*='blend'][inputmode]").await;
-        page.press(&[Key::End, Key::Backspace, Key::Backspace, Key::Backspace]).await;
         page.type_text("0.3").await;
         page.press(&[Key::Tab]).await;
         page.wait("return trocar.state.set['augmentation.blend_s'] === 0.3 && !trocar.busy()").await;
@@ -128,7 +126,9 @@ pub async fn tasks(page: BrowserPage) -> BrowserPage {
         from_top().await;
         page.tab_to("#push").await;
         page.press(&[Key::Enter]).await;
-        page.wait("return document.getElementById('push-text').textContent.includes('without augmentation')").await;
+        page.wait("return !document.getElementById('push-result').hidden").await;
+        let told = page.text("push-text").await;
+        assert!(told.contains("both schemes: In the 0.3 s after"), "{width}: {told}");
         page.tab_to("#push-close").await;
         page.press(&[Key::Enter]).await;
         assert_eq!(page.evaluate("return document.getElementById('push-section').hidden").await, json!(true));
