@@ -12,8 +12,8 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::mpsc::Sender;
 use tokio::sync::mpsc::error::TrySendError;
 
-use super::limits::MAX_TICKS;
 use super::frame::signals;
+use super::limits::MAX_TICKS;
 use super::pair::{PairMaker, SCHEMES};
 use super::protocol::ServerMessage;
 use super::state::{State, StateError, bounded};

@@ -12,7 +12,8 @@ use crate::picture::column;
 use crate::test_folder::TestFolder;
 
 /// Collects the errors of scripts in `failed`.
-const WATCH: &str = "window.failed = []; window.addEventListener('error', ({ message }) => failed.push(message)); return null";
+const WATCH: &str =
+    "window.failed = []; window.addEventListener('error', ({ message }) => failed.push(message)); return null";
 
 /// The first canvas of each group of charts: its text for screen readers.
 async fn told(client: &Client, selector: &str) -> String {
@@ -23,7 +24,10 @@ async fn told(client: &Client, selector: &str) -> String {
 /// The number after a word in a text such as "Time 5.520 s, slave, classical 19.04 mm".
 fn number_after(text: &str, word: &str) -> f64 {
     let rest = text.split(word).nth(1).unwrap_or_else(|| panic!("{word} in {text}")).trim_start();
-    rest.split(' ').next().and_then(|number| number.parse().ok()).unwrap_or_else(|| panic!("a number after {word}: {text}"))
+    rest.split(' ')
+        .next()
+        .and_then(|number| number.parse().ok())
+        .unwrap_or_else(|| panic!("a number after {word}: {text}"))
 }
 
 pub async fn keys(page: BrowserPage) -> BrowserPage {
@@ -40,7 +44,8 @@ pub async fn keys(page: BrowserPage) -> BrowserPage {
     let folder = TestFolder::new();
     folder.good(&["run", "paper/augmented", "--set", "augmentation.enabled=false", "--quiet", "--out", "o"]);
     let csv = folder.text("o/augmented/trace.csv");
-    let rupture_s = page.evaluate("return trocarPictures.panel('position').ruptures[0]").await.as_f64().expect("a time");
+    let rupture_s =
+        page.evaluate("return trocarPictures.panel('position').ruptures[0]").await.as_f64().expect("a time");
     let tick = column(&csv, "time_s").iter().position(|time_s| (time_s - rupture_s).abs() < 1e-6).expect("a tick");
     let expected_mm = 1e3 * column(&csv, "slave_position_m")[tick];
     assert_eq!(number_after(&text, "Time"), rupture_s);
@@ -166,7 +171,8 @@ pub async fn events(page: BrowserPage) -> BrowserPage {
 /// Under forced colours, a shade stays pale and a curve differs from it.
 pub async fn forced_colours(page: BrowserPage) -> BrowserPage {
     for theme in ["light", "dark"] {
-        let features = json!([{ "name": "forced-colors", "value": "active" }, { "name": "prefers-color-scheme", "value": theme }]);
+        let features =
+            json!([{ "name": "forced-colors", "value": "active" }, { "name": "prefers-color-scheme", "value": theme }]);
         page.devtools("Emulation.setEmulatedMedia", json!({ "features": features })).await;
         page.open("").await;
         let colours = "const rgb = (name) => trocarCharts.colour(name).match(/[\\d.]+/g).slice(0, 3).map(Number);

@@ -190,10 +190,20 @@ pub async fn axe(page: BrowserPage) -> BrowserPage {
     };
     let axe = std::fs::read_to_string(axe).expect("axe.min.js");
     let mut found = vec![];
-    for address in [format!("http://{}/", page.address)].iter().chain(&reports) {
+    let address = format!("http://{}/", page.address);
+    // The page also as on a telephone, and with the result of an insertion by hand.
+    let pages = [(&address, 1400, false), (&address, 390, true)].into_iter();
+    for (address, width, is_pushed) in pages.chain(reports.iter().map(|report| (report, 1400, false))) {
+        page.resize(width, 900).await;
         page.client.goto("about:blank").await.expect("goes");
         page.client.goto(address).await.expect("goes");
         sleep(Duration::from_millis(if address.starts_with("http") { 1500 } else { 300 })).await;
+        if is_pushed {
+            page.element("push-open").await.click().await.expect("opened");
+            page.wait("return !!trocarPush.state()?.range").await;
+            page.element("push").await.click().await.expect("ended");
+            page.wait("return !document.getElementById('push-result').hidden").await;
+        }
         for theme in ["light", "dark"] {
             page.evaluate(&format!(
                 "document.documentElement.dataset.theme = '{theme}'; window.dispatchEvent(new Event('themechange'));
@@ -201,12 +211,12 @@ pub async fn axe(page: BrowserPage) -> BrowserPage {
             ))
             .await;
             let run = format!(
-                "{axe}; const done = arguments[arguments.length - 1]; axe.run({{ resultTypes: ['violations'] }})
+                "{axe}; const done = arguments[arguments.length - 1]; axe.run({{ resultTypes: ['violations'], rules: {{ 'target-size': {{ enabled: true }} }} }})
                  .then(found => done(found.violations.map(one => [one.id, one.nodes.map(node => node.html)])))"
             );
             let violations = page.client.execute_async(&run, vec![]).await.expect("a result");
             if violations != json!([]) {
-                found.push(format!("{address} in the {theme} theme: {violations}"));
+                found.push(format!("{address}, {width} pixels wide, in the {theme} theme: {violations}"));
             }
         }
     }

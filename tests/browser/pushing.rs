@@ -39,7 +39,8 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
     let sound = page.evaluate("return trocarListen.state()").await;
     assert_eq!(sound["state"], json!("running"));
     assert!(sound["loudness"].as_f64().is_some_and(|loudness| loudness > 0.0), "{sound}");
-    page.wait(&format!("return trocarListen.state().clicks === {RUPTURES} && vibrated.length === 2 * {RUPTURES}")).await;
+    page.wait(&format!("return trocarListen.state().clicks === {RUPTURES} && vibrated.length === 2 * {RUPTURES}"))
+        .await;
     assert_eq!(page.evaluate("return [typeof vibrated[0], vibrated[1][0]]").await, json!(["number", "dual-rumble"]));
     // The advance of the needle in the time of the metric.
     sleep(Duration::from_millis(900)).await;
@@ -69,7 +70,10 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
     assert!(compared[1].as_f64().is_some_and(|mm| mm < 0.2), "{compared}");
     let overshoot = |run: usize| compared[2][run][0].as_f64().expect("an overshoot");
     assert!(overshoot(0) > 3.0 * overshoot(1), "{compared}");
-    assert_eq!(page.evaluate("return document.querySelectorAll('#push-animation .needle-panel').length").await, json!(2));
+    assert_eq!(
+        page.evaluate("return document.querySelectorAll('#push-animation .needle-panel').length").await,
+        json!(2)
+    );
     // On a wide screen, a drag selects no text.
     page.resize(1280, 800).await;
     page.element("push").await.click().await.expect("again");
@@ -77,10 +81,19 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
     let [left, top, width, height] = page.place("#field svg").await;
     page.mouse("mousePressed", (left + 0.5 * width, top + 0.1 * height)).await;
     for step in 0..30 {
-        page.mouse("mouseMoved", (left + (0.5 + 0.04 * f64::from(step)) * width, top + (0.1 + 0.01 * f64::from(step)) * height)).await;
+        page.mouse(
+            "mouseMoved",
+            (left + (0.5 + 0.04 * f64::from(step)) * width, top + (0.1 + 0.01 * f64::from(step)) * height),
+        )
+        .await;
     }
     assert_eq!(page.evaluate("return getSelection().toString()").await, json!(""));
-    assert!(page.evaluate("return trocarPush.state().aim - trocarPush.state().range[0]").await.as_f64().is_some_and(|mm| mm > 1.0));
+    assert!(
+        page.evaluate("return trocarPush.state().aim - trocarPush.state().range[0]")
+            .await
+            .as_f64()
+            .is_some_and(|mm| mm > 1.0)
+    );
     page.mouse("mouseReleased", (left, top)).await;
     // Before contact, the axes do not magnify what is not there.
     let axes = "return [...document.querySelectorAll('#pushed canvas')].length";
@@ -102,7 +115,8 @@ pub async fn scale(page: BrowserPage) -> BrowserPage {
             return [box('.force').height / box('.track').height, parseFloat(panel.querySelector('.newtons').textContent), texts.filter((text) => /^\\d+ N$/.test(text))]";
         let drawn = page.evaluate(drawn).await;
         let (share, newtons) = (drawn[0].as_f64().expect("a share"), drawn[1].as_f64().expect("a force"));
-        let full: f64 = drawn[2][0].as_str().and_then(|text| text.trim_end_matches(" N").parse().ok()).expect("a scale");
+        let full: f64 =
+            drawn[2][0].as_str().and_then(|text| text.trim_end_matches(" N").parse().ok()).expect("a scale");
         assert!(full >= 5.0 && (share - newtons / full).abs() < 0.01, "{state}: {drawn}");
     }
     page

@@ -75,7 +75,9 @@ pub async fn comma(page: BrowserPage) -> BrowserPage {
     page.open("").await;
     let id = "key-sensor-force_noise_std_n-number";
     let number = page.element(id).await;
-    let place = async || page.place("#key-channel-forward_delay_s, [data-key='channel.forward_delay_s'] input[type=range]").await;
+    let place = async || {
+        page.place("#key-channel-forward_delay_s, [data-key='channel.forward_delay_s'] input[type=range]").await
+    };
     let before = place().await;
     let typed = async |text: &str| {
         let all = format!("{}a{}", char::from(Key::Control), char::from(Key::Null));
@@ -86,7 +88,8 @@ pub async fn comma(page: BrowserPage) -> BrowserPage {
     for text in ["0,05", "0.05", " 0,050 "] {
         assert_eq!(typed(text).await, json!(5e-5), "{text} mN");
     }
-    let is_wrong = format!("return document.getElementById('{id}').closest('.control').querySelector('.error').textContent");
+    let is_wrong =
+        format!("return document.getElementById('{id}').closest('.control').querySelector('.error').textContent");
     // It could be a thousand or one.
     assert_eq!(typed("1,000").await, json!(5e-5));
     assert!(page.evaluate(&is_wrong).await.as_str().is_some_and(|text| text.contains("1,000 is not a number")));
@@ -94,7 +97,8 @@ pub async fn comma(page: BrowserPage) -> BrowserPage {
     assert_eq!(page.evaluate(&is_wrong).await, json!(""));
     // A changed control has a button more and moves nothing, not even the slider of the longest name.
     assert_eq!(place().await, before);
-    let slider = page.client.find(fantoccini::Locator::Css("#front [id^='key-both'][type=range]")).await.expect("a slider");
+    let slider =
+        page.client.find(fantoccini::Locator::Css("#front [id^='key-both'][type=range]")).await.expect("a slider");
     let top = async || slider.rectangle().await.expect("a place").1;
     let first = top().await;
     slider.send_keys(&String::from(char::from(Key::Right)).repeat(3)).await.expect("moved");
@@ -124,7 +128,10 @@ pub async fn ended(page: BrowserPage) -> BrowserPage {
     let mut again = Command::new(env!("CARGO_BIN_EXE_trocar"));
     again.args(["explore", "--no-open", "--port", &page.address.port().to_string()]);
     let _again = Running::start(&mut again, |line| line.contains("http://").then_some(())).expect("served again");
-    page.wait("return !document.getElementById('offline').checkVisibility() && !document.getElementById('controls').inert").await;
+    page.wait(
+        "return !document.getElementById('offline').checkVisibility() && !document.getElementById('controls').inert",
+    )
+    .await;
     page.wait("return !trocar.busy()").await;
     assert_eq!(page.evaluate("return trocar.state.set").await, json!({ "scaling.force": 1.3 }));
     let slider = page.element("key-scaling-force").await;

@@ -15,7 +15,14 @@ pub async fn sizes(page: BrowserPage) -> BrowserPage {
     for (width, height) in SIZES.into_iter().chain([(640, 400)]) {
         page.resize(width, height).await;
         page.open("").await;
-        page.element("all").await.find(fantoccini::Locator::Css("summary")).await.expect("a summary").click().await.expect("opened");
+        page.element("all")
+            .await
+            .find(fantoccini::Locator::Css("summary"))
+            .await
+            .expect("a summary")
+            .click()
+            .await
+            .expect("opened");
         let script = format!(
             "{COVERED}
             document.querySelectorAll('details').forEach((one) => {{ one.open = true; }});
@@ -46,7 +53,11 @@ pub async fn tasks(page: BrowserPage) -> BrowserPage {
         page.tab_to("#scenario").await;
         page.type_text("Insertion through the skin, classical").await;
         settled().await;
-        assert_ne!(page.evaluate("return trocar.state.scenario").await, json!("builtin:paper/augmented.toml"), "{width}");
+        assert_ne!(
+            page.evaluate("return trocar.state.scenario").await,
+            json!("builtin:paper/augmented.toml"),
+            "{width}"
+        );
         // 2. Undo it.
         sleep(Duration::from_millis(300)).await;
         page.tab_to("#undo").await;
@@ -90,7 +101,10 @@ pub async fn tasks(page: BrowserPage) -> BrowserPage {
         page.tab_to("#chart-1 canvas").await;
         page.type_text("e").await;
         let told = page.evaluate("return document.activeElement.getAttribute('aria-valuetext')").await;
-        assert!(told.as_str().is_some_and(|told| told.contains("Time 5.520 s") && told.contains("slave, augmented")), "{told}");
+        assert!(
+            told.as_str().is_some_and(|told| told.contains("Time 5.520 s") && told.contains("slave, augmented")),
+            "{told}"
+        );
         // 9. Zoom in, and show everything.
         page.type_text("+").await;
         page.wait("return location.hash.includes('time=5')").await;
@@ -109,7 +123,8 @@ pub async fn tasks(page: BrowserPage) -> BrowserPage {
         // 12. Save the scenario.
         page.tab_to("#export-toml").await;
         page.press(&[Key::Enter]).await;
-        page.wait("return trocar.file()?.name === 'augmented.toml' && trocar.file().content.includes('blend_s = 0.3')").await;
+        page.wait("return trocar.file()?.name === 'augmented.toml' && trocar.file().content.includes('blend_s = 0.3')")
+            .await;
         // 13. Push through a layer, and read what both schemes make of it.
         from_top().await;
         page.tab_to("#push-open").await;
@@ -117,7 +132,9 @@ pub async fn tasks(page: BrowserPage) -> BrowserPage {
         page.wait("return !!trocarPush.state()?.range && document.activeElement.id === 'field'").await;
         for _ in 0..60 {
             page.press(&[Key::PageDown]).await;
-            if page.evaluate("return trocarPush.state().events.some(([, kind]) => kind === 'rupture')").await == json!(true) {
+            if page.evaluate("return trocarPush.state().events.some(([, kind]) => kind === 'rupture')").await
+                == json!(true)
+            {
                 break;
             }
             sleep(Duration::from_millis(60)).await;

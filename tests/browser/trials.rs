@@ -97,20 +97,18 @@ async fn refused(page: BrowserPage) -> BrowserPage {
     let number = page.element("key-scaling-force-number").await;
     let wrong =
         "return document.getElementById('key-scaling-force-number').closest('.control').classList.contains('wrong')";
+    let all = format!("{}a{}", char::from(Key::Control), char::from(Key::Null));
     for text in ["1e999", "--"] {
-        number.clear().await.expect("cleared");
-        number.send_keys(&format!("{text}{}", char::from(Key::Tab))).await.expect("typed");
+        number.send_keys(&format!("{all}{text}{}", char::from(Key::Tab))).await.expect("typed");
         page.wait(wrong).await;
         let outdated = page.evaluate("return trocar.state.set['scaling.force'] === undefined").await;
         assert_eq!(outdated, Json::Bool(true), "{text}");
     }
     // The browser takes it for a number, the scenario does not.
-    number.clear().await.expect("cleared");
-    number.send_keys(&format!("-3{}", char::from(Key::Tab))).await.expect("typed");
+    number.send_keys(&format!("{all}-3{}", char::from(Key::Tab))).await.expect("typed");
     page.wait("return document.getElementById('main').classList.contains('outdated')").await;
     assert!(page.text("status").await.contains("last valid values"));
-    number.clear().await.expect("cleared");
-    number.send_keys(&format!("2{}", char::from(Key::Tab))).await.expect("typed");
+    number.send_keys(&format!("{all}2{}", char::from(Key::Tab))).await.expect("typed");
     page.wait("return !trocar.busy() && !document.getElementById('main').classList.contains('outdated')").await;
     // Several refused values are marked at once, each at its control.
     page.client.goto("about:blank").await.expect("goes");
@@ -299,9 +297,7 @@ async fn access(page: BrowserPage) -> BrowserPage {
         reached.push(id);
         active.send_keys(&tab).await.expect("sent");
     }
-    for id in
-        ["scenario", "theme", "find", "key-scaling-force", "map-x", "map", "listen", "push-open", "export-toml"]
-    {
+    for id in ["scenario", "theme", "find", "key-scaling-force", "map-x", "map", "listen", "push-open", "export-toml"] {
         assert!(reached.iter().any(|one| one == id), "{id} is not reached by Tab: {reached:?}");
     }
     // Screen readers need a name for every control.

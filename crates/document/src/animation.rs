@@ -165,13 +165,9 @@ impl Shape {
     fn kind(&self) -> &'static str {
         match self.role {
             _ if self.text.is_some() => "text",
-            Role::Level
-            | Role::Barrier
-            | Role::Bracket
-            | Role::Rail
-            | Role::Grip
-            | Role::Vibration
-            | Role::Ruler => "polyline",
+            Role::Level | Role::Barrier | Role::Bracket | Role::Rail | Role::Grip | Role::Vibration | Role::Ruler => {
+                "polyline"
+            }
             Role::TissueEven
             | Role::TissueOdd
             | Role::Tear

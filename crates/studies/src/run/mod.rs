@@ -20,8 +20,8 @@ pub(crate) use pack::{RunObserver, run_pack_observed};
 pub use promise::{force_bound_gap, promise_gaps};
 pub use stepped::SteppedRun;
 pub use trace_table::trace_table;
-pub use views::event_shade;
 pub use trocar_scenario::{empty_trace, empty_trace_with};
+pub use views::event_shade;
 pub use warnings::{outside_measured, seeds_without_effect};
 
 use thiserror::Error;
