@@ -32,7 +32,12 @@ pub async fn animation(page: BrowserPage) -> BrowserPage {
         let folder = TestFolder::new();
         let times: Vec<f64> = serde_json::from_value(page.evaluate("return trocar.animation().data.time_s").await)
             .expect("the times of the frames");
-        assert!(times.len() > 100 && (times[times.len() - 1] - times[0] - 0.6).abs() < 0.002, "{}", times.len());
+        let still = page.evaluate("return trocar.animation().data.still").await.as_u64().expect("a frame") as usize;
+        assert!(still > 100 && (times[still] - times[0] - 0.6).abs() < 0.002, "{still} of {}", times.len());
+        // It plays on until the needle has caught up.
+        let states = page.evaluate("return trocar.animation().data.panels[1].states").await;
+        let states: Vec<String> = serde_json::from_value(states).expect("states");
+        assert!(states[still] != "teleoperation" && states[states.len() - 1] == "teleoperation", "{states:?}");
         let mut tips_m = vec![];
         let mut ticks_s = vec![];
         for enabled in [false, true] {
@@ -61,7 +66,7 @@ pub async fn animation(page: BrowserPage) -> BrowserPage {
             }
         }
         assert!(states.iter().any(|state| state == "frozen"), "{states:?}");
-        // The last frame is the end of the metric's time.
+        // The frame at rest is the end of the metric's time.
         let drawn = page.evaluate(&format!("trocar.animation().rest(); {DRAWN}")).await;
         let row = table.iter().find(|row| row[0] == "rupture 1: overshoot in 0.5 s").expect("the metric");
         for run in 0..2 {

@@ -17,11 +17,18 @@ use trocar_metrics::{Outcome, RUPTURE_WINDOW_S, Unit};
 /// Displayed time before the rupture, in s. The time after it is that of the metric "overshoot in 0.5 s".
 const BEFORE_S: f64 = 0.1;
 
-/// Displayed time, in s.
+/// Displayed time until the end of that metric, in s.
 const LENGTH_S: f64 = BEFORE_S + RUPTURE_WINDOW_S;
 
-/// Number of frames, which are 62.5 per second at a quarter of the speed.
+/// Number of frames in that time, which are 62.5 per second at a quarter of the speed.
 const FRAMES: usize = 151;
+
+/// Interval of the frames after it, in s, while the needle catches up with the hand.
+const LATER_S: f64 = 0.01;
+
+/// Displayed time after the needle has caught up, and longest displayed time after the rupture, in s.
+const CAUGHT_UP_S: f64 = 0.1;
+const MAX_AFTER_S: f64 = 1.5;
 
 /// How much slower than the run the animation plays.
 const SLOWNESS: f64 = 4.0;
@@ -66,6 +73,8 @@ struct Played<'a> {
     /// The time axis of the longest run, in s, and the ticks of the frames.
     times_s: &'a [f64],
     ticks: Vec<usize>,
+    /// The frame at the end of the metric's time.
+    still: usize,
     /// The time of the first rupture, in s.
     rupture_s: Option<f64>,
     /// The time of the first rupture; without one, that of the largest tissue force.
@@ -90,7 +99,14 @@ impl<'a> Played<'a> {
         let from_s = (origin_s - BEFORE_S).min(end_s - LENGTH_S).max(0.0);
         let wanted_s = (0..FRAMES).map(|frame| from_s + LENGTH_S * frame as f64 / (FRAMES - 1) as f64);
         let times_s = &runs.iter().max_by_key(|run| run.trace.len())?.trace.time_s;
-        let mut ticks: Vec<usize> = wanted_s.map(|time_s| nearest(times_s, time_s).min(times_s.len() - 1)).collect();
+        let after_s = if rupture_s.is_some() { after_s(runs, origin_s) } else { RUPTURE_WINDOW_S };
+        let later = ((after_s - RUPTURE_WINDOW_S) / LATER_S).round() as usize;
+        let later_s = (1..=later).map(|frame| from_s + LENGTH_S + LATER_S * frame as f64);
+        let tick = |time_s: f64| nearest(times_s, time_s).min(times_s.len() - 1);
+        let mut ticks: Vec<usize> = wanted_s.map(tick).collect();
+        ticks.dedup();
+        let still = ticks.len() - 1;
+        ticks.extend(later_s.map(tick));
         ticks.dedup();
         let frames: Vec<Frames> = runs.iter().map(|run| Frames::new(run, times_s, &ticks)).collect();
         let moments = || frames.iter().flat_map(|frames| &frames.moments);
@@ -105,15 +121,17 @@ impl<'a> Played<'a> {
         let forces = moments().map(|now| now.felt_n.abs()).filter(|force| force.is_finite());
         let full_n = full_n(forces.fold(0.0, f64::max));
         let range_mm = (low - margin, high + margin);
-        Some(Self { runs, times_s, ticks, rupture_s, origin_s, frames, range_mm, full_n })
+        Some(Self { runs, times_s, ticks, still, rupture_s, origin_s, frames, range_mm, full_n })
     }
 
     fn animation(&self) -> Animation {
+        let length_s = self.times_s[self.ticks[self.ticks.len() - 1]] - self.times_s[self.ticks[0]];
+        let length_s = (10.0 * length_s).round() / 10.0;
         let title = match self.rupture_s {
             Some(_) => format!(
-                "{LENGTH_S} s around the first rupture, four times slower. The bracket is the overshoot in {RUPTURE_WINDOW_S} s."
+                "{length_s} s around the first rupture, four times slower. The bracket is the overshoot in {RUPTURE_WINDOW_S} s."
             ),
-            None => format!("No layer ruptures: {LENGTH_S} s around the largest tissue force, four times slower."),
+            None => format!("No layer ruptures: {length_s} s around the largest tissue force, four times slower."),
         };
         let origin = if self.rupture_s.is_some() { "rupture" } else { "largest force" };
         let clock = |tick: &usize| {
@@ -126,7 +144,7 @@ impl<'a> Played<'a> {
             clocks: self.ticks.iter().map(clock).collect(),
             origin_s: self.origin_s,
             slowness: SLOWNESS,
-            still: self.ticks.len() - 1,
+            still: self.still,
             panels: self.runs.iter().zip(&self.frames).map(|(run, frames)| self.panel(run, frames)).collect(),
             pictures: vec![],
         }
@@ -154,6 +172,17 @@ impl<'a> Played<'a> {
         let frames = frames.moments.iter().map(|now| scene.shapes(now)).collect();
         Drawing { size: (form.width, form.height), frames }
     }
+}
+
+/// Returns the displayed time after a rupture, in s: that of the overshoot, and until the needle has caught up after an event that
+/// begins in it.
+fn after_s(runs: &[&Run], rupture_s: f64) -> f64 {
+    let caught_up = runs.iter().flat_map(|run| &run.metrics.events).filter_map(|event| {
+        let is_of_rupture = (0.0..RUPTURE_WINDOW_S).contains(&(event.start_s - rupture_s));
+        let end_s = event.start_s + event.augmented_s? + event.reengaging_s?;
+        is_of_rupture.then_some(end_s - rupture_s + CAUGHT_UP_S)
+    });
+    caught_up.fold(RUPTURE_WINDOW_S, f64::max).min(MAX_AFTER_S)
 }
 
 fn time_of_largest_force(run: &Run) -> f64 {
@@ -215,8 +244,9 @@ fn reached_mm(now: &Moment) -> Option<f64> {
 struct Overshoot<'a> {
     time_s: f64,
     tip_m: &'a [f64],
-    /// The tick of the rupture.
+    /// The ticks of the rupture and of the end of the metric's time.
     from: usize,
+    end: usize,
     /// The metric with its unit.
     text: String,
 }
@@ -225,19 +255,21 @@ impl<'a> Overshoot<'a> {
     fn of(run: &'a Run) -> Option<Self> {
         let rupture = run.metrics.ruptures.first()?;
         let from = nearest(&run.trace.time_s, rupture.time_s);
+        let end = nearest(&run.trace.time_s, rupture.time_s + RUPTURE_WINDOW_S);
         let text = show(rupture.slave_overshoot_m, Unit::Metre);
         (from < run.trace.len()).then_some(Self {
             time_s: rupture.time_s,
             tip_m: &run.trace.slave_position_m,
             from,
+            end,
             text,
         })
     }
 
-    /// Returns the place of the tip at the rupture, the maximum advance until a tick in mm, and its text.
+    /// Returns the place of the tip at the rupture, the maximum advance until a tick in mm within the metric's time, and its text.
     fn at(&self, tick: usize) -> (f64, f64, String) {
         let from_m = self.tip_m[self.from];
-        let until = (tick + 1).clamp(self.from + 1, self.tip_m.len());
+        let until = (tick.min(self.end) + 1).clamp(self.from + 1, self.tip_m.len());
         let reached_m = self.tip_m[self.from..until].iter().map(|tip_m| tip_m - from_m).fold(0.0, f64::max);
         (1e3 * from_m, 1e3 * reached_m, format!("{:.1} mm", 1e3 * reached_m))
     }
@@ -275,7 +307,13 @@ mod tests {
             let runs = runs.each_ref();
             let played = Played::of(&runs).expect("frames");
             let animation = played.animation();
-            assert_eq!(animation.time_s.len(), FRAMES);
+            assert_eq!(animation.still, FRAMES - 1);
+            // At the end the needle has caught up.
+            let augmented = &played.frames[1];
+            let (state, last) = augmented.states.last().zip(augmented.moments.last()).expect("frames");
+            assert_eq!(*state, "teleoperation");
+            assert!((last.tip_mm - last.hand_mm).abs() < 0.5, "{} {}", last.tip_mm, last.hand_mm);
+            assert!(augmented.states[FRAMES - 1] != "teleoperation");
             for (panel, run) in played.frames.iter().zip(runs) {
                 let rupture = &run.metrics.ruptures[0];
                 let last = &panel.moments[FRAMES - 1];

@@ -205,14 +205,15 @@ const trocarAnimation = (() => {
       this.cursor = "quiet";
       setText(this.button, "Pause");
       const frames = () => this.data.time_s.length - 1;
-      const length = () => this.data.slowness * (this.data.time_s[frames()] - this.data.time_s[0]);
-      let began = performance.now() - (1000 * length() * (this.at >= frames() ? 0 : this.at)) / Math.max(1, frames());
+      /** The time in s from the beginning to a frame, as it plays. */
+      const playedTo = (frame) => this.data.slowness * (this.data.time_s[frame] - this.data.time_s[0]);
+      let began = performance.now() - 1000 * playedTo(this.at >= frames() ? 0 : this.at);
       const step = (now) => {
         if (!this.isPlaying) return;
-        if (this.cursor === "held") began = now - (1000 * length() * this.at) / Math.max(1, frames());
+        if (this.cursor === "held") began = now - 1000 * playedTo(this.at);
         const played = (now - began) / 1000;
-        if (played > length() + REST_S) began = now;
-        const frame = Math.min(frames(), Math.max(0, Math.floor((played / length()) * frames())));
+        if (played > playedTo(frames()) + REST_S) began = now;
+        const frame = this.frameAt(this.data.time_s[0] + Math.max(0, played) / this.data.slowness);
         if (this.isVisible && this.cursor !== "held" && frame !== this.at) this.show(frame);
         requestAnimationFrame(step);
       };
