@@ -125,13 +125,11 @@ impl<'a> Played<'a> {
     }
 
     fn animation(&self) -> Animation {
-        let length_s = self.times_s[self.ticks[self.ticks.len() - 1]] - self.times_s[self.ticks[0]];
-        let length_s = (10.0 * length_s).round() / 10.0;
         let title = match self.rupture_s {
-            Some(_) => format!(
-                "{length_s} s around the first rupture, four times slower. The bracket is the overshoot in {RUPTURE_WINDOW_S} s."
-            ),
-            None => format!("No layer ruptures: {length_s} s around the largest tissue force, four times slower."),
+            Some(_) => {
+                format!("The first rupture, four times slower. The bracket is the overshoot in {RUPTURE_WINDOW_S} s.")
+            }
+            None => "No layer ruptures: the time around the largest tissue force, four times slower.".to_owned(),
         };
         let origin = if self.rupture_s.is_some() { "rupture" } else { "largest force" };
         let clock = |tick: &usize| {
