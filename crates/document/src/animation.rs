@@ -99,12 +99,18 @@ pub enum Role {
     Needle,
     /// The clamp that holds a frozen needle.
     Clamp,
+    /// The open clamp that slows a needle.
+    Brake,
+    /// The depth that a held needle must not pass.
+    Barrier,
     /// The rail of the hand.
     Rail,
     /// The hand.
     Hand,
     /// The line on the hand.
     Grip,
+    /// The vibration of a cue on the skin of the hand.
+    Vibration,
     /// The bar of the felt force.
     Track,
     /// The felt force, if it pushes.
@@ -159,7 +165,9 @@ impl Shape {
     fn kind(&self) -> &'static str {
         match self.role {
             _ if self.text.is_some() => "text",
-            Role::Level | Role::Bracket | Role::Rail | Role::Grip | Role::Ruler => "polyline",
+            Role::Level | Role::Barrier | Role::Bracket | Role::Rail | Role::Grip | Role::Vibration | Role::Ruler => {
+                "polyline"
+            }
             Role::TissueEven
             | Role::TissueOdd
             | Role::Tear
@@ -167,6 +175,7 @@ impl Shape {
             | Role::Overshoot
             | Role::Needle
             | Role::Clamp
+            | Role::Brake
             | Role::Hand
             | Role::Track
             | Role::Force

@@ -104,6 +104,7 @@ impl Record {
             tissue_force_n: &self.tissue,
             feedback_force_n: &self.feedback,
             mode: &self.mode,
+            event: Shade::Frozen,
             rupture_times_s: (&self.ruptures[..]).into(),
             alarm_times_s: (&self.alarms[..]).into(),
         }

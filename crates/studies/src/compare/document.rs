@@ -4,7 +4,7 @@ use serde_json::{Value as Json, json};
 
 use super::{Comparison, Fact, Row, SeedStudy, Spread, rows, verdict, verdict_over_seeds};
 use crate::animation::animation_with_pictures;
-use crate::run::{REDUCED, Run, about, outcome, seeds_without_effect, windows};
+use crate::run::{REDUCED, Run, about, event_shade, outcome, seeds_without_effect, windows};
 use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, show};
 use trocar_figures::{self as figures, EstimationView, RunView};
 use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Scope, Unit};
@@ -322,7 +322,7 @@ pub(crate) fn events_table(runs: &[&Run]) -> Option<Table> {
         for event in &run.metrics.events {
             let motion = format!("the slave moves at most {}", mm(event.frozen_motion_m));
             let duration = event.augmented_s.map_or("until the end".into(), |s| format!("for {}", ms(s)));
-            add(event.start_s, "frozen".into(), format!("{duration}, {motion}"));
+            add(event.start_s, event_shade(&run.scenario).name().into(), format!("{duration}, {motion}"));
             let Some(augmented_s) = event.augmented_s else { continue };
             let duration = event.reengaging_s.map_or("until the end".into(), |s| format!("for {}", ms(s)));
             add(event.start_s + augmented_s, "re-engaging".into(), duration);

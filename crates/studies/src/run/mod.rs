@@ -21,6 +21,7 @@ pub use promise::{force_bound_gap, promise_gaps};
 pub use stepped::SteppedRun;
 pub use trace_table::trace_table;
 pub use trocar_scenario::{empty_trace, empty_trace_with};
+pub use views::event_shade;
 pub use warnings::{outside_measured, seeds_without_effect};
 
 use thiserror::Error;
