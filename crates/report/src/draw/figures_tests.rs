@@ -234,9 +234,13 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
     let tried = tried.into_iter().chain(["forbidden-region", "damping", "cue", "tip-force"]).enumerate();
     let strategy = |(index, name)| StrategyView {
         name,
-        excess_m: 1e-3 * index as f64,
-        noticed: 0.08 * index as f64,
-        is_on_front: index % 2 == 0,
+        reached: Some(if index % 3 == 2 { 0.6 } else { 1.0 }),
+        noticed: Some(0.08 * index as f64),
+        excess_m: Some(1e-3 * index as f64),
+        high_excess_m: Some(2e-3 * index as f64),
+        final_excess_m: Some(-3e-3 * index as f64),
+        is_compared: index % 3 != 2,
+        is_on_front: index % 2 == 0 && index % 3 != 2,
     };
     let tried: Vec<_> = tried.map(strategy).collect();
     let means: Vec<f64> = (0..48).map(|k| f64::from(k % 7)).collect();
