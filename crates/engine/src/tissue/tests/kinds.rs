@@ -138,7 +138,7 @@ fn stateful() -> Vec<(&'static str, AnyTissue<f64>)> {
     let motion = OrganMotion { breathing_amplitude_m: 4e-3, breathing_period_s: 0.1, ..OrganMotion::DEFAULT };
     let mut all: Vec<(&str, AnyTissue<f64>)> =
         simulated().iter().map(|settings| (settings.word(), AnyTissue::from(build(settings)))).collect();
-    let layers = StillTissue::from(build(&simulated()[3]));
+    let layers = build(&simulated()[3]);
     let shaft = ShaftParameters { static_ratio: 1.5, ..ShaftParameters::DEFAULT };
     let tearing = TissueSettings::Tearing(TearingSettings { shaft, ..TearingSettings::default() });
     all.push(("moving layers", motion.applied_to(layers, TICK_S).expect("valid")));
