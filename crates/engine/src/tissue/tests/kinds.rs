@@ -5,7 +5,7 @@ use super::super::{
     LayerParameters, LayersParameters, Model, OrganMotion, Reaction, RecordedForce, Recording, ReplaySettings,
     ShaftParameters, Springs, StillTissue, Surface, TearingSettings, Tissue, TissueFailure, TissueSettings,
 };
-use super::TICK_S;
+use super::{TICK_S, rupturing};
 use trocar_core::error::InvalidValue;
 
 /// Settings of each kind that simulates its tissue.
@@ -32,9 +32,9 @@ fn only_kinds_with_layers_have_default_layers() {
 
 #[test]
 fn only_layers_rupture_and_their_names_are_known() {
-    let names = simulated().map(|settings| settings.rupturing_layers().join(" "));
+    let names = simulated().map(|settings| rupturing(&settings.layers()).join(" "));
     assert_eq!(names, ["", "", "", "skin muscle capsule", "organ"]);
-    assert_eq!(TissueSettings::Recording(ReplaySettings::default()).rupturing_layers(), [""; 0]);
+    assert_eq!(TissueSettings::Recording(ReplaySettings::default()).layers(), []);
 }
 
 #[test]
@@ -100,7 +100,7 @@ impl Model for Bare {
 fn a_kind_that_states_nothing_has_no_layers_surface_and_springs_and_is_checked_by_building_it() {
     assert_eq!(Bare::check(&1.0, TICK_S, 0.0), Ok(()));
     assert_eq!(Bare::check(&-1.0, TICK_S, 0.0).map_err(|error| error.name), Err("tissue.x"));
-    assert_eq!((Bare::default_layers(), Bare::rupturing_layers(&1.0)), (vec![], vec![]));
+    assert_eq!((Bare::default_layers(), Bare::layers(&1.0)), (vec![], vec![]));
     assert_eq!((Bare::surface_m(&1.0), Bare::springs(&1.0, Some(0.1))), (None, None));
     assert!(Bare::outside_measured(&1.0).is_empty());
 }

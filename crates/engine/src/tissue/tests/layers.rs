@@ -185,7 +185,7 @@ fn its_surface_its_rupturing_layers_and_its_unusual_values_are_those_of_its_para
     let blunt = LayerParameters { rupture_force_n: 0.5, ..PLAIN };
     let parameters = LayersParameters { contact_m: 0.03, ..parameters(&[PLAIN, blunt, PLAIN]) };
     assert_eq!(Layers::<f64>::surface_m(&parameters), Some(0.03));
-    assert_eq!(Layers::<f64>::rupturing_layers(&parameters), ["upper", "lower"]);
+    assert_eq!(super::rupturing(&Layers::<f64>::layers(&parameters)), ["upper", "lower"]);
     assert_eq!(Layers::<f64>::outside_measured(&LayersParameters::default()).len(), 0);
     let unusual = LayersParameters { shaft: ShaftParameters { static_ratio: 20.0, ..SHAFT }, ..parameters };
     assert_eq!(Layers::<f64>::outside_measured(&unusual).len(), 1);

@@ -4,7 +4,7 @@ mod kinds;
 mod layers;
 mod tearing;
 
-use super::{ShaftParameters, Tissue};
+use super::{ShaftParameters, StatedLayer, Tissue};
 
 /// Time between two ticks in s.
 const TICK_S: f64 = 1e-3;
@@ -21,6 +21,11 @@ fn forces(tissue: &mut impl Tissue<f64>, positions_m: &[f64]) -> Vec<f64> {
 /// The indices of the positions (m) at which a layer ruptures.
 fn ruptures(tissue: &mut impl Tissue<f64>, positions_m: &[f64]) -> Vec<usize> {
     (0..positions_m.len()).filter(|&index| tissue.react(0, positions_m[index], 0.0).ruptured).collect()
+}
+
+/// The names of the layers that rupture.
+fn rupturing<'a>(layers: &[StatedLayer<'a>]) -> Vec<&'a str> {
+    layers.iter().filter(|layer| layer.ruptures).map(|layer| layer.name).collect()
 }
 
 #[track_caller]

@@ -163,7 +163,7 @@ fn its_surface_its_rupturing_layers_and_its_unusual_values_are_those_of_its_sett
     let soft = TearingLayer { release_length_m: 1e-5, ..PLAIN };
     let settings = TearingSettings { surface: Surface { contact_m: 0.03 }, ..settings(&[PLAIN, soft, PLAIN]) };
     assert_eq!(Tearing::<f64>::surface_m(&settings), Some(0.03));
-    assert_eq!(Tearing::<f64>::rupturing_layers(&settings), ["upper", "lower"]);
+    assert_eq!(super::rupturing(&Tearing::<f64>::layers(&settings)), ["upper", "lower"]);
     assert_eq!(Tearing::<f64>::outside_measured(&TearingSettings::default()).len(), 0);
     let unusual = TearingSettings { shaft: ShaftParameters { static_ratio: 20.0, ..SHAFT }, ..settings };
     assert_eq!(Tearing::<f64>::outside_measured(&unusual).len(), 1);
