@@ -28,9 +28,10 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
     let free = "const box = document.getElementById('field').getBoundingClientRect();
         return [0.1, 0.5, 0.9].every((share) => document.elementFromPoint(box.left + box.width / 2, box.top + share * box.height).closest('#field'))";
     assert_eq!(page.evaluate(free).await, json!(true));
-    for _ in 0..40 {
-        page.press(&[Key::PageDown]).await;
-        sleep(Duration::from_millis(30)).await;
+    // At about 10 mm/s, as in an insertion: jumps of the hand would restart the settling time of the detector.
+    for _ in 0..320 {
+        page.press(&[Key::Down]).await;
+        sleep(Duration::from_millis(20)).await;
         if page.evaluate(&format!("return {RUPTURES} > 0")).await == json!(true) {
             break;
         }
