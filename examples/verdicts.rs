@@ -113,7 +113,7 @@ fn drawn(random: &mut ChaCha8Rng) -> Vec<String> {
     } else {
         set("operator.movement_s", format!("{:.2}", log!(0.5, 10.0)));
     }
-    set("operator.reflex", if maybe!(0.2) { one!(["stop", "withdraw"]) } else { "none" }.into());
+    set("perception.reflex", if maybe!(0.2) { one!(["stop", "withdraw"]) } else { "none" }.into());
     if maybe!(0.2) {
         set("operator.tremor_amplitude_m", format!("{:.6}", log!(1e-5, 3e-4)));
     }
@@ -194,7 +194,7 @@ fn drawn_with_jitter(random: &mut ChaCha8Rng) -> Vec<String> {
         ("channel.jitter_s", format!("{jitter_s:.4}")),
         ("channel.loss", "0".to_owned()),
         ("passivity.scheme", "none".to_owned()),
-        ("operator.reflex", "none".to_owned()),
+        ("perception.reflex", "none".to_owned()),
         ("sensor.position_resolution_m", "0".to_owned()),
         ("augmentation.enabled", "false".to_owned()),
         ("augmentation.reengage", String::new()),

@@ -74,7 +74,7 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
 }
 
 /// Describes the signals of runs at some ticks.
-fn signals<'a>(runs: &'a [Run; 2], ticks: &Range<usize>) -> Result<Figure<'a>, FigureError> {
+pub(super) fn signals<'a>(runs: &'a [Run; 2], ticks: &Range<usize>) -> Result<Figure<'a>, FigureError> {
     let views: Vec<_> = runs.iter().map(|run| (run.view().at(ticks), run.estimation().at(ticks))).collect();
     let times_s = views.iter().flat_map(|(run, _)| run.time_s.first().into_iter().chain(run.time_s.last())).copied();
     let window = times_s.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));

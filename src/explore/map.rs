@@ -31,14 +31,20 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
     let y_axis = with_range(axis(y, settings.get(y)), request.y_range);
     let map = map(settings, x_axis, y_axis).map_err(CheckError::from)?;
     let axis_json = |axis: &Axis| {
+        let (name, per) = shown_unit(axis.parameter);
+        let is_log = axis.spacing == Spacing::Logarithmic;
+        let shown = figures::Axis::over((per * axis.low, per * axis.high), is_log, X_TICKS);
+        let place = |at: f64| if is_log { at - per.log10() } else { at / per };
+        let ticks: figures::Ticks = shown.all_ticks().into_iter().map(|(at, label)| (place(at), label)).collect();
         json!({
             "key": axis.parameter.key(),
-            "name": axis.parameter.caption(),
+            "name": name,
+            "per": per,
             "low": axis.low,
             "high": axis.high,
             "count": axis.count,
-            "log": axis.spacing == Spacing::Logarithmic,
-            "ticks": figures::Axis::over((axis.low, axis.high), axis.spacing == Spacing::Logarithmic, X_TICKS).all_ticks(),
+            "log": is_log,
+            "ticks": ticks,
             "now": settings.get(axis.parameter),
         })
     };
@@ -55,6 +61,15 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
         message.extend(verdict);
     }
     Ok(ServerMessage::json(&message))
+}
+
+/// Returns the caption of a parameter in the unit of its slider, and the number of that unit in the SI unit: a delay is in ms.
+fn shown_unit(parameter: Parameter) -> (String, f64) {
+    let caption = parameter.caption();
+    match parameter {
+        Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay => (caption.replace("(s)", "(ms)"), 1e3),
+        _ => (caption.to_owned(), 1.0),
+    }
 }
 
 /// Returns an axis with other ends, if they are valid for it.

@@ -12,19 +12,22 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::mpsc::Sender;
 use tokio::sync::mpsc::error::TrySendError;
 
+use super::frame::signals;
 use super::limits::MAX_TICKS;
-use super::pair::PairMaker;
+use super::pair::{PairMaker, SCHEMES};
 use super::protocol::ServerMessage;
 use super::state::{State, StateError, bounded};
 use super::worker::or_panicked;
+use trocar_core::time::TickGrid;
 use trocar_document::figure::Shade;
 use trocar_engine::engine::{Observer, Signals};
 use trocar_engine::operator::Hand;
 use trocar_figures::{self as figures, FigureError, RunView};
-use trocar_metrics::Outcome;
+use trocar_metrics::HORIZON_S;
 use trocar_scenario::{OperatorSpec, Scenario};
-use trocar_studies::animation::{DrawnTissue, LiveDrawing, LiveMoment};
-use trocar_studies::run::observe;
+use trocar_studies::animation::{DrawnTissue, LiveDrawing, LiveMoment, animation};
+use trocar_studies::compare::verdict_of_schemes;
+use trocar_studies::run::{Run, RunError, event_shade, observe, run};
 
 /// Interval of messages to the page.
 pub(super) const FRAME: Duration = Duration::from_micros(16_667);
@@ -40,6 +43,12 @@ const EXTRA_TRAVEL: f64 = 0.15;
 
 /// Maximum duration of an insertion by hand, in s.
 const MAX_DURATION_S: f64 = 60.0;
+
+/// Time for which the hand rests at the end of a repeated insertion, in s: that of the advances which the result tells.
+const REST_S: f64 = HORIZON_S + 0.1;
+
+/// Number of intervals of the lines of a result.
+const RESULT_INTERVALS: usize = 1000;
 
 /// An insertion by hand.
 #[derive(Debug)]
@@ -60,7 +69,9 @@ impl Push {
         maker: &mut PairMaker,
         (answers, permit): (Sender<ServerMessage>, Arc<OwnedSemaphorePermit>),
     ) -> Result<Self, StateError> {
-        let scenario = by_hand(state, augmented, maker)?;
+        let [classical, scenario] = [false, true].map(|enabled| by_hand(state, enabled, maker));
+        let both = [classical?, scenario?];
+        let scenario = both[usize::from(augmented)].clone();
         let range_m = range_m(&scenario);
         let hand = Arc::new(Hand::new(range_m.0));
         let stop = Arc::new(AtomicBool::new(false));
@@ -75,19 +86,8 @@ impl Push {
             let mut pacer = pacer;
             pacer.start();
             let scenario = scenario.held_by(thread_hand);
-            let outcome = || match observe(&scenario, &mut pacer) {
-                Ok(metrics) => ServerMessage::json(&json!({
-                    "type": "pushed",
-                    "id": id,
-                    "diverged_s": match metrics.outcome {
-                        Outcome::Completed | Outcome::Oscillating { .. } => None,
-                        Outcome::Diverged { time_s } => Some(time_s),
-                    },
-                    "ruptures": metrics.ruptures.len(),
-                    "missed": metrics.missed_ruptures,
-                    "false_alarms": metrics.false_alarms,
-                    "overshoot_mm": metrics.ruptures.iter().map(|one| one.slave_overshoot_m.map(|m| 1e3 * m)).collect::<Vec<_>>(),
-                })),
+            let outcome = || match observe(&scenario, &mut pacer).and_then(|_| replayed(both, &pacer.desired_m)) {
+                Ok(runs) => result(id, &runs).unwrap_or_else(|error| ServerMessage::refused(id, &error)),
                 Err(error) => ServerMessage::refused(id, &error),
             };
             let _ = answers.blocking_send(or_panicked(id, outcome));
@@ -123,6 +123,7 @@ impl Opening {
         let mut drawing = LiveDrawing::new(scenario, range_m);
         Self(json!({
             "type": "pushing", "augmented": augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
+            "position_scale": scenario.position_scale(),
             "heights": drawing.heights(), "drawing": drawing.frame(&LiveMoment {
                 tip_mm: 1e3 * scenario.position_scale() * range_m.0,
                 master_mm: 1e3 * range_m.0,
@@ -131,7 +132,7 @@ impl Opening {
                 ..LiveMoment::default()
             }),
             "figure": teleoperation_axes(augmented).ok(), "lines": LINES,
-            "shades": [Shade::Frozen.css(), Shade::Reengaging.css()], "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
+            "shades": [event_shade(scenario.augmentation.hold).css(), Shade::Reengaging.css()], "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
         }))
     }
 
@@ -159,6 +160,44 @@ pub(super) fn moved(
     ServerMessage::json(&json!({
         "type": "moved", "id": id, "columns": COLUMNS, "rows": rows, "events": events, "drawing": drawing,
     }))
+}
+
+/// Repeats an insertion by hand with both schemes: the desired positions of the hand in m, one per tick, which then rests.
+///
+/// # Errors
+/// [`RunError`].
+fn replayed(both: [Scenario; 2], desired_m: &[f64]) -> Result<[Run; 2], RunError> {
+    let again = |mut scenario: Scenario, enabled: bool| {
+        let tick_s = scenario.grid.tick_s();
+        let ticks = scenario.grid.ticks().min(desired_m.len() as u64 + (REST_S / tick_s) as u64);
+        if let Ok(grid) = TickGrid::new(tick_s, ticks as f64 * tick_s) {
+            scenario.grid = grid;
+        }
+        let last_m = desired_m.last().copied().unwrap_or_default();
+        let rest = std::iter::repeat_n(last_m, (ticks as usize + 1).saturating_sub(desired_m.len()));
+        scenario.operator = OperatorSpec::Recording(desired_m.iter().copied().chain(rest).collect());
+        SCHEMES[usize::from(enabled)].clone_into(&mut scenario.name);
+        run(scenario)
+    };
+    let [classical, augmented] = both;
+    Ok([again(classical, false)?, again(augmented, true)?])
+}
+
+/// Returns the result of an insertion by hand: what both schemes make of it, as the page shows a scenario.
+fn result(id: u32, runs: &[Run; 2]) -> Result<ServerMessage, FigureError> {
+    let [classical, augmented] = runs;
+    let length = classical.trace.len().max(augmented.trace.len());
+    let figure = signals(runs, &(0..length))?.for_page(RESULT_INTERVALS);
+    Ok(ServerMessage::json(&json!({
+        "type": "pushed",
+        "id": id,
+        "answer": verdict_of_schemes(classical, augmented).text(),
+        "overshoot_mm": runs.each_ref().map(|run| {
+            run.metrics.ruptures.iter().map(|one| one.slave_overshoot_m.map(|m| 1e3 * m)).collect::<Vec<_>>()
+        }),
+        "animation": animation(&[classical, augmented]),
+        "figure": figure,
+    })))
 }
 
 /// Returns the scenario of a state for an insertion by hand. A recorded force is a function of depth, because the hand does not
@@ -209,6 +248,8 @@ struct Pacer {
     last_sent: Instant,
     /// The rows since the last message, one per tick.
     rows: Vec<Row>,
+    /// The desired positions of the hand in m, one per tick.
+    desired_m: Vec<f64>,
     events: Vec<(f64, &'static str)>,
     tissue: DrawnTissue,
     drawing: LiveDrawing,
@@ -255,6 +296,7 @@ impl Pacer {
             began: now,
             last_sent: now,
             rows,
+            desired_m: Vec::with_capacity(scenario.grid.ticks() as usize + 1),
             events: vec![],
             tissue: DrawnTissue::of_scenario(scenario),
             drawing: LiveDrawing::new(scenario, range_m(scenario)),
@@ -285,6 +327,7 @@ impl Pacer {
 impl Observer<f64> for Pacer {
     fn observe(&mut self, s: &Signals<f64>) {
         let time_s = s.tick as f64 * self.tick_s;
+        self.desired_m.push(s.desired_position_m);
         self.rows.push([
             time_s as f32,
             (1e3 * s.desired_position_m) as f32,
@@ -344,6 +387,7 @@ fn teleoperation_axes(is_augmented: bool) -> Result<Json, FigureError> {
         tissue_force_n: zero,
         feedback_force_n: zero,
         mode: &[0],
+        event: Shade::Frozen,
         rupture_times_s: vec![].into(),
         alarm_times_s: vec![].into(),
     };

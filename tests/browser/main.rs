@@ -3,9 +3,13 @@
 //! Without a browser the tests are skipped with a message; with `TROCAR_BROWSER=required` that is a failure.
 //! `TROCAR_SCREENSHOTS=docs cargo test --test browser screenshots` writes the pictures of the README.
 
+mod charts;
 mod page;
 mod picture;
+mod pushing;
 mod similar;
+mod steps;
+mod tasks;
 mod trials;
 
 #[path = "../it/support/server.rs"]

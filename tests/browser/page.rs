@@ -7,6 +7,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use fantoccini::elements::Element;
+use fantoccini::key::Key;
 use fantoccini::wd::WebDriverCompatibleCommand;
 use fantoccini::{Client, ClientBuilder, Locator};
 use serde_json::{Value as Json, json};
@@ -18,6 +19,18 @@ pub type Body = fn(BrowserPage) -> Pin<Box<dyn Future<Output = BrowserPage>>>;
 
 /// Time limit of a page; a machine that runs all tests at once is slow.
 const TIMEOUT: Duration = Duration::from_secs(20);
+
+/// Maximum number of elements that Tab reaches.
+const MAX_TABS: usize = 150;
+
+/// A function that returns what covers an element, or why it is out of view; `null` if it can be used.
+pub const COVERED: &str = r"const covered = (one) => {
+    const box = one.getBoundingClientRect();
+    const [x, y] = [box.left + box.width / 2, box.top + Math.min(box.height, innerHeight) / 2];
+    if (x < 0 || y < 0 || x > innerWidth || y > innerHeight) return `${one.id || one.outerHTML} is at ${x}, ${y}`;
+    const top = document.elementFromPoint(x, y);
+    return one.contains(top) || top.contains(one) || top.closest('label')?.control === one ? null : `${one.id || one.outerHTML} lies under ${top.outerHTML.slice(0, 200)}`;
+};";
 
 fn found(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
@@ -32,11 +45,14 @@ pub fn is_there() -> bool {
 pub struct BrowserPage {
     pub client: Client,
     pub address: SocketAddr,
+    /// The process of the server.
+    pub server: u32,
 }
 
 /// Runs a trial with a new page, server and browser.
 pub fn run(body: Body) -> Result<(), String> {
-    let (_server, address) = explore(&[]);
+    let (server, address) = explore(&[]);
+    let server_id = server.id();
     let port = |line: &str| line.split("successfully on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok();
     let (_driver, port) =
         Running::start(Command::new("chromedriver").arg("--port=0"), port).ok_or("no chromedriver")?;
@@ -50,7 +66,7 @@ pub fn run(body: Body) -> Result<(), String> {
         builder.capabilities([("goog:chromeOptions".to_owned(), options)].into_iter().collect());
         let client = builder.connect(&format!("http://127.0.0.1:{port}")).await.map_err(|error| error.to_string())?;
         // Apart, so that a trial that fails closes its browser, too.
-        let trial = tokio::task::spawn_local(body(BrowserPage { client: client.clone(), address }));
+        let trial = tokio::task::spawn_local(body(BrowserPage { client: client.clone(), address, server: server_id }));
         let outcome = trial.await;
         client.close().await.map_err(|error| error.to_string())?;
         outcome.map(drop).or_else(|failed| std::panic::resume_unwind(failed.into_panic()))
@@ -102,6 +118,71 @@ impl BrowserPage {
             }
             tokio::time::sleep(Duration::from_millis(10)).await;
         }
+    }
+
+    /// Presses keys, one after the other, wherever the focus is.
+    pub async fn press(&self, keys: &[Key]) {
+        for key in keys {
+            let (name, code, text) = match key {
+                Key::Tab => ("Tab", 9, ""),
+                Key::Enter => ("Enter", 13, "\r"),
+                Key::Backspace => ("Backspace", 8, ""),
+                Key::Down => ("ArrowDown", 40, ""),
+                Key::PageDown => ("PageDown", 34, ""),
+                Key::End => ("End", 35, ""),
+                Key::Left => ("ArrowLeft", 37, ""),
+                Key::Right => ("ArrowRight", 39, ""),
+                key => panic!("no code of {key:?}"),
+            };
+            self.key(name, code, text).await;
+        }
+    }
+
+    /// Types a text wherever the focus is.
+    pub async fn type_text(&self, text: &str) {
+        for letter in text.chars() {
+            let text = letter.to_string();
+            // The codes of other characters are those of keys such as Delete.
+            let code = if letter.is_ascii_alphanumeric() { letter.to_ascii_uppercase() as u32 } else { 0 };
+            self.key(&text, code, &text).await;
+        }
+    }
+
+    async fn key(&self, name: &str, code: u32, text: &str) {
+        for event in ["keyDown", "keyUp"] {
+            let text = if event == "keyDown" { text } else { "" };
+            let key = json!({ "type": event, "key": name, "windowsVirtualKeyCode": code, "text": text });
+            self.devtools("Input.dispatchKeyEvent", key).await;
+        }
+    }
+
+    /// Presses Tab until an element that matches a selector has the focus, and the focus is in view and covered by nothing.
+    pub async fn tab_to(&self, selector: &str) {
+        let is_there = format!("return document.activeElement.matches({selector:?})");
+        for _ in 0..MAX_TABS {
+            if self.evaluate(&is_there).await == Json::Bool(true) {
+                let covered = self.evaluate(&format!("{COVERED} return covered(document.activeElement)")).await;
+                assert_eq!(covered, Json::Null, "{selector} has the focus");
+                return;
+            }
+            self.press(&[Key::Tab]).await;
+        }
+        panic!("{selector} is not reached by Tab");
+    }
+
+    /// Moves or presses the mouse: `mouseMoved`, `mousePressed` or `mouseReleased`.
+    pub async fn mouse(&self, event: &str, (x, y): (f64, f64)) {
+        let buttons = i32::from(event != "mouseReleased");
+        let at = json!({ "type": event, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
+        self.devtools("Input.dispatchMouseEvent", at).await;
+    }
+
+    /// Returns left, top, width and height of an element in the window.
+    pub async fn place(&self, selector: &str) -> [f64; 4] {
+        let script = format!(
+            "const box = document.querySelector({selector:?}).getBoundingClientRect(); return [box.left, box.top, box.width, box.height]"
+        );
+        serde_json::from_value(self.evaluate(&script).await).expect("a place")
     }
 
     pub async fn element(&self, id: &str) -> Element {

@@ -10,7 +10,7 @@ use crate::similar::{assert_similar, changed_share};
 use crate::test_folder::TestFolder;
 
 /// Returns a column of a trace.
-fn column(csv: &str, name: &str) -> Vec<f64> {
+pub fn column(csv: &str, name: &str) -> Vec<f64> {
     let mut lines = csv.lines();
     let at = lines.next().and_then(|head| head.split(',').position(|one| one == name)).expect("a column");
     lines.map(|line| line.split(',').nth(at).and_then(|cell| cell.parse().ok()).expect("a number")).collect()
@@ -32,7 +32,12 @@ pub async fn animation(page: BrowserPage) -> BrowserPage {
         let folder = TestFolder::new();
         let times: Vec<f64> = serde_json::from_value(page.evaluate("return trocar.animation().data.time_s").await)
             .expect("the times of the frames");
-        assert!(times.len() > 100 && (times[times.len() - 1] - times[0] - 0.6).abs() < 0.002, "{}", times.len());
+        let still = page.evaluate("return trocar.animation().data.still").await.as_u64().expect("a frame") as usize;
+        assert!(still > 100 && (times[still] - times[0] - 0.6).abs() < 0.002, "{still} of {}", times.len());
+        // It plays on until the needle has caught up.
+        let states = page.evaluate("return trocar.animation().data.panels[1].states").await;
+        let states: Vec<String> = serde_json::from_value(states).expect("states");
+        assert!(states[still] != "teleoperation" && states[states.len() - 1] == "teleoperation", "{states:?}");
         let mut tips_m = vec![];
         let mut ticks_s = vec![];
         for enabled in [false, true] {
@@ -61,7 +66,7 @@ pub async fn animation(page: BrowserPage) -> BrowserPage {
             }
         }
         assert!(states.iter().any(|state| state == "frozen"), "{states:?}");
-        // The last frame is the end of the metric's time.
+        // The frame at rest is the end of the metric's time.
         let drawn = page.evaluate(&format!("trocar.animation().rest(); {DRAWN}")).await;
         let row = table.iter().find(|row| row[0] == "rupture 1: overshoot in 0.5 s").expect("the metric");
         for run in 0..2 {
@@ -190,10 +195,20 @@ pub async fn axe(page: BrowserPage) -> BrowserPage {
     };
     let axe = std::fs::read_to_string(axe).expect("axe.min.js");
     let mut found = vec![];
-    for address in [format!("http://{}/", page.address)].iter().chain(&reports) {
+    let address = format!("http://{}/", page.address);
+    // The page also as on a telephone, and with the result of an insertion by hand.
+    let pages = [(&address, 1400, false), (&address, 390, true)].into_iter();
+    for (address, width, is_pushed) in pages.chain(reports.iter().map(|report| (report, 1400, false))) {
+        page.resize(width, 900).await;
         page.client.goto("about:blank").await.expect("goes");
         page.client.goto(address).await.expect("goes");
         sleep(Duration::from_millis(if address.starts_with("http") { 1500 } else { 300 })).await;
+        if is_pushed {
+            page.element("push-open").await.click().await.expect("opened");
+            page.wait("return !!trocarPush.state()?.range").await;
+            page.element("push").await.click().await.expect("ended");
+            page.wait("return !document.getElementById('push-result').hidden").await;
+        }
         for theme in ["light", "dark"] {
             page.evaluate(&format!(
                 "document.documentElement.dataset.theme = '{theme}'; window.dispatchEvent(new Event('themechange'));
@@ -201,12 +216,12 @@ pub async fn axe(page: BrowserPage) -> BrowserPage {
             ))
             .await;
             let run = format!(
-                "{axe}; const done = arguments[arguments.length - 1]; axe.run({{ resultTypes: ['violations'] }})
+                "{axe}; const done = arguments[arguments.length - 1]; axe.run({{ resultTypes: ['violations'], rules: {{ 'target-size': {{ enabled: true }} }} }})
                  .then(found => done(found.violations.map(one => [one.id, one.nodes.map(node => node.html)])))"
             );
             let violations = page.client.execute_async(&run, vec![]).await.expect("a result");
             if violations != json!([]) {
-                found.push(format!("{address} in the {theme} theme: {violations}"));
+                found.push(format!("{address}, {width} pixels wide, in the {theme} theme: {violations}"));
             }
         }
     }

@@ -13,8 +13,19 @@ use crate::page::{Body, BrowserPage};
 use crate::test_folder::TestFolder;
 
 /// All trials.
-pub const ALL: [(&str, Body); 15] = [
+pub const ALL: [(&str, Body); 26] = [
     // The longest first, so that none is left for the end.
+    ("thirteen_tasks_are_done_by_keys_alone_at_four_sizes", |page| Box::pin(crate::tasks::tasks(page))),
+    ("every_control_can_be_reached_at_every_size", |page| Box::pin(crate::tasks::sizes(page))),
+    ("the_keys_of_charts_move_zoom_and_tell_what_the_trace_has", |page| Box::pin(crate::charts::keys(page))),
+    ("the_number_under_the_pointer_is_the_drawn_boundary", |page| Box::pin(crate::charts::boundary(page))),
+    ("only_a_frozen_needle_is_called_frozen", |page| Box::pin(crate::charts::events(page))),
+    ("forced_colours_hide_no_curve", |page| Box::pin(crate::charts::forced_colours(page))),
+    ("a_push_is_heard_felt_and_compared_with_both_schemes", |page| Box::pin(crate::pushing::push(page))),
+    ("a_force_bar_is_full_at_the_same_force", |page| Box::pin(crate::pushing::scale(page))),
+    ("undo_back_and_the_address_hold_settings_zoom_and_time", |page| Box::pin(crate::steps::undo(page))),
+    ("an_ended_server_is_told_and_a_new_one_goes_on", |page| Box::pin(crate::steps::ended(page))),
+    ("a_decimal_comma_is_understood_and_nothing_moves", |page| Box::pin(crate::steps::comma(page))),
     ("axe_finds_no_violation_on_page_and_report", |page| Box::pin(crate::picture::axe(page))),
     ("the_animation_draws_the_trace_and_the_bracket_is_the_metric", |page| Box::pin(crate::picture::animation(page))),
     ("the_result_and_the_controls_in_front_fit_the_window", |page| Box::pin(crate::picture::layout(page))),
@@ -86,20 +97,18 @@ async fn refused(page: BrowserPage) -> BrowserPage {
     let number = page.element("key-scaling-force-number").await;
     let wrong =
         "return document.getElementById('key-scaling-force-number').closest('.control').classList.contains('wrong')";
+    let all = format!("{}a{}", char::from(Key::Control), char::from(Key::Null));
     for text in ["1e999", "--"] {
-        number.clear().await.expect("cleared");
-        number.send_keys(&format!("{text}{}", char::from(Key::Tab))).await.expect("typed");
+        number.send_keys(&format!("{all}{text}{}", char::from(Key::Tab))).await.expect("typed");
         page.wait(wrong).await;
         let outdated = page.evaluate("return trocar.state.set['scaling.force'] === undefined").await;
         assert_eq!(outdated, Json::Bool(true), "{text}");
     }
     // The browser takes it for a number, the scenario does not.
-    number.clear().await.expect("cleared");
-    number.send_keys(&format!("-3{}", char::from(Key::Tab))).await.expect("typed");
+    number.send_keys(&format!("{all}-3{}", char::from(Key::Tab))).await.expect("typed");
     page.wait("return document.getElementById('main').classList.contains('outdated')").await;
     assert!(page.text("status").await.contains("last valid values"));
-    number.clear().await.expect("cleared");
-    number.send_keys(&format!("2{}", char::from(Key::Tab))).await.expect("typed");
+    number.send_keys(&format!("{all}2{}", char::from(Key::Tab))).await.expect("typed");
     page.wait("return !trocar.busy() && !document.getElementById('main').classList.contains('outdated')").await;
     // Several refused values are marked at once, each at its control.
     page.client.goto("about:blank").await.expect("goes");
@@ -202,12 +211,8 @@ async fn map(page: BrowserPage) -> BrowserPage {
 async fn push(page: BrowserPage) -> BrowserPage {
     page.open("scenario=builtin:layers/skin-augmented.toml").await;
     let field = page.element("field").await;
-    page.element("push").await.click().await.expect("clicked");
+    page.element("push-open").await.click().await.expect("clicked");
     page.wait("return !!trocarPush.state()?.range").await;
-    page.client
-        .execute("arguments[0].scrollIntoView({block: 'center'})", vec![serde_json::to_value(&field).expect("JSON")])
-        .await
-        .expect("scrolled");
     let height = page.evaluate("return document.getElementById('field').getBoundingClientRect().height").await;
     let top = -height.as_f64().expect("a number") / 2.0 + 48.0;
     let mouse = MouseActions::new("mouse".into())
@@ -292,9 +297,7 @@ async fn access(page: BrowserPage) -> BrowserPage {
         reached.push(id);
         active.send_keys(&tab).await.expect("sent");
     }
-    for id in
-        ["scenario", "theme", "find", "key-scaling-force", "map-x", "map", "listen", "push", "field", "export-toml"]
-    {
+    for id in ["scenario", "theme", "find", "key-scaling-force", "map-x", "map", "listen", "push-open", "export-toml"] {
         assert!(reached.iter().any(|one| one == id), "{id} is not reached by Tab: {reached:?}");
     }
     // Screen readers need a name for every control.

@@ -694,13 +694,16 @@ fn scenarios_that_cannot_be_realised_say_why() {
             ["tissue.layer.capsule.rupture_force_n", "tissue.layer.capsule.cutting_force_n"],
         ),
         ("tissue.static_ratio=0.9", ["tissue.static_ratio", "at least 1"]),
-        ("operator.reflex_reaction_max_s=0.1", ["operator.reflex_reaction_max_s", "operator.reflex_reaction_min_s"]),
-        ("operator.reflex_weber_fraction=1.0", ["operator.reflex_weber_fraction", "between 0 and 1"]),
+        (
+            "perception.reflex_reaction_max_s=0.1",
+            ["perception.reflex_reaction_max_s", "perception.reflex_reaction_min_s"],
+        ),
+        ("perception.reflex_weber_fraction=1.0", ["perception.reflex_weber_fraction", "between 0 and 1"]),
         ("operator.tremor_high_hz=7", ["operator.tremor_high_hz", "operator.tremor_low_hz"]),
         ("arm.grip=limp", ["arm.grip", "relaxed"]),
         ("actuator.master_force_limit_n=3", ["simulation.control", "sampled"]),
     ] {
-        folder.refused(&["run", skin, "--set", "operator.reflex=stop", "--set", setting], &phrases);
+        folder.refused(&["run", skin, "--set", "perception.reflex=stop", "--set", setting], &phrases);
     }
 }
 

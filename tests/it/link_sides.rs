@@ -19,7 +19,7 @@ use trocar_report::ColumnFormat;
 
 /// Layers, a hand that reacts, noise, and augmentation: a rupture is detected within the time.
 const BASE: &str = "name = \"x\"\nbase = \"builtin:layers/skin-augmented\"\n\
-    [operator]\nreflex = \"withdraw\"\ntremor_amplitude_m = 1e-4\n[simulation]\nduration_s = 2.5\n";
+    [operator]\ntremor_amplitude_m = 1e-4\n[perception]\nreflex = \"withdraw\"\n[simulation]\nduration_s = 2.5\n";
 
 fn scenario(more: &str) -> Scenario {
     let text = format!("{BASE}{more}");

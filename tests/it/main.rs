@@ -15,6 +15,7 @@ mod detect_real;
 mod estimators;
 mod explore;
 mod figures;
+mod first_table;
 mod fmu;
 #[cfg(unix)]
 mod fmu_import;

@@ -47,7 +47,7 @@ fn the_reaction_is_that_of_the_integrated_engine() {
 #[test]
 fn the_desired_position_never_jumps() {
     for name in ["hand/reflex", "hand/trembling-hand"] {
-        for reflex in ["operator.reflex=stop", "operator.reflex=withdraw"] {
+        for reflex in ["perception.reflex=stop", "perception.reflex=withdraw"] {
             let trace = trace(name, &[reflex]);
             let steps = trace.desired_position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs());
             // The maximum speed is 15/8 of the mean speed; tremor and withdrawal add some tens of mm/s.
@@ -129,8 +129,8 @@ fn a_hand_at_rest_has_the_stiffness_that_reflexes_and_grip_give_it() {
 
 #[test]
 fn reflexes_shorten_the_lurch_and_act_within_a_tenth_of_a_second() {
-    let plain = run(scenario("hand/reflex", &["operator.reflex=none"])).expect("runs");
-    let settings = ["operator.reflex=none", "operator.stretch_short_gain_n_s_per_m=20"];
+    let plain = run(scenario("hand/reflex", &["perception.reflex=none"])).expect("runs");
+    let settings = ["perception.reflex=none", "operator.stretch_short_gain_n_s_per_m=20"];
     let tense = run(scenario("hand/reflex", &settings)).expect("runs");
     let lurch_m = |run: &trocar::run::Run| {
         let tick = (run.metrics.ruptures[0].time_s * 1e3).round() as usize;
@@ -138,7 +138,7 @@ fn reflexes_shorten_the_lurch_and_act_within_a_tenth_of_a_second() {
     };
     assert!(lurch_m(&tense) < 0.9 * lurch_m(&plain), "{} {}", lurch_m(&tense), lurch_m(&plain));
     let gentle = "operator.stiffening_per_n=0.05";
-    let firm = run(scenario("hand/reflex", &["operator.reflex=none", gentle])).expect("runs");
+    let firm = run(scenario("hand/reflex", &["perception.reflex=none", gentle])).expect("runs");
     assert!(firm.metrics.ruptures[0].time_s < plain.metrics.ruptures[0].time_s, "a stiffer arm gets there earlier");
 }
 

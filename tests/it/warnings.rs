@@ -43,7 +43,7 @@ fn a_swing_that_does_not_decay_is_an_outcome() {
     let sine =
         ["operator.kind=sine", "operator.frequency_hz=2", "tissue.kind=kelvin-voigt", "simulation.duration_s=10"];
     assert_eq!(run(load("hand/reflex", &sine)).expect("runs").metrics.outcome, Outcome::Completed);
-    let trembling = ["operator.tremor_amplitude_m=3e-4", "operator.reflex=none", "tissue.kind=kelvin-voigt"];
+    let trembling = ["operator.tremor_amplitude_m=3e-4", "perception.reflex=none", "tissue.kind=kelvin-voigt"];
     assert_eq!(run(load("hand/reflex", &trembling)).expect("runs").metrics.outcome, Outcome::Completed);
 }
 
@@ -64,7 +64,7 @@ fn a_swing_in_noise_is_told_from_what_the_noise_does() {
         "operator.kind=minimum-jerk",
         "operator.end_m=0.0077",
         "operator.movement_s=0.53",
-        "operator.reflex=none",
+        "perception.reflex=none",
         "tissue.kind=kelvin-voigt",
         "tissue.stiffness_n_per_m=1337",
         "tissue.damping_n_s_per_m=3.489",
@@ -85,7 +85,7 @@ fn a_swing_in_noise_is_told_from_what_the_noise_does() {
         "operator.kind=ramp",
         "operator.end_m=0.0078",
         "operator.speed_m_per_s=0.0402",
-        "operator.reflex=withdraw",
+        "perception.reflex=withdraw",
         "tissue.kind=hunt-crossley",
         "sensor.force_noise_std_n=0.0083",
         "arm.grip=relaxed",
@@ -349,7 +349,7 @@ fn a_verdict_is_unknown_where_something_is_left_out() {
         "channel.loss=0.3",
         "channel.jitter_s=0.01",
         "sensor.position_resolution_m=1e-5",
-        "operator.reflex=stop",
+        "perception.reflex=stop",
         "passivity.scheme=energy-tank",
     ] {
         let (stable, certified, said) = verdict(&folder, "paper/augmented", &[left_out]);
@@ -427,7 +427,7 @@ fn a_limit_that_the_loop_never_reaches_is_not_left_out() {
     // A loop that is not stable has no bound.
     assert!(loop_limits(&with(1.0, &[1e6; 5], &["scaling.force=100"])).iter().all(|limit| limit.part.bound.is_none()));
     // Noise has no bound, and an event, a jitter or a reflex no linear loop.
-    let others = ["augmentation.enabled=true", "channel.jitter_s=0.002", "operator.reflex=stop"];
+    let others = ["augmentation.enabled=true", "channel.jitter_s=0.002", "perception.reflex=stop"];
     for more in ["sensor.force_noise_std_n=0.01"].into_iter().chain(others) {
         assert!(loop_limits(&with(1.0, &[1e6; 5], &[more])).iter().all(|limit| limit.part.bound.is_none()), "{more}");
     }
@@ -444,7 +444,7 @@ fn what_a_verdict_leaves_out_is_named_by_its_key() {
         "channel.jitter_s=0.01",
         "channel.loss=0.1",
         "channel.outages_s=[1.0, 1.5]",
-        "operator.reflex=stop",
+        "perception.reflex=stop",
         "passivity.scheme=energy-tank",
         "sensor.force_range_n=20",
         "sensor.force_resolution_n=0.01",

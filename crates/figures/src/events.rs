@@ -3,14 +3,14 @@
 use super::{EstimationView, RunView};
 use trocar_document::figure::{Entry, Events, Sample, Shade, extent, union};
 
-/// Returns the intervals in which the slave is frozen or re-engaging.
-pub fn modes(time_s: &[f64], mode: &[u8]) -> Vec<(f64, f64, Shade)> {
+/// Returns the intervals of events, with the shade of the hold, and those in which the slave is re-engaging.
+pub fn modes(time_s: &[f64], mode: &[u8], event: Shade) -> Vec<(f64, f64, Shade)> {
     let mut shades = Vec::new();
     let mut start = 0;
     for same in mode.chunk_by(|a, b| a == b) {
         let end = (start + same.len()).min(mode.len() - 1);
         let shade = match same[0] {
-            1 => Some(Shade::Frozen),
+            1 => Some(event),
             2 => Some(Shade::Reengaging),
             _ => None,
         };
@@ -24,9 +24,9 @@ pub fn modes(time_s: &[f64], mode: &[u8]) -> Vec<(f64, f64, Shade)> {
 const BEFORE_S: f64 = 0.4;
 const AFTER_S: f64 = 1.6;
 
-/// Returns the events of a run. The shades are the intervals in which the slave is frozen or re-engaging.
+/// Returns the events of a run. The shades are the intervals of augmented events and of re-engaging.
 pub(super) fn of_run(run: &RunView<'_>) -> Events {
-    let shades = modes(run.time_s, run.mode);
+    let shades = modes(run.time_s, run.mode, run.event);
     Events { shades, ruptures: run.rupture_times_s.to_vec(), alarms: run.alarm_times_s.to_vec() }
 }
 

@@ -61,7 +61,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use limits::{Signal, shared};
-use trocar_document::figure::{Axis, Figure, extent};
+use trocar_document::figure::{Axis, Figure, Shade, extent};
 
 /// One run's signals over time. All columns have the same length.
 #[derive(Clone, Debug)]
@@ -82,8 +82,10 @@ pub struct RunView<'a> {
     pub tissue_force_n: &'a [f64],
     /// Feedback force, N, positive when it resists insertion.
     pub feedback_force_n: &'a [f64],
-    /// 0 teleoperation, 1 frozen, 2 re-engaging.
+    /// 0 teleoperation, 1 event, 2 re-engaging.
     pub mode: &'a [u8],
+    /// The shade of an event, by what holds the slave: frozen, held, or only an event.
+    pub event: Shade,
     /// Times of the ruptures, s.
     pub rupture_times_s: Cow<'a, [f64]>,
     /// Times of the alarms, s.

@@ -65,6 +65,7 @@ mod tests {
             tissue_force_n: &at_m,
             feedback_force_n: &at_m,
             mode: &[0; 3],
+            event: trocar_document::figure::Shade::Frozen,
             rupture_times_s: vec![].into(),
             alarm_times_s: vec![].into(),
         };

@@ -12,18 +12,18 @@ metrics! {
     /// The metrics of one event, from the alarm to the return to teleoperation.
     #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct EventMetrics in Event {
-        /// Time at which the alarm was accepted and the slave was frozen.
+        /// Time at which the alarm was accepted.
         start_s: f64 = "start", Second, Neither [Never];
-        /// Duration of the freeze; undefined if the run ended before.
+        /// Time from the start to the release of the slave; undefined if the run ended before.
         augmented_s: Option<f64> = "time augmented", Second, Neither [Never];
         /// Duration of re-engaging; undefined if the run ended before.
         reengaging_s: Option<f64> = "time re-engaging", Second, Lower [Never];
-        /// Position of the master when the slave was frozen.
+        /// Position of the master at the start.
         master_start_m: f64 = "master position at the start", Metre signed, Neither [Never];
-        /// Position of the master when the slave was released, or at the last frozen tick.
+        /// Position of the master when the slave was released, or at the last tick before.
         master_end_m: f64 = "master position at the release", Metre signed, Neither [Never];
-        /// Maximum distance of the frozen slave from its position at the freeze.
-        frozen_motion_m: f64 = "motion while frozen", Metre, Lower [Never];
+        /// Maximum distance of the slave from its position at the start, up to its release.
+        frozen_motion_m: f64 = "motion while held", Metre, Lower [Never];
         /// Maximum speed of the slave while re-engaging; undefined if it did not re-engage.
         peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed while re-engaging", MetrePerSecond, Lower [Never];
         /// 1 if it began by a false alarm, else 0.
@@ -69,9 +69,9 @@ impl<L: Lane> EventExtremes<L> {
         }
     }
 
-    /// Processes a tick with a frozen slave.
+    /// Processes a tick before the release.
     #[inline(always)]
-    pub(super) fn observe_frozen(&mut self, s: &Signals<L>) {
+    pub(super) fn observe_held(&mut self, s: &Signals<L>) {
         self.master_end_m = s.master_position_m;
         self.frozen_motion_m = (s.slave_position_m - self.slave_start_m).abs().max(self.frozen_motion_m);
         self.observe_force(s);
@@ -129,6 +129,8 @@ pub(super) struct Beginning {
 pub(super) struct EventWindow {
     pub(super) start: u64,
     released: Option<u64>,
+    /// Position of the slave at the release.
+    pub(super) released_m: Option<f64>,
     ended: Option<u64>,
     pub(super) beginning: Beginning,
     pub(super) excess_m: Option<f64>,
@@ -145,6 +147,7 @@ impl EventWindow {
         Self {
             start: s.tick,
             released: None,
+            released_m: None,
             ended: None,
             beginning,
             excess_m: None,
@@ -159,10 +162,11 @@ impl EventWindow {
     /// Processes a tick; returns whether the event is still open.
     pub(super) fn observe(&mut self, s: &Signals<f64>, step_n: f64) -> bool {
         match s.mode.lane(0) {
-            Mode::Augmented => self.extremes.observe_frozen(s),
+            Mode::Augmented => self.extremes.observe_held(s),
             Mode::Reengaging => {
                 if self.released.is_none() {
                     self.released = Some(s.tick);
+                    self.released_m = Some(s.slave_position_m);
                     self.extremes.master_end_m = s.master_position_m;
                     self.exit_step_n = Some([step_n, s.allowed_force_step_n]);
                 }

@@ -18,6 +18,8 @@ use trocar_engine::operator::OperatorTraits;
 pub struct Aftermath {
     /// Advance of the needle at the end, in m.
     pub(crate) advance_m: f64,
+    /// Largest advance of the needle, in m.
+    pub(crate) deepest_m: f64,
     /// Largest advance beyond the intended motion, and largest depth beyond the largest intended depth, in m.
     pub beyond_intent_m: Option<(f64, f64)>,
 }
@@ -101,6 +103,7 @@ impl<L: Lane> Pursuit<L> {
     #[inline(always)]
     pub fn follow(&mut self, tick: u64, intended_position_m: L, slave_position_m: L) -> bool {
         self.slave_m = slave_position_m;
+        self.max_slave_m = slave_position_m.max(self.max_slave_m);
         if self.is_any_known {
             let intended = self.scale * intended_position_m;
             let gap = slave_position_m - intended;
@@ -111,7 +114,6 @@ impl<L: Lane> Pursuit<L> {
             self.undisturbed_ticks = self.undisturbed_ticks + L::select(is_undisturbed, one, zero);
             self.intended_m = intended;
             self.max_gap_m = gap.max(self.max_gap_m);
-            self.max_slave_m = slave_position_m.max(self.max_slave_m);
             self.max_intended_m = intended.max(self.max_intended_m);
             let is_deepest = intended.ge(self.deepest_intended_m);
             self.deepest_intended_m = intended.max(self.deepest_intended_m);
@@ -154,14 +156,14 @@ impl<L: Lane> Pursuit<L> {
         self.horizons[lane] = None;
         self.update_next_end();
         let known = self.operators[lane].intended_scale;
+        let deepest_m = self.max_slave_m.lane(lane) - horizon.slave_m;
         let beyond = |_| {
             let excess_m = self.max_gap_m.lane(lane) - (horizon.slave_m - horizon.intended_m);
-            let depth_m = self.max_slave_m.lane(lane) - horizon.slave_m;
             let intended_m = self.max_intended_m.lane(lane) - horizon.intended_m;
-            (excess_m.max(0.0), (depth_m - intended_m).max(0.0))
+            (excess_m.max(0.0), (deepest_m - intended_m).max(0.0))
         };
         let advance_m = self.slave_m.lane(lane) - horizon.slave_m;
-        Some((horizon.rupture, Aftermath { advance_m, beyond_intent_m: known.map(beyond) }))
+        Some((horizon.rupture, Aftermath { advance_m, deepest_m, beyond_intent_m: known.map(beyond) }))
     }
 
     /// Opens the horizon of a lane's rupture at `tick`.

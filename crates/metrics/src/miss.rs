@@ -112,6 +112,9 @@ impl MissReason {
     #[must_use]
     pub fn remedy(&self) -> Cow<'static, str> {
         Cow::Borrowed(match self {
+            Self::BelowThreshold { reached } if *reached < HARDLY => {
+                "look at the estimator and at the force there, which hardly move the detector; only then set a far lower detector.threshold, and count the false alarms with `trocar roc`"
+            }
             Self::BelowThreshold { reached } => {
                 let share = percent(*reached, f64::floor);
                 return Cow::Owned(format!(
@@ -129,11 +132,11 @@ impl MissReason {
             Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
             Self::BelowDrift { .. } => "reduce detector.drift (`trocar calibrate` computes one from the noise)",
             Self::EventUnderWay { .. } => {
-                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop at it (operator.reflex)"
+                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop at it (perception.reflex)"
             }
             Self::EarlierEvent => "keep g quiet before the rupture, so that no earlier alarm opens an event",
             Self::Refractory { .. } => {
-                "reduce augmentation.refractory_s, or let the hand stop at the event (operator.reflex)"
+                "reduce augmentation.refractory_s, or let the hand stop at the event (perception.reflex)"
             }
             Self::AlarmOfAnother { .. } => "reduce detector.settle_s, or move more slowly",
         })
@@ -161,14 +164,15 @@ impl MissReason {
     }
 }
 
-/// A share in percent: one decimal, or one digit of a share below that.
+/// The share of the threshold below which a lower one is no remedy by itself.
+const HARDLY: f64 = 1e-3;
+
+/// A share in percent with one decimal, or a word for less than that.
 fn percent(share: f64, rounded: fn(f64) -> f64) -> String {
-    let percent = 100.0 * share;
-    if percent >= 0.1 || percent <= 0.0 {
-        return (rounded(10.0 * percent) / 10.0).to_string();
+    if share > 0.0 && share < HARDLY {
+        return format!("less than {}", 100.0 * HARDLY);
     }
-    let digit = 10.0_f64.powf(percent.log10().floor());
-    format!("{:.0e}", rounded(percent / digit) * digit)
+    (rounded(1e3 * share) / 10.0).to_string()
 }
 
 impl Display for MissReason {
@@ -176,6 +180,9 @@ impl Display for MissReason {
         let ms = |s: f64| (1e4 * s).round() / 10.0;
         let mm = |m: f64| (1e5 * m).round() / 100.0;
         match self {
+            Self::NotInContact { depth_m } if mm(-depth_m) == 0.0 => {
+                f.write_str("not in contact: the needle was less than 0.01 mm above estimator.contact_m")
+            }
             Self::NotInContact { depth_m } => {
                 write!(f, "not in contact: the needle was {} mm above estimator.contact_m", mm(-depth_m))
             }
@@ -649,7 +656,8 @@ mod tests {
         assert!(told(MissReason::WrongMotion { velocity_m_per_s: -0.0123 }).contains("at -12.3 mm/s"));
         assert!(told(MissReason::TooShallow { depth_m: 4.5e-3 }).contains("at 4.5 mm"));
         assert!(told(MissReason::BelowThreshold { reached: 0.1239 }).contains("reached 12.4 %"));
-        assert!(told(MissReason::BelowThreshold { reached: 1.26e-5 }).contains("reached 1e-3 %"));
+        assert!(told(MissReason::BelowThreshold { reached: 1.26e-5 }).contains("reached less than 0.1 % of it"));
+        assert!(told(MissReason::NotInContact { depth_m: -1e-6 }).contains("less than 0.01 mm above"));
         assert!(told(MissReason::BelowDrift { largest: 0.0012 }).contains("exceeded 1.200e-3"));
         assert!(told(MissReason::EventUnderWay { begin_s: 1.5 }).contains("1.500 s"));
         assert!(told(MissReason::Refractory { end_s: 2.25 }).contains("2.250 s"));
@@ -663,7 +671,11 @@ mod tests {
     fn a_threshold_to_set_is_rounded_down() {
         let told = |reached| MissReason::BelowThreshold { reached }.remedy().into_owned();
         assert!(told(0.1239).contains("below 12.3 %"), "{}", told(0.1239));
-        assert!(told(1.26e-5).contains("below 1e-3 %") && told(0.0).contains("below 0 %"));
+        assert!(
+            told(1.26e-5).contains("far lower")
+                && told(0.0).contains("far lower")
+                && told(2e-3).contains("below 0.2 %")
+        );
     }
 
     #[test]

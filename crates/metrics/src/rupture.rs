@@ -19,26 +19,38 @@ metrics! {
         time_s: f64 = "time", Second, Neither [Never];
         /// The name of the layer; `None` for a tissue without layers, or if the run is not recorded tick by tick.
         layer: Option<String>;
-        /// Time from the rupture to its alarm, at most 0.1 s and after a fall of the force; undefined if it was missed.
-        detection_delay_s: Option<f64> = "detection delay", Second, Lower [Main];
+        /// Advance of the needle 0.3 s after the rupture; negative if it moved back.
+        slave_travel_m: Option<f64> = "overshoot at 0.3 s", Metre signed, Lower [Main];
+        /// Advance of the needle beyond the intended motion 0.3 s after the rupture; undefined without known intention.
+        unintended_travel_m: Option<f64> = "unintended at 0.3 s", Metre signed, Lower [MainWhereDefined];
+        /// Largest advance of the needle, up to the next rupture or for 2 s.
+        deepest_advance_m: Option<f64> = "deepest point", Metre, Lower [Main];
         /// Largest advance of the needle beyond the intended motion, up to the next rupture or for 2 s; undefined without known intention.
         excess_advance_m: Option<f64> = "excess advance", Metre, Lower [MainWhereDefined];
+        /// Time from the rupture to the return to teleoperation; undefined without an event.
+        return_after_s: Option<f64> = "return after", Second, Neither [MainWhereDefined];
+        /// Advance of the needle from its release to the return to teleoperation; undefined without an event.
+        return_jump_m: Option<f64> = "jump of the return", Metre signed, Lower [MainWhereDefined];
         /// Advance of the needle at the next rupture, or after 2 s.
-        horizon_advance_m: Option<f64> = "advance in 2 s", Metre signed, Neither [Main];
-        /// Advance of the needle from the rupture to the return to teleoperation; undefined without an event.
-        depth_at_return_m: Option<f64> = "depth at return", Metre signed, Lower [MainWhereDefined];
-        /// Largest depth of the needle beyond the largest intended depth, up to the next rupture or for 2 s.
-        unintended_cut_m: Option<f64> = "unintended cut", Metre, Lower [WhereDefined];
+        horizon_advance_m: Option<f64> = "depth 2 s later", Metre signed, Neither [Main];
+        /// Largest force on the hand from the rupture to 0.3 s after it.
+        felt_peak_n: Option<f64> = "peak of the felt force", Newton signed, Neither [Main];
+        /// Largest fall of the force on the hand from an earlier value, from the rupture to 0.3 s after it.
+        felt_drop_n: Option<f64> = "drop of the felt force", Newton, Higher [Main];
         /// 1 if the operator noticed the rupture, up to the next one or within 2 s, else 0; undefined if the operator notices nothing.
         noticed: Option<u64> = "noticed", Count, Higher [MainWhereDefined];
+        /// Time from the rupture to its alarm, at most 0.1 s and after a fall of the force; undefined if it was missed.
+        detection_delay_s: Option<f64> = "detection delay", Second, Lower [Main];
+        /// Advance of the needle from the rupture to the return to teleoperation; undefined without an event.
+        depth_at_return_m: Option<f64> = "depth at return", Metre signed, Lower [WhereDefined];
+        /// Largest depth of the needle beyond the largest intended depth, up to the next rupture or for 2 s.
+        unintended_cut_m: Option<f64> = "unintended cut", Metre, Lower [WhereDefined];
         /// Time from the rupture until the operator noticed it.
         noticed_after_s: Option<f64> = "noticed after", Second, Lower [WhereDefined];
         /// Why it was missed; `None` if it was not, or if the run is not recorded tick by tick.
         miss: Option<Miss>;
         /// Maximum advance of the needle in the 0.5 s after the rupture.
         slave_overshoot_m: Option<f64> = "overshoot in 0.5 s", Metre, Lower;
-        /// Advance of the needle 0.3 s after the rupture; negative if it moved back.
-        slave_travel_m: Option<f64> = "slave travel at 0.3 s", Metre signed, Lower;
         /// Velocity of the master at the rupture.
         master_velocity_m_per_s: f64 = "master velocity", MetrePerSecond signed, Neither [Never];
         /// Position of the master at the rupture.
@@ -68,6 +80,9 @@ pub(super) struct Extremes<L> {
     /// Maximum change of the force on the hand in a tick, in N.
     peak_change_n: L,
     min_felt_n: L,
+    max_felt_n: L,
+    /// Maximum fall of the force on the hand from an earlier value.
+    drop_n: L,
 }
 
 impl<L: Lane> Extremes<L> {
@@ -87,10 +102,12 @@ impl<L: Lane> Extremes<L> {
             master_travel_m: zero,
             peak_change_n: zero,
             min_felt_n: felt_n,
+            max_felt_n: felt_n,
+            drop_n: zero,
         }
     }
 
-    /// Updates with a tick after the rupture; `is_early`: the minimum of the felt force is still updated.
+    /// Updates with a tick after the rupture; `is_early`: the extremes of the felt force are still updated.
     #[inline(always)]
     pub(super) fn observe(&mut self, s: &Signals<L>, is_early: L::Mask) {
         let felt_n = s.operator_force_n;
@@ -99,6 +116,8 @@ impl<L: Lane> Extremes<L> {
         self.peak_change_n = (felt_n - self.last_felt_n).abs().max(self.peak_change_n);
         self.last_felt_n = felt_n;
         self.min_felt_n = L::select(is_early, felt_n.min(self.min_felt_n), self.min_felt_n);
+        self.max_felt_n = L::select(is_early, felt_n.max(self.max_felt_n), self.max_felt_n);
+        self.drop_n = L::select(is_early, (self.max_felt_n - felt_n).max(self.drop_n), self.drop_n);
     }
 
     /// The extremes of lane `index`.
@@ -111,6 +130,8 @@ impl<L: Lane> Extremes<L> {
             master_travel_m: self.master_travel_m.lane(index),
             peak_change_n: self.peak_change_n.lane(index),
             min_felt_n: self.min_felt_n.lane(index),
+            max_felt_n: self.max_felt_n.lane(index),
+            drop_n: self.drop_n.lane(index),
         }
     }
 
@@ -124,8 +145,19 @@ impl<L: Lane> Extremes<L> {
             master_travel_m: self.master_travel_m.with_lane(index, one.master_travel_m),
             peak_change_n: self.peak_change_n.with_lane(index, one.peak_change_n),
             min_felt_n: self.min_felt_n.with_lane(index, one.min_felt_n),
+            max_felt_n: self.max_felt_n.with_lane(index, one.max_felt_n),
+            drop_n: self.drop_n.with_lane(index, one.drop_n),
         }
     }
+}
+
+/// The return to teleoperation after a rupture.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Return {
+    pub(super) tick: u64,
+    pub(super) slave_m: f64,
+    /// Position of the slave at its release; `None` if it was never released.
+    pub(super) released_m: Option<f64>,
 }
 
 /// A rupture's window.
@@ -142,17 +174,21 @@ pub(super) struct RuptureWindow {
     pub(super) extremes: Extremes<f64>,
     detected_at: Option<u64>,
     travel_m: Option<f64>,
+    /// The gap between needle and intended position at the rupture, and its growth until the travel is read, in m.
+    gap_m: Option<f64>,
+    unintended_travel_m: Option<f64>,
     pub(super) feedback_fallen_at: Option<u64>,
     pub(super) felt_fallen_at: Option<u64>,
     pub(super) observed_ticks: u64,
     master_velocity_m_per_s: f64,
     pub(super) aftermath: Option<Aftermath>,
-    pub(super) depth_at_return_m: Option<f64>,
+    /// The end of the event that held the needle.
+    pub(super) returned: Option<Return>,
     pub(super) noticed_at: Option<u64>,
 }
 
 impl RuptureWindow {
-    pub(super) fn open(s: &Signals<f64>, grid: TickGrid) -> Self {
+    pub(super) fn open(s: &Signals<f64>, grid: TickGrid, gap_m: Option<f64>) -> Self {
         Self {
             tick: s.tick,
             grid,
@@ -165,12 +201,14 @@ impl RuptureWindow {
             extremes: Extremes::at(s),
             detected_at: None,
             travel_m: None,
+            gap_m,
+            unintended_travel_m: None,
             feedback_fallen_at: None,
             felt_fallen_at: None,
             observed_ticks: 0,
             master_velocity_m_per_s: s.master_velocity_m_per_s,
             aftermath: None,
-            depth_at_return_m: None,
+            returned: None,
             noticed_at: None,
         }
     }
@@ -191,14 +229,15 @@ impl RuptureWindow {
         is_detection
     }
 
-    /// Updates with a tick after the rupture.
+    /// Updates with a tick after the rupture; `gap_m` is the gap between needle and intended position, where it is known.
     #[inline(always)]
-    pub(super) fn observe(&mut self, s: &Signals<f64>) {
+    pub(super) fn observe(&mut self, s: &Signals<f64>, gap_m: Option<f64>) {
         let since = s.tick - self.tick;
         self.observed_ticks = since;
         self.extremes.observe(s, since <= self.travel_ticks);
         if since == self.travel_ticks {
             self.travel_m = Some(s.slave_position_m - self.extremes.slave_m);
+            self.unintended_travel_m = gap_m.zip(self.gap_m).map(|(now_m, before_m)| now_m - before_m);
         }
         let fallen = |force: f64, before: f64| before > 0.0 && force <= FALLEN_SHARE * before;
         if self.feedback_fallen_at.is_none() && fallen(s.feedback_force_n, self.feedback_n) {
@@ -227,7 +266,7 @@ impl RuptureWindow {
     /// The metrics, of an operator who `notices` changes of the felt force.
     pub(super) fn close(&self, notices: bool) -> RuptureMetrics {
         let (whole, extremes) = (self.is_complete(), &self.extremes);
-        let felt = self.observed_ticks >= self.travel_ticks && self.felt_n > 0.0;
+        let is_read = self.observed_ticks >= self.travel_ticks;
         let since = |tick: u64| self.grid.time_s(tick - self.tick);
         let beyond_intent_m = self.aftermath.and_then(|aftermath| aftermath.beyond_intent_m);
         RuptureMetrics {
@@ -236,8 +275,14 @@ impl RuptureWindow {
             layer: None,
             miss: None,
             excess_advance_m: beyond_intent_m.map(|(excess_m, _)| excess_m),
+            unintended_travel_m: self.unintended_travel_m,
+            deepest_advance_m: self.aftermath.map(|aftermath| aftermath.deepest_m),
             horizon_advance_m: self.aftermath.map(|aftermath| aftermath.advance_m),
-            depth_at_return_m: self.depth_at_return_m,
+            return_after_s: self.returned.map(|returned| since(returned.tick)),
+            return_jump_m: self.returned.and_then(|returned| Some(returned.slave_m - returned.released_m?)),
+            depth_at_return_m: self.returned.map(|returned| returned.slave_m - extremes.slave_m),
+            felt_peak_n: is_read.then_some(extremes.max_felt_n),
+            felt_drop_n: is_read.then_some(extremes.drop_n),
             unintended_cut_m: beyond_intent_m.map(|(_, cut_m)| cut_m),
             noticed: (notices && (self.noticed_at.is_some() || self.aftermath.is_some()))
                 .then_some(u64::from(self.noticed_at.is_some())),
@@ -250,7 +295,7 @@ impl RuptureWindow {
             feedback_fall_s: self.feedback_fallen_at.map(since),
             felt_fall_s: self.felt_fallen_at.map(since),
             peak_force_rate_n_per_s: whole.then(|| extremes.peak_change_n / self.grid.tick_s()),
-            felt_contrast: felt.then(|| 1.0 - extremes.min_felt_n / self.felt_n),
+            felt_contrast: (is_read && self.felt_n > 0.0).then(|| 1.0 - extremes.min_felt_n / self.felt_n),
         }
     }
 }

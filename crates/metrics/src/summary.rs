@@ -42,7 +42,7 @@ pub struct Alarm {
 pub struct ModeTimes {
     /// In teleoperation: the slave follows the master.
     pub teleoperation_s: f64,
-    /// Frozen.
+    /// In an event, up to the release of the slave.
     pub augmented_s: f64,
     /// Re-engaging.
     pub reengaging_s: f64,
@@ -170,8 +170,8 @@ metrics! {
         max_slave_overshoot_m = "maximum slave overshoot", Metre, Lower [Never] was "most_slave_overshoot_m" => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.slave_overshoot_m).reduce(f64::max)
         };
-        /// Maximum slave travel at 0.3 s of the run's ruptures.
-        max_slave_travel_m = "maximum slave travel at 0.3 s", Metre signed, Lower [Never] was "most_slave_travel_m" => |m| {
+        /// Maximum overshoot at 0.3 s of the run's ruptures.
+        max_slave_travel_m = "maximum overshoot at 0.3 s", Metre signed, Lower [Never] was "most_slave_travel_m" => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.slave_travel_m).reduce(f64::max)
         };
         /// Minimum felt contrast of the run's ruptures.
@@ -192,8 +192,8 @@ metrics! {
         final_slave_position_m: Option<f64> = "final slave position", Metre signed, Neither [Never];
         /// Distance of the slave from its reference at the last tick, relative to the reference: (x_ref - x_e) / x_ref.
         final_tracking_error: Option<f64> = "final tracking error", Share signed, Lower;
-        /// Maximum distance of the frozen slave from its position at the freeze, over all events.
-        max_frozen_motion_m = "maximum motion while frozen", Metre, Lower was "most_frozen_motion_m" => |m| {
+        /// Maximum distance of the slave from its position at the start of an event, up to its release, over all events.
+        max_frozen_motion_m = "maximum motion while held", Metre, Lower was "most_frozen_motion_m" => |m| {
             m.events.iter().map(|event| event.frozen_motion_m).reduce(f64::max)
         };
         /// Maximum speed of the slave while re-engaging, over all events.
@@ -204,7 +204,7 @@ metrics! {
         mode_times: ModeTimes;
         /// Time in teleoperation.
         teleoperation_s = "time in teleoperation", Second, Neither [Never] => |m| Some(m.mode_times.teleoperation_s);
-        /// Total time for which the slave was frozen, over all events.
+        /// Total time from the start of an event to the release of the slave, over all events.
         augmented_s = "time augmented", Second, Neither => |m| Some(m.mode_times.augmented_s);
         /// Total time for which the slave re-engaged, over all events.
         reengaging_s = "time re-engaging", Second, Neither => |m| Some(m.mode_times.reengaging_s);

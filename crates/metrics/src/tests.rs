@@ -153,6 +153,15 @@ fn a_force_that_does_not_fall_in_half_a_second_or_that_pulls_has_no_time_of_fall
 }
 
 #[test]
+fn a_force_of_zero_at_the_rupture_has_no_time_of_falling_and_no_contrast() {
+    let insertion = rupture()
+        .from(1000, |s| (s.feedback_force_n, s.operator_force_n) = (0.0, 0.0))
+        .from(1100, |s| (s.feedback_force_n, s.operator_force_n) = (-1.0, -1.0));
+    let rupture = of_rupture(&insertion);
+    assert_eq!((rupture.feedback_fall_s, rupture.felt_fall_s, rupture.felt_contrast), (None, None, None));
+}
+
+#[test]
 fn the_peak_rate_is_the_largest_change_of_the_felt_force_per_tick() {
     let insertion = rupture()
         .from(1050, |s| s.operator_force_n = 1.5)
@@ -213,6 +222,19 @@ fn an_event_that_the_run_cuts_short_has_no_duration_and_the_masters_last_positio
     assert_close(Some(frozen.master_end_m), 0.01299);
     let released = event(1500);
     assert!(released.augmented_s.is_some() && released.reengaging_s.is_none());
+}
+
+#[test]
+fn a_change_of_mode_without_an_alarm_is_an_event_too() {
+    let insertion = Insertion::of_ticks(1000).with(|s| {
+        if (300..400).contains(&s.tick) {
+            s.mode = Modes::splat(Mode::Augmented);
+        }
+    });
+    let metrics = insertion.metrics();
+    assert_eq!((metrics.events.len(), metrics.alarms.len(), metrics.mode_switches), (1, 0, 2));
+    assert_close(Some(metrics.mode_times.augmented_s), 0.1);
+    assert_close(Some(metrics.mode_times.teleoperation_s), 0.9);
 }
 
 #[test]
@@ -383,6 +405,19 @@ fn a_run_diverges_when_a_position_or_a_force_leaves_its_bound() {
 }
 
 #[test]
+fn an_observer_is_done_at_the_tick_of_the_divergence() {
+    use trocar_engine::engine::Observer as _;
+    let insertion = Insertion::of_ticks(100).from(40, |s| s.slave_position_m = 7.0);
+    let grid = trocar_core::time::TickGrid::new(TICK_S, 0.1).expect("a grid");
+    let mut observer = MetricsObserver::<f64>::new(grid, 0);
+    let done = (0..100).find(|&tick| {
+        observer.observe(&insertion.signals(tick));
+        observer.is_done()
+    });
+    assert_eq!(done, Some(40));
+}
+
+#[test]
 fn the_metrics_of_a_run_that_diverged_are_those_of_the_ticks_before() {
     let until = Insertion::of_ticks(1200).rupture_at(1000).event([1010, 1400, 1600]).by(None, true);
     let diverged = Insertion::of_ticks(2000).rupture_at(1000).event([1010, 1400, 1600]).by(None, true);
@@ -481,6 +516,16 @@ fn the_excess_at_return_is_the_growth_of_the_gap_over_the_event() {
     let false_event = false_event.from(1010, |s| s.slave_position_m += 0.001);
     let metrics = false_event.at(1010, |s| s.slave_position_m -= 0.001).metrics();
     assert_close(RunMetric::named("false_alarm_excess_m").expect("a metric").read(&metrics), 0.001);
+}
+
+#[test]
+fn a_needle_that_is_ahead_before_the_event_has_no_excess_from_that() {
+    // 2 mm ahead of the intended motion, before and during the event, and 0.5 mm more at its end.
+    let ahead = event().by(Some(1.0), false).with(|s| s.slave_position_m += 2e-3);
+    assert_close(ahead.metrics().events[0].excess_at_return_m, 0.0);
+    let further = event().by(Some(1.0), false).with(|s| s.slave_position_m += 2e-3);
+    let further = further.from(1600, |s| s.slave_position_m += 5e-4);
+    assert_close(further.metrics().events[0].excess_at_return_m, 5e-4);
 }
 
 #[test]
@@ -759,4 +804,82 @@ fn the_key_of_a_metric_ends_with_its_unit() {
         let has_unit = ["_m", "_s", "_n", "_j"].iter().any(|unit| name.ends_with(unit));
         assert_eq!(has_unit, !suffix.is_empty(), "{name}");
     }
+}
+
+#[test]
+fn the_unintended_travel_is_the_growth_of_the_gap_in_300_ms() {
+    let insertion = |scale| {
+        rupture()
+            .by(scale, false)
+            .with(|s| s.intended_position_m = 1e-5 * s.tick as f64)
+            .from(1001, |s| s.slave_position_m = 0.02)
+            .at(1300, |s| s.slave_position_m = 0.018)
+    };
+    // The slave is at 10 mm at the rupture and at 18 mm 0.3 s later; the intention advances by 3 mm times its scale.
+    assert_close(of_rupture(&insertion(Some(1.0))).unintended_travel_m, 0.005);
+    assert_close(of_rupture(&insertion(Some(0.5))).unintended_travel_m, 0.0065);
+    assert_eq!(of_rupture(&insertion(None)).unintended_travel_m, None);
+    let short = Insertion::of_ticks(1300).rupture_at(1000).by(Some(1.0), false);
+    assert_eq!(of_rupture(&short).unintended_travel_m, None);
+}
+
+#[test]
+fn the_deepest_point_is_that_of_two_seconds_or_up_to_the_next_rupture() {
+    let insertion = Insertion::of_ticks(4000)
+        .rupture_at(1000)
+        .from(1000, |s| s.slave_position_m = 0.01)
+        .at(2900, |s| s.slave_position_m = 0.019)
+        .at(3001, |s| s.slave_position_m = 0.03);
+    assert_close(of_rupture(&insertion).deepest_advance_m, 0.009);
+    assert_close(of_rupture(&insertion.at(3000, |s| s.slave_position_m = 0.025)).deepest_advance_m, 0.015);
+    let two = Insertion::of_ticks(4000)
+        .rupture_at(1000)
+        .rupture_at(1500)
+        .from(1000, |s| s.slave_position_m = 0.01)
+        .at(1400, |s| s.slave_position_m = 0.012)
+        .at(1600, |s| s.slave_position_m = 0.016);
+    let metrics = two.metrics();
+    assert_close(metrics.ruptures[0].deepest_advance_m, 0.002);
+    assert_close(metrics.ruptures[1].deepest_advance_m, 0.006);
+    let back = Insertion::of_ticks(4000).rupture_at(1000).from(1001, |s| s.slave_position_m = -0.01);
+    assert_close(of_rupture(&back).deepest_advance_m, 0.0);
+}
+
+#[test]
+fn the_return_has_the_time_of_teleoperation_and_the_advance_since_the_release() {
+    let insertion = event()
+        .from(1010, |s| s.slave_position_m = 0.0101)
+        .from(1400, |s| s.slave_position_m = 0.0103)
+        .from(1500, |s| s.slave_position_m = 0.0113)
+        .from(1600, |s| s.slave_position_m = 0.0143);
+    let of_event = of_rupture(&insertion);
+    assert_close(of_event.return_after_s, 0.6);
+    assert_close(of_event.return_jump_m, 0.004);
+    assert_close(of_event.depth_at_return_m, 0.0043);
+    let without = of_rupture(&rupture());
+    assert_eq!((without.return_after_s, without.return_jump_m), (None, None));
+    let cut_short = Insertion::of_ticks(1550).rupture_at(1000).event([1010, 1400, 1600]);
+    assert_eq!(of_rupture(&cut_short).return_jump_m, None);
+}
+
+#[test]
+fn the_drop_of_the_felt_force_is_from_an_earlier_peak_and_both_within_300_ms() {
+    let insertion = rupture()
+        .from(1000, |s| s.operator_force_n = 3.0)
+        .from(1020, |s| s.operator_force_n = 3.5)
+        .at(1100, |s| s.operator_force_n = 0.5)
+        .from(1101, |s| s.operator_force_n = 1.0)
+        .from(1301, |s| s.operator_force_n = 9.0)
+        .from(1302, |s| s.operator_force_n = -9.0);
+    let of_both = of_rupture(&insertion);
+    assert_close(of_both.felt_peak_n, 3.5);
+    assert_close(of_both.felt_drop_n, 3.0);
+    // A force that only rises has no drop, and one that falls before it rises drops from its first value.
+    let rising = of_rupture(&rupture().from(1010, |s| s.operator_force_n = 4.0));
+    assert_close(rising.felt_drop_n, 0.0);
+    let first =
+        of_rupture(&rupture().from(1010, |s| s.operator_force_n = 0.5).from(1200, |s| s.operator_force_n = 7.0));
+    assert_close(first.felt_drop_n, 1.5);
+    let short = of_rupture(&Insertion::of_ticks(1300).rupture_at(1000));
+    assert_eq!((short.felt_peak_n, short.felt_drop_n), (None, None));
 }

@@ -167,7 +167,8 @@ impl Scenario {
     /// for a tissue without layers.
     #[must_use]
     pub fn rupturing_layers(&self) -> Vec<&str> {
-        self.tissue.settings().map_or(vec![], TissueSettings::rupturing_layers)
+        let layers = self.tissue.settings().map_or(vec![], TissueSettings::layers);
+        layers.into_iter().filter(|layer| layer.ruptures).map(|layer| layer.name).collect()
     }
 
     /// What the metrics must know of its operator. The intention of a recorded or live hand is not known.

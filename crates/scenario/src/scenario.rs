@@ -361,14 +361,14 @@ pub(super) const GROUPS: &[Group] = &[
         ..PLAIN
     },
     Group {
-        keys: ReflexSettings::KEYS,
-        read: |of| of.set(ReflexSettings::read, ReflexSettings::validate_where_reacting, |to| &mut to.reflex),
+        sections: &[("perception", "What the operator notices of the felt force, and the reaction to it.")],
+        keys: Perception::KEYS,
+        read: |of| of.set(Perception::read, Perception::validate, |to| &mut to.perception),
         ..PLAIN
     },
     Group {
-        sections: &[("perception", "What the operator notices of the felt force.")],
-        keys: Perception::KEYS,
-        read: |of| of.set(Perception::read, Perception::validate, |to| &mut to.perception),
+        keys: ReflexSettings::KEYS,
+        read: |of| of.set(ReflexSettings::read, ReflexSettings::validate_where_reacting, |to| &mut to.reflex),
         ..PLAIN
     },
     Group {

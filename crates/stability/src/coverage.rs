@@ -97,7 +97,7 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
         (delays_vary && !is_covered, "channel.delays_file", VARYING[why]),
         (scenario.organ_motion.breathing_amplitude_m > 0.0, "tissue.breathing_amplitude_m", "breathing"),
         (scenario.organ_motion.heartbeat_amplitude_m > 0.0, "tissue.heartbeat_amplitude_m", "the heartbeat"),
-        (scenario.reflex.reacts(), "operator.reflex", "the operator's reflex"),
+        (scenario.reflex.reacts(), "perception.reflex", "the operator's reflex"),
         (scenario.stretch.acts(), "operator.stretch_short_gain_n_s_per_m", "the stretch reflexes"),
         (scenario.stiffening.acts(), "operator.stiffening_per_n", "the grip that stiffens"),
         (sensor.position_resolution_m > 0.0, "sensor.position_resolution_m", "the steps of the position sensor"),

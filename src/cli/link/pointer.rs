@@ -23,13 +23,13 @@ base = \"link.toml\"
 [operator]
 kind = \"recording\"
 tremor_amplitude_m = 0.0
-reflex = \"none\"
 stretch_short_gain_n_s_per_m = 0.0
 stretch_long_gain_n_per_m = 0.0
 stiffening_per_n = 0.0
 
 [perception]
 kind = \"none\"
+reflex = \"none\"
 
 [recording]
 file = \"trace.csv\"

@@ -50,6 +50,13 @@ const trocarControls = (() => {
     return { at: (v) => (Math.log(v / low) / ratio) * STEPS, value: (at) => low * Math.exp((ratio * at) / STEPS) };
   }
 
+  /** Returns the number of a text, with a decimal point or comma; not a number where both are possible, as in 1,000. */
+  function parsed(text) {
+    const plain = text.trim().replace("−", "-");
+    const isAmbiguous = /^-?[1-9]\d{0,2},\d{3}$/.test(plain) || (plain.includes(",") && plain.includes("."));
+    return plain === "" || isAmbiguous ? NaN : Number(plain.replace(",", "."));
+  }
+
   const rounded = (value) => Number(value.toPrecision(3));
 
   function element(name, attributes = {}, text = "") {
@@ -132,9 +139,10 @@ const trocarControls = (() => {
     } else if (key.kind.type === "numbers") {
       const input = element("input", { type: "text", id, "aria-describedby": meaning.id, placeholder: "1, 2.5, 4" });
       input.addEventListener("change", () => {
-        const numbers = input.value.split(/[,;\s]+/).filter(Boolean).map(Number);
+        // Between semicolons, a comma is a decimal comma.
+        const numbers = input.value.split(input.value.includes(";") ? /[;\s]+/ : /[,\s]+/).filter(Boolean).map(parsed);
         const isWrong = numbers.some((number) => !Number.isFinite(number));
-        fail(made, isWrong ? "These are not numbers, separated by commas." : "");
+        fail(made, isWrong ? "These are not numbers, separated by commas or semicolons." : "");
         if (isWrong) return;
         if (numbers.length === 0) made.show(made.base);
         give(numbers.length ? numbers : made.base, performance.now());
@@ -150,7 +158,7 @@ const trocarControls = (() => {
       const shown = (value) => Number((value * per).toPrecision(12));
       const spoken = (value) => `${rounded(value * per)} ${unit}`;
       const label = `${front?.name ?? key.name}, as a number${unit ? ` in ${unit}` : ""}`;
-      const number = element("input", { type: "number", step: "any", id: sliding ? `${id}-number` : id, "aria-label": label, "aria-describedby": meaning.id });
+      const number = element("input", { type: "text", inputmode: "decimal", id: sliding ? `${id}-number` : id, "aria-label": label, "aria-describedby": meaning.id });
       const slider = sliding && element("input", { type: "range", id, min: "0", max: String(STEPS), step: "any", "aria-describedby": meaning.id });
       const shape = (value) => (whole ? Math.max(0, Math.round(value)) : rounded(value));
       if (slider) {
@@ -172,12 +180,12 @@ const trocarControls = (() => {
         inputs.append(slider);
       }
       number.addEventListener("change", () => {
-        const given = Number(number.value) / per;
-        // A browser empties what is no number: it is wrong, and not the default.
-        const isWrong = number.validity.badInput || !Number.isFinite(given);
-        fail(made, isWrong ? "This is not a number." : "");
+        const isEmpty = number.value.trim() === "";
+        const given = parsed(number.value) / per;
+        const isWrong = !isEmpty && !Number.isFinite(given);
+        fail(made, isWrong ? `${number.value} is not a number. Write thousands without a comma, and decimals as 0.05 or 0,05.` : "");
         if (isWrong) return;
-        const value = number.value === "" ? made.base : whole ? Math.round(given) : Number(given.toPrecision(12));
+        const value = isEmpty ? made.base : whole ? Math.round(given) : Number(given.toPrecision(12));
         made.show(value);
         give(value, performance.now());
       });

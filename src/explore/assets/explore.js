@@ -10,6 +10,8 @@ const trocar = (() => {
   /** Times from the input event to the drawn frame, and of the server, in ms: the last hundred. */
   const timings = [];
   const AXES = { x: "scaling.force", y: "channel.delay_s" };
+  /** Time in ms without changes after which the next one is a step of its own for undo and Back. */
+  const STEP_MS = 700;
   const state = { scenario: "", set: {}, map: { ...AXES } };
   let hello = null;
   let base = {};
@@ -18,7 +20,13 @@ const trocar = (() => {
   let animation = null;
   let request = { id: 0, at: null, busy: false, again: false };
   let opened = 0;
-  let addressTimer = 0;
+  /** True until the values of the opened scenario arrive. */
+  let isOpening = false;
+  /** The time in s of the cursor and of the paused animation, or `null`; and whether the next frame moves them there. */
+  let shownAt = null;
+  let isSought = false;
+  /** What the address got last, and when; `what` waits to be written. */
+  let written = { timer: 0, at: -Infinity, last: null, what: null };
   /** The error of the address, displayed until the next change. */
   let notice = "";
   /** The answer that is drawn next, with the time of the first input that it shows; `null` if all are drawn. */
@@ -35,27 +43,47 @@ const trocar = (() => {
     const given = new URLSearchParams(location.hash.slice(1));
     const set = {};
     for (const [key, value] of given) {
-      if (["scenario", "x", "y"].includes(key)) continue;
+      if (["scenario", "x", "y", "time", "at"].includes(key)) continue;
       try {
         set[key] = JSON.parse(value);
       } catch {
         set[key] = value;
       }
     }
-    return { scenario: given.get("scenario"), set, x: given.get("x"), y: given.get("y") };
+    const [from, to] = (given.get("time") ?? "").split("-").map(Number);
+    const time = from < to ? { between: [from, to] } : given.get("time") === "all" ? "all" : "rupture";
+    const at = Number(given.get("at") ?? NaN);
+    return { scenario: given.get("scenario"), set, x: given.get("x"), y: given.get("y"), time, at: Number.isFinite(at) ? at : null };
   }
 
-  /** Writes the state into the address after a short delay, because browsers limit the rate of changes. */
-  function toAddress() {
-    clearTimeout(addressTimer);
-    addressTimer = setTimeout(writeAddress, 120);
+  /** Writes the state into the address after a short delay, because browsers limit the rate of changes. `what` has changed, which is a step of
+   *  undo and Back; without it, the address is only completed. */
+  function toAddress(what = null) {
+    written.what = what ?? written.what;
+    clearTimeout(written.timer);
+    written.timer = setTimeout(writeAddress, 120);
   }
+
+  /** The number of steps that Back undoes on this page. */
+  const depth = () => history.state?.depth ?? 0;
+
+  const rounded = (time) => Number(time.toFixed(4));
 
   function writeAddress() {
     const given = new URLSearchParams({ scenario: state.scenario });
     for (const [key, value] of Object.entries(state.set)) given.set(key, JSON.stringify(value));
     for (const axis of ["x", "y"]) if (state.map[axis] !== AXES[axis]) given.set(axis, state.map[axis]);
-    history.replaceState(null, "", `#${given}`);
+    if (shownTime !== "rupture") given.set("time", shownTime === "all" ? "all" : shownTime.between.map(rounded).join("-"));
+    if (shownAt !== null) given.set("at", rounded(shownAt));
+    const now = performance.now();
+    // The changes of one drag are one step.
+    const { what, last } = written;
+    const isStep = what !== null && (what !== last || now - written.at > STEP_MS) && location.hash !== `#${given}`;
+    if (isStep) history.pushState({ depth: depth() + 1 }, "", `#${given}`);
+    else history.replaceState({ depth: depth() }, "", `#${given}`);
+    if (what !== null) [written.last, written.at] = [what, now];
+    written.what = null;
+    part("undo").disabled = depth() === 0;
     const sets = Object.entries(state.set).map(([key, value]) => ` --set '${key}=${JSON.stringify(value)}'`);
     // The keys of events act with augmentation only.
     const augments = Object.keys(state.set).some((key) => key.startsWith("augmentation."));
@@ -90,22 +118,24 @@ const trocar = (() => {
   function changed(path, at) {
     notice = "";
     state.set = trocarControls.changes();
-    toAddress();
+    toAddress(path);
     show(at ?? null);
     map();
   }
 
-  function open(scenario, set = {}) {
+  function open(scenario, set = {}, time = "rupture") {
     state.scenario = scenario;
     state.set = set;
-    shownTime = "rupture";
+    shownTime = time;
     trocarMap.forget();
     trocarPush.leave("");
     part("scenario").value = scenario;
     const { question = "", title = "" } = hello.scenarios.find((one) => one.name === scenario) ?? {};
     part("question").textContent = question.replace(title, "").replace(/^[:?]/, "");
     part("question").title = question;
+    document.title = `${title || scenario} · trocar explore`;
     opened = trocarLink.ask({ type: "open", scenario });
+    isOpening = opened !== 0;
   }
 
   /** Loads the state of the address, as far as it is valid. */
@@ -118,7 +148,19 @@ const trocar = (() => {
     part("map-y").value = state.map.y;
     const missing = given.scenario && !known;
     notice = missing ? `scenario ${given.scenario.slice(0, 80)} does not exist; showing ${otherwise}` : "";
-    open(known ? given.scenario : otherwise, missing ? {} : given.set);
+    [shownAt, isSought] = [given.at, given.at !== null];
+    const scenario = known ? given.scenario : otherwise;
+    if (scenario !== state.scenario || opened === 0) {
+      open(scenario, missing ? {} : given.set, given.time);
+      return;
+    }
+    // The same scenario: its controls stay, and with them the focus.
+    shownTime = given.time;
+    state.set = given.set;
+    trocarControls.give(given.set);
+    toAddress();
+    show();
+    map(0);
   }
 
   /** Lists the warnings of the runs, each once with the runs that it concerns. */
@@ -182,6 +224,8 @@ const trocar = (() => {
     animation.setData(frame.animation);
     trocarPictures.draw([part("chart-1"), part("chart-2"), part("signals")], frame);
     trocarPictures.table(part("metrics").tBodies[0], frame.table);
+    if (isSought) animation.seek(shownAt);
+    isSought = false;
     timed(frame, at);
     const [x, y] = [state.map.x, state.map.y].map(mapValue);
     if (typeof x === "number" && typeof y === "number" && trocarMap.is(state.map.x, state.map.y)) trocarMap.at(part("map"), x, y);
@@ -217,6 +261,7 @@ const trocar = (() => {
     },
     values(message) {
       if (message.id !== opened) return;
+      isOpening = false;
       base = message.values;
       trocarControls.draw(places(), [...hello.keys, ...message.layers], base, changed);
       trocarControls.give(state.set);
@@ -259,6 +304,7 @@ const trocar = (() => {
       }
       // What was computed before is not drawn any more.
       if (message.id === request.id) pending = null;
+      if (message.id === opened) isOpening = false;
       trouble(message.all);
       trocarPush.refused(message.id);
       if (message.id === request.id) {
@@ -319,7 +365,17 @@ const trocar = (() => {
     part("theme").addEventListener("change", () => theme(part("theme").value));
     part("scenario").addEventListener("change", () => {
       notice = "";
+      shownAt = null;
       open(part("scenario").value);
+      toAddress("scenario");
+    });
+    part("undo").addEventListener("click", () => history.back());
+    window.addEventListener("keydown", (event) => {
+      const isText = event.target.matches("input[type=text], input[type=search]");
+      if (!(event.ctrlKey || event.metaKey) || event.altKey || isText || !["z", "y"].includes(event.key.toLowerCase())) return;
+      event.preventDefault();
+      if (event.key.toLowerCase() === "y" || event.shiftKey) history.forward();
+      else if (depth() > 0) history.back();
     });
     part("reset").addEventListener("click", () => {
       trocarControls.give({});
@@ -330,16 +386,36 @@ const trocar = (() => {
     for (const axis of ["x", "y"]) {
       part(`map-${axis}`).addEventListener("change", () => {
         state.map[axis] = part(`map-${axis}`).value;
-        toAddress();
+        toAddress(axis);
         map(0);
       });
     }
     trocarMap.begin(part("map"), moved);
     trocarListen.begin({ button: part("listen"), output: part("listen-at"), lamp: part("lamp"), volume: part("volume"), scheme: part("listen-scheme") });
     trocarPush.begin({
-      button: part("push"), field: part("field"),
-      strips: part("pushed"), text: part("push-text"), scheme: part("push-scheme"), lamp: part("lamp"), state: current,
+      button: part("push"), field: part("field"), strips: part("pushed"), text: part("push-text"), scheme: part("push-scheme"),
+      lamp: part("push-lamp"), sound: part("push-sound"), volume: part("volume"), state: current,
+      live: part("push-live"), result: part("push-result"), animation: part("push-animation"), charts: part("push-charts"),
     });
+    // The field takes the place of animation and curves, so that it is in view.
+    const pushing = (isOpen) => {
+      part("push-section").hidden = !isOpen;
+      part("main").classList.toggle("pushing", isOpen);
+      part("push-open").setAttribute("aria-expanded", String(isOpen));
+      if (isOpen) trocarPush.open();
+      else trocarPush.leave("");
+      window.scrollTo(0, 0);
+    };
+    part("push-open").addEventListener("click", () => pushing(true));
+    part("push-close").addEventListener("click", () => {
+      pushing(false);
+      part("push-open").focus();
+    });
+    // Where the picture stays above the controls, it covers nothing that has the focus.
+    new ResizeObserver(([{ contentRect }]) => {
+      const isSticky = getComputedStyle(document.querySelector(".stage")).position === "sticky";
+      document.documentElement.style.scrollPaddingTop = isSticky ? `${contentRect.height + 8}px` : "";
+    }).observe(document.querySelector(".stage"));
     for (const file of ["toml", "csv", "png"]) {
       part(`export-${file}`).addEventListener("click", () => {
         const picture = file === "png" ? { window: shownTime, width: part("export-width").value } : {};
@@ -358,15 +434,26 @@ const trocar = (() => {
     window.addEventListener("chartzoom", ({ detail }) => {
       if (detail.group !== trocarPictures.GROUP) return;
       shownTime = detail.range === null ? "all" : { between: [detail.range.low, detail.range.high].map((at) => Math.max(0, at)) };
+      toAddress("time");
       show();
     });
+    const at = (time) => {
+      shownAt = time;
+      toAddress();
+    };
+    window.addEventListener("charttime", ({ detail }) => detail.isKept && at(detail.time));
+    part("animation").addEventListener("input", () => at(animation.data.time_s[animation.at]));
+    part("animation").addEventListener("click", () => animation.isPlaying && at(null));
     for (const time of ["rupture", "all"]) {
       part(`show-${time}`).addEventListener("click", () => {
         shownTime = time;
+        toAddress("time");
         show();
       });
     }
     window.addEventListener("hashchange", () => {
+      clearTimeout(written.timer);
+      written.what = null;
       if (hello) follow(address(), state.scenario);
     });
     trocarLink.begin(
@@ -375,14 +462,21 @@ const trocar = (() => {
         if (handle) handle(message);
         else trocarPush.receive(message);
       },
-      (text) => {
+      (text, isLost) => {
         part("status").textContent = text;
         request.busy = false;
+        isOpening = false;
         trocarPush.leave("connection lost");
+        part("offline").hidden = !isLost;
+        part("main").classList.toggle("offline", isLost === true);
+        part("controls").inert = isLost === true;
+        const again = text.startsWith("no connection") ? "The server has ended, so nothing on this page changes any more. Start trocar explore again with the same --port; the page then goes on by itself." : text;
+        part("offline").textContent = isLost ? again : "";
+        if (isLost) animation?.pause();
       },
     );
   }
 
   begin();
-  return { state, timings, file: () => files.last, busy: () => request.busy || request.again || pending !== null, animation: () => animation };
+  return { state, timings, file: () => files.last, busy: () => isOpening || request.busy || request.again || pending !== null, animation: () => animation };
 })();

@@ -4,7 +4,7 @@
 const trocarField = (() => {
   const part = (id) => document.getElementById(id);
   trocarPush.begin({
-    button: part("push"), field: part("field"), strips: part("pushed"), text: part("push-text"), lamp: part("lamp"),
+    button: part("push"), field: part("field"), strips: part("pushed"), text: part("push-text"), lamp: part("lamp"), sound: part("push-sound"),
     // The scenario is that of the command.
     scheme: { value: "0" }, state: () => null,
   });

@@ -37,10 +37,10 @@ const trocarLink = (() => {
       if (message) receive(message);
     });
     socket.addEventListener("close", (event) => {
-      changed(event.reason ? `ended: ${event.reason}` : "no connection to the server; reconnecting");
+      changed(event.reason ? `ended: ${event.reason}` : "no connection to the server; reconnecting", true);
       if (!opened) {
         // The server answers, but the maximum number of pages is open.
-        const full = (answer) => answer.ok && changed("too many pages are open: close another one; reconnecting");
+        const full = (answer) => answer.ok && changed("too many pages are open: close another one; reconnecting", true);
         fetch("/icon.svg").then(full, () => {});
       }
       setTimeout(connect, 1500);

@@ -1,9 +1,12 @@
-// Sound and light: the feedback force is a tone, an alarm is a click and a lamp.
+// Sound, light and vibration: the force is a tone, a rupture a click, an alarm a lamp.
 "use strict";
 
 const trocarListen = (() => {
+  /** Length of the vibration of a rupture, in ms. */
+  const TICK_MS = 60;
   let sound = null;
   let playing = null;
+  let clicks = 0;
 
   function nodes() {
     if (sound) return sound;
@@ -23,14 +26,33 @@ const trocarListen = (() => {
     return sound;
   }
 
-  /** Plays the click and lights the lamp. */
-  function cue(lamp) {
-    if (sound) {
-      const click = sound.context.createBufferSource();
-      click.buffer = sound.noise;
-      click.connect(sound.volume);
-      click.start();
+  /** Starts the sound, which a browser allows after a gesture only. `volume` is from 0 to 1. */
+  function start(volume) {
+    const { context, volume: gain } = nodes();
+    context.resume();
+    gain.gain.value = volume;
+  }
+
+  /** Plays the click of a rupture. */
+  function click() {
+    if (!sound) return;
+    const source = sound.context.createBufferSource();
+    source.buffer = sound.noise;
+    source.connect(sound.volume);
+    source.start();
+    clicks += 1;
+  }
+
+  /** Vibrates once, on a telephone and on every gamepad. */
+  function vibrate() {
+    navigator.vibrate?.(TICK_MS);
+    for (const pad of navigator.getGamepads?.() ?? []) {
+      pad?.vibrationActuator?.playEffect("dual-rumble", { duration: TICK_MS, strongMagnitude: 1, weakMagnitude: 1 }).catch(() => {});
     }
+  }
+
+  /** Lights the lamp of an alarm for a moment. */
+  function light(lamp) {
     lamp.classList.add("on");
     lamp.setAttribute("aria-label", "on: alarm");
     setTimeout(() => {
@@ -40,13 +62,15 @@ const trocarListen = (() => {
   }
 
   /** Sets the tone of a force: a larger force is higher and louder. */
-  function force(newtons, max) {
+  function force(newtons, full) {
     if (!sound) return;
-    const share = Math.min(1, Math.max(0, newtons / max));
+    const share = Math.min(1, Math.max(0, newtons / full));
     const { context, tone, loudness } = sound;
     tone.frequency.setTargetAtTime(110 + 440 * share, context.currentTime, 0.01);
     loudness.gain.setTargetAtTime(0.25 * share, context.currentTime, 0.01);
   }
+
+  const quiet = () => sound?.loudness.gain.setTargetAtTime(0, sound.context.currentTime, 0.02);
 
   function stop(button, output) {
     if (!playing) return;
@@ -54,19 +78,18 @@ const trocarListen = (() => {
     playing = null;
     button.textContent = "Listen";
     output.textContent = "";
-    if (sound) sound.loudness.gain.setTargetAtTime(0, sound.context.currentTime, 0.02);
+    quiet();
   }
 
   /** Plays the displayed time window in real time. */
   function play({ button, output, lamp, volume }, frame, which) {
-    const { context, volume: gain } = nodes();
-    context.resume();
-    gain.gain.value = Number(volume.value);
+    start(Number(volume.value));
     const panel = trocarPictures.panel("feedback-force");
     const [times, feedback] = panel.lines.find((line) => line.name === frame.runs[which].name).points;
     const max = feedback.reduce((largest, value) => (value > largest ? value : largest), 1e-6);
     const [from, to] = [panel.x.low, panel.x.high];
-    const cues = panel.alarms.filter((at) => at >= from && at <= to).sort((a, b) => a - b);
+    const within = (events) => events.filter((at) => at >= from && at <= to).sort((a, b) => a - b);
+    const [ruptures, alarms] = [within(panel.ruptures), within(panel.alarms)];
     const began = performance.now();
     let index = 0;
     playing = { frame: 0 };
@@ -74,13 +97,11 @@ const trocarListen = (() => {
     const step = (at) => {
       if (!playing) return;
       const time = from + (at - began) / 1000;
-      gain.gain.value = Number(volume.value);
+      sound.volume.gain.value = Number(volume.value);
       while (index + 1 < times.length && times[index + 1] <= time) index += 1;
       force(feedback[index] || 0, max);
-      while (cues.length > 0 && cues[0] <= time) {
-        cues.shift();
-        cue(lamp);
-      }
+      for (; ruptures[0] <= time; ruptures.shift()) click();
+      for (; alarms[0] <= time; alarms.shift()) light(lamp);
       trocarPictures.point(time);
       output.textContent = `${time.toFixed(1)} s of ${to.toFixed(1)} s`;
       if (time >= to) stop(button, output);
@@ -99,6 +120,13 @@ const trocarListen = (() => {
       // A hidden page is not redrawn, and its tone would continue.
       document.addEventListener("visibilitychange", () => document.hidden && stop(parts.button, parts.output));
     },
-    cue,
+    start,
+    click,
+    vibrate,
+    light,
+    force,
+    quiet,
+    /** Returns what is heard, for tests. */
+    state: () => sound && { clicks, state: sound.context.state, hertz: sound.tone.frequency.value, loudness: sound.loudness.gain.value },
   };
 })();

@@ -107,7 +107,7 @@ const trocarMap = (() => {
   }
 
   function describe(canvas, line) {
-    const where = `${map.x.name} ${written(now.x)}, ${map.y.name} ${written(now.y)}`;
+    const where = `${map.x.name} ${written(map.x.per * now.x)}, ${map.y.name} ${written(map.y.per * now.y)}`;
     const { spectral_radius: radius, frequency_hz: frequency, damping_ratio: damping } = map.mode;
     const margin = map.margins.gain === null ? "none" : `${trocarCharts.number(map.margins.gain)} times`;
     const unmodelled = map.unmodelled.length ? ` Not in the linear model: ${map.unmodelled.join("; ")}.` : "";

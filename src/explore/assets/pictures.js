@@ -5,10 +5,13 @@ const trocarPictures = (() => {
   const GROUP = "signals";
   let charts = null;
   let last = null;
+  /** The place of the marks' names. */
+  const key = document.getElementById("key");
 
   /** Draws a frame. The first frame creates the charts, one in each parent and the others in the last; later frames update them. */
   function draw(parents, frame) {
     last = frame;
+    trocarCharts.key(key, frame.figure);
     const panels = frame.figure.rows.flatMap((row) => row.panels);
     if (charts?.length === panels.length) {
       charts.forEach((chart, index) => chart.update(panels[index], frame.whole_s));

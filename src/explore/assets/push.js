@@ -4,14 +4,19 @@
 const trocarPush = (() => {
   /** Displayed time of the charts, in s. */
   const SHOWN_S = 8;
+  /** Time that the charts of the result show before and after the animation, in s. */
+  const [BEFORE_S, AFTER_S] = [0.2, 1];
   let parts = null;
   let state = null;
   let charts = null;
+  let player = null;
+  let resultCharts = [];
+  let shownResult = null;
 
   const mm = (value) => `${value.toFixed(1)} mm`;
 
   function newState(id, augmented) {
-    return { id, augmented, range: null, aim: null, rows: [], events: [], maxForce: 1, pressed: false, sent: 0, ended: false };
+    return { id, augmented, range: null, aim: null, rows: [], events: [], full: null, pressed: false, sent: 0, ended: false };
   }
 
   /** Converts a height in the drawing to a position of the hand. */
@@ -35,20 +40,21 @@ const trocarPush = (() => {
 
   /** Draws the last row in the field. */
   function draw(drawing) {
-    const [, , , , , feedback, , felt] = state.rows[state.rows.length - 1];
-    state.maxForce = Math.max(state.maxForce, Math.abs(felt));
+    const felt = state.rows[state.rows.length - 1][7];
+    // The end of the axis of force, and the force of the full tone, is that of the drawn bar, in N.
+    state.full = drawing.full_n;
     parts.panel.setDrawings([drawing]);
     parts.panel.tell(drawing.state);
-    vibrate(feedback);
+    if (parts.sound.checked) trocarListen.force(felt, state.full);
+    else trocarListen.quiet();
   }
 
-  function vibrate(force) {
-    for (const pad of navigator.getGamepads ? navigator.getGamepads() : []) {
-      const share = Math.min(1, Math.max(0, force / state.maxForce));
-      if (pad && pad.vibrationActuator) {
-        pad.vibrationActuator.playEffect("dual-rumble", { duration: 60, strongMagnitude: share, weakMagnitude: 0 }).catch(() => {});
-      }
-    }
+  /** Tells an event to the ear, the hand and the eye. */
+  function feel(kind) {
+    if (kind === "alarm") trocarListen.light(parts.lamp);
+    if (kind !== "rupture" || !parts.sound.checked) return;
+    trocarListen.click();
+    trocarListen.vibrate();
   }
 
   function strips() {
@@ -67,10 +73,13 @@ const trocarPush = (() => {
     }
     const [from, time] = [rows[0][0], column(0)];
     const marks = (kind) => state.events.filter((event) => event[0] >= from && event[1] === kind).map(([at]) => at);
+    // Fixed axes: before contact, an axis that fits itself to the data would magnify micrometres. Force is left, position right.
+    const places = state.range.flatMap((at) => [at, state.scale * at]);
+    const ends = [[-0.2 * state.full, state.full], [Math.min(...places), Math.max(...places)]];
     const panels = state.figure.rows[0].panels.map((panel, index) => ({
       ...panel, shades, ruptures: marks("rupture"), alarms: marks("alarm"),
-      x: { ...panel.x, low: from, high: Math.max(last, from + 1) },
-      y: { ...panel.y, low: null, high: null },
+      x: { ...panel.x, low: from, high: Math.max(last, from + 1), ticks: null },
+      y: { ...panel.y, low: ends[index][0], high: ends[index][1], ticks: null },
       lines: panel.lines.map((line, at) => ({ ...line, points: [time, column(state.lines[index][at])] })),
     }));
     charts ??= panels.map((panel) => new trocarCharts.Chart(parts.strips, panel, { height: 160 }));
@@ -81,6 +90,31 @@ const trocarPush = (() => {
     parts.button.textContent = "Begin";
     parts.text.textContent = text;
     if (state) state.ended = true;
+    trocarListen.quiet();
+  }
+
+  /** Shows what both schemes make of the same motion of the hand. */
+  function result(message) {
+    const { answer, animation, figure } = message;
+    shownResult = message;
+    end(`The same motion of your hand with both schemes: ${answer}`);
+    parts.button.textContent = "Push again";
+    show("result");
+    player ??= new trocarAnimation.Player(parts.animation);
+    player.setData(animation);
+    resultCharts.forEach((chart) => chart.remove());
+    const panels = figure.rows.flatMap((row) => row.panels).slice(0, 2);
+    resultCharts = panels.map((panel) => new trocarCharts.Chart(parts.charts, panel, { group: "pushed" }));
+    const times = animation.time_s;
+    const [low, high] = [Math.max(panels[0].x.low, times[0] - BEFORE_S), Math.min(panels[0].x.high, times[times.length - 1] + AFTER_S)];
+    resultCharts[0].zoom({ low, high });
+  }
+
+  /** Shows the field ("live") or the result, if the page has both. */
+  function show(which) {
+    if (!parts.result) return;
+    parts.live.hidden = which === "result";
+    parts.result.hidden = which !== "result";
   }
 
   function begin() {
@@ -90,6 +124,9 @@ const trocarPush = (() => {
       return;
     }
     state = newState(id, parts.scheme.value === "1");
+    show("live");
+    // This is a gesture, after which a browser allows sound.
+    trocarListen.start(Number(parts.volume?.value ?? 0.3));
     parts.button.textContent = "End";
     parts.text.textContent = "";
     parts.field.focus();
@@ -115,6 +152,10 @@ const trocarPush = (() => {
       const ready = () => state && state.range && !state.ended;
       field.addEventListener("pointerdown", (event) => {
         if (!ready() || event.button !== 0) return;
+        // A drag selects no text.
+        event.preventDefault();
+        field.focus();
+        trocarListen.start(Number(parts.volume?.value ?? 0.3));
         state.pressed = true;
         field.setPointerCapture(event.pointerId);
         at(event);
@@ -141,7 +182,7 @@ const trocarPush = (() => {
       // Ignores messages of an earlier insertion.
       if (!state || message.id !== state.id) return;
       if (message.type === "pushing" && !state.ended) {
-        state.range = message.range_mm;
+        [state.range, state.scale] = [message.range_mm, message.position_scale];
         [state.figure, state.lines, state.shades] = [message.figure, message.lines, message.shades];
         state.augmented = message.augmented;
         state.aim = message.range_mm[0];
@@ -156,19 +197,17 @@ const trocarPush = (() => {
         state.rows.push(...message.rows);
         for (const [at, kind] of message.events) {
           state.events.push([at, kind]);
-          if (kind === "alarm") trocarListen.cue(parts.lamp);
+          feel(kind);
         }
         if (!message.drawing) return;
         draw(message.drawing);
         strips();
       } else if (message.type === "pushed" && message.text !== undefined) {
         end(message.text);
-      } else if (message.type === "pushed") {
-        const overshoot = message.overshoot_mm.map((value) => (value === null ? "—" : mm(value))).join(", ");
-        const diverged = message.diverged_s === null ? "" : `diverged at ${message.diverged_s} s; `;
-        end(`${diverged}ruptures: ${message.ruptures}, missed: ${message.missed}, false alarms: ${message.false_alarms}; overshoot: ${overshoot || "—"}`);
-      }
+      } else if (message.type === "pushed") result(message);
     },
+    /** Begins an insertion, if none is under way. */
+    open: () => (!state || state.ended) && begin(),
     /** Ends the insertion because the scenario changes or the connection is lost. */
     leave(text) {
       if (!state || state.ended) return;
@@ -178,5 +217,6 @@ const trocarPush = (() => {
     /** Handles a refusal of the insertion. */
     refused: (id) => state && state.id === id && end(""),
     state: () => state,
+    result: () => shownResult,
   };
 })();

@@ -47,6 +47,8 @@ speed_m_per_s = 0.08
 amplitude_m = 0.02
 frequency_hz = 4.0
 tremor_amplitude_m = 2e-5
+
+[perception]
 reflex = "withdraw"
 reflex_reaction_min_s = 0.01
 reflex_reaction_max_s = 0.02
@@ -108,7 +110,7 @@ const VARIANTS: &[&str] = &[
     "passivity.scheme=time-domain passivity.budget_j=1e-5 channel.forward_delay_s=0.02 channel.backward_delay_s=0.03",
     // Thin layers, so that the needle leaves the last one.
     "tissue.layer.skin.thickness_m=0.0005 tissue.layer.fat.thickness_m=0.001 tissue.layer.muscle.thickness_m=0.001 \
-     tissue.layer.capsule.thickness_m=0.0005 tissue.layer.organ.thickness_m=0.001 operator.reflex=stop augmentation.events_s=[0.2]",
+     tissue.layer.capsule.thickness_m=0.0005 tissue.layer.organ.thickness_m=0.001 perception.reflex=stop augmentation.events_s=[0.2]",
     // An alarm at any time.
     "augmentation.events_s=[0.05,0.1,0.15,0.17,0.19,0.21,0.23,0.25,0.27,0.29,0.31,0.33,0.35,0.37,0.39,0.41] \
      augmentation.max_hold_s=0.03 augmentation.refractory_s=0.03",
@@ -139,12 +141,12 @@ const VARIANTS: &[&str] = &[
      tissue.breathing_amplitude_m=1e-6 tissue.heartbeat_amplitude_m=1e-6",
     // In and out of a spring, with noise and outages.
     "operator.kind=sine operator.start_m=0.01 tissue.kind=kelvin-voigt tissue.stiffness_n_per_m=100 \
-     sensor.force_noise_std_n=0.1 sensor.force_range_n=10 detector.settle_s=0.002 operator.reflex=none \
+     sensor.force_noise_std_n=0.1 sensor.force_range_n=10 detector.settle_s=0.002 perception.reflex=none \
      channel.outages_s=[0.1,0.15,0.3,0.35,0.5,0.55] channel.recovery_force_rate_n_per_s=5",
     // A late wall.
     "tissue.kind=kelvin-voigt tissue.stiffness_n_per_m=1000 tissue.damping_n_s_per_m=0 controller.kind=position-position \
      passivity.scheme=time-domain passivity.budget_j=1e-6 channel.forward_delay_s=0.05 channel.backward_delay_s=0.05 \
-     channel.jitter_s=0 channel.loss=0 channel.outages_s=[] augmentation.enabled=false operator.reflex=none \
+     channel.jitter_s=0 channel.loss=0 channel.outages_s=[] augmentation.enabled=false perception.reflex=none \
      operator.kind=ramp operator.end_m=0.02 operator.speed_m_per_s=0.04 sensor.force_bandwidth_hz=0 \
      sensor.force_range_n=20 simulation.duration_s=2",
     // A person who decides at every tick, and often misses a change.
@@ -152,14 +154,14 @@ const VARIANTS: &[&str] = &[
      perception.absolute_force_n=0.01 perception.lapse_rate=0.3",
     // A person who notices nothing but cues, and those at once.
     "perception.kind=psychometric perception.criterion=5 perception.lapse_rate=0 perception.weber_fraction=0.9 \
-     perception.integration_s=0.005 perception.reaction_mean_s=0.01 perception.reaction_min_s=0 operator.reflex=stop \
+     perception.integration_s=0.005 perception.reaction_mean_s=0.01 perception.reaction_min_s=0 perception.reflex=stop \
      augmentation.events_s=[0.1,0.2,0.3,0.4]",
     // A tense person.
     "operator.stretch_short_gain_n_s_per_m=2 operator.stretch_long_gain_n_per_m=10 operator.stiffening_per_n=0.05",
     // A tissue that moves.
     "tissue.breathing_amplitude_m=0.002 tissue.breathing_period_s=0.5 tissue.heartbeat_amplitude_m=0.0005",
     // Without random numbers.
-    "operator.reflex=none operator.tremor_amplitude_m=0 channel.jitter_s=0 channel.loss=0 \
+    "perception.reflex=none operator.tremor_amplitude_m=0 channel.jitter_s=0 channel.loss=0 \
      sensor.position_resolution_m=0 sensor.force_noise_std_n=0",
 ];
 

@@ -1,6 +1,6 @@
 //! The role of the estimator.
 //!
-//! A built-in estimator is one file of this folder, one line in `any.rs`, and one word of `Parameters` if it estimates
+//! A built-in estimator is one file of this folder, one row of the registry in `mod.rs`, and one word of `Parameters` there if it estimates
 //! new parameters.
 
 use super::settings::RlsSettings;

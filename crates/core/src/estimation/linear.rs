@@ -1,8 +1,9 @@
 //! Stiffness and damping, or stiffness alone, with either kind of forgetting.
 
+use super::Parameters;
 use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::regression::Regression;
-use super::settings::{Parameters, RlsSettings};
+use super::settings::RlsSettings;
 use crate::lane::Lane;
 
 /// `y = K p + B v` in contact (eq. 8).

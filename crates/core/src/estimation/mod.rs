@@ -3,7 +3,6 @@
 //!
 //! The estimators have no access to the tissue model: their inputs are measured positions, velocities and forces.
 
-mod any;
 mod confidence;
 mod estimator;
 mod forgetting;
@@ -17,7 +16,6 @@ mod rls;
 mod settings;
 mod velocity;
 
-pub use any::AnyEstimator;
 pub use confidence::{Confidence, Trust};
 pub use estimator::{Estimate, Estimator};
 pub use friction::Friction;
@@ -25,5 +23,93 @@ pub use hunt_crossley::HuntCrossley;
 pub use least_residual::LeastResidual;
 pub use linear::Linear;
 pub use rls::Rls;
-pub use settings::{ContactSettings, Forgetting, FrictionShape, MAX_FORGETTING_FACTOR, Parameters, RlsSettings};
+pub use settings::{ContactSettings, Forgetting, FrictionShape, MAX_FORGETTING_FACTOR, RlsSettings};
 pub use velocity::VelocityFilter;
+
+use self::estimator::BuiltIn;
+use crate::lane::Lane;
+
+crate::choice! {
+    /// K and B; K alone, as the paper tries in 3.2.1; with friction; μ, λ and n of eq. 2; or with and without friction,
+    /// where the smaller error counts.
+    ///
+    /// [`Rls`] estimates the first two.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Parameters at "estimator.parameters" = StiffnessAndDamping {
+        /// `K` and `B`: `φ = (p, v)` (eq. 8).
+        "stiffness-and-damping" => StiffnessAndDamping,
+        /// `K` alone, as the paper tries on direct access (3.2.1): `φ = (p, 0)`, and `B` is 0.
+        "stiffness" => Stiffness,
+        /// `K`, `B` and a friction force, which the paper leaves for future work (its conclusion).
+        "stiffness-damping-friction" => StiffnessDampingFriction,
+        /// `μ`, `λ` and the power `n` of Hunt and Crossley (eq. 2).
+        "hunt-crossley" => HuntCrossley,
+        /// With and without friction; at each sample the smaller of the two errors counts.
+        "least-residual" => LeastResidual,
+    }
+}
+
+crate::registry! {
+    /// The kind of an estimator, which follows from its parameters and its forgetting.
+    #[derive(Debug, Clone, Copy)]
+    enum EstimatorKind;
+    /// Any of the built-in estimators.
+    pub enum AnyEstimator<L> by (each, of_kind) stored;
+
+    /// The paper's.
+    Rls = rls::Rls,
+    /// Stiffness and damping with exponential forgetting.
+    Linear = linear::Linear,
+    /// With an additional friction force.
+    Friction = friction::Friction,
+    /// The Hunt-Crossley model.
+    HuntCrossley = hunt_crossley::HuntCrossley,
+    /// With and without friction; the smaller residual counts.
+    LeastResidual = least_residual::LeastResidual,
+}
+
+impl RlsSettings {
+    fn kind(&self) -> EstimatorKind {
+        match (self.parameters, self.forgetting) {
+            (Parameters::StiffnessAndDamping | Parameters::Stiffness, Forgetting::Resetting) => EstimatorKind::Rls,
+            (Parameters::StiffnessAndDamping | Parameters::Stiffness, Forgetting::Exponential { .. }) => {
+                EstimatorKind::Linear
+            }
+            (Parameters::StiffnessDampingFriction, _) => EstimatorKind::Friction,
+            (Parameters::HuntCrossley, _) => EstimatorKind::HuntCrossley,
+            (Parameters::LeastResidual, _) => EstimatorKind::LeastResidual,
+        }
+    }
+
+    /// Whether these are the settings of the paper's estimator.
+    #[must_use]
+    pub fn is_baseline(&self) -> bool {
+        of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::IS_BASELINE)
+    }
+
+    /// Name and unit, as a column name, of the parameter besides stiffness and damping.
+    #[must_use]
+    pub fn extra_parameter_column(&self) -> Option<&'static str> {
+        of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::EXTRA_PARAMETER)
+    }
+}
+
+impl<L: Lane> AnyEstimator<L> {
+    /// The estimator for the parameters and the forgetting of the settings, before the first sample.
+    #[must_use]
+    pub fn new(settings: &RlsSettings) -> Self {
+        of_kind!(settings.kind(), Part => <Part<L> as BuiltIn>::build(settings).into())
+    }
+}
+
+impl<L: Lane> Estimator<L> for AnyEstimator<L> {
+    #[inline(always)]
+    fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L> {
+        each!(self, estimator => estimator.update(force_n, depth_m, velocity_m_per_s))
+    }
+
+    #[inline(always)]
+    fn skip(&mut self) {
+        each!(self, estimator => estimator.skip());
+    }
+}

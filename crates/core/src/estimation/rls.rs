@@ -1,7 +1,8 @@
 //! Recursive least squares with normalisation, dead zone and covariance resetting (eq. 12-18).
 
+use super::Parameters;
 use super::estimator::{BuiltIn, Estimate, Estimator};
-use super::settings::{Parameters, RlsSettings};
+use super::settings::RlsSettings;
 use crate::lane::{Lane, Mask};
 
 /// `F_0 α_0` above which rounding is checked. It bounds the ratio of the eigenvalues of `F`.

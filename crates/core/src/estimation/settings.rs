@@ -1,24 +1,6 @@
-//! Settings of the estimators: parameters, contact, forgetting and the shape of friction.
+//! Settings of the estimators: contact, forgetting and the shape of friction.
 
-crate::choice! {
-    /// K and B; K alone, as the paper tries in 3.2.1; with friction; μ, λ and n of eq. 2; or with and without friction,
-    /// where the smaller error counts.
-    ///
-    /// [`Rls`](super::Rls) estimates the first two.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    pub enum Parameters at "estimator.parameters" = StiffnessAndDamping {
-        /// `K` and `B`: `φ = (p, v)` (eq. 8).
-        "stiffness-and-damping" => StiffnessAndDamping,
-        /// `K` alone, as the paper tries on direct access (3.2.1): `φ = (p, 0)`, and `B` is 0.
-        "stiffness" => Stiffness,
-        /// `K`, `B` and a friction force, which the paper leaves for future work (its conclusion).
-        "stiffness-damping-friction" => StiffnessDampingFriction,
-        /// `μ`, `λ` and the power `n` of Hunt and Crossley (eq. 2).
-        "hunt-crossley" => HuntCrossley,
-        /// With and without friction; at each sample the smaller of the two errors counts.
-        "least-residual" => LeastResidual,
-    }
-}
+use super::Parameters;
 
 /// Largest factor: a memory of 1e5 corrections. Closer to 1 the information becomes too large to invert in double
 /// precision.

@@ -18,6 +18,8 @@ pub struct Axis {
     /// True if the axis is logarithmic; limits and ticks are then exponents of ten.
     pub log: bool,
     max_ticks: usize,
+    /// Names of the places 0, -1, -2, …, in place of numbers.
+    names: Vec<String>,
 }
 
 /// The ticks of an axis, in its coordinate, each with its label.
@@ -28,7 +30,15 @@ impl Axis {
     #[must_use]
     pub fn exact(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
-        Self { low, high, log: false, max_ticks }
+        Self { low, high, log: false, max_ticks, names: vec![] }
+    }
+
+    /// Returns a vertical axis with a line for each name, at the places 0, -1, -2, … from the top down.
+    #[must_use]
+    pub fn of_names(names: impl IntoIterator<Item = String>) -> Self {
+        let names: Vec<String> = names.into_iter().collect();
+        let low = 0.5 - names.len().max(1) as f64;
+        Self { names, ..Self::exact((low, 0.5), 0) }
     }
 
     /// Returns an axis with a margin around the data. The upper margin is larger, for the marks of alarms.
@@ -50,7 +60,7 @@ impl Axis {
     #[must_use]
     pub fn log10(range: (f64, f64)) -> Self {
         let (low, high) = sane((range.0.max(1e-300).log10(), range.1.max(1e-300).log10()));
-        Self { low, high, log: true, max_ticks: X_TICKS }
+        Self { low, high, log: true, max_ticks: X_TICKS, names: vec![] }
     }
 
     /// Returns the axis over these values, in their own coordinate.
@@ -79,6 +89,9 @@ impl Axis {
 
     /// Returns the ticks: as many as the axis has, or fewer until all labels fit.
     pub fn ticks(&self, fits: impl Fn(&Ticks) -> bool) -> Ticks {
+        if !self.names.is_empty() {
+            return self.names.iter().enumerate().map(|(line, name)| (-(line as f64), name.clone())).collect();
+        }
         if self.max_ticks == 0 {
             return vec![];
         }
@@ -230,6 +243,13 @@ mod tests {
 
     fn labels(axis: &Axis) -> Vec<String> {
         axis.all_ticks().into_iter().map(|(_, label)| label).collect()
+    }
+
+    #[test]
+    fn an_axis_of_names_has_each_name_at_its_line_from_the_top_down() {
+        let axis = Axis::of_names(["none".to_owned(), "cue".to_owned()]);
+        assert_eq!((axis.low, axis.high), (-1.5, 0.5));
+        assert_eq!(axis.all_ticks(), [(0.0, "none".to_owned()), (-1.0, "cue".to_owned())]);
     }
 
     #[test]

@@ -5,8 +5,12 @@ use super::{Color, GREY, ORANGE, SKY};
 /// What an interval of time is shaded for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shade {
-    /// The slave is frozen.
+    /// An event, during which the slave is frozen.
     Frozen,
+    /// An event, during which a speed limit or a region holds the slave back.
+    Held,
+    /// An event, during which the slave follows the hand.
+    Event,
     /// The slave is re-engaging.
     Reengaging,
     /// The needle advances in the tissue.
@@ -19,13 +23,16 @@ pub enum Shade {
 
 impl Shade {
     /// All shades.
-    pub const ALL: [Self; 5] = [Self::Frozen, Self::Reengaging, Self::Insertion, Self::Hold, Self::Withdrawal];
+    pub const ALL: [Self; 7] =
+        [Self::Frozen, Self::Held, Self::Event, Self::Reengaging, Self::Insertion, Self::Hold, Self::Withdrawal];
 
     /// Returns its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Frozen => "frozen",
+            Self::Held => "held",
+            Self::Event => "event",
             Self::Reengaging => "re-engaging",
             Self::Insertion => "insertion",
             Self::Hold => "hold",
@@ -38,6 +45,8 @@ impl Shade {
     pub fn color(self) -> Color {
         match self {
             Self::Frozen => ORANGE.pale(0.34),
+            Self::Held => ORANGE.pale(0.24),
+            Self::Event => GREY.pale(0.2),
             Self::Reengaging => ORANGE.pale(0.13),
             Self::Insertion => SKY.pale(0.6),
             Self::Hold => GREY.pale(0.2),

@@ -11,7 +11,8 @@
 //! | green, dotted | hand: the master and the felt force |
 //! | black | estimator, detector and analysis; alarms |
 //! | purple | limits and thresholds |
-//! | orange, pale | frozen and re-engaging |
+//! | orange, pale | frozen, held and re-engaging |
+//! | grey, pale | an event without a hold |
 //! | grey | ruptures, guides |
 //!
 //! Where a figure compares more than two lines of one kind, such as detectors, [`LINES`] goes on through the other colours.

@@ -19,15 +19,15 @@ const DOMAIN: u64 = 0x7265_666c_6578;
 trocar_core::choice! {
     /// The operator's reaction, one reaction time after a drop of the felt force: none, pause, or pause and withdraw.
     #[derive(Debug, Clone, Copy, PartialEq)]
-    pub enum Reflex at "operator.reflex" = None {
+    pub enum Reflex at "perception.reflex" = None {
         /// No reaction.
         "none" => None,
         /// Stops for the pause.
         "stop" => Stop,
         /// Stops and withdraws during the pause.
-        "withdraw" => Withdraw in "operator.reflex_withdraw_" {
+        "withdraw" => Withdraw in "perception.reflex_withdraw_" {
             /// Distance of the withdrawal.
-            distance_m: f64 at "operator.reflex_withdraw_m" [NON_NEGATIVE] = 0.005,
+            distance_m: f64 at "perception.reflex_withdraw_m" [NON_NEGATIVE] = 0.005,
             /// Speed of the withdrawal.
             speed_m_per_s: f64 [POSITIVE] = 0.02,
         },
@@ -47,7 +47,7 @@ trocar_core::settings! {
     /// hand is chosen here. Each reaction draws a reaction time from a uniform distribution; its default range of 150
     /// to 250 ms, the memory, the pause and the minimum force are chosen here, too.
     #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct ReflexSettings in "operator.reflex_" {
+    pub struct ReflexSettings in "perception.reflex_" {
         /// The kind of reaction.
         reflex: Reflex [kinds last],
         /// Fraction of its recent level by which the felt force must drop to be noticed.
@@ -61,12 +61,12 @@ trocar_core::settings! {
         /// Time constant of the recent level of the felt force.
         memory_s: f64 [POSITIVE] for (WITH_A_THRESHOLD) = 0.05,
         /// Minimum level of the felt force at which a drop is noticed.
-        min_force_n: f64 at "operator.reflex_least_force_n" [NON_NEGATIVE] for (WITH_A_THRESHOLD) = 0.3,
+        min_force_n: f64 at "perception.reflex_least_force_n" [NON_NEGATIVE] for (WITH_A_THRESHOLD) = 0.3,
         /// Duration of the pause.
         pause_s: f64 [NON_NEGATIVE] for (WHEN_REACTING) = 0.5,
     }
     where weber_fraction: |s| s.weber_fraction > 0.0 && s.weber_fraction < 1.0, "between 0 and 1";
-    where reaction_max_s: |s| s.reaction_max_s >= s.reaction_min_s, "at least operator.reflex_reaction_min_s";
+    where reaction_max_s: |s| s.reaction_max_s >= s.reaction_min_s, "at least perception.reflex_reaction_min_s";
 }
 
 impl ReflexSettings {

@@ -4,7 +4,7 @@ use trocar_core::settings::{Key, KeySource, count, joined};
 
 use super::layer::LayerParameters;
 use super::literature::{Outside, outside};
-use super::model::{DefaultLayer, Model, Springs};
+use super::model::{DefaultLayer, Model, Springs, StatedLayer};
 use super::named_layers::{Named, check_layers, measured_layers, read_layers};
 use super::shaft::{Shaft, ShaftParameters};
 use super::shaft_contact::ShaftContact;
@@ -348,8 +348,14 @@ impl<L: Lane> Model for Layers<L> {
         Some(Springs::Layers((0.0, highest)))
     }
 
-    fn rupturing_layers(settings: &LayersParameters) -> Vec<&str> {
-        settings.layers.iter().filter(|(_, layer)| layer.ruptures()).map(|(name, _)| &**name).collect()
+    fn layers(settings: &LayersParameters) -> Vec<StatedLayer<'_>> {
+        let layers = settings.layers.iter().map(|(name, layer)| StatedLayer {
+            name,
+            thickness_m: layer.thickness_m,
+            ruptures: layer.ruptures(),
+            deflection_m: layer.deflection_m(layer.rupture_force_n),
+        });
+        layers.collect()
     }
 
     fn outside_measured(settings: &LayersParameters) -> Vec<Outside> {

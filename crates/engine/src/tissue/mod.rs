@@ -6,7 +6,6 @@ mod fmu;
 mod generalised;
 mod hunt_crossley;
 mod kelvin_voigt;
-mod kind;
 mod layer;
 mod layers;
 pub mod literature;
@@ -21,6 +20,8 @@ mod shaft_contact;
 mod surface;
 mod tearing;
 mod tearing_layer;
+#[cfg(test)]
+mod tests;
 mod viscoelastic;
 
 pub use depth::{DepthCurves, DepthReplay};
@@ -29,10 +30,9 @@ pub use fmu::{Fmu, FmuSettings, UnfitUnit, UnitProblem, UnitTissue};
 pub use generalised::{Generalised, GeneralisedSettings, MAX_DEPTHS};
 pub use hunt_crossley::{HuntCrossley, HuntCrossleySettings};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtSettings};
-pub use kind::{AnyTissue, StillTissue, TissueSettings};
 pub use layer::LayerParameters;
 pub use layers::{Layers, LayersParameters};
-pub use model::{DefaultLayer, Model, Springs};
+pub use model::{DefaultLayer, Model, Springs, StatedLayer};
 pub use motion::{Moving, OrganMotion};
 pub use named_layers::{LAYER_KEYS, LAYER_LIST, Named, path_in_layer};
 pub use power::PowerSettings;
@@ -43,7 +43,10 @@ pub use surface::Surface;
 pub use tearing::{Crack, Tearing, TearingSettings};
 pub use tearing_layer::TearingLayer;
 
+use self::literature::Outside;
+use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
+use trocar_core::settings::{ActsFor, Key, acting, count_distinct, distinct};
 
 /// A tissue's reaction at one tick.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +60,7 @@ pub struct Reaction<L: Lane> {
 /// Gives the tissue force for a position and velocity of the needle.
 ///
 /// A user-defined tissue implements this for `f64`; the built-in ones for any number of lanes. A built-in tissue is one
-/// file of this folder and one line in `kind.rs`.
+/// file of this folder and one row of the registry below.
 pub trait Tissue<L: Lane> {
     /// The reaction at `tick` to a needle at `position_m` (m) moving at `velocity_m_per_s` (m/s). Called once per tick,
     /// starting at 0.
@@ -88,5 +91,132 @@ impl<L: Lane, T: Tissue<L> + ?Sized> Tissue<L> for Box<T> {
 
     fn failure(&self) -> Option<&TissueFailure> {
         (**self).failure()
+    }
+}
+
+trocar_core::registry! {
+    /// The recording's force, or a spring and damper, linear (eq. 1), stiffening (eq. 2) or varying with depth (eq.
+    /// 3-4), or layers that rupture at a force, or by the energy that a crack releases, or the tissue of an FMU.
+    #[derive(Debug, Clone, PartialEq)]
+    pub enum TissueSettings at "tissue.kind" = Recording no const;
+    /// Any of the built-in tissues, without motion of the organs.
+    pub enum StillTissue<L: Lane> by (each, of_kind);
+
+    "recording" => Recording(ReplaySettings) = replay::Recording,
+    "kelvin-voigt" => KelvinVoigt(KelvinVoigtSettings) = kelvin_voigt::KelvinVoigt,
+    "hunt-crossley" => HuntCrossley(HuntCrossleySettings) = hunt_crossley::HuntCrossley,
+    "generalised" => Generalised(GeneralisedSettings) = generalised::Generalised,
+    "layers" => Layers(LayersParameters) = layers::Layers,
+    "tearing" => Tearing(TearingSettings) = tearing::Tearing,
+    "fmu" => Fmu(FmuSettings) = fmu::Fmu,
+}
+
+impl TissueSettings {
+    /// The keys of a layer in the list of layers, with a `*` for the layer.
+    pub const LIST_KEYS: &'static [Key] = {
+        const GROUPS: &[&[Key]] = &of_kind!([WORD, Part] => {
+            const LIST: &[Key] = <Part<f64> as Model>::LIST_KEYS;
+            const COUNT: usize = LIST.len();
+            &acting::<COUNT>(&[LIST], ActsFor::new(TissueSettings::KEY.path, &[WORD]))
+        });
+        &distinct::<{ count_distinct(GROUPS) }>(GROUPS)
+    };
+
+    /// The layers of the kind with this word where none are listed. Empty for a kind without layers.
+    #[must_use]
+    pub fn default_layers(word: &str) -> Vec<DefaultLayer> {
+        let all = of_kind!([WORD, Part] => (WORD, <Part<f64> as Model>::default_layers as fn() -> Vec<DefaultLayer>));
+        all.into_iter().find(|(known, _)| *known == word).map_or_else(Vec::new, |(_, layers)| layers())
+    }
+
+    /// The layers from the surface down; empty for a tissue without layers.
+    #[must_use]
+    pub fn layers(&self) -> Vec<StatedLayer<'_>> {
+        of_kind!(self, Part(own) => Part::<f64>::layers(own))
+    }
+
+    /// The surface of the undeformed tissue in m; `None` for a recording and a unit.
+    #[must_use]
+    pub fn surface_m(&self) -> Option<f64> {
+        of_kind!(self, Part(own) => Part::<f64>::surface_m(own))
+    }
+
+    /// See [`Model::springs`].
+    #[must_use]
+    pub fn springs(&self, depth_m: Option<f64>) -> Option<Springs> {
+        of_kind!(self, Part(own) => Part::<f64>::springs(own, depth_m))
+    }
+
+    /// Its properties outside the range of the measurements.
+    #[must_use]
+    pub fn outside_measured(&self) -> Vec<Outside> {
+        of_kind!(self, Part(own) => Part::<f64>::outside_measured(own))
+    }
+
+    /// Checks what [`TissueSettings::build`] would refuse, without a tissue.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the setting out of range.
+    pub fn check(&self, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
+        of_kind!(self, Part(own) => Part::<f64>::check(own, tick_s, start_m))
+    }
+
+    /// The tissue on ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the setting out of range; also for a recording and for a unit, whose tissues need
+    /// their file.
+    pub fn build<L: Lane>(&self, tick_s: f64, start_m: f64) -> Result<StillTissue<L>, InvalidValue> {
+        of_kind!(self, Part(own) => Part::build(own, tick_s, start_m).map(StillTissue::<L>::from))
+    }
+}
+
+impl<L: Lane> Tissue<L> for StillTissue<L> {
+    #[inline(always)]
+    fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
+        each!(self, tissue => tissue.react(tick, position_m, velocity_m_per_s))
+    }
+
+    #[inline(always)]
+    fn shaft_force_n(&self) -> L {
+        each!(self, tissue => tissue.shaft_force_n())
+    }
+
+    fn failure(&self) -> Option<&TissueFailure> {
+        each!(self, tissue => tissue.failure())
+    }
+}
+
+/// Any of the built-in tissues.
+#[derive(Debug, Clone)]
+pub enum AnyTissue<L: Lane> {
+    /// Without motion of the organs.
+    Still(StillTissue<L>),
+    /// With a moving surface.
+    Moving(Box<Moving<L>>),
+}
+
+trocar_core::variants!(either of AnyTissue { Still, Moving });
+trocar_core::lane::gather_variants!(AnyTissue { Still, Moving });
+
+impl<L: Lane, T: Into<StillTissue<L>>> From<T> for AnyTissue<L> {
+    fn from(tissue: T) -> Self {
+        Self::Still(tissue.into())
+    }
+}
+
+impl<L: Lane> Tissue<L> for AnyTissue<L> {
+    #[inline(always)]
+    fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L> {
+        either!(self, tissue => tissue.react(tick, position_m, velocity_m_per_s))
+    }
+
+    #[inline(always)]
+    fn shaft_force_n(&self) -> L {
+        either!(self, tissue => tissue.shaft_force_n())
+    }
+
+    fn failure(&self) -> Option<&TissueFailure> {
+        either!(self, tissue => tissue.failure())
     }
 }

@@ -23,6 +23,19 @@ pub enum Springs {
 /// A layer of a list that no scenario gives: its name, and the values of those keys that differ from the defaults.
 pub type DefaultLayer = (&'static str, Vec<(&'static str, f64)>);
 
+/// A layer of a tissue, as its settings state it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StatedLayer<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its thickness in m.
+    pub thickness_m: f64,
+    /// True if it ruptures; other layers are cut without a rupture.
+    pub ruptures: bool,
+    /// Its deflection at its rupture, in m.
+    pub deflection_m: f64,
+}
+
 /// What the registry needs of a tissue besides the trait.
 pub trait Model: Sized {
     /// Its settings.
@@ -49,8 +62,8 @@ pub trait Model: Sized {
         vec![]
     }
 
-    /// The names of its layers that rupture, from the surface down: each ruptures at most once, and in this order.
-    fn rupturing_layers(_settings: &Self::Settings) -> Vec<&str> {
+    /// Its layers, from the surface down: each ruptures at most once, and in this order.
+    fn layers(_settings: &Self::Settings) -> Vec<StatedLayer<'_>> {
         vec![]
     }
 

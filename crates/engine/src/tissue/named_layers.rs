@@ -6,7 +6,7 @@ use std::sync::Arc;
 use trocar_core::error::{InvalidValue, require};
 use trocar_core::settings::{Key, KeySource};
 
-use super::kind::TissueSettings;
+use super::TissueSettings;
 use super::literature::Bounds;
 
 /// The list of the layers in scenarios, from the surface down: `[[tissue.layer]]` with a `name` each.

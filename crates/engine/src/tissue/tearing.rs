@@ -3,7 +3,7 @@
 use trocar_core::settings::{Key, KeySource, count, joined};
 
 use super::literature::{Outside, outside};
-use super::model::{DefaultLayer, Model, Springs};
+use super::model::{DefaultLayer, Model, Springs, StatedLayer};
 use super::named_layers::{Named, check_layers, measured_layers, read_layers};
 use super::shaft::{Shaft, ShaftParameters};
 use super::shaft_contact::ShaftContact;
@@ -320,9 +320,15 @@ impl<L: Lane> Model for Tearing<L> {
         Some(Springs::Layers((0.0, highest)))
     }
 
-    fn rupturing_layers(settings: &TearingSettings) -> Vec<&str> {
+    fn layers(settings: &TearingSettings) -> Vec<StatedLayer<'_>> {
         let width_m = settings.crack.crack_width_m;
-        settings.layers.iter().filter(|(_, layer)| layer.ruptures(width_m)).map(|(name, _)| &**name).collect()
+        let layers = settings.layers.iter().map(|(name, layer)| StatedLayer {
+            name,
+            thickness_m: layer.thickness_m,
+            ruptures: layer.ruptures(width_m),
+            deflection_m: layer.rupture_force_n(width_m) / layer.stiffness_n_per_m,
+        });
+        layers.collect()
     }
 
     fn outside_measured(settings: &TearingSettings) -> Vec<Outside> {

@@ -5,7 +5,7 @@ mod open_windows;
 use self::open_windows::OpenWindows;
 use super::event::{Beginning, EventWindow};
 use super::intent::Pursuit;
-use super::rupture::RuptureWindow;
+use super::rupture::{Return, RuptureWindow};
 use super::sums::{Sample, Sums};
 use super::{Alarm, DIVERGED_M, HORIZON_S, Metrics, ModeTimes, Outcome};
 use trocar_core::augmentation::Mode;
@@ -133,11 +133,11 @@ impl History {
             self.first_open += 1;
         }
         for rupture in &mut self.ruptures[self.first_open..] {
-            rupture.observe(s);
+            rupture.observe(s, intent.gap_m);
         }
         // Before the alarms: an alarm at the tick of a rupture is its detection.
         if s.ruptured && self.ruptures.len() < MAX_RECORDED {
-            self.ruptures.push(RuptureWindow::open(s, *grid));
+            self.ruptures.push(RuptureWindow::open(s, *grid, intent.gap_m));
         }
         let mut is_false = true;
         if s.alarm_taken {
@@ -188,8 +188,9 @@ impl History {
             self.is_event_open = self.events.last_mut().is_some_and(|event| event.observe(s, step));
             if let Some(event) = self.events.last_mut().filter(|_| !self.is_event_open) {
                 event.excess_m = intent.gap_m.zip(event.beginning.gap_m).map(|(gap_m, before_m)| gap_m - before_m);
+                let released_m = event.released_m;
                 for rupture in self.ruptures.iter_mut().skip(event.beginning.first_rupture) {
-                    rupture.depth_at_return_m = Some(s.slave_position_m - rupture.extremes.slave_m);
+                    rupture.returned = Some(Return { tick: s.tick, slave_m: s.slave_position_m, released_m });
                 }
             }
         }

@@ -158,7 +158,7 @@ impl<L: Lane> OpenWindows<L> {
         for slot in &mut self.slots[..self.max_in_use] {
             slot.follow(now, s);
         }
-        self.event.observe_frozen(s);
+        self.event.observe_held(s);
         self.event.observe_reengaging(s);
         self.step_excess_n = (force_step_n - s.allowed_force_step_n).max(self.step_excess_n);
     }

@@ -10,7 +10,7 @@ use super::bitmap::{Bitmap, opaque};
 use super::pen::{Drawn, Pen, Text};
 use super::{Backend, DrawError};
 use trocar_document::animation::{Anchor, Animation, Role, Shape};
-use trocar_document::figure::{Color, Stroke};
+use trocar_document::figure::{Color, Shade, Stroke};
 
 /// Size of the picture in pixels.
 const WIDTH: u32 = 960;
@@ -59,6 +59,9 @@ fn style(role: Role, scheme: Color) -> Style {
         Role::Tear => Style::Area(PAGE),
         Role::Needle => Style::Area(scheme),
         Role::Clamp => Style::Area(FROZEN),
+        Role::Brake => Style::Outlined(PAGE, Stroke::solid(FROZEN, 2.5)),
+        Role::Barrier => Style::Line(Stroke::solid(FROZEN, 4.0)),
+        Role::Vibration => Style::Line(Stroke::solid(HAND, 2.0)),
         Role::Hand | Role::Force => Style::Area(HAND),
         Role::Pull => Style::Area(PULLS),
         Role::Track => Style::Area(LINE),
@@ -75,7 +78,8 @@ fn style(role: Role, scheme: Color) -> Style {
 
 /// Returns the pictures of an animation as an animated PNG that plays in a loop.
 pub(crate) fn animated_png(animation: &Animation) -> Result<Vec<u8>, DrawError> {
-    let last = animation.time_s.len() - 1;
+    // It ends where the metric does: with the return of the needle, the file would be twice as large.
+    let last = animation.still;
     let frames: Vec<usize> = (0..last).step_by(EVERY).chain([last]).collect();
     let mut bytes = vec![];
     let mut encoder = Encoder::new(&mut bytes, WIDTH, HEIGHT);
@@ -126,7 +130,7 @@ fn draw<B: DrawingBackend>(animation: &Animation, area: &DrawingArea<B, Shift>, 
         let scheme = if panel.scheme == "augmented" { AUGMENTED } else { CLASSICAL };
         write((left + 6.0, 21.0), (18.0, true, scheme), Anchor::Start, &panel.name)?;
         let state = panel.states[frame];
-        if state == "frozen" {
+        if [Shade::Frozen, Shade::Held, Shade::Event].map(Shade::name).contains(&state) {
             let (from, to) = (left + wide - 90.0, left + wide - 12.0);
             pen.fill(&[(from, 9.0), (to, 9.0), (to, 33.0), (from, 33.0)], FROZEN)?;
         }

@@ -104,6 +104,7 @@ impl Record {
             tissue_force_n: &self.tissue,
             feedback_force_n: &self.feedback,
             mode: &self.mode,
+            event: Shade::Frozen,
             rupture_times_s: (&self.ruptures[..]).into(),
             alarm_times_s: (&self.alarms[..]).into(),
         }
@@ -233,23 +234,27 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
     let tried = tried.into_iter().chain(["forbidden-region", "damping", "cue", "tip-force"]).enumerate();
     let strategy = |(index, name)| StrategyView {
         name,
-        excess_m: 1e-3 * index as f64,
-        noticed: 0.08 * index as f64,
-        is_on_front: index % 2 == 0,
+        reached: Some(if index % 3 == 2 { 0.6 } else { 1.0 }),
+        noticed: Some(0.08 * index as f64),
+        excess_m: Some(1e-3 * index as f64),
+        high_excess_m: Some(2e-3 * index as f64),
+        final_excess_m: Some(-3e-3 * index as f64),
+        is_compared: index % 3 != 2,
+        is_on_front: index % 2 == 0 && index % 3 != 2,
     };
     let tried: Vec<_> = tried.map(strategy).collect();
     let means: Vec<f64> = (0..48).map(|k| f64::from(k % 7)).collect();
     let axis = |name, log| AxisView { name, log };
     let heat_view = HeatView {
         name: "scale_factors",
-        caption: "rupture 1: advance in 2 s in mm (mean over 5 seeds)",
+        caption: "rupture 1: depth 2 s later in mm (mean over 5 seeds)",
         axes: [axis("scaling.force", true), axis("tissue.stiffness_n_per_m (N/m)", true)],
         x: x[..8].to_vec(),
         y: x[..6].to_vec(),
         means: &means,
     };
     let bars = vec![("scaling.force", Some(0.8), Some(-0.9)), ("operator.arm_stiffness_n_per_m", Some(0.1), None)];
-    let influence = TornadoView { metric: "rupture 1: advance in 2 s", bars };
+    let influence = TornadoView { metric: "rupture 1: depth 2 s later", bars };
     let map_axis = |caption| MapAxisView { caption, values: &x, is_logarithmic: true, scenario_value: 1.0 };
     let stable: Vec<bool> = (0..3600).map(|k| k % 60 + k / 60 < 60).collect();
     let grew: Vec<Option<bool>> = stable.iter().enumerate().map(|(k, stable)| Some((k % 50 == 0) == *stable)).collect();

@@ -6,7 +6,7 @@ mod scene;
 mod tissue;
 
 use crate::run::Run;
-use scene::{Form, Moment, Scene, mode_name};
+use scene::{Event, Form, Moment, Scene, full_n};
 pub use scene::{LiveDrawing, LiveMoment};
 use tissue::nearest;
 pub use tissue::{DrawnTissue, Layer};
@@ -17,11 +17,18 @@ use trocar_metrics::{Outcome, RUPTURE_WINDOW_S, Unit};
 /// Displayed time before the rupture, in s. The time after it is that of the metric "overshoot in 0.5 s".
 const BEFORE_S: f64 = 0.1;
 
-/// Displayed time, in s.
+/// Displayed time until the end of that metric, in s.
 const LENGTH_S: f64 = BEFORE_S + RUPTURE_WINDOW_S;
 
-/// Number of frames, which are 62.5 per second at a quarter of the speed.
+/// Number of frames in that time, which are 62.5 per second at a quarter of the speed.
 const FRAMES: usize = 151;
+
+/// Interval of the frames after it, in s, while the needle catches up with the hand.
+const LATER_S: f64 = 0.02;
+
+/// Displayed time after the needle has caught up, and longest displayed time after the rupture, in s.
+const CAUGHT_UP_S: f64 = 0.1;
+const MAX_AFTER_S: f64 = 1.5;
 
 /// How much slower than the run the animation plays.
 const SLOWNESS: f64 = 4.0;
@@ -55,7 +62,8 @@ pub fn animation(runs: &[&Run]) -> Option<Animation> {
 #[must_use]
 pub fn animation_with_pictures(runs: &[&Run]) -> Option<Animation> {
     let played = Played::of(&runs[..runs.len().min(2)])?;
-    let pictures = played.frames.iter().map(|frames| played.drawing(frames, Form::PICTURE)).collect();
+    let pictures = played.runs.iter().zip(&played.frames);
+    let pictures = pictures.map(|(run, frames)| played.drawing(run, frames, Form::PICTURE)).collect();
     Some(Animation { pictures, ..played.animation() })
 }
 
@@ -65,6 +73,8 @@ struct Played<'a> {
     /// The time axis of the longest run, in s, and the ticks of the frames.
     times_s: &'a [f64],
     ticks: Vec<usize>,
+    /// The frame at the end of the metric's time.
+    still: usize,
     /// The time of the first rupture, in s.
     rupture_s: Option<f64>,
     /// The time of the first rupture; without one, that of the largest tissue force.
@@ -73,7 +83,7 @@ struct Played<'a> {
     /// The drawn depths in mm, of needle and hand.
     range_mm: (f64, f64),
     /// The force of a full bar in N.
-    max_force_n: f64,
+    full_n: f64,
 }
 
 impl<'a> Played<'a> {
@@ -89,7 +99,14 @@ impl<'a> Played<'a> {
         let from_s = (origin_s - BEFORE_S).min(end_s - LENGTH_S).max(0.0);
         let wanted_s = (0..FRAMES).map(|frame| from_s + LENGTH_S * frame as f64 / (FRAMES - 1) as f64);
         let times_s = &runs.iter().max_by_key(|run| run.trace.len())?.trace.time_s;
-        let mut ticks: Vec<usize> = wanted_s.map(|time_s| nearest(times_s, time_s).min(times_s.len() - 1)).collect();
+        let after_s = if rupture_s.is_some() { after_s(runs, origin_s) } else { RUPTURE_WINDOW_S };
+        let later = ((after_s - RUPTURE_WINDOW_S) / LATER_S).round() as usize;
+        let later_s = (1..=later).map(|frame| from_s + LENGTH_S + LATER_S * frame as f64);
+        let tick = |time_s: f64| nearest(times_s, time_s).min(times_s.len() - 1);
+        let mut ticks: Vec<usize> = wanted_s.map(tick).collect();
+        ticks.dedup();
+        let still = ticks.len() - 1;
+        ticks.extend(later_s.map(tick));
         ticks.dedup();
         let frames: Vec<Frames> = runs.iter().map(|run| Frames::new(run, times_s, &ticks)).collect();
         let moments = || frames.iter().flat_map(|frames| &frames.moments);
@@ -102,17 +119,17 @@ impl<'a> Played<'a> {
         let low = tops.filter(|top| *top > low - MAX_BULGE_SHARE * (high - low)).fold(low, f64::min);
         let margin = MARGIN * (high - low).max(MIN_RANGE_MM);
         let forces = moments().map(|now| now.felt_n.abs()).filter(|force| force.is_finite());
-        let max_force_n = forces.fold(1e-3, f64::max);
+        let full_n = full_n(forces.fold(0.0, f64::max));
         let range_mm = (low - margin, high + margin);
-        Some(Self { runs, times_s, ticks, rupture_s, origin_s, frames, range_mm, max_force_n })
+        Some(Self { runs, times_s, ticks, still, rupture_s, origin_s, frames, range_mm, full_n })
     }
 
     fn animation(&self) -> Animation {
         let title = match self.rupture_s {
-            Some(_) => format!(
-                "{LENGTH_S} s around the first rupture, four times slower. The bracket is the overshoot in {RUPTURE_WINDOW_S} s."
-            ),
-            None => format!("No layer ruptures: {LENGTH_S} s around the largest tissue force, four times slower."),
+            Some(_) => {
+                format!("The first rupture, four times slower. The bracket is the overshoot in {RUPTURE_WINDOW_S} s.")
+            }
+            None => "No layer ruptures: the time around the largest tissue force, four times slower.".to_owned(),
         };
         let origin = if self.rupture_s.is_some() { "rupture" } else { "largest force" };
         let clock = |tick: &usize| {
@@ -125,7 +142,7 @@ impl<'a> Played<'a> {
             clocks: self.ticks.iter().map(clock).collect(),
             origin_s: self.origin_s,
             slowness: SLOWNESS,
-            still: self.ticks.len() - 1,
+            still: self.still,
             panels: self.runs.iter().zip(&self.frames).map(|(run, frames)| self.panel(run, frames)).collect(),
             pictures: vec![],
         }
@@ -143,15 +160,27 @@ impl<'a> Played<'a> {
             scheme: if run.scenario.augmentation.enabled { "augmented" } else { "classical" },
             note,
             states: frames.states.clone(),
-            drawings: Form::PAGE.map(|form| self.drawing(frames, form)).into(),
+            drawings: Form::PAGE.map(|form| self.drawing(run, frames, form)).into(),
         }
     }
 
-    fn drawing(&self, frames: &Frames, form: Form) -> Drawing {
-        let scene = Scene { form, layers: &frames.layers, range_mm: self.range_mm, max_force_n: self.max_force_n };
+    fn drawing(&self, run: &Run, frames: &Frames, form: Form) -> Drawing {
+        let (range_mm, full_n, event) = (self.range_mm, self.full_n, Event::of(&run.scenario));
+        let scene = Scene { form, layers: &frames.layers, range_mm, full_n, event };
         let frames = frames.moments.iter().map(|now| scene.shapes(now)).collect();
         Drawing { size: (form.width, form.height), frames }
     }
+}
+
+/// Returns the displayed time after a rupture, in s: that of the overshoot, and until the needle has caught up after an event that
+/// begins in it.
+fn after_s(runs: &[&Run], rupture_s: f64) -> f64 {
+    let caught_up = runs.iter().flat_map(|run| &run.metrics.events).filter_map(|event| {
+        let is_of_rupture = (0.0..RUPTURE_WINDOW_S).contains(&(event.start_s - rupture_s));
+        let end_s = event.start_s + event.augmented_s? + event.reengaging_s?;
+        is_of_rupture.then_some(end_s - rupture_s + CAUGHT_UP_S)
+    });
+    caught_up.fold(RUPTURE_WINDOW_S, f64::max).min(MAX_AFTER_S)
 }
 
 fn time_of_largest_force(run: &Run) -> f64 {
@@ -171,7 +200,7 @@ impl Frames {
         // A run that diverged ends earlier than the other one.
         let last = trace.len() - 1;
         let mut tissue = DrawnTissue::of_run(run);
-        let overshoot = Overshoot::of(run);
+        let (overshoot, event) = (Overshoot::of(run), Event::of(scenario));
         let (mut moments, mut states) = (vec![], vec![]);
         for &tick in ticks {
             let (time_s, at) = (times_s[tick], tick.min(last));
@@ -180,12 +209,14 @@ impl Frames {
             let mode = trace.mode[at];
             let after_s = overshoot.as_ref().map(|overshoot| time_s - overshoot.time_s);
             let is_rupturing = mode == 0 && after_s.is_some_and(|after_s| (0.0..RUPTURING_S).contains(&after_s));
-            states.push(if is_rupturing { "rupture" } else { mode_name(mode) });
+            states.push(if is_rupturing { "rupture" } else { event.mode_name(mode) });
+            let alarm = || trace.mode[..at].iter().rposition(|mode| *mode != 1).map_or(0, |before| before + 1);
             moments.push(Moment {
                 tip_mm,
                 hand_mm: 1e3 * scenario.position_scale() * trace.master_position_m[at],
                 felt_n: trace.operator_force_n[at],
                 mode,
+                alarm_mm: (mode == 1).then(|| 1e3 * trace.slave_position_m[alarm()]),
                 tops_mm: tissue.depths_mm().to_vec(),
                 torn: tissue.layers().iter().map(|layer| layer.torn_s.is_some_and(|torn| torn <= time_s)).collect(),
                 overshoot: overshoot.as_ref().filter(|overshoot| overshoot.time_s <= time_s).map(|one| one.at(tick)),
@@ -211,8 +242,9 @@ fn reached_mm(now: &Moment) -> Option<f64> {
 struct Overshoot<'a> {
     time_s: f64,
     tip_m: &'a [f64],
-    /// The tick of the rupture.
+    /// The ticks of the rupture and of the end of the metric's time.
     from: usize,
+    end: usize,
     /// The metric with its unit.
     text: String,
 }
@@ -221,19 +253,21 @@ impl<'a> Overshoot<'a> {
     fn of(run: &'a Run) -> Option<Self> {
         let rupture = run.metrics.ruptures.first()?;
         let from = nearest(&run.trace.time_s, rupture.time_s);
+        let end = nearest(&run.trace.time_s, rupture.time_s + RUPTURE_WINDOW_S);
         let text = show(rupture.slave_overshoot_m, Unit::Metre);
         (from < run.trace.len()).then_some(Self {
             time_s: rupture.time_s,
             tip_m: &run.trace.slave_position_m,
             from,
+            end,
             text,
         })
     }
 
-    /// Returns the place of the tip at the rupture, the maximum advance until a tick in mm, and its text.
+    /// Returns the place of the tip at the rupture, the maximum advance until a tick in mm within the metric's time, and its text.
     fn at(&self, tick: usize) -> (f64, f64, String) {
         let from_m = self.tip_m[self.from];
-        let until = (tick + 1).clamp(self.from + 1, self.tip_m.len());
+        let until = (tick.min(self.end) + 1).clamp(self.from + 1, self.tip_m.len());
         let reached_m = self.tip_m[self.from..until].iter().map(|tip_m| tip_m - from_m).fold(0.0, f64::max);
         (1e3 * from_m, 1e3 * reached_m, format!("{:.1} mm", 1e3 * reached_m))
     }
@@ -271,7 +305,13 @@ mod tests {
             let runs = runs.each_ref();
             let played = Played::of(&runs).expect("frames");
             let animation = played.animation();
-            assert_eq!(animation.time_s.len(), FRAMES);
+            assert_eq!(animation.still, FRAMES - 1);
+            // At the end the needle has caught up.
+            let augmented = &played.frames[1];
+            let (state, last) = augmented.states.last().zip(augmented.moments.last()).expect("frames");
+            assert_eq!(*state, "teleoperation");
+            assert!((last.tip_mm - last.hand_mm).abs() < 0.5, "{} {}", last.tip_mm, last.hand_mm);
+            assert!(augmented.states[FRAMES - 1] != "teleoperation");
             for (panel, run) in played.frames.iter().zip(runs) {
                 let rupture = &run.metrics.ruptures[0];
                 let last = &panel.moments[FRAMES - 1];

@@ -3,11 +3,11 @@
 use serde_json::{Value as Json, json};
 
 use super::tissue::{DrawnTissue, Layer};
+use crate::run::event_shade;
+use trocar_core::augmentation::HoldSettings;
 use trocar_document::animation::{Anchor, Drawing, Role, Shape};
+use trocar_document::figure::Shade;
 use trocar_scenario::Scenario;
-
-/// Names of the modes, by their numbers.
-const MODES: [&str; 3] = ["teleoperation", "frozen", "re-engaging"];
 
 /// Free space above and below the drawn depths, and around texts.
 const MARGIN: f64 = 22.0;
@@ -23,6 +23,8 @@ const LETTER: f64 = 0.62 * SMALL;
 const DIP_POINTS: i32 = 7;
 /// Lengths of the scale in mm.
 const LENGTHS_MM: [f64; 8] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
+/// Forces of a full bar in N: the smallest one that holds the largest force. Few steps give most runs the same scale.
+const FULL_N: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1000.0];
 /// Time for which a rupture is named in a live drawing, in s.
 const NAMED_S: f64 = 0.1;
 
@@ -75,6 +77,8 @@ pub(super) struct Moment {
     pub(super) hand_mm: f64,
     pub(super) felt_n: f64,
     pub(super) mode: u8,
+    /// The place of the tip at the alarm of the event in mm, if there is an event.
+    pub(super) alarm_mm: Option<f64>,
     /// The depth of each layer's top at the needle in mm, and whether the layer is torn.
     pub(super) tops_mm: Vec<f64>,
     pub(super) torn: Vec<bool>,
@@ -90,7 +94,36 @@ pub(super) struct Scene<'a> {
     /// The drawn depths in mm.
     pub(super) range_mm: (f64, f64),
     /// The force of a full bar in N.
-    pub(super) max_force_n: f64,
+    pub(super) full_n: f64,
+    pub(super) event: Event,
+}
+
+/// What an event does to needle and hand.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Event {
+    hold: HoldSettings,
+    gives_cue: bool,
+}
+
+impl Event {
+    pub(super) fn of(scenario: &Scenario) -> Self {
+        let settings = &scenario.augmentation;
+        Self { hold: settings.hold, gives_cue: settings.cue }
+    }
+
+    /// Returns the name of a mode.
+    pub(super) fn mode_name(&self, mode: u8) -> &'static str {
+        match mode {
+            0 => "teleoperation",
+            1 => event_shade(self.hold).name(),
+            _ => Shade::Reengaging.name(),
+        }
+    }
+}
+
+/// Returns the force of a full bar for a largest force, both in N.
+pub(super) fn full_n(max_force_n: f64) -> f64 {
+    FULL_N.into_iter().find(|full| *full >= max_force_n).unwrap_or(max_force_n)
 }
 
 impl Scene<'_> {
@@ -137,25 +170,47 @@ impl Scene<'_> {
         let (left_edge, right_edge) = (needle - NEEDLE, needle + NEEDLE);
         let outline = [(left_edge, -BEYOND), (left_edge, tip), (right_edge, tip - BEVEL), (right_edge, -BEYOND)];
         shapes.push(Shape::new(Role::Needle, outline));
+        let is_event = now.mode == 1;
         for side in [-1.0, 1.0] {
-            let middle = needle + side * (NEEDLE + 7.0);
-            let clamp = Shape::rectangle(Role::Clamp, (middle - 6.0, middle + 6.0), (2.0, 17.0));
-            shapes.push(clamp.shown_if(now.mode == 1));
+            let jaw = |role, gap: f64| {
+                let middle = needle + side * (NEEDLE + gap);
+                Shape::rectangle(role, (middle - 6.0, middle + 6.0), (2.0, 17.0))
+            };
+            let (is_frozen, is_slowed) =
+                (self.event.hold == HoldSettings::Frozen, matches!(self.event.hold, HoldSettings::SpeedLimit(_)));
+            shapes.push(jaw(Role::Clamp, 7.0).shown_if(is_event && is_frozen));
+            shapes.push(jaw(Role::Brake, 10.0).shown_if(is_event && is_slowed));
         }
+        let is_bounded = matches!(self.event.hold, HoldSettings::ForbiddenRegion(_));
+        let deepest = now.alarm_mm.filter(|_| is_event && is_bounded);
+        let barrier = self.y(deepest.unwrap_or_default());
+        shapes.push(
+            Shape::new(Role::Barrier, [(needle - 16.0, barrier), (needle + 16.0, barrier)]).shown_if(deepest.is_some()),
+        );
         shapes.push(Shape::new(Role::Rail, [(hand, MARGIN - 8.0), (hand, bottom + 4.0)]));
         shapes.push(Shape::rectangle(Role::Hand, (hand - 17.0, hand + 17.0), (at - 9.0, at + 9.0)));
         shapes.push(Shape::new(Role::Grip, [(hand - 8.0, at), (hand + 8.0, at)]));
+        for side in [-1.0, 1.0] {
+            // Three waves beside the hand.
+            let wave = |k: usize| (hand + side * (20.0 + 4.0 * (k % 2) as f64), at - 9.0 + 3.0 * k as f64);
+            let wave: [(f64, f64); 7] = std::array::from_fn(wave);
+            shapes.push(Shape::new(Role::Vibration, wave).shown_if(is_event && self.event.gives_cue));
+        }
         let foot = height - 9.0;
         shapes.push(Shape::text(Role::Label, (hand, foot), Anchor::Middle, "hand"));
         let across = (bar, bar + bar_width);
         shapes.push(Shape::rectangle(Role::Track, across, (MARGIN, bottom)));
-        let full = bottom - (now.felt_n.abs() / self.max_force_n).min(1.0) * (bottom - MARGIN);
+        let full = bottom - (now.felt_n.abs() / self.full_n).min(1.0) * (bottom - MARGIN);
         for (role, is_shown) in [(Role::Force, now.felt_n >= 0.0), (Role::Pull, now.felt_n < 0.0)] {
             shapes.push(Shape::rectangle(role, across, (full, bottom)).shown_if(is_shown));
         }
         // Adding zero takes the sign from a zero.
         let shown_n = format!("{:.2} N", (100.0 * now.felt_n).round() / 100.0 + 0.0);
         shapes.push(Shape::text(Role::Newtons, (2.0, 0.5 * MARGIN - 1.0), Anchor::Start, shown_n));
+        // The scale of the bar, in the unit of the reading above it.
+        let unit = if is_wide { " N" } else { "" };
+        let scale = format!("{}{unit}", trocar_document::plain(self.full_n));
+        shapes.push(Shape::text(Role::Label, (bar + bar_width + 2.0, MARGIN + 5.0), Anchor::Start, scale));
         // In a narrow drawing only the unit tells that the bar is a force.
         shapes.push(Shape::text(Role::Label, (2.0, foot), Anchor::Start, "force").shown_if(is_wide));
         let range_mm = self.range_mm.1 - self.range_mm.0;
@@ -202,19 +257,17 @@ impl Scene<'_> {
     }
 }
 
-/// Returns the name of a mode.
-pub(super) fn mode_name(mode: u8) -> &'static str {
-    MODES[usize::from(mode).min(MODES.len() - 1)]
-}
-
 /// The drawing of an insertion by hand, while it happens.
 #[derive(Debug)]
 pub struct LiveDrawing {
     layers: Vec<Layer>,
     range_mm: (f64, f64),
     position_scale: f64,
+    event: Event,
     max_force_n: f64,
     ruptured_s: f64,
+    /// The place of the tip at the alarm, during an event.
+    alarm_mm: Option<f64>,
 }
 
 /// The tips, hands and forces of a live drawing.
@@ -228,7 +281,7 @@ pub struct LiveMoment<'a> {
     pub master_mm: f64,
     /// Force on the hand, N.
     pub felt_n: f64,
-    /// 0 teleoperation, 1 frozen, 2 re-engaging.
+    /// 0 teleoperation, 1 event, 2 re-engaging.
     pub mode: u8,
     /// The depth of each layer's top at the needle, mm.
     pub tops_mm: &'a [f64],
@@ -249,8 +302,10 @@ impl LiveDrawing {
             layers: DrawnTissue::of_scenario(scenario).layers().to_vec(),
             range_mm: (from_mm - margin_mm, to_mm + margin_mm),
             position_scale,
-            max_force_n: 1.0,
+            event: Event::of(scenario),
+            max_force_n: 0.0,
             ruptured_s: f64::NEG_INFINITY,
+            alarm_mm: None,
         }
     }
 
@@ -261,27 +316,30 @@ impl LiveDrawing {
         json!([[MARGIN, hand(self.range_mm.0)], [Form::FIELD.height - MARGIN, hand(self.range_mm.1)]])
     }
 
-    /// Returns the state by its name, and the shapes.
+    /// Returns the state by its name, the force of a full bar in N, and the shapes.
     #[must_use]
     pub fn frame(&mut self, now: &LiveMoment<'_>) -> Json {
         self.max_force_n = self.max_force_n.max(now.felt_n.abs());
         if now.ruptures {
             self.ruptured_s = now.time_s;
         }
+        self.alarm_mm = (now.mode == 1).then(|| self.alarm_mm.unwrap_or(now.tip_mm));
         let moment = Moment {
             tip_mm: now.tip_mm,
             hand_mm: now.master_mm * self.position_scale,
             felt_n: now.felt_n,
             mode: now.mode,
+            alarm_mm: self.alarm_mm,
             tops_mm: now.tops_mm.to_vec(),
             torn: now.torn.to_vec(),
             overshoot: None,
         };
-        let (form, range_mm, max_force_n) = (Form::FIELD, self.range_mm, self.max_force_n);
-        let shapes = Scene { form, layers: &self.layers, range_mm, max_force_n }.shapes(&moment);
+        let (form, range_mm, full_n, event) = (Form::FIELD, self.range_mm, full_n(self.max_force_n), self.event);
+        let shapes = Scene { form, layers: &self.layers, range_mm, full_n, event }.shapes(&moment);
         let is_rupturing = now.mode == 0 && now.time_s - self.ruptured_s < NAMED_S;
         let mut drawing = Drawing { size: (form.width, form.height), frames: vec![shapes] }.description();
-        drawing["state"] = if is_rupturing { "rupture" } else { mode_name(now.mode) }.into();
+        drawing["full_n"] = json!(full_n);
+        drawing["state"] = if is_rupturing { "rupture" } else { event.mode_name(now.mode) }.into();
         drawing
     }
 }

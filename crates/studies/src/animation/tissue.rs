@@ -4,8 +4,8 @@
 //! interface lies at the tip as soon as the tip has reached it; a torn one returns to its place.
 
 use crate::run::Run;
-use trocar_engine::tissue::{LayerParameters, Named, TearingLayer, TissueSettings};
-use trocar_scenario::{Scenario, TissueSpec};
+use trocar_engine::tissue::{StatedLayer, TissueSettings};
+use trocar_scenario::Scenario;
 
 /// Time constant with which a torn interface returns to its place, in s.
 const RETURN_S: f64 = 0.02;
@@ -46,10 +46,10 @@ impl DrawnTissue {
     pub fn of_scenario(scenario: &Scenario) -> Self {
         let contact_mm = 1e3 * contact_m(scenario);
         let mut top_mm = contact_mm;
-        let mut layers: Vec<Layer> = named_layers(scenario)
-            .into_iter()
-            .map(|named| {
-                let layer = named.at(top_mm);
+        let mut layers: Vec<Layer> = stated_layers(scenario)
+            .iter()
+            .map(|stated| {
+                let layer = at(stated, top_mm);
                 top_mm += layer.thickness_mm;
                 layer
             })
@@ -66,8 +66,8 @@ impl DrawnTissue {
     pub fn of_run(run: &Run) -> Self {
         let trace = &run.trace;
         let ticks: Vec<usize> = run.metrics.ruptures.iter().map(|one| nearest(&trace.time_s, one.time_s)).collect();
-        let named = named_layers(&run.scenario);
-        if named.is_empty() {
+        let stated = stated_layers(&run.scenario);
+        if stated.is_empty() {
             let mut layers = vec![];
             let mut from = 0;
             for tick in ticks {
@@ -83,10 +83,10 @@ impl DrawnTissue {
             return Self::new(layers);
         }
         let mut layers = Self::of_scenario(&run.scenario).layers;
-        let places: Vec<usize> = (0..named.len()).filter(|index| named[*index].ruptures).collect();
+        let places: Vec<usize> = (0..stated.len()).filter(|index| stated[*index].ruptures).collect();
         for (index, tick) in places.into_iter().zip(ticks) {
             let tip_mm = 1e3 * trace.slave_position_m.get(tick).copied().unwrap_or(0.0);
-            let top_mm = tip_mm - named[index].deflection_mm;
+            let top_mm = tip_mm - 1e3 * stated[index].deflection_m;
             let moved_mm = top_mm - layers[index].top_mm;
             layers[index].torn_s = trace.time_s.get(tick).copied();
             // The first layer lies at the surface; deeper ones lie where the needle meets them.
@@ -149,25 +149,15 @@ impl DrawnTissue {
     }
 }
 
-/// A layer of a scenario.
-struct NamedLayer {
-    name: String,
-    thickness_mm: f64,
-    ruptures: bool,
-    /// Its deflection at its rupture.
-    deflection_mm: f64,
-}
-
-impl NamedLayer {
-    fn at(self, top_mm: f64) -> Layer {
-        let thickness = trocar_document::plain(self.thickness_mm);
-        Layer {
-            label: format!("{}, {thickness} mm", self.name),
-            top_mm,
-            torn_s: None,
-            thickness_mm: self.thickness_mm,
-            ruptures: self.ruptures,
-        }
+/// Returns a layer at a place.
+fn at(layer: &StatedLayer<'_>, top_mm: f64) -> Layer {
+    let thickness_mm = 1e3 * layer.thickness_m;
+    Layer {
+        label: format!("{}, {} mm", layer.name, trocar_document::plain(thickness_mm)),
+        top_mm,
+        torn_s: None,
+        thickness_mm,
+        ruptures: layer.ruptures,
     }
 }
 
@@ -176,34 +166,8 @@ fn unnamed(top_mm: f64) -> Layer {
 }
 
 /// Returns the layers of a scenario from the surface down; none for a tissue without layers.
-fn named_layers(scenario: &Scenario) -> Vec<NamedLayer> {
-    let TissueSpec::Model(settings) = &scenario.tissue else { return vec![] };
-    match &**settings {
-        TissueSettings::Layers(tissue) => {
-            let layer = |(name, layer): &Named<LayerParameters>| NamedLayer {
-                name: name.to_string(),
-                thickness_mm: 1e3 * layer.thickness_m,
-                ruptures: layer.ruptures(),
-                deflection_mm: 1e3 * layer.deflection_m(layer.rupture_force_n),
-            };
-            tissue.layers.iter().map(layer).collect()
-        }
-        TissueSettings::Tearing(tissue) => {
-            let width_m = tissue.crack.crack_width_m;
-            let layer = |(name, layer): &Named<TearingLayer>| NamedLayer {
-                name: name.to_string(),
-                thickness_mm: 1e3 * layer.thickness_m,
-                ruptures: layer.ruptures(width_m),
-                deflection_mm: 1e3 * layer.rupture_force_n(width_m) / layer.stiffness_n_per_m,
-            };
-            tissue.layers.iter().map(layer).collect()
-        }
-        TissueSettings::Recording(_)
-        | TissueSettings::KelvinVoigt(_)
-        | TissueSettings::HuntCrossley(_)
-        | TissueSettings::Generalised(_)
-        | TissueSettings::Fmu(_) => vec![],
-    }
+fn stated_layers(scenario: &Scenario) -> Vec<StatedLayer<'_>> {
+    scenario.tissue.settings().map_or_else(Vec::new, TissueSettings::layers)
 }
 
 /// Returns the surface of the undeformed tissue in m: that of the tissue, or the one that the estimator assumes.

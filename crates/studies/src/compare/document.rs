@@ -2,9 +2,9 @@
 
 use serde_json::{Value as Json, json};
 
-use super::{Comparison, Fact, Row, SeedStudy, Spread, rows, verdict};
+use super::{Comparison, Fact, Row, SeedStudy, Spread, rows, verdict, verdict_over_seeds};
 use crate::animation::animation_with_pictures;
-use crate::run::{REDUCED, Run, about, outcome, seeds_without_effect, windows};
+use crate::run::{REDUCED, Run, about, event_shade, outcome, seeds_without_effect, windows};
 use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, show};
 use trocar_figures::{self as figures, EstimationView, RunView};
 use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Scope, Unit};
@@ -19,15 +19,18 @@ const MAX_NAMED: usize = 3;
 const MAX_RUNS: usize = 8;
 
 /// The metrics in the table over seeds. The files hold all metrics.
-const OVER_SEEDS: [&str; 8] = [
-    "detection_delay_s",
+const OVER_SEEDS: [&str; 11] = [
+    "slave_travel_m",
+    "unintended_travel_m",
     "excess_advance_m",
+    "return_jump_m",
     "horizon_advance_m",
-    "depth_at_return_m",
+    "felt_peak_n",
+    "felt_drop_n",
     "noticed",
+    "detection_delay_s",
     "missed_ruptures",
     "false_alarms",
-    "tissue_energy_j",
 ];
 
 /// A comparison with what was asked for besides.
@@ -56,7 +59,7 @@ impl<'a> ComparisonReport<'a> {
         let mut document = Document {
             name: "comparison",
             title,
-            verdict: verdict(&runs),
+            verdict: self.seeds.map_or_else(|| verdict(&runs), |study| verdict_over_seeds(study, &runs)),
             warnings: self.warnings(),
             sections: self.sections(&runs),
             data: std::iter::once(columns(self.comparison)).chain(self.seeds.map(seed_columns)).collect(),
@@ -80,7 +83,8 @@ impl<'a> ComparisonReport<'a> {
 
     fn sections(&self, runs: &[&Run]) -> Vec<Section> {
         let [short, all] = metric_tables(runs, &self.comparison.noise);
-        let mut main = Section::new("main", "Main metrics");
+        let mut main =
+            Section::new("main", if self.seeds.is_some() { "Main metrics of the first seed" } else { "Main metrics" });
         for run in runs.iter().filter(|run| run.metrics.outcome != Outcome::Completed) {
             main.text(outcome(run));
         }
@@ -103,8 +107,8 @@ impl<'a> ComparisonReport<'a> {
         }
         let mut metrics = Section::new("metrics", "All metrics").shown(Shown::WithAll);
         metrics.table(all);
-        let mut sections = vec![main, signals, events, metrics];
-        sections.extend(self.seeds.map(seeds_section));
+        let mut sections: Vec<Section> = self.seeds.map(seeds_section).into_iter().collect();
+        sections.extend([main, signals, events, metrics]);
         sections.extend(self.facts.map(|facts| facts_section(facts, Shown::WithAll)));
         let mut runs_section = Section::new("about", "The runs").shown(Shown::InReports);
         runs.iter().for_each(|run| runs_section.text(about(run)));
@@ -318,7 +322,11 @@ pub(crate) fn events_table(runs: &[&Run]) -> Option<Table> {
         for event in &run.metrics.events {
             let motion = format!("the slave moves at most {}", mm(event.frozen_motion_m));
             let duration = event.augmented_s.map_or("until the end".into(), |s| format!("for {}", ms(s)));
-            add(event.start_s, "frozen".into(), format!("{duration}, {motion}"));
+            add(
+                event.start_s,
+                event_shade(run.scenario.augmentation.hold).name().into(),
+                format!("{duration}, {motion}"),
+            );
             let Some(augmented_s) = event.augmented_s else { continue };
             let duration = event.reengaging_s.map_or("until the end".into(), |s| format!("for {}", ms(s)));
             add(event.start_s + augmented_s, "re-engaging".into(), duration);

@@ -23,14 +23,14 @@ pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
 pub use paper::{FIGURES, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperStudy, QuietStretch};
 pub use scheme_document::SchemeReport;
 pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
-pub use seeds::{MAX_SEEDS, SeedStudy, Spread, SpreadRow};
+pub use seeds::{MAX_SEEDS, SeedStudy, SeedTotals, Spread, SpreadRow};
 pub use sensitivity::{Noticed, Sensitivity};
 pub use strategies::{
     FIXED_PERSONS, FalseAlarmCost, Group, LinearLoops, PERSONS, Person, STRATEGIES, Strategy, StrategyOptions,
     StrategyRow, StrategyStudy, Verdict, WINDOWS_S,
 };
 pub use table::{Row, rows};
-pub use verdict::{verdict, verdict_of_schemes};
+pub use verdict::{verdict, verdict_of_schemes, verdict_over_seeds};
 
 use serde::Serialize;
 

@@ -108,7 +108,7 @@ fn probe(frequency_hz: f64) -> Vec<String> {
         "operator.start_m=0".into(),
         format!("operator.amplitude_m={PROBE_M}"),
         format!("operator.frequency_hz={frequency_hz}"),
-        "operator.reflex=none".into(),
+        "perception.reflex=none".into(),
         "operator.tremor_amplitude_m=0".into(),
         "tissue.kind=kelvin-voigt".into(),
         format!("tissue.stiffness_n_per_m={PROBED_N_PER_M}"),

@@ -75,6 +75,37 @@ pub struct SpreadRow {
     pub ratios: Vec<Option<Spread>>,
 }
 
+/// What happened in all seeds of a scenario.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct SeedTotals {
+    /// Number of ruptures.
+    pub ruptures: u64,
+    /// Number of ruptures without an alarm.
+    pub missed_ruptures: u64,
+    /// Number of ruptures without an alarm at which the run ended too soon to decide.
+    pub undecided_ruptures: u64,
+    /// Number of alarms that match no rupture.
+    pub false_alarms: u64,
+    /// Number of seeds in which the first, the second, … rupture happens.
+    pub seeds_with_rupture: Vec<u64>,
+}
+
+impl SeedTotals {
+    fn of<'a>(runs: impl Iterator<Item = &'a Metrics>) -> Self {
+        let mut totals = Self::default();
+        for metrics in runs {
+            let ruptures = metrics.ruptures.len();
+            totals.ruptures += ruptures as u64;
+            totals.missed_ruptures += metrics.missed_ruptures;
+            totals.undecided_ruptures += metrics.undecided_ruptures;
+            totals.false_alarms += metrics.false_alarms;
+            totals.seeds_with_rupture.resize(totals.seeds_with_rupture.len().max(ruptures), 0);
+            totals.seeds_with_rupture[..ruptures].iter_mut().for_each(|seeds| *seeds += 1);
+        }
+        totals
+    }
+}
+
 /// The results of scenarios that were run with the same seeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SeedStudy {
@@ -84,6 +115,8 @@ pub struct SeedStudy {
     pub seeds: u64,
     /// First seed of each scenario; the others follow it.
     pub first_seeds: Vec<u64>,
+    /// What happened in all seeds of each scenario.
+    pub totals: Vec<SeedTotals>,
     /// A row per metric.
     pub rows: Vec<SpreadRow>,
 }
@@ -112,8 +145,15 @@ impl SeedStudy {
             scenarios: scenarios.iter().map(|scenario| scenario.name.clone()).collect(),
             seeds: runs.len() as u64,
             first_seeds: scenarios.iter().map(|scenario| scenario.seed).collect(),
+            totals: (0..scenarios.len()).map(|index| SeedTotals::of(runs.iter().map(|run| &run[index]))).collect(),
             rows: spread_rows(runs, scenarios.len()),
         }
+    }
+
+    /// Returns the largest number of ruptures of a run.
+    #[must_use]
+    pub fn max_ruptures(&self) -> usize {
+        self.totals.iter().map(|totals| totals.seeds_with_rupture.len()).max().unwrap_or(0)
     }
 
     /// Returns the row of a metric.

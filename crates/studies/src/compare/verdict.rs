@@ -1,5 +1,6 @@
 //! What runs show, in sentences that are computed from their metrics. Every surface shows these sentences.
 
+use super::{SeedStudy, SeedTotals, Spread, SpreadRow};
 use crate::run::{Run, outcome};
 use trocar_document::{Verdict, counted, decimals};
 use trocar_metrics::{HORIZON_S, Outcome, RuptureMetrics, TRAVEL_S};
@@ -14,25 +15,101 @@ const SAME_SHARE: f64 = 0.05;
 /// Maximum number of listed distances. For more ruptures, the maximum is told.
 const MAX_LISTED: usize = 3;
 
+/// Number of ruptures with distances over the seeds.
+const SEED_RUPTURES: usize = 2;
+
+/// Whose a number is, of the classical and the augmented run of a scenario.
+const OF_SCHEMES: [&str; 2] = [" without augmentation", " with it"];
+
 /// Maximum number of runs with a number each. For more runs, the smallest and the largest are told.
 const MAX_RUNS: usize = 3;
 
 /// Returns what runs show.
 #[must_use]
 pub fn verdict(runs: &[&Run]) -> Verdict {
+    told(runs, &whose(runs))
+}
+
+/// Returns the words that tell whose a number is, for each run.
+fn whose(runs: &[&Run]) -> Vec<String> {
     match runs {
-        [classical, augmented] if differ_in_augmentation(classical, augmented) => {
-            verdict_of_schemes(classical, augmented)
-        }
-        [_] => told(runs, &[String::new()]),
-        _ => told(runs, &runs.iter().map(|run| format!(" in {}", run.scenario.name)).collect::<Vec<_>>()),
+        [classical, augmented] if differ_in_augmentation(classical, augmented) => OF_SCHEMES.map(str::to_owned).into(),
+        [_] => vec![String::new()],
+        many => many.iter().map(|run| format!(" in {}", run.scenario.name)).collect(),
     }
 }
 
 /// Returns what a classical and an augmented run of the same scenario show.
 #[must_use]
 pub fn verdict_of_schemes(classical: &Run, augmented: &Run) -> Verdict {
-    told(&[classical, augmented], &[" without augmentation".to_owned(), " with it".to_owned()])
+    told(&[classical, augmented], &OF_SCHEMES.map(str::to_owned))
+}
+
+/// Returns what the runs of all seeds show; `runs` are those of the first seeds.
+#[must_use]
+pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
+    let whose = whose(runs);
+    let of_ruptures = |metric: &str| {
+        let of = |number: usize| Some((number, study.row(&format!("rupture_{number}_{metric}"))?));
+        (1..=SEED_RUPTURES).filter_map(of).collect::<Vec<_>>()
+    };
+    let sentence = |metric: &str, start: &str| {
+        let each = |(number, row): &(usize, &SpreadRow)| {
+            let of = |(spread, whose): (&Option<Spread>, &String)| {
+                spread.map(|spread| format!("{}{whose}", millimetres_of(&spread)))
+            };
+            let all: Vec<String> = row.spreads.iter().zip(&whose).filter_map(of).collect();
+            (!all.is_empty()).then(|| format!("after rupture {number} by {}", joined(&all)))
+        };
+        let each: Vec<String> = of_ruptures(metric).iter().filter_map(each).collect();
+        (!each.is_empty()).then(|| format!("{start} {}.", each.join("; ")))
+    };
+    let jump =
+        format!("In {} seeds (medians, with the central 95 %), the slave has advanced {TRAVEL_S} s", study.seeds);
+    let sentences = [
+        sentence("slave_travel_m", &jump),
+        sentence("horizon_advance_m", &format!("It has advanced {HORIZON_S} s")),
+        absent_over_seeds(study, &whose),
+        Some(detection_over_seeds(study, &whose)),
+    ];
+    let left_out = (study.max_ruptures() > SEED_RUPTURES).then(|| {
+        format!("Left out: the advance after the ruptures from {} on, which the table has.", SEED_RUPTURES + 1)
+    });
+    Verdict { sentences: sentences.into_iter().flatten().collect(), left_out: left_out.into_iter().collect() }
+}
+
+/// Tells which ruptures do not happen in every seed. `None` if all do.
+fn absent_over_seeds(study: &SeedStudy, whose: &[String]) -> Option<String> {
+    let absent = (0..study.max_ruptures()).flat_map(|index| {
+        study.totals.iter().zip(whose).filter_map(move |(totals, whose)| {
+            let seeds = totals.seeds_with_rupture.get(index).copied().unwrap_or(0);
+            (seeds < study.seeds).then(|| format!("rupture {} in {seeds} of {} seeds{whose}", index + 1, study.seeds))
+        })
+    });
+    let absent: Vec<String> = absent.take(MAX_LISTED).collect();
+    (!absent.is_empty()).then(|| format!("Not every rupture happens: {}.", joined(&absent)))
+}
+
+/// Tells how many ruptures of all seeds are missed and how many alarms are false.
+fn detection_over_seeds(study: &SeedStudy, whose: &[String]) -> String {
+    let each = |of: &dyn Fn(&SeedTotals) -> String| {
+        let each = study.totals.iter().zip(whose).map(|(totals, whose)| format!("{}{whose}", of(totals)));
+        joined(&each.collect::<Vec<_>>())
+    };
+    let missed = each(&|totals| {
+        let of = counted(totals.ruptures, "rupture");
+        match totals.undecided_ruptures {
+            0 => format!("{} of {of}", totals.missed_ruptures),
+            undecided => format!("{} of {of} ({undecided} undecided at the end of the run)", totals.missed_ruptures),
+        }
+    });
+    format!("Missed in all seeds: {missed}. False alarms: {}.", each(&|totals| totals.false_alarms.to_string()))
+}
+
+/// Returns the median of distances with the interval of the seeds, in mm.
+fn millimetres_of(spread: &Spread) -> String {
+    let [median, low, high] = [spread.median, spread.low, spread.high].map(|metres| three_digits(1e3 * metres));
+    if low == high { format!("{median} mm") } else { format!("{median} mm ({low} to {high})") }
 }
 
 /// Returns whether the second run is the first one with augmentation.
@@ -56,6 +133,7 @@ fn told(runs: &[&Run], whose: &[String]) -> Verdict {
         } else {
             sentences.extend(other_counts(runs));
             sentences.extend(jump(runs, whose));
+            sentences.extend(unintended(runs, whose));
             sentences.extend(later(runs, whose));
             sentences.extend(noticed(runs, whose));
             sentences.push(detection(runs, whose));
@@ -131,13 +209,18 @@ impl<'a> Distances<'a> {
         }
     }
 
-    /// Joins a phrase for each run, or returns one for all if they are the same within the tolerance.
-    fn each(&self, phrase: impl Fn(&[f64]) -> String) -> String {
+    /// Returns the distances of the first run if those of several runs are the same within the tolerance.
+    fn common(&self) -> Option<&[f64]> {
         let first = &self.runs[0].1;
         let is_alike = |(_, other): &OfRun<'_>| first.iter().zip(other).all(|(a, b)| are_same(*a, *b));
-        if self.runs.len() > 1 && self.runs.iter().all(is_alike) {
+        (self.runs.len() > 1 && self.runs.iter().all(is_alike)).then_some(first)
+    }
+
+    /// Joins a phrase for each run, or returns one for all if they are the same within the tolerance.
+    fn each(&self, phrase: impl Fn(&[f64]) -> String) -> String {
+        if let Some(common) = self.common() {
             let all = if self.runs.len() == 2 { "in both runs" } else { "in every run with a rupture" };
-            return format!("{} {all}", phrase(first));
+            return format!("{} {all}", phrase(common));
         }
         let of_run = |(whose, distances_m): &OfRun<'_>| format!("{}{whose}", phrase(distances_m));
         if self.runs.len() <= MAX_RUNS {
@@ -160,20 +243,45 @@ fn jump(runs: &[&Run], whose: &[String]) -> Option<String> {
     Some(format!("In the {TRAVEL_S} s after {} the slave {}.", distances.ruptures(), distances.each(phrase)))
 }
 
-/// Tells how far the needle goes beyond the intended motion, or where it is later if the intention is not known.
-fn later(runs: &[&Run], whose: &[String]) -> Option<String> {
+/// Tells how far the needle goes beyond the intended motion, if the intention is known in all runs.
+fn unintended(runs: &[&Run], whose: &[String]) -> Option<String> {
     let is_known = |run: &&Run| run.metrics.ruptures.iter().any(|rupture| rupture.excess_advance_m.is_some());
-    if runs.iter().filter(|run| !run.metrics.ruptures.is_empty()).all(is_known) {
-        let distances = Distances::of(runs, whose, |rupture| rupture.excess_advance_m)?;
-        let each = distances.each(|distances_m| format!("by {}", listed(distances_m)));
-        return Some(format!(
-            "Up to {HORIZON_S} s after {} it goes beyond the intended motion {each}.",
-            distances.ruptures()
-        ));
+    if !runs.iter().filter(|run| !run.metrics.ruptures.is_empty()).all(is_known) {
+        return None;
     }
-    let distances = Distances::of(runs, whose, |rupture| rupture.horizon_advance_m)?;
-    let each = distances.each(|distances_m| format!("{} deeper than at the rupture", listed(distances_m)));
-    Some(format!("{HORIZON_S} s after {} it is {each}.", distances.ruptures()))
+    let distances = Distances::of(runs, whose, |rupture| rupture.excess_advance_m)?;
+    let each = distances.each(|distances_m| format!("by {}", listed(distances_m)));
+    Some(format!("Up to {HORIZON_S} s after {} it goes beyond the intended motion {each}.", distances.ruptures()))
+}
+
+/// Tells how far the needle advances on its return to teleoperation, and where it is later.
+fn later(runs: &[&Run], whose: &[String]) -> Option<String> {
+    let held: Vec<(&Run, &String)> = runs.iter().copied().zip(whose).filter(|(run, _)| returns(run)).collect();
+    let (held_runs, held_whose): (Vec<&Run>, Vec<String>) =
+        held.into_iter().map(|(run, whose)| (run, whose.clone())).unzip();
+    let returned = Distances::of(&held_runs, &held_whose, |rupture| rupture.return_jump_m).map(|distances| {
+        let each = distances.each(|distances_m| format!("by {}", listed(distances_m)));
+        format!("On its return it advances {each}")
+    });
+    let depth = Distances::of(runs, whose, |rupture| rupture.horizon_advance_m).map(|distances| {
+        let when = format!("{HORIZON_S} s after {}", distances.ruptures());
+        match distances.common() {
+            Some(all_m) if runs.len() == 2 => {
+                format!("{when} both are equally deep ({})", listed(all_m))
+            }
+            _ => {
+                let each = distances.each(|distances_m| format!("{} deeper than at the rupture", listed(distances_m)));
+                format!("{when} it is {each}")
+            }
+        }
+    });
+    let clauses: Vec<String> = returned.into_iter().chain(depth).collect();
+    (!clauses.is_empty()).then(|| format!("{}.", clauses.join("; ")))
+}
+
+/// Returns whether teleoperation returned after the first rupture.
+fn returns(run: &Run) -> bool {
+    run.metrics.ruptures.first().is_some_and(|rupture| rupture.return_jump_m.is_some())
 }
 
 /// Tells how many ruptures the operators noticed, for the runs whose operators notice changes of the force.
@@ -306,6 +414,7 @@ mod tests {
             run.metrics.ruptures.iter().filter_map(read).map(|metres| three_digits(1e3 * metres)).collect::<Vec<_>>()
         };
         let travels = of(&classical, |rupture| rupture.slave_travel_m);
+        let jumps = of(&augmented, |rupture| rupture.return_jump_m);
         let later = of(&classical, |rupture| rupture.horizon_advance_m);
         let most_mm =
             augmented.metrics.ruptures.iter().filter_map(|rupture| rupture.slave_travel_m).fold(0.0, f64::max) * 1e3;
@@ -313,11 +422,13 @@ mod tests {
             verdict(&[&classical, &augmented]).text(),
             format!(
                 "In the 0.3 s after both ruptures the slave advances by {} and {} mm without augmentation and stays within {} mm with \
-                 it. 2 s after both ruptures it is {} and {} mm deeper than at the rupture in both runs. Both runs detect every rupture \
-                 within 8 ms, with no missed rupture and no false alarm.",
+                 it. On its return it advances by {} and {} mm with it; 2 s after both ruptures both are equally deep ({} and {} mm). \
+                 Both runs detect every rupture within 8 ms, with no missed rupture and no false alarm.",
                 travels[0],
                 travels[1],
                 three_digits(most_mm),
+                jumps[0],
+                jumps[1],
                 later[0],
                 later[1]
             )

@@ -23,6 +23,7 @@ pub use reach::Reach;
 pub use stepped::SteppedRun;
 pub use trace_table::trace_table;
 pub use trocar_scenario::{empty_trace, empty_trace_with};
+pub use views::event_shade;
 pub use warnings::{delays_rounded, foreseen, outside_measured, seeds_without_effect};
 
 use thiserror::Error;

@@ -3,7 +3,19 @@
 use std::borrow::Cow;
 
 use super::Run;
+use trocar_core::augmentation::HoldSettings;
+use trocar_document::figure::Shade;
 use trocar_figures::{EnergyView, EstimationView, RunView};
+
+/// Returns the shade of events with a hold, whose name is the word for what the slave does: only a freeze freezes it.
+#[must_use]
+pub fn event_shade(hold: HoldSettings) -> Shade {
+    match hold {
+        HoldSettings::Frozen => Shade::Frozen,
+        HoldSettings::SpeedLimit(_) | HoldSettings::ForbiddenRegion(_) => Shade::Held,
+        HoldSettings::Following => Shade::Event,
+    }
+}
 
 impl Run {
     fn ruptures_s(&self) -> Cow<'static, [f64]> {
@@ -28,6 +40,7 @@ impl Run {
             tissue_force_n: &trace.tissue_force_n,
             feedback_force_n: &trace.feedback_force_n,
             mode: &trace.mode,
+            event: event_shade(self.scenario.augmentation.hold),
             rupture_times_s: self.ruptures_s(),
             alarm_times_s: self.alarms_s(),
         }

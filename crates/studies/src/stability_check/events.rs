@@ -93,7 +93,7 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
         "operator.stretch_short_gain_n_s_per_m=0.0".to_owned(),
         "operator.stretch_long_gain_n_per_m=0.0".to_owned(),
         "operator.stiffening_per_n=0.0".to_owned(),
-        "operator.reflex=none".to_owned(),
+        "perception.reflex=none".to_owned(),
         "tissue.kind=kelvin-voigt".to_owned(),
         format!("tissue.stiffness_n_per_m={stiffness_n_per_m:?}"),
         format!("tissue.damping_n_s_per_m={:?}", of_loop.damping_n_s_per_m),

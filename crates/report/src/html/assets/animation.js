@@ -121,13 +121,23 @@ const trocarAnimation = (() => {
       this.data = null;
       this.at = 0;
       this.isPlaying = false;
+      /** The cursor of the charts: "quiet" without values, "read" with them, or "held" where it is by the charts. */
+      this.cursor = "quiet";
       this.isVisible = true;
       this.still = window.matchMedia("(prefers-reduced-motion: reduce)");
       this.still.addEventListener("change", () => (this.still.matches ? this.rest() : this.play()));
       this.button.addEventListener("click", () => (this.isPlaying ? this.pause() : this.play()));
       this.slider.addEventListener("input", () => {
         this.pause();
+        this.cursor = "read";
         this.show(Number(this.slider.value));
+      });
+      // The cursor of the charts takes the animation along; when it leaves, a playing animation goes on.
+      window.addEventListener("charttime", ({ detail: { time, isKept } }) => {
+        if (!this.data) return;
+        if (isKept) this.pause();
+        this.cursor = time === null ? "quiet" : "held";
+        this.show(time === null ? this.at : this.frameAt(time));
       });
       new IntersectionObserver((entries) => {
         this.isVisible = entries[entries.length - 1].isIntersecting;
@@ -162,7 +172,20 @@ const trocarAnimation = (() => {
       if (isFirst && !this.still.matches) this.play();
     }
 
-    /** Draws a frame. */
+    /** Returns the frame that is nearest to a time in s. */
+    frameAt(time) {
+      const times = this.data.time_s;
+      return times.reduce((best, at, frame) => (Math.abs(at - time) < Math.abs(times[best] - time) ? frame : best), 0);
+    }
+
+    /** Stops at a time in s. */
+    seek(time) {
+      this.pause();
+      this.cursor = "read";
+      this.show(this.frameAt(time));
+    }
+
+    /** Draws a frame, and moves the cursor of the charts to its time. */
     show(frame) {
       const { clocks, panels } = this.data;
       this.at = frame;
@@ -173,21 +196,25 @@ const trocarAnimation = (() => {
       setText(this.clock, clocks[frame]);
       this.slider.value = frame;
       if (!this.isPlaying) this.slider.setAttribute("aria-valuetext", clocks[frame]);
+      if (this.cursor !== "held") trocarCharts.time(this.data.time_s[frame], this.cursor === "quiet");
     }
 
     play() {
       if (!this.data || this.isPlaying) return;
       this.isPlaying = true;
+      this.cursor = "quiet";
       setText(this.button, "Pause");
       const frames = () => this.data.time_s.length - 1;
-      const length = () => this.data.slowness * (this.data.time_s[frames()] - this.data.time_s[0]);
-      let began = performance.now() - (1000 * length() * (this.at >= frames() ? 0 : this.at)) / Math.max(1, frames());
+      /** The time in s from the beginning to a frame, as it plays. */
+      const playedTo = (frame) => this.data.slowness * (this.data.time_s[frame] - this.data.time_s[0]);
+      let began = performance.now() - 1000 * playedTo(this.at >= frames() ? 0 : this.at);
       const step = (now) => {
         if (!this.isPlaying) return;
+        if (this.cursor === "held") began = now - 1000 * playedTo(this.at);
         const played = (now - began) / 1000;
-        if (played > length() + REST_S) began = now;
-        const frame = Math.min(frames(), Math.max(0, Math.floor((played / length()) * frames())));
-        if (this.isVisible && frame !== this.at) this.show(frame);
+        if (played > playedTo(frames()) + REST_S) began = now;
+        const frame = this.frameAt(this.data.time_s[0] + Math.max(0, played) / this.data.slowness);
+        if (this.isVisible && this.cursor !== "held" && frame !== this.at) this.show(frame);
         requestAnimationFrame(step);
       };
       requestAnimationFrame(step);

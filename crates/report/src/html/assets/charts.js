@@ -1,13 +1,17 @@
 // Charts of trocar's pages, drawn from the descriptions of its figures: each panel is a chart. Dragging zooms, a double click or tap
-// shows everything, and a click on a name in the legend hides its line. Keyboard: the arrow keys move the cursor, + and - zoom about
-// it, 0 shows everything. Charts of one group with the same horizontal axis share zoom and cursor.
+// shows everything, and a click on a name in the legend hides its line. Keyboard: the arrow keys move the cursor, E moves it to the next
+// rupture or alarm, + and - zoom about it, 0 shows everything. Charts of one group with the same horizontal axis share zoom and cursor,
+// and all charts over time share the time of the animation.
 "use strict";
 
 const trocarCharts = (() => {
   /** Pixels per point of a description's lines, and the margins around the axes. */
   const PER_POINT = 1.5;
   const MARGIN = { left: 56, right: 12, top: 9, bottom: 36 };
+  /** How many places of a line at the cursor are listed. */
+  const MOST_CROSSINGS = 3;
   const FONT = '12px system-ui, "DejaVu Sans", Arial, sans-serif';
+  const TIME = "Time (s)";
   const groups = new Map();
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
 
@@ -21,6 +25,7 @@ const trocarCharts = (() => {
     if (!colours.has(name)) {
       // Only a colour that an element has is resolved for light or dark.
       const probe = document.body.appendChild(document.createElement("i"));
+      probe.style.forcedColorAdjust = "none";
       probe.style.color = /^[a-z-]+$/.test(name) ? `var(--${name})` : name;
       colours.set(name, getComputedStyle(probe).color);
       probe.remove();
@@ -119,7 +124,6 @@ const trocarCharts = (() => {
     const shapes = {
       line: `<path d="M0 6h24" stroke="${color}" stroke-width="${width}" stroke-dasharray="${dashes}"/>`,
       dot: `<circle cx="12" cy="6" r="${width / 2 + 1}" fill="${color}"/>`,
-      ring: `<circle cx="12" cy="6" r="3" fill="none" stroke="${color}"/>`,
       shade: `<path d="M0 0h24v12h-24z" fill="${color}"/>`,
       rupture: '<path d="M12 0v12" stroke="var(--grey)" stroke-width="1.5" stroke-dasharray="3 3"/>',
       alarm: '<path d="M12 0v12M8 0h8l-4 5z" stroke="var(--black)" fill="var(--black)"/>',
@@ -155,6 +159,26 @@ const trocarCharts = (() => {
 
   const value = (axis, place) => (axis.log ? 10 ** place : place);
 
+  /** True if the places ascend. A boundary goes back and has gaps. */
+  const isAscending = (xs) => xs.every((x, index) => index === 0 || x >= xs[index - 1]);
+
+  /** Returns the places of a drawn line at x, each once: one of a signal, any number of a boundary. */
+  function crossings([xs, ys], x) {
+    const between = (i) => (xs[i + 1] === xs[i] ? ys[i] : ys[i] + ((x - xs[i]) / (xs[i + 1] - xs[i])) * (ys[i + 1] - ys[i]));
+    if (isAscending(xs)) {
+      if (xs.length === 0 || x < xs[0] || x > xs[xs.length - 1]) return [];
+      const i = before(xs, x);
+      return [i + 1 === xs.length || xs[i] === x ? ys[i] : between(i)];
+    }
+    const found = [];
+    for (let i = 0; i + 1 < xs.length; i += 1) {
+      const isOver = Math.min(xs[i], xs[i + 1]) <= x && x <= Math.max(xs[i], xs[i + 1]);
+      if (isOver && Number.isFinite(ys[i]) && Number.isFinite(ys[i + 1])) found.push(between(i));
+    }
+    // Two pieces that meet at x are one place.
+    return found.sort((a, b) => a - b).filter((y, index) => index === 0 || y - found[index - 1] > 1e-9 * Math.abs(y));
+  }
+
   /** One panel of a figure. */
   class Chart {
     /** `options`: `{ title, group, height, whole }`; `whole` is the full range of x if the panel is only a part of it. */
@@ -164,7 +188,8 @@ const trocarCharts = (() => {
       this.reading = html("span", { class: "quiet" });
       caption.append(" ", this.reading);
       const plot = html("div", { class: "plot" });
-      this.canvas = html("canvas", { tabindex: 0, role: "img" });
+      // As a slider, a chart tells its cursor's place and values to screen readers.
+      this.canvas = html("canvas", { tabindex: 0, role: "slider", "aria-valuenow": 0, "aria-valuetext": "no cursor" });
       [this.mark, this.selected] = ["cursor", "selected"].map((name) => html("div", { class: name }));
       plot.append(this.canvas, this.mark, this.selected);
       this.legend = html("ul", { class: "legend" });
@@ -189,9 +214,9 @@ const trocarCharts = (() => {
       this.panel = panel;
       this.whole = whole;
       this.zoomed = null;
-      const key = JSON.stringify([panel.legend, panel.lines.map((line) => line.name)]);
-      if (key !== this.key) this.nameLines();
-      this.key = key;
+      const names = JSON.stringify([panel.legend, panel.lines.map((line) => line.name)]);
+      if (names !== this.names) this.nameLines();
+      this.names = names;
       this.isDrawn = false;
       if (this.isVisible) this.draw();
     }
@@ -203,6 +228,8 @@ const trocarCharts = (() => {
       const [low, high] = [panel.x.low, panel.x.high].map((end) => number(value(panel.x, end)));
       const names = [...new Set(panel.lines.map((line) => line.name).filter((name) => name !== ""))];
       this.canvas.setAttribute("aria-label", `${panel.y.caption || "Intervals"} against ${name} from ${low} to ${high} ${unit}: ${names.join(", ")}. The arrow keys move a cursor.`);
+      this.canvas.setAttribute("aria-valuemin", low);
+      this.canvas.setAttribute("aria-valuemax", high);
       this.values = [];
       const lines = names.map((text) => {
         const one = panel.lines.find((line) => line.name === text);
@@ -262,8 +289,8 @@ const trocarCharts = (() => {
       const [perX, perY] = [width / (x.high - x.low), height / (y.high - y.low)];
       const toX = (place) => left + (place - x.low) * perX;
       const toY = (place) => top + Math.min(1e5, Math.max(-1e5, (y.high - place) * perY));
-      // The whole axes have the ticks of the description.
-      const shown = (axis, whole, count) => (axis === whole || whole.ticks.length === 0 ? placed(whole) : ticks(axis, Math.max(2, count)));
+      // The whole axes have the ticks of the description, if it has some.
+      const shown = (axis, whole, count) => (whole.ticks && (axis === whole || whole.ticks.length === 0) ? placed(whole) : ticks(axis, Math.max(2, count)));
       const [xTicks, yTicks] = [shown(x, panel.x, width / 80), shown(y, panel.y, height / 32)];
       context.save();
       context.beginPath();
@@ -354,9 +381,12 @@ const trocarCharts = (() => {
       this.point(this.cursor, false);
     }
 
-    /** Moves the cursor to a place, or removes it (`null`), in all charts of the group. */
+    /** Moves the cursor to a place, or removes it (`null`), in all charts of the group, and tells the animation. A quiet cursor has no values. */
     point(place, isShared = true) {
-      if (isShared) this.group.forEach((chart) => chart.isVisible && chart.point(place && { ...place, y: chart === this ? place.y : null }, false));
+      if (isShared) {
+        this.group.forEach((chart) => (chart.isVisible || chart === this) && chart.point(place && { ...place, y: chart === this ? place.y : null }, false));
+        if (this.panel.x.caption === TIME) window.dispatchEvent(new CustomEvent("charttime", { detail: { time: place && place.x, isKept: place?.isKept === true } }));
+      }
       if (isShared || (place === null && this.cursor === null)) return;
       this.cursor = place;
       const [x, y] = this.shown;
@@ -366,14 +396,17 @@ const trocarCharts = (() => {
       const at = isInside ? this.area.left + ((place.x - x.low) / (x.high - x.low)) * this.area.width : 0;
       this.mark.style.transform = `translate(${at}px, ${this.area.top}px)`;
       this.mark.style.height = `${this.area.height}px`;
-      this.reading.textContent = isInside ? `${name} ${number(value(x, place.x))} ${unit}` : "";
+      const isRead = isInside && !place.isQuiet;
+      if (!isRead && !this.isRead) return;
+      this.isRead = isRead;
+      this.reading.textContent = isRead ? `${name} ${number(value(x, place.x))} ${unit}` : "";
       const of = named(this.panel.y.caption).unit;
       for (const [text, shown] of this.values) {
         const line = this.panel.lines.find((one) => one.name === text && one.points[0].length > 2);
-        const at = line && isInside ? line.points[1][before(line.points[0], place.x)] : undefined;
-        shown.textContent = line && isInside ? `${Number.isFinite(at) ? number(value(y, at)) : "—"} ${of}` : "";
+        const at = line && isRead ? crossings(line.points, place.x).slice(0, MOST_CROSSINGS) : [];
+        shown.textContent = line && isRead ? `${at.map((one) => number(value(y, one))).join(" and ") || "—"} ${of}` : "";
       }
-      if (!isInside || place.y === null || this.panel.fills.every((fill) => fill.text === "")) return;
+      if (!isRead || place.y === null || this.panel.fills.every((fill) => fill.text === "")) return;
       // Of a map: the value of the cell.
       const ratio = window.devicePixelRatio || 1;
       const down = this.area.top + ((y.high - place.y) / (y.high - y.low)) * this.area.height;
@@ -441,6 +474,7 @@ const trocarCharts = (() => {
         selected.hidden = true;
       });
       canvas.addEventListener("pointerleave", () => this.point(null));
+      canvas.addEventListener("blur", () => this.point(null));
       canvas.addEventListener("keydown", (event) => this.key(event));
       new ResizeObserver(([{ contentRect }]) => {
         if (contentRect.width > 0 && contentRect.width !== this.width) this.resize(contentRect.width, this.height);
@@ -467,13 +501,21 @@ const trocarCharts = (() => {
 
     /** Handles a key: moves the cursor or zooms about it. */
     key(event) {
+      // A chart that the key has just brought into view.
+      if (!this.isDrawn) this.draw();
       const [x, y] = this.shown;
       const { x: about, y: level } = this.cursor ?? { x: (x.low + x.high) / 2, y: null };
       const pixels = event.shiftKey ? 40 : 4;
       const [across, up] = [(pixels * (x.high - x.low)) / this.area.width, (pixels * (y.high - y.low)) / this.area.height];
       const move = (by, raise) => {
         const within = (at, axis) => Math.min(axis.high, Math.max(axis.low, at));
-        this.point({ x: within(about + by, x), y: within((level ?? (y.low + y.high) / 2) + raise, y) });
+        this.point({ x: within(about + by, x), y: within((level ?? (y.low + y.high) / 2) + raise, y), isKept: true });
+        this.speak();
+      };
+      const toEvent = () => {
+        const events = [...this.panel.ruptures, ...this.panel.alarms].filter((at) => at >= x.low && at <= x.high).sort((a, b) => a - b);
+        const next = events.find((at) => at > about + 1e-6) ?? events[0];
+        if (next !== undefined) move(next - about, 0);
       };
       const scaled = (factor) => {
         const [first, last] = this.whole ?? [this.panel.x.low, this.panel.x.high];
@@ -488,11 +530,30 @@ const trocarCharts = (() => {
         "=": () => scaled(0.6),
         "-": () => scaled(1 / 0.6),
         0: () => this.zoom(null),
+        e: toEvent,
       };
-      if (!actions[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+      const action = actions[event.key];
+      if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
-      actions[event.key]();
+      action();
     }
+
+    /** Tells screen readers the place of the cursor and the values there. */
+    speak() {
+      const values = this.values.filter(([, shown]) => shown.textContent !== "").map(([text, shown]) => `${text} ${shown.textContent}`);
+      this.canvas.setAttribute("aria-valuenow", number(value(this.shown[0], this.cursor.x)));
+      this.canvas.setAttribute("aria-valuetext", [this.reading.textContent, ...values].join(", "));
+    }
+  }
+
+  /** Lists what all panels of a figure have but the names of lines. Returns the number of entries. */
+  function key(list, { legend, rows }) {
+    const lines = new Set(rows.flatMap(({ panels }) => panels.flatMap((panel) => panel.lines.map((line) => line.name))));
+    const others = legend.filter((one) => one.kind !== "title" && !lines.has(one.text));
+    const names = JSON.stringify(others);
+    if (list.names !== names) list.replaceChildren(...others.map(entry));
+    list.names = names;
+    return others.length;
   }
 
   /** Draws all panels of a figure into `parent`, with the key of what all have, and returns their charts. */
@@ -503,13 +564,17 @@ const trocarCharts = (() => {
     const panels = description.rows.flatMap(({ title, height, panels }) =>
       panels.map((panel) => ({ panel, title: isOfMany && title, height: Math.max(least(panel), Math.round(1.6 * height)) })),
     );
-    const isOfLine = (one) => panels.some(({ panel }) => panel.lines.some((line) => line.name === one.text));
-    const key = description.legend.filter((one) => one.kind !== "title" && !isOfLine(one));
     const list = html("ul", { class: "legend key" });
-    list.append(...key.map(entry));
-    if (key.length) parent.append(list);
+    if (key(list, description)) parent.append(list);
     return panels.map(({ panel, title, height }) => new Chart(parent, panel, { title, group, height }));
   }
 
-  return { Chart, figure, axes, placed, colour, number, short };
+  /** Moves the cursor of all charts over time that are in view, with the values there or without. */
+  function time(x, isQuiet) {
+    for (const [key, group] of groups) {
+      if (key.endsWith(TIME)) group.forEach((chart) => chart.isVisible && chart.isDrawn && chart.point({ x, y: null, isQuiet }, false));
+    }
+  }
+
+  return { Chart, figure, axes, placed, colour, number, short, time, key };
 })();

@@ -2,10 +2,11 @@
 
 use serde_json::json;
 
-use super::{LinearLoops, Person, StrategyRow, StrategyStudy, WINDOWS_S};
+use super::{LinearLoops, Person, REACHED_SHARE, StrategyRow, StrategyStudy, WINDOWS_S};
 use crate::compare::Sensitivity;
+use trocar_document::figure::extent;
 use trocar_document::{
-    Cell, DataTable, Digits, Document, Number, Section, Study, Table, Verdict, counted, significant,
+    Cell, DataTable, Digits, Document, Number, Section, Study, Table, Verdict, counted, show, significant,
 };
 use trocar_figures::{StrategyView, strategies as strategies_figure};
 use trocar_metrics::Unit;
@@ -13,13 +14,16 @@ use trocar_metrics::Unit;
 impl Study for StrategyStudy {
     fn document(&self) -> Document<'_> {
         let mut section = Section::new("strategies", "Strategies");
-        section.table(table(self));
         section.figure("strategies");
-        section.text(
-            "* Pareto front: no other strategy whose runs settle has at most this excess and at least this share of noticed ruptures. \
-             event, force and \"excess by it\" are the costs of a false alarm: the duration of its event, the change of the feedback \
-             force, and the excess at its end.",
-        );
+        section.table(table(self));
+        section.text(format!(
+            "reached: ruptures relative to those without a strategy. * Pareto front: no other strategy whose runs settle and that \
+             reaches at least {} % of the ruptures has at most this excess and at least this share of noticed ruptures. event, force \
+             and \"excess by it\" are the costs of a false alarm: the duration of its event, the change of the feedback force, and the \
+             excess at its end.",
+            100.0 * REACHED_SHARE
+        ));
+        section.text(about(self));
         section.text(correlations(self));
         let mut document = Document {
             name: "strategies",
@@ -34,18 +38,92 @@ impl Study for StrategyStudy {
             }),
             ..Document::default()
         };
-        let view = |row: &'_ StrategyRow| {
-            let (excess_m, noticed) = row.mean_excess_m.zip(row.noticed.share())?;
-            Some(StrategyView { name: row.strategy, excess_m, noticed, is_on_front: row.is_on_front })
+        let view = |row: &'_ StrategyRow| StrategyView {
+            name: row.strategy,
+            reached: row.reached_share,
+            noticed: row.noticed.share(),
+            excess_m: row.mean_excess_m,
+            high_excess_m: row.high_excess_m,
+            final_excess_m: row.final_excess_m,
+            is_compared: row.is_compared(),
+            is_on_front: row.is_on_front,
         };
-        let views: Vec<StrategyView<'_>> = self.rows.iter().filter_map(view).collect();
+        let views: Vec<StrategyView<'_>> = self.rows.iter().map(view).collect();
         document.figure("strategies", strategies_figure(&self.name, &views));
         document
     }
 }
 
+/// Compares the strategies that reach the ruptures, and names the price of the others.
 fn verdict(study: &StrategyStudy) -> Verdict {
-    let front: Vec<&str> = study.rows.iter().filter(|row| row.is_on_front).map(|row| row.strategy).collect();
+    let compared = || study.rows.iter().filter(|row| row.is_compared());
+    let mut sentences = vec![];
+    let none = &study.rows[0];
+    let least = compared().filter_map(|row| Some((row, row.mean_excess_m?))).min_by(|a, b| a.1.total_cmp(&b.1));
+    let most = compared().filter_map(|row| Some((row, row.noticed.share()?))).max_by(|a, b| a.1.total_cmp(&b.1));
+    let excess = |row: &StrategyRow| show(row.mean_excess_m, Unit::Metre);
+    let noticed = |row: &StrategyRow| show(row.noticed.share(), Unit::Share);
+    if let (Some((least, _)), Some((most, _))) = (least, most) {
+        let excess = match least.strategy == none.strategy {
+            true => format!("none has a smaller mean excess than the scheme without a strategy ({})", excess(none)),
+            false => {
+                format!(
+                    "{} has the smallest mean excess ({}, {} without a strategy)",
+                    least.strategy,
+                    excess(least),
+                    excess(none)
+                )
+            }
+        };
+        sentences.push(format!(
+            "Of the {} strategies that reach at least {} % of the ruptures, {excess}; the ruptures are noticed most often with {} ({}, {} \
+             without a strategy).",
+            compared().count(),
+            100.0 * REACHED_SHARE,
+            most.strategy,
+            noticed(most),
+            noticed(none),
+        ));
+    }
+    let short: Vec<&StrategyRow> =
+        study.rows.iter().filter(|row| none.ruptures > 0 && !row.reaches_the_ruptures()).collect();
+    if !short.is_empty() {
+        let names: Vec<&str> = short.iter().map(|row| row.strategy).collect();
+        let range = |values: &[f64], unit: Unit| {
+            let (low, high) = extent(values.iter().copied()).unwrap_or_default();
+            let (low, high) = (show(Some(low), unit), show(Some(high), unit));
+            if low == high { low } else { format!("{low} to {high}") }
+        };
+        let shares: Vec<f64> = short.iter().filter_map(|row| row.reached_share).collect();
+        let ends_m: Vec<f64> = short.iter().filter_map(|row| row.final_excess_m).collect();
+        let end = if ends_m.is_empty() {
+            String::new()
+        } else {
+            format!(", and the needle ends at {} from the intended depth", range(&ends_m, Unit::Metre))
+        };
+        sentences.push(format!(
+            "With {} only {} of the ruptures happen{end}: their excess cannot be compared with that of the others.",
+            names.join(", "),
+            range(&shares, Unit::Share)
+        ));
+    }
+    if none.ruptures == 0 {
+        sentences.push("No layer ruptures without a strategy: nothing can be compared.".into());
+    }
+    let unsettled: Vec<String> = study
+        .rows
+        .iter()
+        .filter(|row| row.verdict != super::Verdict::Settles)
+        .map(|row| format!("{} {}", row.strategy, row.verdict.word()))
+        .collect();
+    if !unsettled.is_empty() {
+        sentences.push(format!("{}.", unsettled.join(", ")));
+    }
+    Verdict { sentences, left_out: vec!["\"settles\" is a result of these runs, not a proof".to_owned()] }
+}
+
+/// Tells who was studied, how fast they move, and whether the loop between events is stable.
+fn about(study: &StrategyStudy) -> String {
     let mut studied = format!(
         "{}, {}, {} ({})",
         counted(study.patients, "patient"),
@@ -57,9 +135,6 @@ fn verdict(study: &StrategyStudy) -> Verdict {
         studied.push_str("; each patient has another member of a group");
     }
     let mut sentences = vec![format!("{studied}.")];
-    if !front.is_empty() {
-        sentences.push(format!("On the Pareto front of excess and noticed ruptures: {}.", front.join(", ")));
-    }
     if let Some([low, median, high]) = study.velocities_m_per_s.map(|all| all.map(|velocity| 1e3 * velocity)) {
         sentences.push(format!(
             "Without a strategy the master moves at {low:.1} to {high:.1} mm/s at 90 % of the ruptures (median {median:.1} mm/s)."
@@ -73,17 +148,19 @@ fn verdict(study: &StrategyStudy) -> Verdict {
             min_gain_margin.map_or_else(String::new, |gain| format!(", smallest gain margin {}", significant(gain)));
         sentences.push(format!("Linear loop between events: {stable}{margin}."));
     }
-    Verdict { sentences, left_out: vec!["\"settles\" is a result of these runs, not a proof".to_owned()] }
+    sentences.join(" ")
 }
 
 fn table(study: &StrategyStudy) -> Table {
     let columns = [
         ("strategy", "strategy"),
         ("front", ""),
+        ("reached_share", "reached"),
+        ("missed_share", "missed"),
+        ("noticed_share", "noticed"),
         ("mean_excess_m", "excess"),
         ("high_excess_m", "5 % above"),
         ("final_excess_m", "final excess"),
-        ("noticed_share", "noticed"),
         ("noticed_after_s", "after"),
         ("d_prime_nothing", "d' nothing"),
         ("d_prime_false_alarm", "d' false alarm"),
@@ -103,10 +180,12 @@ fn table(study: &StrategyStudy) -> Table {
         table.row([
             Cell::from(row.strategy),
             Cell::from(if row.is_on_front { "*" } else { "" }),
+            Cell::of(row.reached_share, Unit::Share),
+            Cell::of(missed_share(row), Unit::Share),
+            Cell::of(row.noticed.share(), Unit::Share),
             Cell::of(row.mean_excess_m, Unit::Metre),
             Cell::of(row.high_excess_m, Unit::Metre),
             Cell::of(row.final_excess_m, Unit::Metre),
-            Cell::of(row.noticed.share(), Unit::Share),
             Cell::of(row.noticed_after_s, Unit::Second),
             d_prime(row.against_nothing),
             d_prime(row.against_false_alarms),
@@ -117,6 +196,11 @@ fn table(study: &StrategyStudy) -> Table {
         ]);
     }
     table
+}
+
+/// Returns the share of the ruptures without an alarm.
+fn missed_share(row: &StrategyRow) -> Option<f64> {
+    (row.ruptures > 0).then(|| row.missed_ruptures as f64 / row.ruptures as f64)
 }
 
 fn correlations(study: &StrategyStudy) -> String {
@@ -134,10 +218,11 @@ fn correlations(study: &StrategyStudy) -> String {
 /// Returns `strategies.csv`: a row per strategy, in SI units.
 fn columns(study: &StrategyStudy) -> DataTable<'_> {
     type Read = fn(&StrategyRow) -> Option<f64>;
-    let columns: [(&str, Read); 20] = [
+    let columns: [(&str, Read); 21] = [
         ("runs", |row| Some(row.runs as f64)),
         ("diverged", |row| Some(row.diverged as f64)),
         ("ruptures", |row| Some(row.ruptures as f64)),
+        ("reached_share", |row| row.reached_share),
         ("missed_ruptures", |row| Some(row.missed_ruptures as f64)),
         ("false_alarms", |row| Some(row.false_alarms as f64)),
         ("mean_excess_m", |row| row.mean_excess_m),

@@ -79,6 +79,10 @@ pub struct FalseAlarmCost {
     pub excess_m: f64,
 }
 
+/// Share of the ruptures without a strategy that a strategy must reach to be compared: the excess after a rupture says nothing
+/// of a needle that stops before the layer.
+pub(super) const REACHED_SHARE: f64 = 0.95;
+
 /// A strategy over all patients, persons and seeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StrategyRow {
@@ -90,6 +94,8 @@ pub struct StrategyRow {
     pub diverged: u64,
     /// Number of ruptures.
     pub ruptures: u64,
+    /// Number of ruptures as a share of those without a strategy; `None` if no layer ruptures without one.
+    pub reached_share: Option<f64>,
     /// Ruptures without an alarm.
     pub missed_ruptures: u64,
     /// Alarms without a rupture.
@@ -116,8 +122,8 @@ pub struct StrategyRow {
     pub false_alarm: Option<FalseAlarmCost>,
     /// Whether its runs settle.
     pub verdict: Verdict,
-    /// Whether no other strategy that settles has at most its mean excess and at least its noticed share, and one of them
-    /// better.
+    /// True if it is compared, and no other compared strategy has at most its mean excess and at least its noticed share, and one of
+    /// them better.
     pub is_on_front: bool,
     /// Mean excess advance in m for each window of [`WINDOWS_S`].
     pub window_excess_m: Vec<Option<f64>>,
@@ -347,6 +353,7 @@ impl Tally {
             runs: self.runs,
             diverged: self.diverged,
             ruptures: self.ruptures,
+            reached_share: None,
             missed_ruptures: self.missed,
             false_alarms: self.false_alarms,
             mean_excess_m: mean(&self.excesses_m),
@@ -367,6 +374,20 @@ impl Tally {
                 .map(|(sum, count)| (*count > 0).then(|| sum / *count as f64))
                 .collect(),
         }
+    }
+}
+
+impl StrategyRow {
+    /// Returns whether it reaches enough of the ruptures to be compared with others.
+    #[must_use]
+    pub fn reaches_the_ruptures(&self) -> bool {
+        self.reached_share.is_some_and(|share| share >= REACHED_SHARE)
+    }
+
+    /// Returns whether it is compared with others: it reaches the ruptures, and its runs settle.
+    #[must_use]
+    pub fn is_compared(&self) -> bool {
+        self.reaches_the_ruptures() && self.verdict == Verdict::Settles
     }
 }
 
@@ -442,6 +463,7 @@ impl StrategyStudy {
             }
             rows.push(tally.row(strategy.name, verdict));
         }
+        set_reached(&mut rows);
         mark_front(&mut rows);
         let rank_correlations = rank_correlations(&rows);
         Ok(Self {
@@ -503,12 +525,15 @@ fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Marks the rows that no other row dominates in mean excess and noticed share.
+/// Sets the share of the ruptures of the first row that each row reaches.
+fn set_reached(rows: &mut [StrategyRow]) {
+    let all = rows.first().map_or(0, |first| first.ruptures);
+    rows.iter_mut().filter(|_| all > 0).for_each(|row| row.reached_share = Some(row.ruptures as f64 / all as f64));
+}
+
+/// Marks the rows that no other row dominates in mean excess and noticed share, among those that settle and reach the ruptures.
 fn mark_front(rows: &mut [StrategyRow]) {
-    let point = |row: &StrategyRow| {
-        let is_candidate = row.verdict == Verdict::Settles;
-        row.mean_excess_m.zip(row.noticed.share()).filter(|_| is_candidate)
-    };
+    let point = |row: &StrategyRow| row.mean_excess_m.zip(row.noticed.share()).filter(|_| row.is_compared());
     let points: Vec<Option<(f64, f64)>> = rows.iter().map(point).collect();
     let dominates = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 >= b.1 && a != b;
     for (row, point) in rows.iter_mut().zip(&points) {
@@ -563,18 +588,22 @@ mod tests {
 
     #[test]
     fn the_front_holds_what_nothing_dominates() {
-        let row = |mean_excess_m: f64, noticed: u64, verdict: Verdict| {
+        let row = |mean_excess_m: f64, noticed: u64, ruptures: u64, verdict: Verdict| {
             let noticed = Noticed { trials: 10, noticed };
-            let tally = Tally { runs: 1, ..Tally::default() };
+            let tally = Tally { runs: 1, ruptures, ..Tally::default() };
             StrategyRow { mean_excess_m: Some(mean_excess_m), noticed, ..tally.row("row", verdict) }
         };
         let mut rows = [
-            row(1.0, 5, Verdict::Settles),
-            row(2.0, 9, Verdict::Settles),
-            row(2.0, 5, Verdict::Settles),
-            row(0.0, 10, Verdict::Diverges),
+            row(1.0, 5, 100, Verdict::Settles),
+            row(2.0, 9, 95, Verdict::Settles),
+            row(2.0, 5, 100, Verdict::Settles),
+            row(0.0, 10, 100, Verdict::Diverges),
+            // A needle that stops before one layer in sixteen is not compared.
+            row(0.0, 10, 94, Verdict::Settles),
         ];
+        set_reached(&mut rows);
         mark_front(&mut rows);
-        assert_eq!(rows.map(|row| row.is_on_front), [true, true, false, false]);
+        assert_eq!(rows[1].reached_share, Some(0.95));
+        assert_eq!(rows.map(|row| row.is_on_front), [true, true, false, false, false]);
     }
 }
