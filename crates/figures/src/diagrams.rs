@@ -100,7 +100,7 @@ pub fn augmented_controller() -> Figure<'static> {
     ] {
         diagram.boxed(at, HALF, text, line);
     }
-    let arrows: [(&[Point], Stroke); 9] = [
+    let arrows: [(&[Point], Stroke); 10] = [
         (&[(21.5, 51.0), (26.5, 51.0)], COMPUTED),
         (&[(26.5, 45.0), (21.5, 45.0)], COMPUTED),
         (&[(47.5, 48.0), (52.5, 48.0)], COMPUTED),
@@ -110,11 +110,13 @@ pub fn augmented_controller() -> Figure<'static> {
         (&[(52.5, 10.0), (47.5, 10.0)], AUGMENTED),
         (&[(63.0, 18.0), (63.0, 40.0)], AUGMENTED),
         (&[(37.0, 18.0), (37.0, 40.0)], COMPUTED),
+        (&[(11.0, 26.0), (11.0, 40.0)], COMPUTED),
     ];
     arrows.into_iter().for_each(|(arrow, line)| diagram.arrow(arrow, line));
     // The measured force passes the detection on its way to the force law.
     diagram.arrow(&[(76.0, 10.0), (76.0, 26.0), (43.0, 26.0), (43.0, 18.0)], COMPUTED);
     for (at, text) in [
+        ((11.0, 22.0), "X_h^d"),
         ((24.0, 55.0), "F_h"),
         ((24.0, 40.5), "X_h"),
         ((50.0, 52.5), "X_h"),
@@ -131,57 +133,57 @@ pub fn augmented_controller() -> Figure<'static> {
 }
 
 const TISSUE_COLOR: Color = SKY.pale(0.45);
-/// Half of the width of a phase's picture; the needle is at its middle.
-const HALF_WIDTH: f64 = 50.0;
+/// Height of the surface of the undeformed tissue, and of the picture.
 const SURFACE: f64 = 34.0;
-/// Half of the width of the needle.
-const NEEDLE: f64 = 2.5;
+const TOP: f64 = 70.0;
+/// Half of the widths of a picture, and of the needle.
+const HALF_WIDTH: f64 = 15.5;
+const NEEDLE: f64 = 0.8;
 /// Width of the deformation of the surface.
-const SPREAD: f64 = 16.0;
+const SPREAD: f64 = 5.0;
 
 /// Draws the three phases of an insertion into one layer, not to scale, as in figure 1 of the paper.
 #[must_use]
 pub fn insertion_phases() -> Figure<'static> {
-    // The name, the depth of the surface at the needle, that of the tip, and the direction of motion.
-    let phases = [
-        ("1: deforms the tissue", 14.0, 14.0, -1.0),
-        ("2: penetrates it", 6.0, 24.0, -1.0),
-        ("3: is extracted", -7.0, 8.0, 1.0),
-    ];
-    let panels = phases.map(|(name, surface, tip, direction)| phase(name, surface, tip, direction));
-    let row = Row { title: None, height: 110.0, panels: panels.into() };
-    Figure { name: "Insertion of a needle into one layer".to_owned(), legend: vec![], rows: vec![row] }
-}
-
-fn phase(name: &str, surface: f64, tip: f64, direction: f64) -> Panel<'static> {
-    let middle = HALF_WIDTH;
-    let mut panel = Panel::new(Axis::exact((0.0, 100.0), 0), "", Axis::exact((0.0, 80.0), 0), "");
-    panel.is_bare = true;
-    let line: Vec<Point> = (0..=100)
-        .map(|x| {
-            let x = f64::from(x);
-            (x, SURFACE - surface * (-((x - middle) / SPREAD).abs()).exp())
-        })
-        .collect();
-    let mut tissue = vec![(0.0, 0.0)];
-    tissue.extend(&line);
-    tissue.push((100.0, 0.0));
-    panel.fills.push((tissue, TISSUE_COLOR));
-    let (point, shoulder, top) = (SURFACE - tip, SURFACE - tip + 5.0, 70.0);
-    let needle = [
-        (middle, point),
-        (middle - NEEDLE, shoulder),
-        (middle - NEEDLE, top),
-        (middle + NEEDLE, top),
-        (middle + NEEDLE, shoulder),
-    ];
-    panel.fills.push((needle.into(), GREY));
-    panel.curves.push((line, COMPUTED));
-    panel.curves.push((vec![(0.0, SURFACE), (100.0, SURFACE)], RUPTURE));
-    // The motion, beside the needle.
-    let (x, from, to) = (middle + 14.0, 56.0 - 8.0 * direction, 56.0 + 8.0 * direction);
-    panel.curves.push((vec![(x, from), (x, to)], GUIDE));
-    panel.fills.push((vec![(x, to), (x - 2.5, to - 5.0 * direction), (x + 2.5, to - 5.0 * direction)], GREY));
-    panel.notes.push(((middle, 76.0), name.to_owned()));
-    panel
+    let axes = Panel::new(Axis::exact((0.0, 100.0), 0), "", Axis::exact((0.0, 80.0), 0), "");
+    let mut panel = Panel { is_bare: true, ..axes };
+    // The middle, the name, the depth of the surface at the needle, that of the tip, and the direction of motion.
+    for (middle, name, surface, tip, direction) in [
+        (16.0, "1: deforms the tissue", 14.0, 14.0, -1.0),
+        (50.0, "2: penetrates it", 6.0, 24.0, -1.0),
+        (84.0, "3: is extracted", -7.0, 8.0, 1.0),
+    ] {
+        let (left, right) = (middle - HALF_WIDTH, middle + HALF_WIDTH);
+        let line: Vec<Point> = (0..=100)
+            .map(|step| {
+                let x = left + (right - left) * f64::from(step) / 100.0;
+                (x, SURFACE - surface * (-((x - middle) / SPREAD).abs()).exp())
+            })
+            .collect();
+        let mut tissue = vec![(left, 4.0)];
+        tissue.extend(&line);
+        tissue.push((right, 4.0));
+        panel.fills.push((tissue, TISSUE_COLOR));
+        let (point, shoulder) = (SURFACE - tip, SURFACE - tip + 5.0);
+        let needle = [
+            (middle, point),
+            (middle - NEEDLE, shoulder),
+            (middle - NEEDLE, TOP),
+            (middle + NEEDLE, TOP),
+            (middle + NEEDLE, shoulder),
+        ];
+        panel.fills.push((needle.into(), GREY));
+        panel.curves.push((line, COMPUTED));
+        panel.curves.push((vec![(left, SURFACE), (right, SURFACE)], RUPTURE));
+        // The motion, beside the needle.
+        let (x, from, to) = (middle + 5.0, 57.0 - 8.0 * direction, 57.0 + 8.0 * direction);
+        panel.curves.push((vec![(x, from), (x, to - 3.0 * direction)], GUIDE));
+        panel.fills.push((vec![(x, to), (x - 0.9, to - 5.0 * direction), (x + 0.9, to - 5.0 * direction)], GREY));
+        panel.notes.push(((middle, 77.0), name.to_owned()));
+    }
+    Figure {
+        name: "Insertion of a needle into one layer".to_owned(),
+        legend: vec![],
+        rows: vec![Row::of(150.0, panel)],
+    }
 }

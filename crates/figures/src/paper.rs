@@ -50,7 +50,8 @@ fn over_time<'a>(
     Ok(Figure { name: run.name.to_owned(), legend, rows: vec![Row::of(140.0, panel)] })
 }
 
-/// Draws the estimated parameters, and below them the two parts of the estimated force in N: of the stiffness and of the damping.
+/// Draws the estimated parameters, and below them the two parts of the estimated force in the paper's sign, `-K p` and `-B v`; given are
+/// `K p` and `B v` in N.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
@@ -62,12 +63,12 @@ pub fn parameters_with_terms<'a>(
     check("parameters", view.name, view.time_s.len(), &lengths)?;
     let mut figure = parameters(view)?;
     let (time, _) = view.time_axis(X_TICKS);
-    let range = extent(elastic_n.iter().chain(&viscous_n).copied()).unwrap_or((0.0, 1.0));
-    let names = [(COMPUTED, "K p"), (LIMIT, "B v")];
+    let range = extent(elastic_n.iter().chain(&viscous_n).map(|term_n| -term_n)).unwrap_or((0.0, 1.0));
+    let names = [(COMPUTED, "\u{2212}K p"), (LIMIT, "\u{2212}B v")];
     let panel = Panel {
         events: events::of_estimation(view),
         series: [(elastic_n, COMPUTED), (viscous_n, LIMIT)]
-            .map(|(term_n, line)| Series::new(view.time_s, term_n, line))
+            .map(|(term_n, line)| Series::new(view.time_s, term_n, line).times(-1.0))
             .into(),
         legend: names.map(|(line, name)| (Sample::Line(line), name.to_owned())).into(),
         ..Panel::over_time(time, Axis::padded(range, Y_TICKS), "Part of the force (N)")

@@ -10,7 +10,9 @@ const ABOUT: &str = "Barbé, Bayle, de Mathelin and Gangi, In Vivo Model Estimat
                      that resists insertion is negative";
 
 const RULE: &str = "Reproduced: the result meets the condition, which is chosen here. Contradicted: it does not. Not checkable: the \
-                    number was put in, the simulation lacks what the statement is about, or the statement names no criterion.";
+                    number was put in, what the paper does not state decides it, the simulation lacks what the statement is about, or \
+                    the statement names no criterion. The insertion of figures 6 to 16 is generated, as the paper's recording was never \
+                    published.";
 
 impl Study for PaperStudy {
     fn document(&self) -> Document<'_> {
@@ -45,7 +47,7 @@ impl Study for PaperStudy {
             }
             section.table(statements_table(&heading, &figure.statements));
             for statement in &figure.statements {
-                section.text(format!("{} ({}): {}", statement.number, statement.section, statement.why));
+                section.text(explanation(statement));
             }
             let mut ours = Section::new(format!("differs-{id}"), format!("{heading}: what differs, and why"))
                 .shown(Shown::InReports);
@@ -74,25 +76,20 @@ fn verdict(figures: &[PaperFigure]) -> Verdict {
     }
 }
 
+/// Returns the condition of a statement and the reason of its judgement.
+fn explanation(statement: &Statement) -> String {
+    let Statement { number, condition, why, .. } = statement;
+    let condition = if condition.is_empty() { String::new() } else { format!("Reproduced if {condition}. ") };
+    format!("{number}: {condition}{why}")
+}
+
 /// Returns the statements of a figure with the results.
 fn statements_table(heading: &str, statements: &[Statement]) -> Table {
-    let columns = [
-        ("statement", "statement"),
-        ("paper", "paper"),
-        ("condition", "reproduced if"),
-        ("result", "here"),
-        ("judgement", "judgement"),
-    ];
+    let columns = [("statement", "statement"), ("paper", "paper"), ("result", "here"), ("judgement", "judgement")];
     let mut table = Table::new("statements", format!("Statements of the paper: {heading}"), columns).of_text();
     for statement in statements {
-        let condition = if statement.condition.is_empty() { "—" } else { statement.condition };
-        table.row([
-            &format!("{} {}", statement.number, statement.what),
-            statement.paper,
-            condition,
-            &*statement.ours,
-            statement.judgement.words(),
-        ]);
+        let Statement { number, what, section, paper, ours, judgement, .. } = statement;
+        table.row([&format!("{number} {what} ({section})"), *paper, ours, judgement.words()]);
     }
     table
 }

@@ -1,7 +1,7 @@
 //! The figures of the paper, drawn with its signs and on its time axes.
 
 use super::measures::terms;
-use super::{PAPER_VARIANCE_N2, PaperStudy};
+use super::{PAPER_VARIANCE_N2, PaperStudy, quiet_residual_n};
 use crate::run::Run;
 use trocar_document::Figure;
 use trocar_figures::{self as figures, EstimationView, FigureError};
@@ -37,11 +37,7 @@ impl PaperStudy {
     /// Describes a figure of the paper.
     pub(super) fn drawn(&self, number: u8) -> Result<Figure<'_>, FigureError> {
         let Self { noisy, drawn: [direct, classical, augmented], .. } = self;
-        let parameters = |run, of| {
-            // `K p` is negative in the paper's sign: f = -(K p + B v), eq. 3.
-            let terms_n = terms(of).map(|term| term.into_iter().map(|force_n| -force_n).collect());
-            figures::parameters_with_terms(&estimation(run), terms_n)
-        };
+        let parameters = |run, of| figures::parameters_with_terms(&estimation(run), terms(of));
         match number {
             1 => Ok(figures::insertion_phases()),
             4 => figures::estimation(&estimation(direct)),
@@ -62,7 +58,7 @@ impl PaperStudy {
     }
 
     fn distribution_drawn(&self) -> Figure<'static> {
-        let residual_n: Vec<f64> = self.quiet_residual_n().iter().map(|e| -e).collect();
+        let residual_n: Vec<f64> = quiet_residual_n(&self.quiet).iter().map(|e| -e).collect();
         let count = residual_n.len().max(1) as f64;
         let own = (residual_n.iter().map(|e| e * e).sum::<f64>() / count).sqrt();
         let paper = PAPER_VARIANCE_N2.sqrt();

@@ -4,10 +4,13 @@ use super::TRANSIENT_S;
 use crate::run::Run;
 use trocar_base::moments::Moments;
 
-/// Time in s over which a change of a parameter is taken.
-pub(super) const CHANGE_S: f64 = 0.1;
+/// Time in s over which a sudden change of a parameter is taken.
+pub(super) const CHANGE_S: f64 = 0.02;
+/// Time in s before a puncture in which depth and velocity are compared.
+const BEFORE_S: f64 = 0.1;
 
 /// The absolute prediction error of a run.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Errors {
     /// Its mean, in N.
     pub(super) mean_n: f64,
@@ -39,7 +42,7 @@ pub(super) struct Terms {
     pub(super) force_n: f64,
     /// The share of `B` in a correction of eq. 12 with `F = F_0`, which is along `(p, v)`: `v² / (p² + v²)`.
     pub(super) viscous_share: f64,
-    /// The cosine of the angle between depth and velocity over the last [`CHANGE_S`]; 1 if they are proportional.
+    /// The cosine of the angle between depth and velocity over the last [`BEFORE_S`]; 1 if they are proportional.
     pub(super) alignment: f64,
 }
 
@@ -51,7 +54,7 @@ impl Terms {
         let velocity = |tick: usize| trace.slave_velocity_m_per_s[tick];
         let (p, v) = (depth(tick), velocity(tick));
         let [mut pp, mut vv, mut pv] = [0.0; 3];
-        for before in self::tick(run, time_s - CHANGE_S)..=tick {
+        for before in self::tick(run, time_s - BEFORE_S)..=tick {
             let (p, v) = (depth(before), velocity(before));
             (pp, vv, pv) = (pp + p * p, vv + v * v, pv + p * v);
         }

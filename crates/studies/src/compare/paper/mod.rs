@@ -8,38 +8,40 @@ mod measures;
 mod statement;
 mod teleoperation;
 mod texts;
+mod variations;
 
 pub use statement::{Judgement, Statement};
 
+pub use variations::NOISE_SEEDS;
+
 use super::ADDED_NOISE_STD_N;
-use crate::run::{Run, RunError, measure, run};
+use crate::run::{Run, RunError, run};
 use drawn::{PUNCTURE_S, in_the_papers_terms};
 use trocar_base::parallel::try_map;
 use trocar_detect::calibration::Whiteness;
 use trocar_detect::{Phase, PhaseRule};
 use trocar_scenario::{Scenario, ScenarioError, Source};
+use variations::{NoisySeed, OfSettings, Varied};
 
 /// The figures of the paper that are drawn. Figures 2 and 3 are photographs.
 pub const FIGURES: [u8; 14] = [1, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16];
 
-/// The runs and their settings, in the order of [`PaperStudy`].
-const RUNS: [(&str, &[&str]); 11] = [
+/// The runs and their settings, in the order of the fields of [`PaperStudy`].
+const RUNS: [(&str, &[&str]); 12] = [
     ("layers/direct-access", &[]),
     ("layers/direct-access", &["estimator.parameters=stiffness"]),
     ("paper/classical", &[]),
     ("paper/classical", &["estimator.parameters=stiffness"]),
-    // No reset: α_0 is never reached.
+    // α_0 is never reached.
     ("paper/classical", &["estimator.reset_threshold=1e9"]),
+    ("paper/classical", &["estimator.dead_zone_n=0"]),
     ("paper/classical", &["detector.distance=parameter-change"]),
+    ("paper/classical", &["detector.motion=any", "detector.drop_only=false"]),
     ("paper/augmented", &[]),
     ("paper/amplified", &[]),
     ("paper/classical", &["master.coupling=as-printed"]),
     ("paper/classical", &["slave.damping=as-printed"]),
-    ("paper/classical", &["estimator.dead_zone_n=0"]),
 ];
-
-/// Number of seeds of the added noise.
-pub const NOISE_SEEDS: usize = 20;
 
 /// Time after a rupture, in s, until the estimate has converged again: its peak is there, and a quiet stretch is not.
 const TRANSIENT_S: f64 = 0.5;
@@ -72,19 +74,6 @@ pub struct QuietStretch {
     pub tests: Option<Whiteness>,
 }
 
-/// The insertion with the added noise of one seed.
-#[derive(Debug, Clone, Copy)]
-struct NoisySeed {
-    /// The smaller peak of the squared change at the ruptures over its largest value elsewhere.
-    derivative_contrast: f64,
-    /// The same of the squared residual.
-    residual_contrast: f64,
-    /// True if the detector announces both ruptures and nothing else.
-    residual_detects: bool,
-    /// The same of the force less its moving average.
-    moving_average_detects: bool,
-}
-
 /// The runs behind the figures.
 #[derive(Debug, Clone)]
 pub struct PaperStudy {
@@ -94,21 +83,31 @@ pub struct PaperStudy {
     classical_stiffness: Run,
     /// Without covariance resetting.
     no_reset: Run,
+    no_dead_zone: Run,
     /// With the distance of eq. 26.
     vector: Run,
+    /// With alarms in any motion, and at a rise of the force.
+    unarmed: Run,
     augmented: Run,
     amplified: Run,
     master_as_printed: Run,
     slave_as_printed: Run,
-    no_dead_zone: Run,
     /// The classical run with the paper's noise: figures 9 and 12.
     noisy: Run,
-    noisy_seeds: Vec<NoisySeed>,
+    noisy_changes_n2: Vec<f64>,
+    /// The seeds of the noise for each fall of the force.
+    noisy_seeds: Varied<Vec<NoisySeed>>,
+    falls: Varied<Run>,
+    direct_settings: Varied<OfSettings>,
+    classical_settings: Varied<OfSettings>,
+    /// The mean absolute errors of direct access with the default estimator, with K and B and with K alone, in N.
+    direct_default_n: [f64; 2],
+    /// The factors of the thresholds that work, of the squared residual and of eq. 26.
+    thresholds: [Option<(f64, f64)>; 2],
     /// The quiet stretches of the classical run.
     quiet: Vec<QuietStretch>,
     /// The direct access, the classical and the augmented run with the signs and the time of the paper.
     drawn: [Run; 3],
-    noisy_changes_n2: Vec<f64>,
 }
 
 /// The error of a study.
@@ -126,28 +125,6 @@ fn load(name: &str, settings: &[String]) -> Result<Scenario, ScenarioError> {
     Scenario::load(&Source::parse(name), settings)
 }
 
-/// The classical scenario with the paper's noise, further settings included.
-fn noisy_scenario(further: &[String]) -> Result<Scenario, ScenarioError> {
-    let noise = format!("sensor.force_noise_std_n={ADDED_NOISE_STD_N}");
-    load("paper/classical", &[&[noise], further].concat())
-}
-
-impl NoisySeed {
-    fn new(seed: usize) -> Result<Self, PaperError> {
-        let seed = format!("simulation.seed={seed}");
-        let noisy = run(noisy_scenario(std::slice::from_ref(&seed))?)?;
-        let baseline = measure(&noisy_scenario(&[seed, "detector.distance=moving-average".to_owned()])?)?;
-        let detects = |ruptures: usize, missed: u64, false_alarms: u64| ruptures == 2 && missed + false_alarms == 0;
-        let metrics = &noisy.metrics;
-        Ok(Self {
-            derivative_contrast: measures::contrast(&noisy, &measures::squared_changes_n2(&noisy)),
-            residual_contrast: measures::contrast(&noisy, &noisy.trace.distance),
-            residual_detects: detects(metrics.ruptures.len(), metrics.missed_ruptures, metrics.false_alarms),
-            moving_average_detects: detects(baseline.ruptures.len(), baseline.missed_ruptures, baseline.false_alarms),
-        })
-    }
-}
-
 impl PaperStudy {
     /// Runs the shipped scenarios.
     ///
@@ -159,56 +136,53 @@ impl PaperStudy {
             let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
             Ok::<_, PaperError>(run(load(name, &settings)?)?)
         };
-        let (runs, noise) = rayon::join(
-            || try_map(RUNS.len(), of_settings),
-            || {
-                Ok::<_, PaperError>((
-                    run(noisy_scenario(&[])?)?,
-                    try_map(NOISE_SEEDS, |index| NoisySeed::new(index + 1))?,
-                ))
-            },
-        );
-        let (noisy, noisy_seeds) = noise?;
-        let runs: [Run; RUNS.len()] = runs?.try_into().unwrap_or_else(|_| unreachable!("one run for each of RUNS"));
+        let runs: [Run; RUNS.len()] =
+            try_map(RUNS.len(), of_settings)?.try_into().unwrap_or_else(|_| unreachable!("a run for each of RUNS"));
         let [
             direct,
             direct_stiffness,
             classical,
             classical_stiffness,
             no_reset,
+            no_dead_zone,
             vector,
+            unarmed,
             augmented,
             amplified,
             master_as_printed,
             slave_as_printed,
-            no_dead_zone,
         ] = runs;
+        let noisy = run(load("paper/classical", &[format!("sensor.force_noise_std_n={ADDED_NOISE_STD_N}")])?)?;
         let shift_s = measures::ruptures_s(&direct).first().map_or(0.0, |puncture_s| PUNCTURE_S - puncture_s);
         let drawn = [(&direct, shift_s), (&classical, 0.0), (&augmented, 0.0)]
             .map(|(run, shift_s)| in_the_papers_terms(run, shift_s));
         Ok(Self {
-            quiet: quiet_stretches(&classical),
             noisy_changes_n2: measures::squared_changes_n2(&noisy),
+            noisy_seeds: variations::in_noise()?,
+            falls: variations::over_falls(&classical.scenario)?,
+            direct_settings: variations::over_settings("layers/direct-access")?,
+            classical_settings: variations::over_settings("paper/classical")?,
+            direct_default_n: variations::with_default_estimator("layers/direct-access")?,
+            thresholds: [
+                variations::working_thresholds("squared-residual")?,
+                variations::working_thresholds("parameter-change")?,
+            ],
+            quiet: quiet_stretches(&classical),
             direct,
             direct_stiffness,
             classical,
             classical_stiffness,
             no_reset,
+            no_dead_zone,
             vector,
+            unarmed,
             augmented,
             amplified,
             master_as_printed,
             slave_as_printed,
-            no_dead_zone,
             noisy,
-            noisy_seeds,
             drawn,
         })
-    }
-
-    /// Returns the residuals of all quiet stretches, in N.
-    fn quiet_residual_n(&self) -> Vec<f64> {
-        self.quiet.iter().flat_map(|stretch| &stretch.residual_n).copied().collect()
     }
 
     /// Returns every figure of [`FIGURES`], then the statements that no figure shows, each with its statements.
@@ -276,4 +250,9 @@ fn quiet_stretches(run: &Run) -> Vec<QuietStretch> {
         }
     }
     stretches
+}
+
+/// Returns the residuals of all quiet stretches, in N.
+fn quiet_residual_n(quiet: &[QuietStretch]) -> Vec<f64> {
+    quiet.iter().flat_map(|stretch| &stretch.residual_n).copied().collect()
 }

@@ -61,7 +61,7 @@ impl PaperStudy {
                     "increases the variation of force",
                     "a larger drop than classically",
                 ],
-                format!("drop felt {amplified_n:.2} N, {classical_n:.2} N classically"),
+                format!("drop {amplified_n:.2} N, {classical_n:.2} N classically"),
                 amplified_n > classical_n,
                 format!(
                     "This is amplification (paper/amplified), with {law} chosen here; section 5.2 and figure 16 have a decay instead. The drop \
@@ -69,17 +69,21 @@ impl PaperStudy {
                 ),
             ),
             Statement::checked(
-                ["5.1", "slave during the event", "frozen", "moves by at most 0.1 mm"],
+                ["5.1", "slave during the event", "frozen", "it moves by at most 0.1 mm"],
                 format!("{:.3} mm", 1e3 * frozen_m),
                 frozen_m <= 1e-4,
                 "The reference is held at the measured position; the slave settles by what it moved within the alarm's tick.",
             ),
             Statement::checked(
-                ["5.1", "augmented force", "continuous", "no step beyond its law's, both laws"],
+                [
+                    "5.1",
+                    "augmented force",
+                    "continuous",
+                    "its change in a tick is within that of its law, for both laws",
+                ],
                 format!("{:.0e} N beyond", excess_n.max(0.0)),
                 excess_n <= 1e-9,
-                "In one tick a decay changes by its exponential and an amplified force by twice the measured change; entry and exit \
-                 included.",
+                "In a tick a decay changes by its exponential and an amplified force by the scaled measured change, at entry and exit, too.",
             ),
             Statement::open(
                 ["5.1", "stability of the adaptation", "may raise no problem"],
@@ -98,7 +102,7 @@ impl PaperStudy {
         let error_m = tracking_error_m(run, window_s(run));
         vec![
             Statement::checked(
-                ["5.2", "jump of the slave in about 300 ms", "9 mm", "9.0 ± 0.5 mm"],
+                ["5.2", "jump of the slave in 300 ms", "9 mm", "9.0 ± 0.5 mm"],
                 format!("{travel_mm:.2} mm"),
                 (travel_mm - 9.0).abs() <= 0.5,
                 format!(
@@ -107,12 +111,12 @@ impl PaperStudy {
                 ),
             ),
             Statement::open(
-                ["5.2", "tracking", "good, even during the rupture"],
+                ["5.2", "tracking of the slave", "good, even during the rupture"],
                 format!("within {:.2} mm", 1e3 * error_m),
                 NO_CRITERION,
             ),
             Statement::open(
-                ["5.2", "control", "stable and as transparent as possible"],
+                ["5.2", "control of the simulation", "stable and as transparent as possible"],
                 "completes",
                 "The force is replayed and does not depend on the position, so the run does not show stability in contact.",
             ),
@@ -139,8 +143,7 @@ impl PaperStudy {
             .map(|position_m| 1e3 * or_nan(position_m));
         let fall_s = |run: &Run| first_rupture(run).and_then(|rupture| rupture.feedback_fall_s);
         let [classical_s, decay_s, amplified_s] = [classical, augmented, &self.amplified].map(fall_s);
-        let is_faster =
-            |fall_s: Option<f64>| fall_s.is_some_and(|fall_s| classical_s.is_none_or(|all_s| fall_s < all_s));
+        let rate = |run: &Run| or_nan(first_rupture(run).and_then(|rupture| rupture.peak_force_rate_n_per_s));
         let error_m = tracking_error_m(augmented, (0.0, f64::INFINITY));
         let travel = |run: &Run| 1e3 * or_nan(first_rupture(run).and_then(|rupture| rupture.slave_travel_m));
         let later = |run: &Run| 1e3 * or_nan(first_rupture(run).and_then(|rupture| rupture.horizon_advance_m));
@@ -150,14 +153,28 @@ impl PaperStudy {
                 format!("{:.3} s", or_nan(event.and_then(|event| event.augmented_s))),
                 "Put in: augmentation.min_hold_s is 0.5 s.",
             ),
-            Statement::checked(
-                ["5.2", "force law: fed-back force", "converges to zero faster", "down to 5 % sooner"],
-                format!("after {}, {} classically", milliseconds(decay_s), milliseconds(classical_s)),
-                is_faster(decay_s),
+            Statement::open(
+                ["5.2", "force law: force fed back", "converges to zero faster"],
+                format!("down to 5 % after {}, {} classically", milliseconds(decay_s), milliseconds(classical_s)),
                 format!(
-                    "This is a decay (paper/augmented), with {} chosen here; section 5.1 has an amplification instead, which takes {}.",
+                    "This is a decay (paper/augmented), and put in: {} and the fall of the recording are chosen; section 5.1 has an \
+                     amplification instead, which takes {}.",
                     force_law_text(augmented),
                     milliseconds(amplified_s)
+                ),
+            ),
+            Statement::checked(
+                [
+                    "5.2",
+                    "variation of the force felt",
+                    "more abrupt",
+                    "its rate after rupture 1 is higher than classically",
+                ],
+                format!("{:.0} N/s, {:.0} N/s classically", rate(augmented), rate(classical)),
+                rate(augmented) > rate(classical),
+                format!(
+                    "The master passes the faster fall on to the hand; with amplification it is {:.0} N/s.",
+                    rate(&self.amplified)
                 ),
             ),
             Statement::checked(
@@ -172,7 +189,7 @@ impl PaperStudy {
                 "Put in: the depth of the first rupture in the recording was chosen so.",
             ),
             Statement::open(
-                ["5.2", "tracking without ruptures", "good"],
+                ["5.2", "tracking outside the event", "good"],
                 format!("within {:.2} mm", 1e3 * error_m),
                 NO_CRITERION,
             ),
@@ -195,8 +212,8 @@ impl PaperStudy {
     pub(super) fn appendix(&self) -> Vec<Statement> {
         let outcome = self.master_as_printed.metrics.outcome;
         let ours = match outcome {
-            Outcome::Diverged { time_s } => format!("as printed, diverges at {time_s:.2} s"),
-            _ => "as printed, completes".to_owned(),
+            Outcome::Diverged { time_s } => format!("diverges at {time_s:.2} s"),
+            _ => "completes".to_owned(),
         };
         let errors = [&self.slave_as_printed, &self.classical].map(|run| 1e3 * tracking_error_m(run, window_s(run)));
         vec![
@@ -212,8 +229,8 @@ impl PaperStudy {
                 "In eq. 28 as printed the hand's force does not act on the master; the other runs let it act (master.coupling = physical).",
             ),
             Statement::open(
-                ["5.2, eq. 31", "tracking of the slave", "good"],
-                format!("within {:.2} mm as printed, {:.2} mm with velocity damping", errors[0], errors[1]),
+                ["5.2, eq. 31", "tracking of the slave, as printed", "good"],
+                format!("within {:.2} mm; {:.2} mm with velocity damping", errors[0], errors[1]),
                 "Eq. 31 as printed damps by position, which leaves a static error of 15/1315; the paper names no criterion for good.",
             ),
         ]
