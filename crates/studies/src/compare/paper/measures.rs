@@ -89,10 +89,19 @@ pub(super) fn ruptures_s(run: &Run) -> Vec<f64> {
     run.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect()
 }
 
-/// Returns the changes of a column at each rupture of a run: in [`CHANGE_S`] before it, and after it.
+/// Time in s after a rupture in which its sudden change begins.
+const SUDDEN_S: f64 = 0.1;
+
+/// Returns the changes of a column over [`CHANGE_S`] at each rupture of a run: just before it, and the largest one that begins within
+/// [`SUDDEN_S`] after it.
 pub(super) fn jumps(run: &Run, column: &[f64]) -> Vec<(f64, f64)> {
-    let at = |time_s: f64| column[tick(run, time_s)];
-    let of = |time_s: f64| (at(time_s) - at(time_s - CHANGE_S), at(time_s + CHANGE_S) - at(time_s));
+    let ticks = tick(run, CHANGE_S);
+    let change = |from: usize| column[(from + ticks).min(column.len() - 1)] - column[from];
+    let of = |time_s: f64| {
+        let after = (tick(run, time_s)..=tick(run, time_s + SUDDEN_S)).map(change);
+        let largest = after.max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        (change(tick(run, time_s - CHANGE_S)), largest.unwrap_or(0.0))
+    };
     ruptures_s(run).into_iter().map(of).collect()
 }
 

@@ -103,7 +103,7 @@ pub struct PaperStudy {
     /// The mean absolute errors of direct access with the default estimator, with K and B and with K alone, in N.
     direct_default_n: [f64; 2],
     /// The factors of the thresholds that work, of the squared residual and of eq. 26.
-    thresholds: [Option<(f64, f64)>; 2],
+    thresholds: [Varied<Option<(f64, f64)>>; 2],
     /// The quiet stretches of the classical run.
     quiet: Vec<QuietStretch>,
     /// The direct access, the classical and the augmented run with the signs and the time of the paper.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::measures::{Errors, contrast, squared_changes_n2};
+use super::statement::Judgement;
 use super::{PaperError, load, quiet_residual_n, quiet_stretches};
 use crate::run::{Run, measure, run};
 use trocar_base::parallel::try_map;
@@ -16,8 +17,7 @@ use super::super::ADDED_NOISE_STD_N;
 /// Factors of `F_0` and `N_0`: those of the scenario, and the corners around them.
 const SETTINGS: [(f64, f64); 5] = [(1.0, 1.0), (1.0 / 3.0, 0.5), (1.0 / 3.0, 2.0), (3.0, 0.5), (3.0, 2.0)];
 /// The settings that are varied, in words.
-pub(super) const SETTINGS_TEXT: &str =
-    "with F_0 from a third to three times and N_0 from half to twice that of the scenario";
+pub(super) const SETTINGS_TEXT: &str = "with F_0 times 1/3 to 3 and N_0 times 1/2 to 2";
 
 /// Time constants of the fall at a rupture, in s: of the shipped recording, half, and double.
 pub(super) const FALLS_S: [f64; 3] = [0.045, 0.0225, 0.09];
@@ -35,6 +35,11 @@ const THRESHOLD_STEPS: i32 = 10;
 pub(super) struct Varied<T>(pub(super) Vec<T>);
 
 impl<T> Varied<T> {
+    /// The judgement of a condition.
+    pub(super) fn judge(&self, is_met: impl Fn(&T) -> bool) -> Judgement {
+        Judgement::over(self.0.iter().map(is_met))
+    }
+
     /// The smallest and the largest of a quantity.
     pub(super) fn range(&self, of: impl Fn(&T) -> f64) -> (f64, f64) {
         let values: Vec<f64> = self.0.iter().map(of).collect();
@@ -42,9 +47,11 @@ impl<T> Varied<T> {
     }
 }
 
-/// The errors of an insertion with the settings of the estimator varied.
-#[derive(Debug, Clone, Copy)]
+/// An insertion with the settings of the estimator varied.
+#[derive(Debug, Clone)]
 pub(super) struct OfSettings {
+    /// The run, with K and B.
+    pub(super) run: Run,
     /// With K and B.
     pub(super) both: Errors,
     /// With K alone.
@@ -75,6 +82,7 @@ pub(super) fn over_settings(name: &str) -> Result<Varied<OfSettings>, PaperError
             both: Errors::of(&both),
             alone: Errors::of(&with(Parameters::Stiffness)?),
             quiet_variance_n2: super::measures::mean_and_variance(residual_n).1,
+            run: both,
         })
     };
     Ok(Varied(try_map(SETTINGS.len(), of)?))
@@ -163,23 +171,27 @@ pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
     Ok(Varied(FALLS_S.into_iter().map(of_fall).collect::<Result<_, _>>()?))
 }
 
-/// The factors of threshold and drift with which a distance announces both ruptures of the classical run, and nothing else: the
-/// smallest and the largest; `None` if there is none.
-pub(super) fn working_thresholds(distance: &str) -> Result<Option<(f64, f64)>, PaperError> {
+/// The factors of threshold and drift with which a distance announces both ruptures, and nothing else: the smallest and the largest, for
+/// each of [`FALLS_S`]; `None` if there is none.
+pub(super) fn working_thresholds(distance: &str) -> Result<Varied<Option<(f64, f64)>>, PaperError> {
     let base = load("paper/classical", &[format!("detector.distance={distance}")])?;
-    let factors: Vec<f64> =
-        (-THRESHOLD_STEPS..=THRESHOLD_STEPS).map(|step| 2.0_f64.powf(0.5 * f64::from(step))).collect();
-    let works = try_map(factors.len(), |index| {
-        let mut scenario = base.clone();
-        let cusum = &mut scenario.detector.cusum;
-        for setting in [&mut cusum.threshold, &mut cusum.drift, &mut cusum.cap] {
-            *setting *= factors[index];
-        }
-        Ok::<_, PaperError>(detects_both(&measure(&scenario)?))
-    })?;
-    let working: Vec<f64> =
-        factors.into_iter().zip(works).filter(|(_, works)| *works).map(|(factor, _)| factor).collect();
-    Ok(working.first().copied().zip(working.last().copied()))
+    let steps = -THRESHOLD_STEPS..=THRESHOLD_STEPS;
+    let factors: Vec<f64> = steps.map(|step| 2.0_f64.powf(0.5 * f64::from(step))).collect();
+    let of_fall = |fall_s: f64| {
+        let base = with_fall(&base, fall_s);
+        let works = try_map(factors.len(), |index| {
+            let mut scenario = base.clone();
+            let cusum = &mut scenario.detector.cusum;
+            for setting in [&mut cusum.threshold, &mut cusum.drift, &mut cusum.cap] {
+                *setting *= factors[index];
+            }
+            Ok::<_, PaperError>(detects_both(&measure(&scenario)?))
+        })?;
+        let working: Vec<f64> =
+            factors.iter().zip(works).filter(|(_, works)| *works).map(|(factor, _)| *factor).collect();
+        Ok::<_, PaperError>(working.first().copied().zip(working.last().copied()))
+    };
+    Ok(Varied(FALLS_S.into_iter().map(of_fall).collect::<Result<_, _>>()?))
 }
 
 #[cfg(test)]
