@@ -256,3 +256,68 @@ fn quiet_stretches(run: &Run) -> Vec<QuietStretch> {
 fn quiet_residual_n(quiet: &[QuietStretch]) -> Vec<f64> {
     quiet.iter().flat_map(|stretch| &stretch.residual_n).copied().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The statements with a judgement, by number.
+    fn numbers(figures: &[PaperFigure], judgement: Judgement) -> Vec<&str> {
+        let statements = figures.iter().flat_map(|figure| &figure.statements);
+        statements.filter(|statement| statement.judgement == judgement).map(|statement| &*statement.number).collect()
+    }
+
+    #[test]
+    fn every_statement_has_its_judgement() {
+        let study = PaperStudy::new().expect("runs");
+        let figures = study.figures();
+        let drawn: Vec<u8> = figures.iter().filter_map(|figure| figure.number).collect();
+        assert_eq!(drawn, FIGURES);
+        // The sentences beside them explain these judgements: if one changes, so must its sentence.
+        let reproduced = numbers(&figures, Judgement::Reproduced);
+        assert_eq!(
+            reproduced,
+            [
+                "4f", "5a", "7a", "7b", "7c", "7e", "8c", "10a", "10b", "10c", "10d", "12b", "13a", "13f", "14a",
+                "14b", "14c", "15a", "16c", "16d", "Ab"
+            ]
+        );
+        let contradicted = numbers(&figures, Judgement::Contradicted);
+        assert_eq!(contradicted, ["5b", "6c", "9b", "11a", "11c", "11d", "13b", "Ae"]);
+        for statement in figures.iter().flat_map(|figure| &figure.statements) {
+            assert!(!statement.ours.contains("NaN") && !statement.why.contains("NaN"), "{statement:?}");
+            assert!(
+                statement.why.ends_with('.') && !statement.ours.is_empty() && !statement.paper.is_empty(),
+                "{statement:?}"
+            );
+            assert!(statement.judgement == Judgement::NotCheckable || !statement.condition.is_empty(), "{statement:?}");
+        }
+    }
+
+    #[test]
+    fn quiet_stretches_avoid_the_ruptures() {
+        let classical = run(load("paper/classical", &[]).expect("shipped")).expect("runs");
+        let quiet = quiet_stretches(&classical);
+        assert_eq!(quiet.len(), 3);
+        for stretch in &quiet {
+            let (from, to) = stretch.from_to_s;
+            for rupture in &classical.metrics.ruptures {
+                assert!(to < rupture.time_s || from >= rupture.time_s + TRANSIENT_S - 1e-9, "{from} to {to}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_damping_carries_the_force_at_the_puncture_and_is_negative_between_the_ruptures() {
+        let figures = PaperStudy::new().expect("runs").figures();
+        let ours = |number: &str| {
+            let statements = figures.iter().flat_map(|figure| &figure.statements);
+            statements
+                .filter(|statement| statement.number == number)
+                .map(|statement| statement.ours.clone())
+                .collect::<String>()
+        };
+        assert_eq!(ours("5b"), "K p 0.07 N, B v 1.31 N of 1.41 N");
+        assert_eq!(ours("7e"), "B is -100 N·s/m between the ruptures");
+    }
+}
