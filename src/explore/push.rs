@@ -174,7 +174,7 @@ fn replayed(both: [Scenario; 2], desired_m: &[f64]) -> Result<[Run; 2], RunError
             scenario.grid = grid;
         }
         let last_m = desired_m.last().copied().unwrap_or_default();
-        let rest = std::iter::repeat(last_m).take((ticks as usize + 1).saturating_sub(desired_m.len()));
+        let rest = std::iter::repeat_n(last_m, (ticks as usize + 1).saturating_sub(desired_m.len()));
         scenario.operator = OperatorSpec::Recording(desired_m.iter().copied().chain(rest).collect());
         SCHEMES[usize::from(enabled)].clone_into(&mut scenario.name);
         run(scenario)

@@ -117,6 +117,7 @@ pub async fn comma(page: BrowserPage) -> BrowserPage {
 pub async fn ended(page: BrowserPage) -> BrowserPage {
     page.open("scaling.force=1.3").await;
     assert_eq!(page.evaluate("return document.getElementById('offline').checkVisibility()").await, json!(false));
+    page.evaluate("trocar.timings.length = 0; return null").await;
     let killed = Command::new("kill").args(["-KILL", &page.server.to_string()]).status().expect("runs");
     assert!(killed.success());
     page.wait("return document.getElementById('offline').textContent.includes('server has ended')").await;
@@ -132,7 +133,8 @@ pub async fn ended(page: BrowserPage) -> BrowserPage {
         "return !document.getElementById('offline').checkVisibility() && !document.getElementById('controls').inert",
     )
     .await;
-    page.wait("return !trocar.busy()").await;
+    // The first picture of the new server comes after its controls.
+    page.wait("return trocar.timings.length > 0 && !trocar.busy()").await;
     assert_eq!(page.evaluate("return trocar.state.set").await, json!({ "scaling.force": 1.3 }));
     let slider = page.element("key-scaling-force").await;
     slider.send_keys(&String::from(char::from(Key::Right))).await.expect("moved");

@@ -192,13 +192,17 @@ impl Drawing {
     pub fn description(&self) -> Json {
         let Some((first, frames)) = self.frames.split_first() else { return Json::Null };
         let mut tracks: Vec<Json> = first.iter().map(placed).collect();
-        let mut last = first;
+        let seen = |shape: &Shape| (shape.y.iter().copied().map(tenth).collect::<Vec<f64>>(), shape.text.clone());
+        let mut last: Vec<_> = first.iter().map(seen).collect();
         for (frame, shapes) in (1..).zip(frames) {
-            for ((track, shape), last) in tracks.iter_mut().zip(shapes).zip(last) {
+            for ((track, shape), last) in tracks.iter_mut().zip(shapes).zip(&mut last) {
                 if !shape.x.is_empty() && track["x"].as_array().is_some_and(Vec::is_empty) {
                     track["x"] = json!(tenths(&shape.x));
                 }
-                if let (true, Some(states)) = (shape != last, track["states"].as_array_mut()) {
+                // A change that is not seen, such as the end of a decay, is none.
+                let now = seen(shape);
+                if let (true, Some(states)) = (now != *last, track["states"].as_array_mut()) {
+                    *last = now;
                     let text = shape.text.as_ref().map(|(_, text)| text);
                     states.push(if text.is_some() {
                         json!([frame, tenths(&shape.y), text])
@@ -207,7 +211,6 @@ impl Drawing {
                     });
                 }
             }
-            last = shapes;
         }
         json!({ "size": [self.size.0, self.size.1], "shapes": tracks })
     }
@@ -219,9 +222,13 @@ impl Serialize for Drawing {
     }
 }
 
+fn tenth(place: f64) -> f64 {
+    (10.0 * place).round() / 10.0 + 0.0
+}
+
 /// Returns coordinates to a tenth.
 fn tenths(places: &[f64]) -> Vec<Few> {
-    places.iter().map(|place| Few((10.0 * place).round() / 10.0 + 0.0)).collect()
+    places.iter().map(|place| Few(tenth(*place))).collect()
 }
 
 /// Returns a shape at one time for a page.

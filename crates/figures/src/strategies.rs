@@ -122,12 +122,12 @@ mod tests {
             dots.map(|(points, stroke)| (points[0].0, points[0].1, stroke.color)).collect::<Vec<_>>()
         };
         let colors = [VERMILION, BLACK, OTHER.color];
-        let row = |index: usize| panels[0].notes[index].0.1;
-        for (panel, values) in [(1, [100.0, 100.0, 60.0]), (2, [50.0; 3]), (3, [5.0, 5.0, 0.0]), (4, [-30.0; 3])] {
-            let expected: Vec<_> = (0..3).map(|index| (values[index], row(index), colors[index])).collect();
+        for (panel, values) in [[100.0, 100.0, 60.0], [50.0; 3], [5.0, 5.0, 0.0], [-30.0; 3]].iter().enumerate() {
+            let expected: Vec<_> = (0..3).map(|index| (values[index], -(index as f64), colors[index])).collect();
             assert_eq!(dots(panel), expected, "panel {panel}");
+            let lines = panels[panel].y.all_ticks();
+            assert_eq!(lines.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>(), ["none", "cue", "clutch"]);
         }
-        assert!(row(0) > row(1) && row(1) > row(2), "no dot hides another");
         assert!(matches!(strategies("", &[]), Err(FigureError::Empty { .. })));
     }
 }

@@ -139,6 +139,15 @@ fn a_force_that_does_not_fall_in_half_a_second_or_that_pulls_has_no_time_of_fall
 }
 
 #[test]
+fn a_force_of_zero_at_the_rupture_has_no_time_of_falling_and_no_contrast() {
+    let insertion = rupture()
+        .from(1000, |s| (s.feedback_force_n, s.operator_force_n) = (0.0, 0.0))
+        .from(1100, |s| (s.feedback_force_n, s.operator_force_n) = (-1.0, -1.0));
+    let rupture = of_rupture(&insertion);
+    assert_eq!((rupture.feedback_fall_s, rupture.felt_fall_s, rupture.felt_contrast), (None, None, None));
+}
+
+#[test]
 fn the_peak_rate_is_the_largest_change_of_the_felt_force_per_tick() {
     let insertion = rupture()
         .from(1050, |s| s.operator_force_n = 1.5)
@@ -199,6 +208,19 @@ fn an_event_that_the_run_cuts_short_has_no_duration_and_the_masters_last_positio
     assert_close(Some(frozen.master_end_m), 0.01299);
     let released = event(1500);
     assert!(released.augmented_s.is_some() && released.reengaging_s.is_none());
+}
+
+#[test]
+fn a_change_of_mode_without_an_alarm_is_an_event_too() {
+    let insertion = Insertion::of_ticks(1000).with(|s| {
+        if (300..400).contains(&s.tick) {
+            s.mode = Modes::splat(Mode::Augmented);
+        }
+    });
+    let metrics = insertion.metrics();
+    assert_eq!((metrics.events.len(), metrics.alarms.len(), metrics.mode_switches), (1, 0, 2));
+    assert_close(Some(metrics.mode_times.augmented_s), 0.1);
+    assert_close(Some(metrics.mode_times.teleoperation_s), 0.9);
 }
 
 #[test]
@@ -369,6 +391,19 @@ fn a_run_diverges_when_a_position_or_a_force_leaves_its_bound() {
 }
 
 #[test]
+fn an_observer_is_done_at_the_tick_of_the_divergence() {
+    use trocar_engine::engine::Observer as _;
+    let insertion = Insertion::of_ticks(100).from(40, |s| s.slave_position_m = 7.0);
+    let grid = trocar_core::time::TickGrid::new(TICK_S, 0.1).expect("a grid");
+    let mut observer = MetricsObserver::<f64>::new(grid, 0);
+    let done = (0..100).find(|&tick| {
+        observer.observe(&insertion.signals(tick));
+        observer.is_done()
+    });
+    assert_eq!(done, Some(40));
+}
+
+#[test]
 fn the_metrics_of_a_run_that_diverged_are_those_of_the_ticks_before() {
     let until = Insertion::of_ticks(1200).rupture_at(1000).event([1010, 1400, 1600]).by(None, true);
     let diverged = Insertion::of_ticks(2000).rupture_at(1000).event([1010, 1400, 1600]).by(None, true);
@@ -467,6 +502,16 @@ fn the_excess_at_return_is_the_growth_of_the_gap_over_the_event() {
     let false_event = false_event.from(1010, |s| s.slave_position_m += 0.001);
     let metrics = false_event.at(1010, |s| s.slave_position_m -= 0.001).metrics();
     assert_close(RunMetric::named("false_alarm_excess_m").expect("a metric").read(&metrics), 0.001);
+}
+
+#[test]
+fn a_needle_that_is_ahead_before_the_event_has_no_excess_from_that() {
+    // 2 mm ahead of the intended motion, before and during the event, and 0.5 mm more at its end.
+    let ahead = event().by(Some(1.0), false).with(|s| s.slave_position_m += 2e-3);
+    assert_close(ahead.metrics().events[0].excess_at_return_m, 0.0);
+    let further = event().by(Some(1.0), false).with(|s| s.slave_position_m += 2e-3);
+    let further = further.from(1600, |s| s.slave_position_m += 5e-4);
+    assert_close(further.metrics().events[0].excess_at_return_m, 5e-4);
 }
 
 #[test]

@@ -294,6 +294,14 @@ mod tests {
         }
     }
 
+    #[test]
+    fn samples_are_numbered_from_0() {
+        let mut delays = SampleDelays::new((&Irregularity::default(), &Schedule::default()), (2, 1e-3), (1, 0));
+        for number in 0..4 {
+            assert_eq!((delays.tick(), delays.next_ticks()), (number, Some(2)));
+        }
+    }
+
     fn dead(ticks: Range<u64>) -> Schedule {
         Schedule::new(Arc::default(), std::iter::once(ticks).collect())
     }

@@ -163,6 +163,13 @@ mod tests {
     }
 
     #[test]
+    fn a_link_repeats_from_the_first_tick_of_the_period_and_not_at_all_without_one() {
+        let schedule = Schedule::new(Arc::from([9, 1, 2, 3, 8]), Arc::default());
+        assert_eq!(delays(schedule.repeating(1, 4, 9), 9), [9, 1, 2, 3, 1, 2, 3, 1, 2].map(Some));
+        assert_eq!(schedule.repeating(2, 2, 9), schedule);
+    }
+
+    #[test]
     fn ages_are_those_of_the_latest_sample_that_has_arrived() {
         let ages = |delays: &[u32]| Schedule::new(delays.into(), Arc::default()).ages();
         assert_eq!(ages(&[3]), Some((3, 3)));

@@ -199,6 +199,19 @@ mod tests {
     }
 
     #[test]
+    fn a_slave_without_a_steady_state_rests_at_its_reference() {
+        use nalgebra::{DMatrix, dmatrix};
+        let system = |a: DMatrix<f64>| {
+            let (b, c, d) = (dmatrix![0.0; 0.0; 4.0], dmatrix![1.0, 0.0, 0.0], dmatrix![0.0]);
+            StateSpace::new(a, b, c, d, Continuous).expect("sizes agree")
+        };
+        // x' = v, v' = w, w' = 4 r: it drifts for ever.
+        assert_eq!(rest(&system(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; 0.0, 0.0, 0.0])), [1.0, 0.0, 0.0]);
+        // x' = v, v' = w, w' = 4 r - 2 x: x = 2 r, v = 0, w = 0.
+        assert_eq!(rest(&system(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -2.0, 0.0, 0.0])), [2.0, 0.0, 0.0]);
+    }
+
+    #[test]
     fn both_readings_have_the_poles_of_the_independent_computation() {
         for (damping, real, pair) in [
             (Damping::Velocity, -109.79934886, (-55.48532557, 68.47096846)),

@@ -356,3 +356,33 @@ impl Gather for Fmu<f64> {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_a_multiple_of_the_internal_one_within_a_millionth_of_it() {
+        assert!([(1e-3, 1e-3), (3e-3, 1e-3), (1.0, 1e-4), (0.3, 0.1)].iter().all(|&(step, of)| is_multiple(step, of)));
+        assert!(
+            [(1.5e-3, 1e-3), (1e-3, 2e-3), (0.5, 1.0), (1e-3, 1.0), (1e-7, 1.0)]
+                .iter()
+                .all(|&(step, of)| !is_multiple(step, of))
+        );
+        assert_eq!((is_multiple(1.0 + 0.9e-6, 1.0), is_multiple(1.0 + 1.1e-6, 1.0)), (true, false));
+        assert_eq!((is_multiple(4.0 + 3.9e-6, 1.0), is_multiple(4.0 + 4.1e-6, 1.0)), (true, false));
+    }
+
+    #[test]
+    fn the_keys_of_file_and_step_are_those_of_the_settings() {
+        assert_eq!([UnitTissue::file_key(), UnitTissue::step_key()], ["tissue.fmu.file", "tissue.fmu.step_s"]);
+    }
+
+    #[test]
+    fn an_error_during_a_run_says_that_the_unit_stopped() {
+        let of_variable = FmuError::Variable { name: "x".into(), problem: "cannot be set".into() };
+        assert_eq!(sentence(&of_variable), format!("stopped: {of_variable}"));
+        let of_step = FmuError::Step { step_s: 1e-3, internal_s: 2e-3 };
+        assert_eq!(sentence(&of_step), of_step.to_string());
+    }
+}

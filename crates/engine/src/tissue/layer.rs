@@ -197,6 +197,21 @@ mod tests {
     }
 
     #[test]
+    fn a_layer_ruptures_if_its_rupture_force_is_above_its_cutting_force() {
+        let ruptures = |rupture_force_n, cutting_force_n| {
+            LayerParameters { rupture_force_n, cutting_force_n, ..LayerParameters::DEFAULT }.ruptures()
+        };
+        assert_eq!([ruptures(1.0, 0.9), ruptures(1.0, 1.0), ruptures(0.9, 1.0)], [true, false, false]);
+    }
+
+    #[test]
+    fn a_layer_without_stiffness_has_no_deflection() {
+        let limp = LayerParameters { stiffness_n_per_m: 0.0, stiffening_n_per_m2: 0.0, ..LayerParameters::DEFAULT };
+        assert_eq!(limp.deflection_m(1.0), f64::INFINITY);
+        assert_eq!(limp.deflection_m(0.0), f64::INFINITY);
+    }
+
+    #[test]
     fn the_defaults_are_allowed_and_impossible_values_are_named() {
         LayerParameters::DEFAULT.validate_on_ticks(1e-3).expect("allowed");
         for (_, layer) in &LayerParameters::DEFAULT_LIST {
@@ -213,6 +228,12 @@ mod tests {
         firm.validate_on_ticks(1e-3).expect("outside of the measurements is allowed");
         let limp = LayerParameters { stiffness_n_per_m: 0.0, stiffening_n_per_m2: 0.0, ..skin };
         assert_eq!(refused(limp), "tissue.layer.*.stiffness_n_per_m");
+    }
+
+    #[test]
+    fn the_default_layers_are_listed_from_the_skin_down() {
+        let names: Vec<&str> = LayerParameters::default_list().into_iter().map(|(name, _)| name).collect();
+        assert_eq!(names, ["skin", "fat", "muscle", "capsule", "organ"]);
     }
 
     #[test]

@@ -20,6 +20,8 @@ mod shaft_contact;
 mod surface;
 mod tearing;
 mod tearing_layer;
+#[cfg(test)]
+mod tests;
 mod viscoelastic;
 
 pub use depth::{DepthCurves, DepthReplay};

@@ -24,7 +24,7 @@ const LENGTH_S: f64 = BEFORE_S + RUPTURE_WINDOW_S;
 const FRAMES: usize = 151;
 
 /// Interval of the frames after it, in s, while the needle catches up with the hand.
-const LATER_S: f64 = 0.01;
+const LATER_S: f64 = 0.02;
 
 /// Displayed time after the needle has caught up, and longest displayed time after the rupture, in s.
 const CAUGHT_UP_S: f64 = 0.1;

@@ -263,13 +263,13 @@ fn later(runs: &[&Run], whose: &[String]) -> Option<String> {
         held.into_iter().map(|(run, whose)| (run, whose.clone())).unzip();
     let returned = Distances::of(&held_runs, &held_whose, |rupture| rupture.return_jump_m).map(|distances| {
         let each = distances.each(|distances_m| format!("by {}", listed(distances_m)));
-        format!("On the return to teleoperation it advances {each}")
+        format!("On its return it advances {each}")
     });
     let depth = Distances::of(runs, whose, |rupture| rupture.horizon_advance_m).map(|distances| {
         let when = format!("{HORIZON_S} s after {}", distances.ruptures());
         match distances.common() {
             Some(all_m) if runs.len() == 2 => {
-                format!("{when} both needles are equally deep, {} beyond the position at the rupture", listed(all_m))
+                format!("{when} both are equally deep ({})", listed(all_m))
             }
             _ => {
                 let each = distances.each(|distances_m| format!("{} deeper than at the rupture", listed(distances_m)));
@@ -424,9 +424,8 @@ mod tests {
             verdict(&[&classical, &augmented]).text(),
             format!(
                 "In the 0.3 s after both ruptures the slave advances by {} and {} mm without augmentation and stays within {} mm with \
-                 it. On the return to teleoperation it advances by {} and {} mm with it; 2 s after both ruptures both needles are \
-                 equally deep, {} and {} mm beyond the position at the rupture. Both runs detect every rupture within 8 ms, with no missed \
-                 rupture and no false alarm.",
+                 it. On its return it advances by {} and {} mm with it; 2 s after both ruptures both are equally deep ({} and {} mm). \
+                 Both runs detect every rupture within 8 ms, with no missed rupture and no false alarm.",
                 travels[0],
                 travels[1],
                 three_digits(most_mm),

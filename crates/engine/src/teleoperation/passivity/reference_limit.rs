@@ -227,6 +227,18 @@ mod tests {
     }
 
     #[test]
+    fn over_a_delay_a_retreat_costs_where_the_tissue_pulls_and_is_free_where_it_pushes() {
+        let energy = 1e-6;
+        let retreat = |force| {
+            let mut limit = limit(false, 0.03);
+            (limit.follow(-1e-4, -1e-4, &port(0.0, 0.0, force), energy), energy / (4.0 * limit.brake / 1e-3))
+        };
+        assert_eq!(retreat(4.0).0, -1e-4);
+        let (reference, paid) = retreat(-4.0);
+        assert!((reference + paid).abs() < 1e-15, "{reference} {paid}");
+    }
+
+    #[test]
     fn what_is_committed_is_the_work_of_the_way_that_the_slave_has_before_it() {
         use crate::plant::{ControlTiming, SlaveParameters, SlaveStep};
         let step = SlaveStep::new(&SlaveParameters::default(), ControlTiming::Continuous, 1e-3).expect("valid");

@@ -1,0 +1,35 @@
+//! Tissues with layers, and what the registry tells of each kind.
+
+mod kinds;
+mod layers;
+mod tearing;
+
+use super::{ShaftParameters, StatedLayer, Tissue};
+
+/// Time between two ticks in s.
+const TICK_S: f64 = 1e-3;
+
+/// A shaft that holds no more than it slides with, without viscous friction; it drags the tissue by 0.1 mm per newton.
+const SHAFT: ShaftParameters =
+    ShaftParameters { stiffness_n_per_m: 1e4, static_ratio: 1.0, stick_speed_m_per_s: 1e-3, damping_n_s_per_m2: 0.0 };
+
+/// The forces in N of a needle at rest at each position (m) in turn.
+fn forces(tissue: &mut impl Tissue<f64>, positions_m: &[f64]) -> Vec<f64> {
+    positions_m.iter().map(|&position_m| tissue.react(0, position_m, 0.0).force_n).collect()
+}
+
+/// The indices of the positions (m) at which a layer ruptures.
+fn ruptures(tissue: &mut impl Tissue<f64>, positions_m: &[f64]) -> Vec<usize> {
+    (0..positions_m.len()).filter(|&index| tissue.react(0, positions_m[index], 0.0).ruptured).collect()
+}
+
+/// The names of the layers that rupture.
+fn rupturing<'a>(layers: &[StatedLayer<'a>]) -> Vec<&'a str> {
+    layers.iter().filter(|layer| layer.ruptures).map(|layer| layer.name).collect()
+}
+
+#[track_caller]
+fn assert_near(values: &[f64], expected: &[f64]) {
+    let is_near = values.len() == expected.len() && values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9);
+    assert!(is_near, "{values:?} instead of {expected:?}");
+}
