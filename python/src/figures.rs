@@ -106,7 +106,7 @@ impl<'py> RunColumns<'py> {
             tissue_force_n: columns.get("tissue_force_n")?,
             feedback_force_n: columns.get("feedback_force_n")?,
             mode: mode.as_slice().map_err(error::value)?,
-            event: run::event_shade(&scenario.scenario),
+            event: run::event_shade(scenario.scenario.augmentation.hold),
             rupture_times_s: ruptures_s.into(),
             alarm_times_s: alarms_s.into(),
         })

@@ -103,7 +103,6 @@ def _sample(entry: dict[str, Any]) -> tuple[Any, str]:
     samples: dict[str, Callable[[], Any]] = {
         "line": lambda: Line2D([], [], **_style(style)),
         "dot": lambda: Line2D([], [], color=style["color"], marker="o", linestyle="", markersize=style["width"] + 1),
-        "ring": lambda: Line2D([], [], color=style["color"], marker="o", linestyle="", fillstyle="none"),
         "shade": lambda: Patch(color=style["color"]),
         "alarm": lambda: Line2D([], [], color="#1a1a1a", marker="v", linestyle=""),
         "rupture": lambda: Line2D([], [], color="#6e6e6e", linestyle="--", linewidth=0.8),

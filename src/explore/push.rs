@@ -132,7 +132,7 @@ impl Opening {
                 ..LiveMoment::default()
             }),
             "figure": teleoperation_axes(augmented).ok(), "lines": LINES,
-            "shades": [event_shade(scenario).css(), Shade::Reengaging.css()], "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
+            "shades": [event_shade(scenario.augmentation.hold).css(), Shade::Reengaging.css()], "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
         }))
     }
 
@@ -192,7 +192,6 @@ fn result(id: u32, runs: &[Run; 2]) -> Result<ServerMessage, FigureError> {
         "type": "pushed",
         "id": id,
         "answer": verdict_of_schemes(classical, augmented).text(),
-        "ruptures": runs.each_ref().map(|run| run.metrics.ruptures.len()),
         "overshoot_mm": runs.each_ref().map(|run| {
             run.metrics.ruptures.iter().map(|one| one.slave_overshoot_m.map(|m| 1e3 * m)).collect::<Vec<_>>()
         }),

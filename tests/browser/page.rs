@@ -127,6 +127,7 @@ impl BrowserPage {
                 Key::Tab => ("Tab", 9, ""),
                 Key::Enter => ("Enter", 13, "\r"),
                 Key::Backspace => ("Backspace", 8, ""),
+                Key::Down => ("ArrowDown", 40, ""),
                 Key::PageDown => ("PageDown", 34, ""),
                 Key::End => ("End", 35, ""),
                 Key::Left => ("ArrowLeft", 37, ""),

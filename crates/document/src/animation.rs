@@ -199,7 +199,7 @@ impl Drawing {
                 if !shape.x.is_empty() && track["x"].as_array().is_some_and(Vec::is_empty) {
                     track["x"] = json!(tenths(&shape.x));
                 }
-                // A change that is not seen, such as the end of a decay, is none.
+                // Changes below the drawn resolution, as at the end of a decay, need no state.
                 let now = seen(shape);
                 if let (true, Some(states)) = (now != *last, track["states"].as_array_mut()) {
                     *last = now;

@@ -10,7 +10,7 @@ use trocar_document::figure::{
 pub struct StrategyView<'a> {
     /// Its name.
     pub name: &'a str,
-    /// Number of ruptures relative to that without a strategy.
+    /// Number of ruptures as a share of those without a strategy.
     pub reached: Option<f64>,
     /// Share of the noticed ruptures, 0 to 1.
     pub noticed: Option<f64>,
@@ -20,7 +20,7 @@ pub struct StrategyView<'a> {
     pub high_excess_m: Option<f64>,
     /// Mean excess at the end of the insertion, m.
     pub final_excess_m: Option<f64>,
-    /// Whether it reaches the ruptures and its runs settle.
+    /// True if it reaches the ruptures and its runs settle.
     pub is_compared: bool,
     /// Whether it is on the Pareto front.
     pub is_on_front: bool,
@@ -87,10 +87,7 @@ pub fn strategies(name: &str, views: &[StrategyView<'_>]) -> Result<Figure<'stat
     if views.iter().any(|view| !view.is_compared) {
         legend.push((Sample::Dot(OTHER), "not compared: fewer ruptures, or runs that do not settle".to_owned()));
     }
-    legend.push((
-        Sample::Line(GUIDE),
-        format!("{}; the lines of the excess end where one rupture in twenty is", views[0].name),
-    ));
+    legend.push((Sample::Line(GUIDE), views[0].name.to_owned()));
     Ok(Figure {
         name: name.to_owned(),
         legend,

@@ -20,6 +20,8 @@ const trocar = (() => {
   let animation = null;
   let request = { id: 0, at: null, busy: false, again: false };
   let opened = 0;
+  /** True until the values of the opened scenario arrive. */
+  let isOpening = false;
   /** The time in s of the cursor and of the paused animation, or `null`; and whether the next frame moves them there. */
   let shownAt = null;
   let isSought = false;
@@ -133,6 +135,7 @@ const trocar = (() => {
     part("question").title = question;
     document.title = `${title || scenario} · trocar explore`;
     opened = trocarLink.ask({ type: "open", scenario });
+    isOpening = opened !== 0;
   }
 
   /** Loads the state of the address, as far as it is valid. */
@@ -258,6 +261,7 @@ const trocar = (() => {
     },
     values(message) {
       if (message.id !== opened) return;
+      isOpening = false;
       base = message.values;
       trocarControls.draw(places(), [...hello.keys, ...message.layers], base, changed);
       trocarControls.give(state.set);
@@ -300,6 +304,7 @@ const trocar = (() => {
       }
       // What was computed before is not drawn any more.
       if (message.id === request.id) pending = null;
+      if (message.id === opened) isOpening = false;
       trouble(message.all);
       trocarPush.refused(message.id);
       if (message.id === request.id) {
@@ -460,6 +465,7 @@ const trocar = (() => {
       (text, isLost) => {
         part("status").textContent = text;
         request.busy = false;
+        isOpening = false;
         trocarPush.leave("connection lost");
         part("offline").hidden = !isLost;
         part("main").classList.toggle("offline", isLost === true);
@@ -472,5 +478,5 @@ const trocar = (() => {
   }
 
   begin();
-  return { state, timings, file: () => files.last, busy: () => request.busy || request.again || pending !== null, animation: () => animation };
+  return { state, timings, file: () => files.last, busy: () => isOpening || request.busy || request.again || pending !== null, animation: () => animation };
 })();

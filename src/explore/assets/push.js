@@ -6,8 +6,6 @@ const trocarPush = (() => {
   const SHOWN_S = 8;
   /** Time that the charts of the result show before and after the animation, in s. */
   const [BEFORE_S, AFTER_S] = [0.2, 1];
-  /** Upper ends of the axis of force, and full tones, in N: the first that is enough. */
-  const FULL_N = [5, 10, 20, 50, 100];
   let parts = null;
   let state = null;
   let charts = null;
@@ -18,7 +16,7 @@ const trocarPush = (() => {
   const mm = (value) => `${value.toFixed(1)} mm`;
 
   function newState(id, augmented) {
-    return { id, augmented, range: null, aim: null, rows: [], events: [], maxForce: 0, pressed: false, sent: 0, ended: false };
+    return { id, augmented, range: null, aim: null, rows: [], events: [], full: null, pressed: false, sent: 0, ended: false };
   }
 
   /** Converts a height in the drawing to a position of the hand. */
@@ -43,14 +41,13 @@ const trocarPush = (() => {
   /** Draws the last row in the field. */
   function draw(drawing) {
     const felt = state.rows[state.rows.length - 1][7];
-    state.maxForce = Math.max(state.maxForce, Math.abs(felt));
+    // The end of the axis of force, and the force of the full tone, is that of the drawn bar, in N.
+    state.full = drawing.full_n;
     parts.panel.setDrawings([drawing]);
     parts.panel.tell(drawing.state);
-    if (parts.sound.checked) trocarListen.force(felt, full());
+    if (parts.sound.checked) trocarListen.force(felt, state.full);
     else trocarListen.quiet();
   }
-
-  const full = () => FULL_N.find((newtons) => newtons >= state.maxForce) ?? state.maxForce;
 
   /** Tells an event to the ear, the hand and the eye. */
   function feel(kind) {
@@ -78,7 +75,7 @@ const trocarPush = (() => {
     const marks = (kind) => state.events.filter((event) => event[0] >= from && event[1] === kind).map(([at]) => at);
     // Fixed axes: before contact, an axis that fits itself to the data would magnify micrometres. Force is left, position right.
     const places = state.range.flatMap((at) => [at, state.scale * at]);
-    const ends = [[-0.2 * full(), full()], [Math.min(...places), Math.max(...places)]];
+    const ends = [[-0.2 * state.full, state.full], [Math.min(...places), Math.max(...places)]];
     const panels = state.figure.rows[0].panels.map((panel, index) => ({
       ...panel, shades, ruptures: marks("rupture"), alarms: marks("alarm"),
       x: { ...panel.x, low: from, high: Math.max(last, from + 1), ticks: null },

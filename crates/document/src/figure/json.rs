@@ -31,7 +31,6 @@ impl Writer<'_> {
             Sample::Title => ("title", Json::Null),
             Sample::Line(line) => ("line", self.stroke(line)),
             Sample::Dot(dot) => ("dot", self.stroke(dot)),
-            Sample::Ring(ring) => ("ring", self.stroke(ring)),
             Sample::Shade(shade) => ("shade", json!({ "color": (self.color)(*shade) })),
             Sample::Alarm => ("alarm", Json::Null),
             Sample::Rupture => ("rupture", Json::Null),

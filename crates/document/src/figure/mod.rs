@@ -59,8 +59,6 @@ pub enum Sample {
     Line(Stroke),
     /// A dot.
     Dot(Stroke),
-    /// A dot with a hole.
-    Ring(Stroke),
     /// A filled area.
     Shade(Color),
     /// The mark of an alarm.

@@ -30,7 +30,7 @@ pub struct StatedLayer<'a> {
     pub name: &'a str,
     /// Its thickness in m.
     pub thickness_m: f64,
-    /// Whether it ruptures; other layers are cut.
+    /// True if it ruptures; other layers are cut without a rupture.
     pub ruptures: bool,
     /// Its deflection at its rupture, in m.
     pub deflection_m: f64,

@@ -10,7 +10,7 @@ use super::bitmap::{Bitmap, opaque};
 use super::pen::{Drawn, Pen, Text};
 use super::{Backend, DrawError};
 use trocar_document::animation::{Anchor, Animation, Role, Shape};
-use trocar_document::figure::{Color, Stroke};
+use trocar_document::figure::{Color, Shade, Stroke};
 
 /// Size of the picture in pixels.
 const WIDTH: u32 = 960;
@@ -130,7 +130,7 @@ fn draw<B: DrawingBackend>(animation: &Animation, area: &DrawingArea<B, Shift>, 
         let scheme = if panel.scheme == "augmented" { AUGMENTED } else { CLASSICAL };
         write((left + 6.0, 21.0), (18.0, true, scheme), Anchor::Start, &panel.name)?;
         let state = panel.states[frame];
-        if ["frozen", "held", "event"].contains(&state) {
+        if [Shade::Frozen, Shade::Held, Shade::Event].map(Shade::name).contains(&state) {
             let (from, to) = (left + wide - 90.0, left + wide - 12.0);
             pen.fill(&[(from, 9.0), (to, 9.0), (to, 33.0), (from, 33.0)], FROZEN)?;
         }

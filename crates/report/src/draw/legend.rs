@@ -5,7 +5,7 @@ use plotters::prelude::DrawingBackend;
 use super::fonts;
 use super::pen::{Drawn, LINE, Pen, TEXT, Text};
 use trocar_document::animation::Anchor;
-use trocar_document::figure::{Entry, Point, RUPTURE, Sample, WHITE};
+use trocar_document::figure::{Entry, Point, RUPTURE, Sample};
 
 const SAMPLE: f64 = 18.0;
 /// Gap between a sample and its text, and between entries.
@@ -43,7 +43,7 @@ fn sample_width(sample: &Sample) -> f64 {
         Sample::Title => 0.0,
         Sample::Line(_) => SAMPLE + SAMPLE_GAP,
         Sample::Shade(_) => 12.0 + SAMPLE_GAP,
-        Sample::Dot(_) | Sample::Ring(_) | Sample::Alarm | Sample::Rupture => 7.0 + SAMPLE_GAP,
+        Sample::Dot(_) | Sample::Alarm | Sample::Rupture => 7.0 + SAMPLE_GAP,
     }
 }
 
@@ -57,10 +57,6 @@ impl Flow {
                 Sample::Title => {}
                 Sample::Line(line) => pen.line(&[(left, middle), (left + SAMPLE, middle)], &pen.as_drawn(line))?,
                 Sample::Dot(dot) => pen.line(&[centre], dot)?,
-                Sample::Ring(dot) => {
-                    pen.line(&[centre], dot)?;
-                    pen.dot(centre, 0.25 * dot.width, WHITE)?;
-                }
                 Sample::Shade(color) => {
                     let (right, top, bottom) = (left + 12.0, middle - 3.5, middle + 3.5);
                     pen.fill(&[(left, top), (right, top), (right, bottom), (left, bottom)], *color)?;

@@ -114,10 +114,6 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         self.strokes(vec![line.iter().map(|at| self.at(*at)).collect()], stroke)
     }
 
-    pub(crate) fn dot(&self, at: Point, radius: f64, color: Color) -> Drawn<B> {
-        self.area.draw(&Circle::new(self.at(at), self.units(radius), shape(color).filled()))
-    }
-
     /// Fills an outline in points.
     pub(crate) fn fill(&self, outline: &[Point], color: Color) -> Drawn<B> {
         let outline: Vec<BackendCoord> = outline.iter().map(|at| self.at(*at)).collect();

@@ -23,7 +23,7 @@ const LETTER: f64 = 0.62 * SMALL;
 const DIP_POINTS: i32 = 7;
 /// Lengths of the scale in mm.
 const LENGTHS_MM: [f64; 8] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
-/// Forces of a full bar in N. The first that is enough is the scale, so that it is the same for most runs.
+/// Forces of a full bar in N: the smallest one that holds the largest force. Few steps give most runs the same scale.
 const FULL_N: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1000.0];
 /// Time for which a rupture is named in a live drawing, in s.
 const NAMED_S: f64 = 0.1;
@@ -101,7 +101,6 @@ pub(super) struct Scene<'a> {
 /// What an event does to needle and hand.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
-    shade: Shade,
     hold: HoldSettings,
     gives_cue: bool,
 }
@@ -109,14 +108,14 @@ pub(super) struct Event {
 impl Event {
     pub(super) fn of(scenario: &Scenario) -> Self {
         let settings = &scenario.augmentation;
-        Self { shade: event_shade(scenario), hold: settings.hold, gives_cue: settings.cue }
+        Self { hold: settings.hold, gives_cue: settings.cue }
     }
 
     /// Returns the name of a mode.
     pub(super) fn mode_name(&self, mode: u8) -> &'static str {
         match mode {
             0 => "teleoperation",
-            1 => self.shade.name(),
+            1 => event_shade(self.hold).name(),
             _ => Shade::Reengaging.name(),
         }
     }
@@ -317,7 +316,7 @@ impl LiveDrawing {
         json!([[MARGIN, hand(self.range_mm.0)], [Form::FIELD.height - MARGIN, hand(self.range_mm.1)]])
     }
 
-    /// Returns the state by its name, and the shapes.
+    /// Returns the state by its name, the force of a full bar in N, and the shapes.
     #[must_use]
     pub fn frame(&mut self, now: &LiveMoment<'_>) -> Json {
         self.max_force_n = self.max_force_n.max(now.felt_n.abs());
@@ -339,6 +338,7 @@ impl LiveDrawing {
         let shapes = Scene { form, layers: &self.layers, range_mm, full_n, event }.shapes(&moment);
         let is_rupturing = now.mode == 0 && now.time_s - self.ruptured_s < NAMED_S;
         let mut drawing = Drawing { size: (form.width, form.height), frames: vec![shapes] }.description();
+        drawing["full_n"] = json!(full_n);
         drawing["state"] = if is_rupturing { "rupture" } else { event.mode_name(now.mode) }.into();
         drawing
     }

@@ -4,8 +4,8 @@
 //! interface lies at the tip as soon as the tip has reached it; a torn one returns to its place.
 
 use crate::run::Run;
-use trocar_engine::tissue::StatedLayer;
-use trocar_scenario::{Scenario, TissueSpec};
+use trocar_engine::tissue::{StatedLayer, TissueSettings};
+use trocar_scenario::Scenario;
 
 /// Time constant with which a torn interface returns to its place, in s.
 const RETURN_S: f64 = 0.02;
@@ -167,10 +167,7 @@ fn unnamed(top_mm: f64) -> Layer {
 
 /// Returns the layers of a scenario from the surface down; none for a tissue without layers.
 fn stated_layers(scenario: &Scenario) -> Vec<StatedLayer<'_>> {
-    match &scenario.tissue {
-        TissueSpec::Model(settings) => settings.layers(),
-        _ => vec![],
-    }
+    scenario.tissue.settings().map_or_else(Vec::new, TissueSettings::layers)
 }
 
 /// Returns the surface of the undeformed tissue in m: that of the tissue, or the one that the estimator assumes.

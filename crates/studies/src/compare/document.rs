@@ -322,7 +322,11 @@ pub(crate) fn events_table(runs: &[&Run]) -> Option<Table> {
         for event in &run.metrics.events {
             let motion = format!("the slave moves at most {}", mm(event.frozen_motion_m));
             let duration = event.augmented_s.map_or("until the end".into(), |s| format!("for {}", ms(s)));
-            add(event.start_s, event_shade(&run.scenario).name().into(), format!("{duration}, {motion}"));
+            add(
+                event.start_s,
+                event_shade(run.scenario.augmentation.hold).name().into(),
+                format!("{duration}, {motion}"),
+            );
             let Some(augmented_s) = event.augmented_s else { continue };
             let duration = event.reengaging_s.map_or("until the end".into(), |s| format!("for {}", ms(s)));
             add(event.start_s + augmented_s, "re-engaging".into(), duration);

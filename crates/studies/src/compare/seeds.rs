@@ -150,6 +150,12 @@ impl SeedStudy {
         }
     }
 
+    /// Returns the largest number of ruptures of a run.
+    #[must_use]
+    pub fn max_ruptures(&self) -> usize {
+        self.totals.iter().map(|totals| totals.seeds_with_rupture.len()).max().unwrap_or(0)
+    }
+
     /// Returns the row of a metric.
     #[must_use]
     pub fn row(&self, metric: &str) -> Option<&SpreadRow> {

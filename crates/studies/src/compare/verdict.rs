@@ -18,37 +18,37 @@ const MAX_LISTED: usize = 3;
 /// Number of ruptures with distances over the seeds.
 const SEED_RUPTURES: usize = 2;
 
+/// Whose a number is, of the classical and the augmented run of a scenario.
+const OF_SCHEMES: [&str; 2] = [" without augmentation", " with it"];
+
 /// Maximum number of runs with a number each. For more runs, the smallest and the largest are told.
 const MAX_RUNS: usize = 3;
 
 /// Returns what runs show.
 #[must_use]
 pub fn verdict(runs: &[&Run]) -> Verdict {
+    told(runs, &whose(runs))
+}
+
+/// Returns the words that tell whose a number is, for each run.
+fn whose(runs: &[&Run]) -> Vec<String> {
     match runs {
-        [classical, augmented] if differ_in_augmentation(classical, augmented) => {
-            verdict_of_schemes(classical, augmented)
-        }
-        [_] => told(runs, &[String::new()]),
-        _ => told(runs, &runs.iter().map(|run| format!(" in {}", run.scenario.name)).collect::<Vec<_>>()),
+        [classical, augmented] if differ_in_augmentation(classical, augmented) => OF_SCHEMES.map(str::to_owned).into(),
+        [_] => vec![String::new()],
+        many => many.iter().map(|run| format!(" in {}", run.scenario.name)).collect(),
     }
 }
 
 /// Returns what a classical and an augmented run of the same scenario show.
 #[must_use]
 pub fn verdict_of_schemes(classical: &Run, augmented: &Run) -> Verdict {
-    told(&[classical, augmented], &[" without augmentation".to_owned(), " with it".to_owned()])
+    told(&[classical, augmented], &OF_SCHEMES.map(str::to_owned))
 }
 
 /// Returns what the runs of all seeds show; `runs` are those of the first seeds.
 #[must_use]
 pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
-    let whose = match runs {
-        [classical, augmented] if differ_in_augmentation(classical, augmented) => {
-            vec![" without augmentation".to_owned(), " with it".to_owned()]
-        }
-        [_] => vec![String::new()],
-        _ => study.scenarios.iter().map(|name| format!(" in {name}")).collect(),
-    };
+    let whose = whose(runs);
     let of_ruptures = |metric: &str| {
         let of = |number: usize| Some((number, study.row(&format!("rupture_{number}_{metric}"))?));
         (1..=SEED_RUPTURES).filter_map(of).collect::<Vec<_>>()
@@ -72,8 +72,7 @@ pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
         absent_over_seeds(study, &whose),
         Some(detection_over_seeds(study, &whose)),
     ];
-    let most = study.totals.iter().map(|totals| totals.seeds_with_rupture.len()).max().unwrap_or(0);
-    let left_out = (most > SEED_RUPTURES).then(|| {
+    let left_out = (study.max_ruptures() > SEED_RUPTURES).then(|| {
         format!("Left out: the advance after the ruptures from {} on, which the table has.", SEED_RUPTURES + 1)
     });
     Verdict { sentences: sentences.into_iter().flatten().collect(), left_out: left_out.into_iter().collect() }
@@ -81,8 +80,7 @@ pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
 
 /// Tells which ruptures do not happen in every seed. `None` if all do.
 fn absent_over_seeds(study: &SeedStudy, whose: &[String]) -> Option<String> {
-    let most = study.totals.iter().map(|totals| totals.seeds_with_rupture.len()).max().unwrap_or(0);
-    let absent = (0..most).flat_map(|index| {
+    let absent = (0..study.max_ruptures()).flat_map(|index| {
         study.totals.iter().zip(whose).filter_map(move |(totals, whose)| {
             let seeds = totals.seeds_with_rupture.get(index).copied().unwrap_or(0);
             (seeds < study.seeds).then(|| format!("rupture {} in {seeds} of {} seeds{whose}", index + 1, study.seeds))

@@ -6,12 +6,11 @@ use super::Run;
 use trocar_core::augmentation::HoldSettings;
 use trocar_document::figure::Shade;
 use trocar_figures::{EnergyView, EstimationView, RunView};
-use trocar_scenario::Scenario;
 
-/// Returns the shade of a scenario's events, whose name is the word for what the slave does: only a freeze freezes it.
+/// Returns the shade of events with a hold, whose name is the word for what the slave does: only a freeze freezes it.
 #[must_use]
-pub fn event_shade(scenario: &Scenario) -> Shade {
-    match scenario.augmentation.hold {
+pub fn event_shade(hold: HoldSettings) -> Shade {
+    match hold {
         HoldSettings::Frozen => Shade::Frozen,
         HoldSettings::SpeedLimit(_) | HoldSettings::ForbiddenRegion(_) => Shade::Held,
         HoldSettings::Following => Shade::Event,
@@ -41,7 +40,7 @@ impl Run {
             tissue_force_n: &trace.tissue_force_n,
             feedback_force_n: &trace.feedback_force_n,
             mode: &trace.mode,
-            event: event_shade(&self.scenario),
+            event: event_shade(self.scenario.augmentation.hold),
             rupture_times_s: self.ruptures_s(),
             alarm_times_s: self.alarms_s(),
         }

@@ -168,11 +168,7 @@ fn the_stiffest_spring_is_a_layers_slope_at_its_rupture_with_the_shaft_in_the_ro
         grip_n,
         ..PLAIN
     };
-    assert_eq!(highest_slope(&[layer(100.0, 0.0, 0.0), layer(300.0, 0.0, 0.0)]), 300.0, "no friction");
-    assert_eq!(highest_slope(&[layer(300.0, 10.0, 0.0)]), 700.0, "the shaft sticks while the layer is cut");
-    assert_eq!(highest_slope(&[layer(300.0, 0.0, 0.1)]), 700.0, "a grip holds the shaft, too");
-    assert_eq!(highest_slope(&[layer(300.0, 10.0, 0.0), layer(600.0, 0.0, 0.0)]), 1000.0, "in the layer below");
-    assert_eq!(highest_slope(&[layer(900.0, 0.0, 0.0), layer(300.0, 10.0, 0.0)]), 900.0, "not in the layer above");
+    super::assert_the_shaft_adds_to_rough_layers(highest_slope, layer);
     // √(a₁² + 4 a₂ f) at 1 N and, with the shaft, at 0.5 N.
     let stiffening = LayerParameters { stiffness_n_per_m: 0.0, stiffening_n_per_m2: 1e4, ..PLAIN };
     assert!((highest_slope(&[stiffening]) - 200.0).abs() < 1e-9);

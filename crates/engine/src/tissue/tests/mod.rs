@@ -28,6 +28,16 @@ fn rupturing<'a>(layers: &[StatedLayer<'a>]) -> Vec<&'a str> {
     layers.iter().filter(|layer| layer.ruptures).map(|layer| layer.name).collect()
 }
 
+/// Asserts the highest slopes of layers with a shaft of 400 N/m; `layer` has a stiffness, a friction and a grip.
+#[track_caller]
+fn assert_the_shaft_adds_to_rough_layers<T>(highest_slope: fn(&[T]) -> f64, layer: fn(f64, f64, f64) -> T) {
+    assert_eq!(highest_slope(&[layer(100.0, 0.0, 0.0), layer(300.0, 0.0, 0.0)]), 300.0, "no friction");
+    assert_eq!(highest_slope(&[layer(300.0, 10.0, 0.0)]), 700.0, "the shaft sticks while the layer is cut");
+    assert_eq!(highest_slope(&[layer(300.0, 0.0, 0.1)]), 700.0, "a grip holds the shaft, too");
+    assert_eq!(highest_slope(&[layer(300.0, 10.0, 0.0), layer(600.0, 0.0, 0.0)]), 1000.0, "in the layer below");
+    assert_eq!(highest_slope(&[layer(900.0, 0.0, 0.0), layer(300.0, 10.0, 0.0)]), 900.0, "not in the layer above");
+}
+
 #[track_caller]
 fn assert_near(values: &[f64], expected: &[f64]) {
     let is_near = values.len() == expected.len() && values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9);

@@ -144,11 +144,7 @@ fn the_stiffest_spring_is_a_layers_fast_slope_with_the_shaft_in_the_rough_layers
         grip_n,
         ..PLAIN
     };
-    assert_eq!(highest_slope(&[layer(100.0, 0.0, 0.0), layer(300.0, 0.0, 0.0)]), 300.0, "no friction");
-    assert_eq!(highest_slope(&[layer(300.0, 10.0, 0.0)]), 700.0, "the shaft sticks while the layer is cut");
-    assert_eq!(highest_slope(&[layer(300.0, 0.0, 0.1)]), 700.0, "a grip holds the shaft, too");
-    assert_eq!(highest_slope(&[layer(300.0, 10.0, 0.0), layer(600.0, 0.0, 0.0)]), 1000.0, "in the layer below");
-    assert_eq!(highest_slope(&[layer(900.0, 0.0, 0.0), layer(300.0, 10.0, 0.0)]), 900.0, "not in the layer above");
+    super::assert_the_shaft_adds_to_rough_layers(highest_slope, layer);
     // √(k₀² + 4 a₂ f) at the rupture, √2 N, and for one that is only cut at 0.2 N.
     let stiffening = TearingLayer { stiffening_n_per_m2: 1e4, ..PLAIN };
     assert!((highest_slope(&[stiffening]) - (62_500.0 + 4e4 * 2.0_f64.sqrt()).sqrt()).abs() < 1e-9);

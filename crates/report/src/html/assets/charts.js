@@ -124,7 +124,6 @@ const trocarCharts = (() => {
     const shapes = {
       line: `<path d="M0 6h24" stroke="${color}" stroke-width="${width}" stroke-dasharray="${dashes}"/>`,
       dot: `<circle cx="12" cy="6" r="${width / 2 + 1}" fill="${color}"/>`,
-      ring: `<circle cx="12" cy="6" r="3" fill="none" stroke="${color}"/>`,
       shade: `<path d="M0 0h24v12h-24z" fill="${color}"/>`,
       rupture: '<path d="M12 0v12" stroke="var(--grey)" stroke-width="1.5" stroke-dasharray="3 3"/>',
       alarm: '<path d="M12 0v12M8 0h8l-4 5z" stroke="var(--black)" fill="var(--black)"/>',

@@ -45,7 +45,7 @@ impl Study for StrategyStudy {
             excess_m: row.mean_excess_m,
             high_excess_m: row.high_excess_m,
             final_excess_m: row.final_excess_m,
-            is_compared: row.reaches_the_ruptures() && row.verdict == super::Verdict::Settles,
+            is_compared: row.is_compared(),
             is_on_front: row.is_on_front,
         };
         let views: Vec<StrategyView<'_>> = self.rows.iter().map(view).collect();
@@ -56,17 +56,14 @@ impl Study for StrategyStudy {
 
 /// Compares the strategies that reach the ruptures, and names the price of the others.
 fn verdict(study: &StrategyStudy) -> Verdict {
-    let compared =
-        || study.rows.iter().filter(|row| row.reaches_the_ruptures() && row.verdict == super::Verdict::Settles);
+    let compared = || study.rows.iter().filter(|row| row.is_compared());
     let mut sentences = vec![];
     let none = &study.rows[0];
-    let least = compared().filter(|row| row.mean_excess_m.is_some());
-    let least = least.min_by(|a, b| a.mean_excess_m.unwrap_or(0.0).total_cmp(&b.mean_excess_m.unwrap_or(0.0)));
-    let most = compared().filter(|row| row.noticed.share().is_some());
-    let most = most.max_by(|a, b| a.noticed.share().unwrap_or(0.0).total_cmp(&b.noticed.share().unwrap_or(0.0)));
+    let least = compared().filter_map(|row| Some((row, row.mean_excess_m?))).min_by(|a, b| a.1.total_cmp(&b.1));
+    let most = compared().filter_map(|row| Some((row, row.noticed.share()?))).max_by(|a, b| a.1.total_cmp(&b.1));
     let excess = |row: &StrategyRow| show(row.mean_excess_m, Unit::Metre);
     let noticed = |row: &StrategyRow| show(row.noticed.share(), Unit::Share);
-    if let (Some(least), Some(most)) = (least, most) {
+    if let (Some((least, _)), Some((most, _))) = (least, most) {
         let excess = match least.strategy == none.strategy {
             true => format!("none has a smaller mean excess than the scheme without a strategy ({})", excess(none)),
             false => {

@@ -94,7 +94,7 @@ pub struct StrategyRow {
     pub diverged: u64,
     /// Number of ruptures.
     pub ruptures: u64,
-    /// Number of ruptures relative to that without a strategy; `None` if there is none.
+    /// Number of ruptures as a share of those without a strategy; `None` if no layer ruptures without one.
     pub reached_share: Option<f64>,
     /// Ruptures without an alarm.
     pub missed_ruptures: u64,
@@ -122,8 +122,8 @@ pub struct StrategyRow {
     pub false_alarm: Option<FalseAlarmCost>,
     /// Whether its runs settle.
     pub verdict: Verdict,
-    /// Whether its runs settle and reach the ruptures, and no other such strategy has at most its mean excess and at least its
-    /// noticed share, and one of them better.
+    /// True if it is compared, and no other compared strategy has at most its mean excess and at least its noticed share, and one of
+    /// them better.
     pub is_on_front: bool,
     /// Mean excess advance in m for each window of [`WINDOWS_S`].
     pub window_excess_m: Vec<Option<f64>>,
@@ -378,10 +378,16 @@ impl Tally {
 }
 
 impl StrategyRow {
-    /// Whether it reaches enough of the ruptures to be compared with others.
+    /// Returns whether it reaches enough of the ruptures to be compared with others.
     #[must_use]
     pub fn reaches_the_ruptures(&self) -> bool {
         self.reached_share.is_some_and(|share| share >= REACHED_SHARE)
+    }
+
+    /// Returns whether it is compared with others: it reaches the ruptures, and its runs settle.
+    #[must_use]
+    pub fn is_compared(&self) -> bool {
+        self.reaches_the_ruptures() && self.verdict == Verdict::Settles
     }
 }
 
@@ -527,10 +533,7 @@ fn set_reached(rows: &mut [StrategyRow]) {
 
 /// Marks the rows that no other row dominates in mean excess and noticed share, among those that settle and reach the ruptures.
 fn mark_front(rows: &mut [StrategyRow]) {
-    let point = |row: &StrategyRow| {
-        let is_candidate = row.verdict == Verdict::Settles && row.reaches_the_ruptures();
-        row.mean_excess_m.zip(row.noticed.share()).filter(|_| is_candidate)
-    };
+    let point = |row: &StrategyRow| row.mean_excess_m.zip(row.noticed.share()).filter(|_| row.is_compared());
     let points: Vec<Option<(f64, f64)>> = rows.iter().map(point).collect();
     let dominates = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 >= b.1 && a != b;
     for (row, point) in rows.iter_mut().zip(&points) {
