@@ -161,7 +161,7 @@ enum Command {
     Scenarios(scenarios::ScenariosArgs),
     /// Reproduce the figures of the paper, each with the paper's facts
     ///
-    /// Runs the shipped scenarios and draws figures 4 to 13, 15 and 16 by number. paper.html has all of them, with what the paper's
+    /// Runs the shipped scenarios and draws figure 1 and figures 4 to 16 by number. paper.html has all of them, with what the paper's
     /// figure shows, what differs here and why, and the paper's statements beside the results.
     Paper(paper::PaperArgs),
     /// Write a commented starter scenario

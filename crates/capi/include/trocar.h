@@ -212,9 +212,9 @@ typedef struct trocar_rig_settings {
      */
     double estimator_dead_zone_n;
     /**
-     * detector.distance: The distance: e², eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the likelihood
-     * ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline: moving
-     * average, windowed derivative, linear fit. One of enum trocar_detector_distance; default
+     * detector.distance: The distance: e², eq. 22, eq. 23, the parameters of eq. 26, the derivative, the
+     * likelihood ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline:
+     * moving average, windowed derivative, linear fit. One of enum trocar_detector_distance; default
      * TROCAR_DETECTOR_DISTANCE_SQUARED_RESIDUAL.
      */
     uint64_t detector_distance;
@@ -238,6 +238,12 @@ typedef struct trocar_rig_settings {
      * at least 1e-12 and at most 1e12; default 20.0.
      */
     double detector_stiffness_change_n_per_m;
+    /**
+     * detector.damping_change_n_s_per_m: Correction of the damping by a rupture, for eq. 26. In N·s/m; a number,
+     * at least 1e-12 and at most 1e12; default 20.0. It applies to estimator.parameters = stiffness-and-damping,
+     * stiffness-damping-friction, hunt-crossley, least-residual.
+     */
+    double detector_damping_change_n_s_per_m;
     /**
      * detector.window_samples: Length of the likelihood ratio's window in samples, at most 64. A whole number of
      * at least 1; default 10.

@@ -1,5 +1,7 @@
 //! The two hypotheses of eq. 19.
 
+use crate::estimation::Parameters;
+
 crate::settings! {
     /// The distribution of the residual under the two hypotheses of eq. 19.
     #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +22,11 @@ crate::settings! {
         ///
         /// For one sample, in N/m.
         stiffness_change_n_per_m: f64 [POSITIVE] = 20.0,
+        /// Correction of the damping by a rupture, for eq. 26.
+        ///
+        /// For one sample, in N·s/m. The first rupture of the shipped insertion corrects it by up to 21 N·s/m.
+        damping_change_n_s_per_m: f64 [POSITIVE]
+            for Parameters::StiffnessAndDamping | StiffnessDampingFriction | HuntCrossley | LeastResidual = 20.0,
     }
     where rupture_std_n: |s| s.rupture_std_n > s.quiet_std_n, "above detector.quiet_std_n";
     where rupture_mean_n: |s| s.rupture_mean_n != 0.0, "a finite number other than 0";

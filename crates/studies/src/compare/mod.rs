@@ -6,7 +6,6 @@ mod facts;
 
 mod noise;
 mod paper;
-mod paper_document;
 mod scheme_document;
 mod schemes;
 mod seeds;
@@ -16,11 +15,13 @@ mod table;
 mod verdict;
 
 pub use document::{ComparisonReport, add_figures};
-pub(crate) use document::{events_table, facts_table, metric_tables};
+pub(crate) use document::{events_table, metric_tables};
 pub use facts::{Fact, paper_facts};
 
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
-pub use paper::{FIGURES, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperStudy, QuietStretch};
+pub use paper::{
+    FIGURES, Judgement, NOISE_SEEDS, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperStudy, QuietStretch, Statement,
+};
 pub use scheme_document::SchemeReport;
 pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 pub use seeds::{MAX_SEEDS, SeedStudy, SeedTotals, Spread, SpreadRow};

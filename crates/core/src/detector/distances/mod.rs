@@ -99,7 +99,7 @@ trait BuiltIn {
 }
 
 crate::registry! {
-    /// The distance: e², eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the
+    /// The distance: e², eq. 22, eq. 23, the parameters of eq. 26, the derivative, the
     /// likelihood ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline:
     /// moving average, windowed derivative, linear fit.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -300,7 +300,7 @@ mod tests {
         let (threshold, drift) = hypotheses.tuning(DistanceKind::PageHinkley);
         assert_eq!((threshold, drift), (0.25, 0.25), "half of the shift");
         let (threshold, drift) = hypotheses.tuning(DistanceKind::ParameterChange);
-        assert_eq!((threshold, drift), (15.0, 15.0), "half of the correction");
+        assert_eq!((threshold, drift), (0.5, 0.5), "half of the relative correction");
         for kind in [DistanceKind::Adaptive, DistanceKind::WindowedDerivative] {
             assert_eq!(hypotheses.tuning(kind), (7.0, 0.0), "multiples of the noise: {kind:?}");
         }
@@ -311,9 +311,9 @@ mod tests {
         for kind in DistanceKind::ALL {
             let unit = match kind {
                 DistanceKind::PageHinkley => "N",
-                DistanceKind::ParameterChange => "N/m",
                 DistanceKind::MeanChange
                 | DistanceKind::VarianceChange
+                | DistanceKind::ParameterChange
                 | DistanceKind::LikelihoodRatio
                 | DistanceKind::Adaptive
                 | DistanceKind::WindowedDerivative => "1",
