@@ -6,11 +6,14 @@ use super::error::{CliError, DetectError};
 use super::finish::Finish;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
+use super::report::shown;
 use super::warnings::Warnings;
 use super::within::WithinArgs;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded};
 use trocar_core::detector::DistanceKind;
+use trocar_document::command_line;
 use trocar_recording::InVivoLikeVariant;
+use trocar_report::html::Again;
 use trocar_scenario::{DetectionSpec, Reader, Scenario, Source, Values};
 use trocar_studies::roc::{Signal, Study};
 
@@ -68,6 +71,9 @@ pub(super) struct RocArgs {
     /// Number of thresholds per detector, from 0.01 to 100 times its own threshold
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(2..=1000))]
     thresholds: u64,
+    /// Also write report.html: one self-contained page with the curves and the tables
+    #[arg(long)]
+    report: bool,
     #[command(flatten)]
     within: WithinArgs,
     #[command(flatten)]
@@ -98,7 +104,14 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     let document = roc.document(args.seeds);
     warnings.print(&document.warnings);
     let folder = args.output.folder();
-    Finish { output: &args.output, folder: folder.clone(), all: false, report: None }.document(&document)?;
+    let again = || Again {
+        command: "trocar roc",
+        files: vec![],
+        note: "Run this command in the folder of the files that it names.",
+        line: command_line(std::env::args().skip(1).map(|word| shown(&word))),
+    };
+    let finish = Finish { output: &args.output, folder: folder.clone(), all: false, report: args.report.then(again) };
+    finish.document(&document)?;
     if roc.cases < roc.cases_planned {
         let kept = format!("{} of {} cases are in {}", roc.cases, roc.cases_planned, folder.path.display());
         return Err(CliError::Interrupted { kept: Some(kept) });

@@ -3,6 +3,9 @@
 use super::FigureError;
 use trocar_document::figure::{Axis, Figure, LINES, Panel, Row, Sample, Series, Stroke, Y_TICKS};
 
+/// Minutes in an hour.
+const PER_HOUR: f64 = 60.0;
+
 /// A detector's points in order of the false-alarm rate. All columns have the same length.
 #[derive(Clone, Debug)]
 pub struct CharacteristicView<'a> {
@@ -16,8 +19,8 @@ pub struct CharacteristicView<'a> {
     pub delay_median_s: Vec<f64>,
 }
 
-/// Draws the share of detected ruptures (above) and the median delay (below) against the false-alarm rate on a logarithmic
-/// axis.
+/// Draws the share of ruptures that are missed or late (above) and the median delay (below) against the false-alarm rate, the shares and
+/// the rates on logarithmic axes.
 ///
 /// `min_per_minute` is the rate of a single false alarm in the whole observed time. The left edge is half of it.
 ///
@@ -35,15 +38,15 @@ pub fn characteristic(
     if views.is_empty() {
         return Err(FigureError::Empty { figure: "characteristic" });
     }
-    let floor = 0.5 * min_per_minute;
-    let rates = || views.iter().flat_map(|view| view.false_alarms_per_minute.iter().copied());
+    let floor = 0.5 * PER_HOUR * min_per_minute;
+    let rates = || views.iter().flat_map(|view| view.false_alarms_per_minute.iter().map(|rate| PER_HOUR * rate));
     let highest = rates().filter(|rate| rate.is_finite()).fold(10.0 * floor, f64::max);
     let x_axis = Axis::log10((floor, 1.5 * highest));
     let places: Vec<Vec<f64>> = views
         .iter()
         .map(|view| {
             let places: Vec<f64> =
-                view.false_alarms_per_minute.iter().map(|rate| x_axis.place(rate.max(floor))).collect();
+                view.false_alarms_per_minute.iter().map(|rate| x_axis.place((PER_HOUR * rate).max(floor))).collect();
             // Each step has its place at its start and at its end, except the first. The last step ends at the edge.
             places
                 .iter()
@@ -57,11 +60,17 @@ pub fn characteristic(
     let longest = delays.filter(|delay| delay.is_finite()).fold(0.0, f64::max);
     let panel = |y: Axis, y_caption: &str, series| Panel {
         series,
-        ..Panel::new(x_axis.clone(), "False-alarm rate (1/min; left edge: no false alarm)", y, y_caption)
+        ..Panel::new(x_axis.clone(), "False-alarm rate (1/h; left edge: no false alarm)", y, y_caption)
     };
-    let detected = lines(&places, views.iter().map(|view| twice(&view.detection)), 100.0);
+    // The misses differ where detections do not: on a logarithmic axis, whose lower edge is half of the smallest share above 0.
+    let missed = |view: &CharacteristicView<'_>| view.detection.iter().map(|found| 1.0 - found).collect::<Vec<_>>();
+    let shares = views.iter().flat_map(missed).filter(|share| *share > 1e-9);
+    let least = 50.0 * shares.fold(1.0, f64::min);
+    let raised = |share: f64| if share < 0.01 * least { 0.01 * least } else { share };
+    let misses = views.iter().map(|view| twice(&missed(view)).into_iter().map(raised).collect());
+    let detected = lines(&places, misses, 100.0);
     let delays = lines(&places, views.iter().map(|view| twice(&view.delay_median_s)), 1e3);
-    let detection = panel(Axis::exact((0.0, 103.0), Y_TICKS), "Detected in time (%)", detected);
+    let detection = panel(Axis::log10((least, 110.0)), "Missed (%; lower edge: none)", detected);
     let delay = panel(Axis::from_zero(1e3 * longest, Y_TICKS), "Median delay (ms)", delays);
     let names = views.iter().zip(strokes()).map(|(view, line)| (Sample::Line(line), view.name.to_owned()));
     Ok(Figure {
@@ -118,6 +127,22 @@ mod tests {
         assert!(text.contains("Median delay (ms)"));
         let is_new = |(index, line): (usize, &Stroke)| !LINES[..index].contains(line);
         assert!(LINES.iter().enumerate().all(is_new));
+    }
+
+    #[test]
+    fn the_misses_are_the_rest_of_the_detections_and_none_is_on_the_lower_edge() {
+        let figure = characteristic("study", &[view("a", 0.0)], 1e-3).expect("a figure");
+        let panel = &figure.rows[0].panels[0];
+        let placed: Vec<f64> = panel.samples(&panel.series[0], 100, &[]).map(|(_, y)| y).collect();
+        let missed = placed.iter().map(|exponent| 10_f64.powf(*exponent)).collect::<Vec<_>>();
+        assert!(placed[0].is_nan(), "undefined: {placed:?}");
+        assert!(missed.iter().any(|percent| (percent - 50.0).abs() < 1e-9), "{missed:?}");
+        assert!(missed.iter().any(|percent| (percent - 10.0).abs() < 1e-9), "{missed:?}");
+        // No miss at the highest rate: half of the smallest share.
+        assert!((missed[missed.len() - 1] - 5.0).abs() < 1e-9, "{missed:?}");
+        assert!((panel.y.low - 5_f64.log10()).abs() < 1e-9);
+        // 1e3 per minute are 6e4 per hour.
+        assert!((panel.x.high - 9e4_f64.log10()).abs() < 1e-9);
     }
 
     #[test]

@@ -16,6 +16,10 @@ const DIFFERS: Stroke = Stroke::solid(ORANGE, 3.2);
 /// The scenario.
 const SCENARIO: Stroke = Stroke::solid(BLACK, 5.0);
 
+/// Distance of the scenario's text from its point, and from the left and right edges, as shares of the axes.
+const NOTE_RISE: f64 = 0.06;
+const NOTE_MARGIN: f64 = 0.1;
+
 /// Approximate number of runs drawn along each axis.
 const RUNS_PER_AXIS: usize = 28;
 
@@ -50,7 +54,7 @@ pub struct MapView<'a> {
 }
 
 /// Draws the map: the stable region is shaded, the boundary is a line, and runs are dots. Runs that disagree with the analysis are
-/// larger and orange.
+/// larger and orange. A scenario beyond the map has its dot on the edge, and the legend says so.
 ///
 /// # Errors
 /// [`FigureError::Empty`] for a map without points.
@@ -83,13 +87,16 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure<'static>, FigureError>
     let pieces = view.boundary.iter().flat_map(|[from, to]| [place(*from), place(*to), (f64::NAN, f64::NAN)]);
     panel.curves.push((pieces.collect(), BOUNDARY));
     panel.curves.extend(dots(view).map(|(point, stroke)| (vec![place(point)], stroke)));
-    let scenario = place((x.scenario_value, y.scenario_value));
+    let exact = place((x.scenario_value, y.scenario_value));
+    let scenario = (x_axis.within(exact.0), y_axis.within(exact.1));
+    let scenario_is = if scenario == exact { "this scenario" } else { "this scenario (beyond the edge of the map)" };
     panel.curves.push((vec![scenario], Stroke::solid(WHITE, 7.0)));
     panel.curves.push((vec![scenario], SCENARIO));
+    panel.notes.push((beside(scenario, &x_axis, &y_axis), "this scenario".to_owned()));
     let mut legend = vec![
         (Sample::Shade(STABLE), "stable".to_owned()),
         (Sample::Line(BOUNDARY), "boundary (analysis)".to_owned()),
-        (Sample::Dot(SCENARIO), "scenario".to_owned()),
+        (Sample::Dot(SCENARIO), scenario_is.to_owned()),
     ];
     if view.grew.iter().any(Option::is_some) {
         legend.push((Sample::Dot(DECAYS), "simulation: decays".to_owned()));
@@ -99,6 +106,15 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure<'static>, FigureError>
         legend.push((Sample::Dot(DIFFERS), "simulation: disagrees".to_owned()));
     }
     Ok(Figure { name: view.name.to_owned(), legend, rows: vec![Row::of(240.0, panel)] })
+}
+
+/// Returns the place of the text for a point: above it, or below it near the upper edge, and within the axes.
+fn beside((x, y): Point, x_axis: &Axis, y_axis: &Axis) -> Point {
+    let (width, height) = (x_axis.high - x_axis.low, y_axis.high - y_axis.low);
+    let above = y + NOTE_RISE * height;
+    let is_inside = above < y_axis.high - 0.5 * NOTE_RISE * height;
+    let middle = x.clamp(x_axis.low + NOTE_MARGIN * width, x_axis.high - NOTE_MARGIN * width);
+    (middle, if is_inside { above } else { y - NOTE_RISE * height })
 }
 
 /// Returns the displayed runs: an even selection, and all runs that disagree.
@@ -149,6 +165,15 @@ mod tests {
         let shown = |view: &MapView<'_>| crate::shown(&stability_map(view).expect("a figure"));
         let plain = shown(&view);
         assert!(plain.contains("Tissue stiffness (N/m)") && !plain.contains("simulation"));
+        assert!(plain.contains("\"this scenario\""));
+        let softer = MapView { y: MapAxisView { scenario_value: 0.0, ..view.y }, ..view.clone() };
+        let figure = stability_map(&softer).expect("a figure");
+        let dot = &figure.rows[0].panels[0].curves.last().expect("the scenario").0;
+        assert_eq!(*dot, [(0.0, 0.0)], "on the lower edge, at 1 N/m");
+        let (note, _) = &figure.rows[0].panels[0].notes[0];
+        assert!(note.0 > 0.1 && (0.05..0.3).contains(&note.1), "above the dot, within the axes: {note:?}");
+        assert!(beside((1.0, 2.0), &Axis::log10((1.0, 100.0)), &Axis::log10((1.0, 100.0))).1 < 2.0);
+        assert!(crate::shown(&figure).contains("this scenario (beyond the edge of the map)"));
         let grew: Vec<Option<bool>> = stable.iter().map(|stable| Some(!stable)).collect();
         let checked = shown(&MapView { grew: &grew, ..view.clone() });
         assert!(checked.contains("simulation: grows") && !checked.contains("simulation: disagrees"));

@@ -23,6 +23,9 @@ use trocar_scenario::Values;
 /// Maximum number of alarms with a part of the time axis that a page offers to show.
 const MAX_WINDOWS: usize = 6;
 
+/// Maximum number of alarms whose times are in the first sentence.
+const MAX_TIMES: usize = 5;
+
 const MEANINGS: &str = "The residual e is the measured minus the estimated force. σ is its standard deviation. The robust σ is 1.4826 \
      times its median absolute deviation, which ruptures hardly change. K and B are the means of the \
      estimated stiffness and damping, s.e. is the mean of their standard error: a B within two of them of 0, as in a hold, is not \
@@ -78,7 +81,9 @@ impl Study for DetectionStudy {
             let name = self.values.name();
             self.samples.draw(&mut document, "", name, &self.report);
             add_timeline(&mut document, name, &self.report);
-            document.sections.extend(signals(&self.report));
+            let [signals, residual] = signals(&self.report);
+            document.sections.insert(0, signals);
+            document.sections.push(residual);
         }
         document
     }
@@ -94,10 +99,11 @@ pub fn add_timeline(document: &mut Document<'_>, name: &str, report: &DetectionR
 pub fn report_document(name: &str, report: &DetectionReport, values: &Values) -> Document<'static> {
     let (detector, threshold, unit) = report.detector;
     let samples = format!(
-        "{} samples over {} s, {}",
+        "{} samples over {} s, {}{}",
         report.samples,
         significant(report.duration_s),
-        counted(report.alarms.len() as u64, "alarm")
+        counted(report.alarms.len() as u64, "alarm"),
+        alarm_times(report)
     );
     let mut events = Section::new("events", "Events");
     if report.alarms.is_empty() && report.missed().next().is_none() {
@@ -110,14 +116,15 @@ pub fn report_document(name: &str, report: &DetectionReport, values: &Values) ->
     results.table(tables::phases("Estimates by phase", &report.phases));
     results.table(tables::residual(report));
     let mut sections = vec![events, results];
+    let mut sentences = vec![samples];
     if let Some(scores) = &report.scores {
-        let mut section = Section::new("labels", "Labels");
-        section.text(format!(
-            "{}: {} missed, {}",
-            counted(scores.ruptures as u64, "labelled rupture"),
+        sentences.push(format!(
+            "{} of {} missed, {}.",
             scores.missed,
+            counted(scores.ruptures as u64, "labelled rupture"),
             counted(scores.false_alarms as u64, "false alarm"),
         ));
+        let mut section = Section::new("labels", "Labels");
         section.table(tables::scores(scores, report.within_s));
         sections.push(section);
     }
@@ -126,13 +133,26 @@ pub fn report_document(name: &str, report: &DetectionReport, values: &Values) ->
         name: "detection",
         title: name.to_owned(),
         verdict: Verdict {
-            sentences: vec![samples],
+            sentences,
             left_out: vec![format!("detector: {detector}, threshold {}", Number::si(threshold, unit))],
         },
         warnings: report.warnings.clone(),
         sections,
         json: json(name, report, values),
         ..Document::default()
+    }
+}
+
+/// Returns the times of the first alarms, as in ` at 2.006 s and 5.1 s`; empty without an alarm.
+fn alarm_times(report: &DetectionReport) -> String {
+    let times: Vec<String> =
+        report.alarms.iter().take(MAX_TIMES).map(|alarm| format!("{:.3} s", alarm.time_s)).collect();
+    let more = report.alarms.len() - times.len();
+    match &*times {
+        [] => String::new(),
+        times if more > 0 => format!(" at {} and {more} later", times.join(", ")),
+        [one] => format!(" at {one}"),
+        [others @ .., last] => format!(" at {} and {last}", others.join(", ")),
     }
 }
 

@@ -36,7 +36,7 @@ impl Characteristics {
         let mut document = Document {
             name: "roc",
             title: format!("{runs}{conditions}"),
-            verdict: Verdict { sentences: self.counts(), left_out: vec![] },
+            verdict: Verdict { sentences: self.counts().into_iter().chain(self.best()).collect(), left_out: vec![] },
             warnings: self.warnings(),
             sections: self.sections(),
             data: vec![self.points()],
@@ -67,6 +67,23 @@ impl Characteristics {
         ]
     }
 
+    /// Names the detectors that detect the most in time at their own thresholds, and among them those with the fewest false alarms.
+    fn best(&self) -> Option<String> {
+        let detection = |point: &Point| point.detection.unwrap_or(0.0);
+        let most = self.own_points().map(|(_, point)| detection(point)).max_by(f64::total_cmp)?;
+        let of_most = || self.own_points().filter(|(_, point)| detection(point) == most);
+        let fewest = of_most().map(|(_, point)| point.false_alarms).min()?;
+        let best: Vec<&str> =
+            of_most().filter(|(_, point)| point.false_alarms == fewest).map(|(curve, _)| &*curve.detector).collect();
+        let alarms = counted(fewest, "false alarm");
+        let detect = if best.len() == 1 { "detects" } else { "detect" };
+        Some(format!(
+            "At their own thresholds {} {detect} the most in time: {} of the ruptures, with {alarms}.",
+            best.join(", "),
+            share(most)
+        ))
+    }
+
     fn sections(&self) -> Vec<Section> {
         let titled = |id, title: &'static str, line: &str, table: Table| {
             let mut section = Section::new(id, title);
@@ -75,7 +92,9 @@ impl Characteristics {
             section
         };
         let own = "at the detector's own threshold";
-        let mut sections = vec![titled("own", "At the detector's own threshold", own, self.own_table())];
+        let mut first = titled("own", "At the detector's own threshold", own, self.own_table());
+        first.figure("roc");
+        let mut sections = vec![first];
         if let Some(misses) = self.misses_table() {
             let line = "why ruptures have no alarm, at the detector's own threshold";
             sections.push(titled("misses", "Misses", line, misses));

@@ -72,6 +72,17 @@ pub(super) fn loop_table(analysis: &Analysis) -> Table {
     table
 }
 
+/// The limit of each parameter in a sentence.
+pub(super) fn limits_line(analysis: &Analysis) -> String {
+    let of_limit = |limit: &Limit| {
+        let unit = unit_of(limit.parameter.key()).unwrap_or_default();
+        let caption = limit.parameter.caption().split(" (").next().unwrap_or_default().to_lowercase();
+        format!("{caption} {} (here {})", largest(limit, &unit), Number::si(limit.value, unit.as_str()))
+    };
+    let limits: Vec<String> = analysis.limits.iter().map(of_limit).collect();
+    format!("Largest stable values, each with all else unchanged: {}.", limits.join(", "))
+}
+
 /// The limit of each parameter.
 pub(super) fn limit_table(analysis: &Analysis) -> Table {
     let columns = [
