@@ -9,6 +9,9 @@ use trocar_document::{decimals, significant};
 const SCALE: [(u8, u8, u8); 5] =
     [(0x44, 0x01, 0x54), (0x3b, 0x52, 0x8b), (0x21, 0x91, 0x8c), (0x5e, 0xc9, 0x62), (0xfd, 0xe7, 0x25)];
 
+/// Smallest range of the colours, as a share of the largest magnitude.
+const LEAST_RANGE: f64 = 0.05;
+
 /// Number of colours in the legend.
 const STEPS: usize = 6;
 
@@ -44,7 +47,7 @@ pub struct HeatView<'a> {
 /// [`FigureError::Empty`] without cells, [`FigureError::Length`] if the number of values differs from the number of cells.
 pub fn heat_map(view: &HeatView<'_>) -> Result<Figure<'static>, FigureError> {
     super::check("heat map", view.caption, view.x.len() * view.y.len(), &[("means", view.means.len())])?;
-    let (min, max) = extent(view.means.iter().copied()).unwrap_or((0.0, 0.0));
+    let (min, max) = wide(extent(view.means.iter().copied()).unwrap_or((0.0, 0.0)));
     let color = |value: f64| color(if max > min { (value - min) / (max - min) } else { 0.5 });
     let [x_axis, y_axis] = &view.axes;
     let (x_edges, y_edges) = (edges(&view.x, x_axis.log), edges(&view.y, y_axis.log));
@@ -72,6 +75,16 @@ pub fn heat_map(view: &HeatView<'_>) -> Result<Figure<'static>, FigureError> {
         ..Panel::new(x, x_axis.name, y, y_axis.name)
     };
     Ok(Figure { name: view.name.to_owned(), legend: vec![], rows: vec![Row::of(205.0, panel)] })
+}
+
+/// Widens a small range to [`LEAST_RANGE`] of its larger end: a negligible difference has a negligible difference of colour.
+fn wide((min, max): (f64, f64)) -> (f64, f64) {
+    let least = LEAST_RANGE * min.abs().max(max.abs());
+    if max > min && max - min < least {
+        let middle = min + 0.5 * (max - min);
+        return (middle - 0.5 * least, middle + 0.5 * least);
+    }
+    (min, max)
 }
 
 /// Returns the edges of the cells, halfway between their centres, in the coordinate of the axis.
@@ -133,6 +146,20 @@ mod tests {
             assert!(text.contains(end), "{end}");
         }
         assert!(text.contains("\"what\""));
+    }
+
+    #[test]
+    fn a_negligible_difference_has_nearly_one_colour() {
+        let (min, max) = wide((101.196, 101.256));
+        assert!((max - min - 0.05 * 101.256).abs() < 1e-9 && min < 101.196 && max > 101.256);
+        assert_eq!(wide((0.0, 1e-9)), (0.0, 1e-9));
+        assert_eq!(wide((2.0, 2.0)), (2.0, 2.0));
+        // Without the wider range the outer cells would have the ends of the scale.
+        let text = crate::shown(&heat_map(&view(&[101.196, 101.2, 101.256], &[1.0])).expect("drawn"));
+        let middle = crate::shown(&heat_map(&view(&[0.0, 0.0, 2.0 * 101.226], &[1.0])).expect("drawn"));
+        for end in ["#440154", "#fde725"] {
+            assert!(text.matches(end).count() < middle.matches(end).count(), "{end}: {text}");
+        }
     }
 
     #[test]

@@ -12,11 +12,11 @@ pub struct TornadoView<'a> {
     /// The metric.
     pub metric: &'a str,
     /// Its bars.
-    pub bars: Vec<Bar<'a>>,
+    pub bars: Vec<Bar>,
 }
 
-/// The name of an axis, its first-order Sobol index (0 to 1) and its standardised rank regression coefficient (-1 to 1).
-pub type Bar<'a> = (&'a str, Option<f64>, Option<f64>);
+/// The title of an axis, its first-order Sobol index (0 to 1) and its standardised rank regression coefficient (-1 to 1).
+pub type Bar = (String, Option<f64>, Option<f64>);
 
 /// The colours of the two bars.
 const SLOPE: Color = BLACK;
@@ -27,12 +27,12 @@ const SHARE: Color = GREY.pale(0.45);
 /// # Errors
 /// [`FigureError::Empty`] without a bar.
 pub fn tornado(name: &str, views: &[TornadoView<'_>]) -> Result<Figure<'static>, FigureError> {
-    let bars = views.iter().flat_map(|view| view.bars.iter().map(|bar| (view.metric, *bar)));
+    let bars = views.iter().flat_map(|view| view.bars.iter().map(|bar| (view.metric, bar)));
     let bar = |value: f64, (low, high): (f64, f64)| -> Vec<Point> {
         let value = value.clamp(-1.05, 1.05);
         vec![(0.0, low), (value, low), (value, high), (0.0, high)]
     };
-    let row = |(metric, (axis, index, slope)): (&str, Bar<'_>)| {
+    let row = |(metric, (axis, index, slope)): (&str, &Bar)| {
         let slope = slope.map(|slope| (bar(slope, (0.5, 0.9)), SLOPE));
         let index = index.map(|index| (bar(index, (0.1, 0.5)), SHARE));
         let panel = Panel {
@@ -64,9 +64,9 @@ mod tests {
 
     #[test]
     fn every_axis_of_every_metric_has_its_bars() {
-        let bars = vec![("scaling.force", Some(0.8), Some(-0.9)), ("arm.grip", Some(0.1), None)];
+        let bars = vec![("scaling.force".to_owned(), Some(0.8), Some(-0.9)), ("arm.grip".to_owned(), Some(0.1), None)];
         let views =
-            [TornadoView { metric: "overshoot", bars }, TornadoView { metric: "delay", bars: vec![("x", None, None)] }];
+            [TornadoView { metric: "overshoot", bars }, TornadoView { metric: "delay", bars: vec![("x".to_owned(), None, None)] }];
         let text = shown(&tornado("sweep", &views).expect("drawn"));
         for title in ["overshoot: scaling.force", "overshoot: arm.grip", "delay: x"] {
             assert!(text.contains(&format!("\"{title}\"")), "{title}");

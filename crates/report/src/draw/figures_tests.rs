@@ -253,7 +253,8 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
         y: x[..6].to_vec(),
         means: &means,
     };
-    let bars = vec![("scaling.force", Some(0.8), Some(-0.9)), ("operator.arm_stiffness_n_per_m", Some(0.1), None)];
+    let bars = [("scaling.force", 0.8, Some(-0.9)), ("operator.arm_stiffness_n_per_m", 0.1, None)];
+    let bars = bars.map(|(axis, share, slope)| (axis.to_owned(), Some(share), slope)).into();
     let influence = TornadoView { metric: "rupture 1: depth 2 s later", bars };
     let map_axis = |caption| MapAxisView { caption, values: &x, is_logarithmic: true, scenario_value: 1.0 };
     let stable: Vec<bool> = (0..3600).map(|k| k % 60 + k / 60 < 60).collect();

@@ -85,6 +85,8 @@ impl SamplingScheme {
 pub struct Design {
     /// Name of the folder.
     pub name: String,
+    /// The question that it answers.
+    pub question: Option<String>,
     /// The varied keys, in the order of the sweep file.
     pub axes: Vec<Axis>,
     /// The axes that vary together.
@@ -246,6 +248,7 @@ mod tests {
             scheme,
             seeds: 2,
             first_seed: 10,
+            question: None,
             listed_seeds: None,
             columns: vec![],
             focus: vec![],

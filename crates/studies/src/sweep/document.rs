@@ -2,8 +2,9 @@
 
 use serde_json::{Value as Json, json};
 
+use super::answer;
 use super::drawn_cases::DrawnCases;
-use super::{Design, Findings, HeatMap, Spread, Summary};
+use super::{Axis, Design, Findings, HeatMap, Spread, Summary};
 use trocar_document::{
     Cell, DataTable, Digits, Document, Figure, Number, Section, Shown, Study, Table, Values, Verdict, counted, readable,
 };
@@ -29,7 +30,7 @@ impl Study for SweepReport<'_> {
         let Self { design, findings, .. } = *self;
         let mut document = Document {
             name: "summary",
-            title: design.name.clone(),
+            title: design.question.as_ref().map_or(design.name.clone(), |asked| format!("{}: {asked}", design.name)),
             verdict: verdict(design, findings),
             warnings: findings.warnings.clone(),
             sections: vec![metrics(design, findings)],
@@ -42,6 +43,7 @@ impl Study for SweepReport<'_> {
             document.figure("tornado", tornado(design, findings));
             document.data.push(tornado_columns(design, findings));
         }
+        // A report begins with the picture of the answer.
         let mut maps = Section::new("maps", "Maps over two axes").shown(Shown::InReports);
         for map in &findings.heat_maps {
             let name = format!("heat_{}", design.columns[map.column].name);
@@ -50,7 +52,7 @@ impl Study for SweepReport<'_> {
             document.data.push(map_columns(design, map, name));
         }
         if !maps.blocks.is_empty() {
-            document.sections.push(maps);
+            document.sections.insert(0, maps);
         }
         if let Some(cases) = self.cases {
             let charts = cases.charts(design);
@@ -98,14 +100,15 @@ impl SweepReport<'_> {
 
 fn verdict(design: &Design, findings: &Findings) -> Verdict {
     let axes: Vec<&str> = design.axes.iter().map(|axis| &*axis.key.path).collect();
-    let mut sentences = vec![format!(
+    let mut sentences = answer::sentences(design, findings);
+    sentences.push(format!(
         "{}, {} ({}) with {} each, over {}.",
         counted(findings.cases, "case"),
         counted(design.points().unwrap_or(0), "point"),
         design.scheme.word(),
         counted(design.seeds, "seed"),
         if axes.is_empty() { "no axis".to_owned() } else { axes.join(", ") },
-    )];
+    ));
     if findings.diverged > 0 || findings.failed > 0 {
         let (diverged, failed) = (findings.diverged, findings.failed);
         sentences.push(format!("{} diverged, {failed} could not be integrated.", counted(diverged, "case")));
@@ -199,8 +202,13 @@ fn influences(design: &Design, findings: &Findings) -> Section {
 fn tornado(design: &Design, findings: &Findings) -> Result<Figure<'static>, FigureError> {
     let mut views = vec![];
     for of_metric in &findings.influences {
-        let bars = of_metric.of_axes.iter().map(|i| (i.axis.as_str(), i.epsilon_squared, i.rank_regression));
-        views.push(TornadoView { metric: &design.columns[of_metric.column].name, bars: bars.collect() });
+        let summary = &findings.summaries[of_metric.column];
+        let bars = match answer::constancy(summary) {
+            // Shares of a negligible difference would look like large influences.
+            Some(range) => vec![(range, None, None)],
+            None => of_metric.of_axes.iter().map(|i| (i.title(summary), i.epsilon_squared, i.rank_regression)).collect(),
+        };
+        views.push(TornadoView { metric: &summary.label, bars });
     }
     figures::tornado(&design.name, &views)
 }
@@ -209,10 +217,17 @@ fn tornado(design: &Design, findings: &Findings) -> Result<Figure<'static>, Figu
 fn heat_map(design: &Design, map: &HeatMap) -> Result<Figure<'static>, FigureError> {
     let column = &design.columns[map.column];
     let (factor, unit) = readable(column.unit);
-    let over = match design.seeds {
-        1 => String::new(),
-        seeds => format!(" (mean over {seeds} seeds)"),
+    let seeds = (design.seeds > 1).then(|| format!("{} seeds", design.seeds));
+    let is_other = |(index, _): &(usize, &Axis)| ![map.x_axis, map.y_axis].contains(index);
+    let others: Vec<String> =
+        design.axes.iter().enumerate().filter(is_other).map(|(_, axis)| axis.key.path.to_string()).collect();
+    let others = match others.len() {
+        0 => None,
+        1 | 2 => Some(others.join(" and ")),
+        more => Some(format!("the {more} other axes")),
     };
+    let all: Vec<String> = seeds.into_iter().chain(others).collect();
+    let over = if all.is_empty() { String::new() } else { format!(" (mean over {})", all.join(" and ")) };
     let label = &column.label;
     let caption = if unit.is_empty() { format!("{label}{over}") } else { format!("{label} in{unit}{over}") };
     let named = [map.x_axis, map.y_axis].map(|axis| {

@@ -12,8 +12,9 @@ use trocar_scenario::{
 };
 
 /// The keys of a sweep file, with their meanings.
-pub const SWEEP_KEYS: [(&str, &str); 13] = [
+pub const SWEEP_KEYS: [(&str, &str); 14] = [
     ("name", "Name of the sweep's folder; the file name without extension when not given."),
+    ("question", "The question that the sweep answers, for its report."),
     ("base", "The scenario to vary: a path relative to this file, or a shipped one."),
     ("seeds", "Number of noise seeds per point, or a list of them; 1 when not given."),
     ("first_seed", "First noise seed, unless they are listed; the scenario's own when not given."),
@@ -39,6 +40,7 @@ const AXIS: &str = "a list, as in [1.0, 2.0], or { from = 0.5, to = 2.0, points 
 #[derive(Debug)]
 pub(super) struct SweepFile {
     pub(super) name: Option<String>,
+    pub(super) question: Option<String>,
     pub(super) base: Option<Entry>,
     pub(super) set: Vec<Entry>,
     pub(super) axes: Vec<Axis>,
@@ -109,6 +111,7 @@ impl SweepFile {
         };
         Ok(Self {
             name: find("name").map(name).transpose()?,
+            question: find("question").map(line).transpose()?,
             base: find("base").cloned(),
             set: set.into_iter().map(strip).collect(),
             axes,
@@ -179,6 +182,12 @@ fn name(entry: &Entry) -> Result<String, ScenarioError> {
     let is_harmless = |name: &&str| harmless_name(name) == **name;
     let name = entry.value.as_str().filter(is_harmless);
     name.map(str::to_owned).ok_or_else(|| must(entry, "a string of letters, digits, '-' and '_', which names a folder"))
+}
+
+/// A text of one line.
+fn line(entry: &Entry) -> Result<String, ScenarioError> {
+    let is_line = |text: &&str| !text.trim().is_empty() && !text.contains(char::is_control);
+    entry.value.as_str().filter(is_line).map(str::to_owned).ok_or_else(|| must(entry, "a text of one line"))
 }
 
 fn scheme<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme, ScenarioError> {

@@ -6,6 +6,7 @@
 //! eight cases, written when the pack is complete. An interrupted sweep continues from there, and parts from different
 //! shards are joined by reading them in sequence.
 
+mod answer;
 mod axis;
 mod axis_column;
 mod case_tables;
@@ -48,4 +49,4 @@ pub use schema::sweep_schema;
 pub use shard::Shard;
 pub use sobol::{MAX_DIMENSIONS, Sobol};
 pub use stability::LoopOfCase;
-pub use statistics::{Cell, Findings, HeatMap, Influence, Influences, Spread, Summary, findings};
+pub use statistics::{Cell, Findings, HeatMap, Influence, Influences, LevelMean, Spread, Summary, findings};

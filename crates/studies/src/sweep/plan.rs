@@ -278,6 +278,7 @@ fn hexadecimal(bytes: &[u8]) -> String {
 fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
     Design {
         name: file.name.unwrap_or(stem),
+        question: file.question,
         axes: file.axes,
         correlations: file.correlations,
         scheme: file.scheme,
@@ -308,9 +309,11 @@ fn design_toml(design: &Design) -> String {
         Some(seeds) => format!("seeds = {seeds:?}"),
         None => format!("seeds = {}\nfirst_seed = {}", design.seeds, design.first_seed),
     };
+    let question = design.question.as_ref().map(|text| format!("question = {}\n", toml::Value::String(text.clone())));
     let mut text = format!(
-        "name = {}\n{seeds}\nmetrics = {}\nfocus = {}\ncsv = {}\n\n[design]\nkind = \"{}\"\n",
+        "name = {}\n{}{seeds}\nmetrics = {}\nfocus = {}\ncsv = {}\n\n[design]\nkind = \"{}\"\n",
         toml::Value::String(design.name.clone()),
+        question.unwrap_or_default(),
         names(design.columns.iter().collect()),
         names(design.focus.iter().map(|index| &design.columns[*index]).collect()),
         design.csv,

@@ -49,6 +49,7 @@ pub fn sweep_schema() -> Json {
         "required": ["base"],
         "properties": {
             "name": with(json!({ "type": "string", "minLength": 1 }), "name"),
+            "question": with(json!({ "type": "string", "minLength": 1 }), "question"),
             "base": with(json!({ "type": "string", "minLength": 1 }), "base"),
             "seeds": with(
                 json!({ "anyOf": [

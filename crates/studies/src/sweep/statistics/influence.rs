@@ -12,11 +12,12 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::cells::{class, classes};
-use crate::sweep::axis::number;
+use crate::sweep::axis::{Axis, number};
 use crate::sweep::design::{Design, SamplingScheme};
 use crate::sweep::permutation::Permutation;
 use trocar_base::moments::Moments;
 use trocar_base::quantiles::standard_ranks;
+use trocar_scenario::Value;
 
 /// Number of classes of an axis without levels, and the maximum number otherwise. It is a choice of this project: with
 /// 20, a class of a thousand cases has 50.
@@ -34,6 +35,22 @@ pub struct Influence {
     pub epsilon_squared: Option<f64>,
     /// Standardised rank regression coefficient; `None` for words, and if the regression is singular.
     pub rank_regression: Option<f64>,
+    /// The smallest and the largest mean of the metric over a class of the axis; `None` for given points, and if it is never defined.
+    pub means: Option<[LevelMean; 2]>,
+}
+
+/// The mean of a metric over the cases in a class of an axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LevelMean {
+    /// Value of the axis in the middle of the class.
+    #[serde(serialize_with = "as_json")]
+    pub at: Value,
+    /// Mean of the metric.
+    pub mean: f64,
+}
+
+fn as_json<S: serde::Serializer>(value: &Value, serializer: S) -> Result<S::Ok, S::Error> {
+    value.to_toml().serialize(serializer)
 }
 
 /// The influences on a metric.
@@ -127,6 +144,7 @@ impl<'a> Inputs<'a> {
                         None
                     },
                     rank_regression: regression.as_ref().and_then(|regression| regression.coefficients[index]),
+                    means: if self.has_classes() { means(axis, &self.by_class[place][index]) } else { None },
                 })
                 .collect();
             let strength = |influence: &Influence| influence.epsilon_squared.unwrap_or(0.0);
@@ -185,6 +203,17 @@ fn epsilon_squared(overall: &Moments, classes: &[Moments]) -> Option<f64> {
     Some(((overall.squares - within - (k - 1.0) * within / (n - k)) / overall.squares).clamp(0.0, 1.0))
 }
 
+/// Returns the smallest and the largest mean over the classes of an axis.
+fn means(axis: &Axis, classes: &[Moments]) -> Option<[LevelMean; 2]> {
+    let filled = || classes.iter().enumerate().filter(|(_, class)| class.count > 0);
+    let by_mean = |a: &(usize, &Moments), b: &(usize, &Moments)| a.1.mean.total_cmp(&b.1.mean);
+    let of = |(index, class): (usize, &Moments)| {
+        let coordinate = (index as f64 + 0.5) / classes.len() as f64;
+        LevelMean { at: axis.value(coordinate), mean: class.mean }
+    };
+    Some([of(filled().min_by(by_mean)?), of(filled().max_by(by_mean)?)])
+}
+
 /// Returns the solution of symmetric equations with 1 on the diagonal; `None` if they are singular to 1e-9.
 fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let factors = matrix.lu();
@@ -194,7 +223,7 @@ fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::axis::{Axis, Levels};
+    use crate::sweep::axis::Levels;
     use crate::sweep::columns::Column;
     use trocar_scenario::{Place, find_key};
 
@@ -212,6 +241,7 @@ mod tests {
             scheme: SamplingScheme::Sobol { points: 1 << 14, seed: 1 },
             seeds: 1,
             first_seed: 1,
+            question: None,
             listed_seeds: None,
             columns: vec![Column::named("tracking_rmse_m").expect("a metric")],
             focus: vec![0],
@@ -243,6 +273,12 @@ mod tests {
             assert!((influence.rank_regression.expect("a line") - slope).abs() < 0.03, "{influence:?}");
         }
         assert!(influences.rank_r_squared.expect("a line") > 0.97);
+        // Twenty classes: the outermost are centred at ±0.95, where the others are 0 on average.
+        let [smallest, largest] = first.means.clone().expect("means");
+        for (mean, end) in [(smallest, -0.95), (largest, 0.95)] {
+            assert!((number(&mean.at).expect("a number") - end).abs() < 1e-12, "{mean:?}");
+            assert!((mean.mean - 3.0 * end).abs() < 0.03, "{mean:?}");
+        }
     }
 
     #[test]

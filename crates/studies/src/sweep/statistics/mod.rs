@@ -9,7 +9,7 @@ mod quantiles;
 mod unchanged;
 
 pub use cells::{Cell, HeatMap};
-pub use influence::{Influence, Influences};
+pub use influence::{Influence, Influences, LevelMean};
 
 use serde::Serialize;
 

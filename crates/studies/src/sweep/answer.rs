@@ -1,0 +1,81 @@
+//! What a sweep answers about the metrics in focus, in sentences.
+
+use super::{Design, Findings, Influence, Influences, LevelMean, Spread, Summary, number as number_of};
+use trocar_document::{plain, show, significant};
+use trocar_metrics::Unit;
+use trocar_scenario::unit_of;
+
+/// Maximum number of metrics with a sentence.
+const MAX_METRICS: usize = 4;
+
+/// Smallest share of the variance for which an axis is said to decide a metric.
+const MIN_SHARE: f64 = 0.1;
+
+/// Largest difference of a metric between cases, as a share of its largest magnitude, for which it is said to hardly change.
+const SMALL_CHANGE: f64 = 0.01;
+
+/// Returns a sentence for each of the first metrics in focus that varies: the axis with the largest influence, and the means of the
+/// metric at the values of that axis where they are smallest and largest.
+pub(super) fn sentences(design: &Design, findings: &Findings) -> Vec<String> {
+    let varies = |of: &&Influences| !findings.summaries[of.column].is_unchanged(findings.cases);
+    let sentence = |of: &Influences| of_metric(design, &findings.summaries[of.column], of);
+    findings.influences.iter().filter(varies).filter_map(sentence).take(MAX_METRICS).collect()
+}
+
+fn of_metric(design: &Design, summary: &Summary, influences: &Influences) -> Option<String> {
+    let label = &summary.label;
+    if let Some(constancy) = constancy(summary) {
+        return Some(format!("{label} {constancy}."));
+    }
+    let Spread { quantile_5, quantile_95, .. } = summary.spread?;
+    let strongest = influences.of_axes.first()?;
+    let share = strongest.epsilon_squared?;
+    let Some([smallest, largest]) = strongest.means.as_ref().filter(|_| share >= MIN_SHARE) else {
+        return Some(format!(
+            "{label} ({} to {} in 90 % of the cases) follows no single axis: seeds, or several axes together, change it.",
+            number(quantile_5, summary),
+            number(quantile_95, summary)
+        ));
+    };
+    let axis = &strongest.axis;
+    let alone = if design.axes.len() > 1 { " depends most on" } else { " depends on" };
+    let at = |mean: &LevelMean| format!("{} at {}", number(mean.mean, summary), value(mean, axis));
+    Some(format!(
+        "{label}{alone} {axis}, {:.0} % of its variance: on average {} and {}.",
+        100.0 * share,
+        at(smallest),
+        at(largest)
+    ))
+}
+
+/// Says that a metric is nearly the same in all cases, with its range; `None` if it is not.
+pub(super) fn constancy(summary: &Summary) -> Option<String> {
+    let Spread { min, max, .. } = summary.spread?;
+    let is_constant = max - min < SMALL_CHANGE * min.abs().max(max.abs());
+    is_constant.then(|| format!("hardly changes: {} to {}", number(min, summary), number(max, summary)))
+}
+
+impl Influence {
+    /// The axis with the smallest and the largest mean of a metric along it.
+    pub(super) fn title(&self, summary: &Summary) -> String {
+        let range = |[low, high]: &[LevelMean; 2]| {
+            format!(": on average {} to {}", number(low.mean, summary), number(high.mean, summary))
+        };
+        format!("{}{}", self.axis, self.means.as_ref().map_or(String::new(), range))
+    }
+}
+
+/// A value of a metric, or the mean of one that is true or false as a share.
+fn number(value: f64, summary: &Summary) -> String {
+    let is_flag = summary.unit == Unit::Count && summary.metric.contains("is_");
+    if is_flag {
+        return format!("in {:.0} % of the cases", 100.0 * value);
+    }
+    if summary.unit == Unit::Count { significant(value) } else { show(Some(value), summary.unit) }
+}
+
+/// The value of an axis with its unit.
+fn value(mean: &LevelMean, axis: &str) -> String {
+    let unit = unit_of(axis).map_or(String::new(), |unit| format!(" {unit}"));
+    number_of(&mean.at).map_or_else(|| mean.at.to_toml().to_string(), |number| format!("{}{unit}", plain(number)))
+}
