@@ -117,7 +117,7 @@ def test_a_comparison():
     assert [fact["holds"] for fact in comparison.facts] == [True] * len(comparison.facts)
     frame = comparison.to_dataframe()
     assert list(frame.columns) == ["unit", "classical", "augmented"]
-    assert frame.index[0] == "rupture_1_detection_delay_s"
+    assert frame.index[0] == "rupture_1_slave_travel_m"
     assert len(comparison.plot().axes) == 2
     assert "<table>" in comparison._repr_html_() and "augmented" in str(comparison)
     assert trocar.compare("paper/classical").facts is None

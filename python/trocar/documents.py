@@ -45,7 +45,7 @@ class Table:
     >>> table.columns
     ['metric', 'through-the-skin', 'skin-augmented', 'change']
     >>> len(table.rows) == len(table.texts), table.texts[0][0]
-    (True, 'rupture 1: detection delay')
+    (True, 'rupture 1: overshoot at 0.3 s')
     """
 
     def __init__(self, contents: dict[str, Any]) -> None:
