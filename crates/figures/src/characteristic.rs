@@ -1,7 +1,11 @@
 //! Detection probability and delay against the false-alarm rate, one line per detector.
 
 use super::FigureError;
-use trocar_document::figure::{Axis, Figure, LINES, Panel, Row, Sample, Series, Stroke, Y_TICKS};
+use trocar_document::figure::{Axis, Figure, LINES, Panel, Point, Row, Sample, Series, Stroke, Y_TICKS};
+
+/// Height of a label with its distance from the line, as a share of the axis, and maximum number of names in it.
+const LABEL_HEIGHT: f64 = 0.1;
+const MAX_NAMES: usize = 4;
 
 /// Minutes in an hour.
 const PER_HOUR: f64 = 60.0;
@@ -70,12 +74,20 @@ pub fn characteristic(
     let misses = views.iter().map(|view| twice(&missed(view)).into_iter().map(raised).collect());
     let detected = lines(&places, misses, 100.0);
     let delays = lines(&places, views.iter().map(|view| twice(&view.delay_median_s)), 1e3);
-    let detection = panel(Axis::log10((least, 110.0)), "Missed (%; lower edge: none)", detected);
-    let delay = panel(Axis::from_zero(1e3 * longest, Y_TICKS), "Median delay (ms)", delays);
-    let names = views.iter().zip(strokes()).map(|(view, line)| (Sample::Line(line), view.name.to_owned()));
+    let mut detection = panel(Axis::log10((least, 110.0)), "Missed or late (%; lower edge: none)", detected);
+    let mut delay = panel(Axis::from_zero(1e3 * longest, Y_TICKS), "Median delay (ms)", delays);
+    let names: Vec<&str> = views.iter().map(|view| view.name).collect();
+    for panel in [&mut detection, &mut delay] {
+        panel.notes = labels(panel, &names);
+    }
+    let legend = views.iter().zip(strokes()).map(|(view, line)| (Sample::Line(line), view.name.to_owned()));
+    // Thin lines are drawn over wide ones, so that both are visible where detectors agree.
+    for panel in [&mut detection, &mut delay] {
+        panel.series.sort_by(|a, b| b.stroke.width.total_cmp(&a.stroke.width));
+    }
     Ok(Figure {
         name: name.to_owned(),
-        legend: names.collect(),
+        legend: legend.collect(),
         rows: vec![Row::of(165.0, detection), Row::of(115.0, delay)],
     })
 }
@@ -87,10 +99,29 @@ fn strokes() -> impl Iterator<Item = Stroke> {
 
 fn lines(places: &[Vec<f64>], columns: impl Iterator<Item = Vec<f64>>, scale: f64) -> Vec<Series<'static>> {
     let line = |((x, y), stroke): ((&Vec<f64>, Vec<f64>), Stroke)| Series::new(x.clone(), y, stroke).times(scale);
-    let mut series: Vec<Series<'_>> = places.iter().zip(columns).zip(strokes()).map(line).collect();
-    // Thin lines are drawn over wide ones, so that both are visible where detectors agree.
-    series.sort_by(|a, b| b.stroke.width.total_cmp(&a.stroke.width));
-    series
+    places.iter().zip(columns).zip(strokes()).map(line).collect()
+}
+
+/// Names the lines in the middle of the axis, above them. Lines that are close there share a label.
+fn labels(panel: &Panel<'_>, names: &[&str]) -> Vec<(Point, String)> {
+    let (x, y) = (&panel.x, &panel.y);
+    let (middle, height) = (0.5 * (x.low + x.high), y.high - y.low);
+    let mut groups: Vec<(f64, Vec<&str>)> = vec![];
+    for (series, name) in panel.series.iter().zip(names) {
+        let until = panel.samples(series, usize::MAX, &[]).take_while(|(place, _)| *place <= middle);
+        let Some((_, at)) = until.last().filter(|(_, at)| at.is_finite()) else { continue };
+        match groups.iter_mut().find(|(other, _)| (other - at).abs() < LABEL_HEIGHT * height) {
+            Some((_, group)) => group.push(name),
+            None => groups.push((at, vec![name])),
+        }
+    }
+    let text = |group: &[&str]| match group {
+        [shown @ .., _] if group.len() > MAX_NAMES + 1 => {
+            format!("{} and {} others", shown[..MAX_NAMES].join(", "), group.len() - MAX_NAMES)
+        }
+        _ => group.join(", "),
+    };
+    groups.iter().map(|(at, group)| ((middle, at + 0.5 * LABEL_HEIGHT * height), text(group))).collect()
 }
 
 /// Returns each value twice, for the start and the end of its step.
@@ -143,6 +174,18 @@ mod tests {
         assert!((panel.y.low - 5_f64.log10()).abs() < 1e-9);
         // 1e3 per minute are 6e4 per hour.
         assert!((panel.x.high - 9e4_f64.log10()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn lines_are_named_where_they_are_and_equal_ones_together() {
+        let views = [view("a", 0.0), view("b", 0.0), view("c", 0.6)];
+        let figure = characteristic("study", &views, 1e-3).expect("a figure");
+        let notes = &figure.rows[0].panels[0].notes;
+        let texts: Vec<&str> = notes.iter().map(|(_, text)| &**text).collect();
+        assert_eq!(texts, ["a, b", "c"]);
+        // At the middle of 0.03 to 9e4 per hour the rate of 1e-2 per minute is the last: half of the ruptures are missed.
+        let panel = &figure.rows[0].panels[0];
+        assert!((notes[0].0.1 - 50_f64.log10() - 0.05 * (panel.y.high - panel.y.low)).abs() < 1e-9, "{notes:?}");
     }
 
     #[test]

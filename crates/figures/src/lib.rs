@@ -56,7 +56,7 @@ pub use stability::{MapAxisView, MapView, stability_map};
 pub use strategies::{StrategyView, strategies};
 pub use switching::switching;
 pub use timeline::{MAX_ROWS, TimelineRow, timeline};
-pub use tornado::{TornadoView, tornado};
+pub use tornado::{InfluenceBar, tornado};
 pub use z_width::z_width;
 
 use std::borrow::Cow;

@@ -75,13 +75,17 @@ impl Characteristics {
         let fewest = of_most().map(|(_, point)| point.false_alarms).min()?;
         let best: Vec<&str> =
             of_most().filter(|(_, point)| point.false_alarms == fewest).map(|(curve, _)| &*curve.detector).collect();
-        let alarms = counted(fewest, "false alarm");
-        let detect = if best.len() == 1 { "detects" } else { "detect" };
-        Some(format!(
-            "At their own thresholds {} {detect} the most in time: {} of the ruptures, with {alarms}.",
-            best.join(", "),
-            share(most)
-        ))
+        let alarms = if fewest == 0 { "no false alarm".to_owned() } else { counted(fewest, "false alarm") };
+        let (names, share) = (best.join(", "), share(most));
+        Some(match best.len() {
+            1 => format!(
+                "{names} detects the most in time at its own threshold: {share} of the ruptures, with {alarms}."
+            ),
+            count => format!(
+                "{count} of {} detect the most in time at their own thresholds, {share} of the ruptures with {alarms}: {names}.",
+                counted(self.own_points().count() as u64, "detector")
+            ),
+        })
     }
 
     fn sections(&self) -> Vec<Section> {

@@ -2,6 +2,7 @@
 
 use super::{Design, Findings, Influence, Influences, LevelMean, Spread, Summary, number as number_of};
 use trocar_document::{plain, show, significant};
+use trocar_figures::InfluenceBar;
 use trocar_metrics::Unit;
 use trocar_scenario::unit_of;
 
@@ -23,7 +24,7 @@ pub(super) fn sentences(design: &Design, findings: &Findings) -> Vec<String> {
 }
 
 fn of_metric(design: &Design, summary: &Summary, influences: &Influences) -> Option<String> {
-    let label = &summary.label;
+    let label = capitalised(&summary.label);
     if let Some(constancy) = constancy(summary) {
         return Some(format!("{label} {constancy}."));
     }
@@ -48,6 +49,12 @@ fn of_metric(design: &Design, summary: &Summary, influences: &Influences) -> Opt
     ))
 }
 
+/// A label at the beginning of a sentence.
+fn capitalised(label: &str) -> String {
+    let mut letters = label.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// Says that a metric is nearly the same in all cases, with its range; `None` if it is not.
 pub(super) fn constancy(summary: &Summary) -> Option<String> {
     let Spread { min, max, .. } = summary.spread?;
@@ -56,12 +63,17 @@ pub(super) fn constancy(summary: &Summary) -> Option<String> {
 }
 
 impl Influence {
-    /// The axis with the smallest and the largest mean of a metric along it.
-    pub(super) fn title(&self, summary: &Summary) -> String {
+    /// Its bar, with the smallest and the largest mean of the metric along the axis.
+    pub(super) fn bar(&self, summary: &Summary) -> InfluenceBar {
         let range = |[low, high]: &[LevelMean; 2]| {
-            format!(": on average {} to {}", number(low.mean, summary), number(high.mean, summary))
+            format!(" (on average {} to {})", number(low.mean, summary), number(high.mean, summary))
         };
-        format!("{}{}", self.axis, self.means.as_ref().map_or(String::new(), range))
+        let range = self.means.as_ref().map_or(String::new(), range);
+        InfluenceBar {
+            title: format!("{}, by {}{range}", summary.label, self.axis),
+            share: self.epsilon_squared,
+            slope: self.rank_regression,
+        }
     }
 }
 

@@ -4,11 +4,11 @@ use serde_json::{Value as Json, json};
 
 use super::answer;
 use super::drawn_cases::DrawnCases;
-use super::{Axis, Design, Findings, HeatMap, Spread, Summary};
+use super::{Axis, Design, Findings, HeatMap, Influences, Spread, Summary};
 use trocar_document::{
     Cell, DataTable, Digits, Document, Figure, Number, Section, Shown, Study, Table, Values, Verdict, counted, readable,
 };
-use trocar_figures::{self as figures, AxisView, FigureError, HeatView, TornadoView};
+use trocar_figures::{self as figures, AxisView, FigureError, HeatView, InfluenceBar};
 use trocar_metrics::Unit;
 use trocar_scenario::unit_of;
 
@@ -30,7 +30,7 @@ impl Study for SweepReport<'_> {
         let Self { design, findings, .. } = *self;
         let mut document = Document {
             name: "summary",
-            title: design.question.as_ref().map_or(design.name.clone(), |asked| format!("{}: {asked}", design.name)),
+            title: design.name.clone(),
             verdict: verdict(design, findings),
             warnings: findings.warnings.clone(),
             sections: vec![metrics(design, findings)],
@@ -100,7 +100,8 @@ impl SweepReport<'_> {
 
 fn verdict(design: &Design, findings: &Findings) -> Verdict {
     let axes: Vec<&str> = design.axes.iter().map(|axis| &*axis.key.path).collect();
-    let mut sentences = answer::sentences(design, findings);
+    let mut sentences: Vec<String> = design.question.iter().cloned().collect();
+    sentences.extend(answer::sentences(design, findings));
     sentences.push(format!(
         "{}, {} ({}) with {} each, over {}.",
         counted(findings.cases, "case"),
@@ -200,17 +201,18 @@ fn influences(design: &Design, findings: &Findings) -> Section {
 }
 
 fn tornado(design: &Design, findings: &Findings) -> Result<Figure<'static>, FigureError> {
-    let mut views = vec![];
-    for of_metric in &findings.influences {
+    let bars = |of_metric: &Influences| {
         let summary = &findings.summaries[of_metric.column];
-        let bars = match answer::constancy(summary) {
+        match answer::constancy(summary) {
             // Shares of a negligible difference would look like large influences.
-            Some(range) => vec![(range, None, None)],
-            None => of_metric.of_axes.iter().map(|i| (i.title(summary), i.epsilon_squared, i.rank_regression)).collect(),
-        };
-        views.push(TornadoView { metric: &summary.label, bars });
-    }
-    figures::tornado(&design.name, &views)
+            Some(range) => {
+                vec![InfluenceBar { title: format!("{} ({range})", summary.label), share: None, slope: None }]
+            }
+            None => of_metric.of_axes.iter().map(|influence| influence.bar(summary)).collect(),
+        }
+    };
+    let bars: Vec<InfluenceBar> = findings.influences.iter().flat_map(bars).collect();
+    figures::tornado(&design.name, &bars)
 }
 
 /// Describes a metric's mean over two axes.
