@@ -17,7 +17,7 @@ Examples:
   trocar explain missed-rupture
   trocar explain detector.threshold
   trocar explain detector
-  trocar explain \"advance in 2 s\"
+  trocar explain \"depth 2 s later\"
   trocar explain felt_contrast";
 
 /// Explain a warning, a key, a section of keys or a metric.

@@ -203,10 +203,11 @@ fn a_stray_alarm_is_no_detection() {
         "the force does not fall within 0.1 s before it",
     ];
     assert_warns(&folder, &[&trace[..], &more].concat(), "stray-alarm", &phrases);
-    let said = folder.good(&[&trace[..], &more].concat());
-    assert!(said.contains("1 labelled rupture: 1 missed, 1 false alarm"), "{said}");
-    let good = folder.good(&["detect", "good.csv", "--rupture-s", "2.49"]);
-    assert!(good.contains("1 labelled rupture: 0 missed, 0 false alarms"), "{good}");
+    let one_line = |arguments: &[&str]| folder.good(arguments).split_whitespace().collect::<Vec<_>>().join(" ");
+    let said = one_line(&[&trace[..], &more].concat());
+    assert!(said.contains("1 of 1 labelled rupture missed, 1 false alarm."), "{said}");
+    let good = one_line(&["detect", "good.csv", "--rupture-s", "2.49"]);
+    assert!(good.contains("0 of 1 labelled rupture missed, 0 false"), "{good}");
 }
 
 #[test]
@@ -294,7 +295,7 @@ fn the_error_of_a_bad_sample_is_shown_with_guessed_columns() {
 fn explain_knows_labels_and_sections() {
     let folder = TestFolder::new();
     let explained = |word: &str| folder.good(&["explain", word]);
-    assert!(explained("advance in 2 s").contains("rupture_1_horizon_advance_m"));
+    assert!(explained("depth 2 s later").contains("rupture_1_horizon_advance_m"));
     assert!(explained("rupture 2: detection delay").contains("rupture_1_detection_delay_s"));
     assert!(explained("Mean |residual|").contains("In tables: mean |residual|."));
     let operator = explained("operator");

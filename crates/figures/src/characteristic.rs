@@ -108,7 +108,7 @@ fn labels(panel: &Panel<'_>, names: &[&str]) -> Vec<(Point, String)> {
     let (middle, height) = (0.5 * (x.low + x.high), y.high - y.low);
     let mut groups: Vec<(f64, Vec<&str>)> = vec![];
     for (series, name) in panel.series.iter().zip(names) {
-        let until = panel.samples(series, usize::MAX, &[]).take_while(|(place, _)| *place <= middle);
+        let until = panel.samples(series, series.x.len(), &[]).take_while(|(place, _)| *place <= middle);
         let Some((_, at)) = until.last().filter(|(_, at)| at.is_finite()) else { continue };
         match groups.iter_mut().find(|(other, _)| (other - at).abs() < LABEL_HEIGHT * height) {
             Some((_, group)) => group.push(name),
@@ -178,7 +178,8 @@ mod tests {
 
     #[test]
     fn lines_are_named_where_they_are_and_equal_ones_together() {
-        let views = [view("a", 0.0), view("b", 0.0), view("c", 0.6)];
+        let worse = CharacteristicView { detection: vec![f64::NAN, 0.1, 0.3, 1.0], ..view("c", 0.0) };
+        let views = [view("a", 0.0), view("b", 0.0), worse];
         let figure = characteristic("study", &views, 1e-3).expect("a figure");
         let notes = &figure.rows[0].panels[0].notes;
         let texts: Vec<&str> = notes.iter().map(|(_, text)| &**text).collect();

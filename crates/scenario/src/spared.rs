@@ -4,22 +4,25 @@ use super::error::ScenarioError;
 use super::keys::nearest_of;
 use super::scenario::Scenario;
 use super::values::Values;
-use trocar_core::settings::KeySource as _;
+use trocar_core::settings::{ActsFor, KeySource as _};
+
+/// The kinds of tissue that have layers.
+const LAYERED: ActsFor = ActsFor::new("tissue.kind", &["layers", "tearing"]);
 
 trocar_core::settings! {
     /// The aim of the insertion.
     #[derive(Debug, Clone, PartialEq)]
     pub struct AimSettings in "tissue." no const {
         /// Name of a layer that the needle must not rupture: that it and the layers below it stay whole is then no warning.
-        spared_layer: Option<String>,
+        spared_layer: Option<String> for (LAYERED),
     }
 }
 
-/// Checks that the spared layer is one that can rupture; a tissue without layers has none to spare.
+/// Checks that the spared layer is one that can rupture.
 pub(super) fn check_spared(values: &mut Values, scenario: &Scenario) -> Result<(), ScenarioError> {
     let Some(name) = AimSettings::read(values)?.spared_layer else { return Ok(()) };
     let layers = scenario.rupturing_layers();
-    if layers.is_empty() || layers.contains(&name.as_str()) {
+    if layers.contains(&name.as_str()) {
         return Ok(());
     }
     let path = AimSettings::KEYS[0].path;

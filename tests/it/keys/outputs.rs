@@ -45,6 +45,7 @@ impl Outputs {
         (settings_differ && self.run() != other.run())
             || (one != two && self.stability(&one) != other.stability(&two))
             || population(&self.scenario) != population(&other.scenario)
+            || self.scenario.layers_to_rupture() != other.scenario.layers_to_rupture()
             || (detection_differs && self.detection() != other.detection())
             || (settings_differ && self.roc() != other.roc())
     }

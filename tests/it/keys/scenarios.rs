@@ -298,6 +298,7 @@ impl Scenarios {
             "tissue.fmu.force" => vec!["reaction.shaft_force_n".into()],
             "tissue.fmu.ruptured" => vec!["f".into()],
             "tissue.fmu.parameters" => vec!["\"k = 200\"".into()],
+            "tissue.spared_layer" => vec!["skin".into(), "muscle".into()],
             "slave.denominator" => vec!["[1.0, 90.0, 0.1, 0.0]".into()],
             _ => return None,
         })

@@ -99,7 +99,7 @@ pub fn add_timeline(document: &mut Document<'_>, name: &str, report: &DetectionR
 pub fn report_document(name: &str, report: &DetectionReport, values: &Values) -> Document<'static> {
     let (detector, threshold, unit) = report.detector;
     let samples = format!(
-        "{} samples over {} s, {}{}",
+        "{} samples over {} s, {}{}.",
         report.samples,
         significant(report.duration_s),
         counted(report.alarms.len() as u64, "alarm"),

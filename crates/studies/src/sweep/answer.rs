@@ -1,7 +1,7 @@
 //! What a sweep answers about the metrics in focus, in sentences.
 
-use super::{Design, Findings, Influence, Influences, LevelMean, Spread, Summary, number as number_of};
-use trocar_document::{plain, show, significant};
+use super::{Findings, Influence, Influences, LevelMean, Spread, Summary, number as number_of};
+use trocar_document::{plain, show};
 use trocar_figures::InfluenceBar;
 use trocar_metrics::Unit;
 use trocar_scenario::unit_of;
@@ -17,49 +17,42 @@ const SMALL_CHANGE: f64 = 0.01;
 
 /// Returns a sentence for each of the first metrics in focus that varies: the axis with the largest influence, and the means of the
 /// metric at the values of that axis where they are smallest and largest.
-pub(super) fn sentences(design: &Design, findings: &Findings) -> Vec<String> {
+pub(super) fn sentences(findings: &Findings) -> Vec<String> {
     let varies = |of: &&Influences| !findings.summaries[of.column].is_unchanged(findings.cases);
-    let sentence = |of: &Influences| of_metric(design, &findings.summaries[of.column], of);
+    let sentence = |of: &Influences| of_metric(&findings.summaries[of.column], of);
     findings.influences.iter().filter(varies).filter_map(sentence).take(MAX_METRICS).collect()
 }
 
-fn of_metric(design: &Design, summary: &Summary, influences: &Influences) -> Option<String> {
-    let label = capitalised(&summary.label);
+fn of_metric(summary: &Summary, influences: &Influences) -> Option<String> {
+    let label = &summary.label;
     if let Some(constancy) = constancy(summary) {
-        return Some(format!("{label} {constancy}."));
+        return Some(format!("Nothing changes {label} by more than {:.0} %{constancy}.", 100.0 * SMALL_CHANGE));
     }
-    let Spread { quantile_5, quantile_95, .. } = summary.spread?;
     let strongest = influences.of_axes.first()?;
     let share = strongest.epsilon_squared?;
     let Some([smallest, largest]) = strongest.means.as_ref().filter(|_| share >= MIN_SHARE) else {
+        let Spread { quantile_5, quantile_95, .. } = summary.spread?;
         return Some(format!(
-            "{label} ({} to {} in 90 % of the cases) follows no single axis: seeds, or several axes together, change it.",
+            "No single axis decides {label} ({} to {} in 90 % of the cases): seeds, or several axes together, change it.",
             number(quantile_5, summary),
             number(quantile_95, summary)
         ));
     };
     let axis = &strongest.axis;
-    let alone = if design.axes.len() > 1 { " depends most on" } else { " depends on" };
     let at = |mean: &LevelMean| format!("{} at {}", number(mean.mean, summary), value(mean, axis));
     Some(format!(
-        "{label}{alone} {axis}, {:.0} % of its variance: on average {} and {}.",
+        "The strongest influence on {label} is {axis}, with {:.0} % of its variance: on average {} and {}.",
         100.0 * share,
         at(smallest),
         at(largest)
     ))
 }
 
-/// A label at the beginning of a sentence.
-fn capitalised(label: &str) -> String {
-    let mut letters = label.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// Says that a metric is nearly the same in all cases, with its range; `None` if it is not.
+/// The range of a metric that is nearly the same in all cases; `None` if it is not.
 pub(super) fn constancy(summary: &Summary) -> Option<String> {
     let Spread { min, max, .. } = summary.spread?;
     let is_constant = max - min < SMALL_CHANGE * min.abs().max(max.abs());
-    is_constant.then(|| format!("hardly changes: {} to {}", number(min, summary), number(max, summary)))
+    is_constant.then(|| format!(" ({} to {})", number(min, summary), number(max, summary)))
 }
 
 impl Influence {
@@ -83,7 +76,7 @@ fn number(value: f64, summary: &Summary) -> String {
     if is_flag {
         return format!("in {:.0} % of the cases", 100.0 * value);
     }
-    if summary.unit == Unit::Count { significant(value) } else { show(Some(value), summary.unit) }
+    if summary.unit == Unit::Count { plain(value) } else { show(Some(value), summary.unit) }
 }
 
 /// The value of an axis with its unit.

@@ -101,7 +101,7 @@ impl SweepReport<'_> {
 fn verdict(design: &Design, findings: &Findings) -> Verdict {
     let axes: Vec<&str> = design.axes.iter().map(|axis| &*axis.key.path).collect();
     let mut sentences: Vec<String> = design.question.iter().cloned().collect();
-    sentences.extend(answer::sentences(design, findings));
+    sentences.extend(answer::sentences(findings));
     sentences.push(format!(
         "{}, {} ({}) with {} each, over {}.",
         counted(findings.cases, "case"),
@@ -206,7 +206,7 @@ fn tornado(design: &Design, findings: &Findings) -> Result<Figure<'static>, Figu
         match answer::constancy(summary) {
             // Shares of a negligible difference would look like large influences.
             Some(range) => {
-                vec![InfluenceBar { title: format!("{} ({range})", summary.label), share: None, slope: None }]
+                vec![InfluenceBar { title: format!("{}: hardly changes{range}", summary.label), share: None, slope: None }]
             }
             None => of_metric.of_axes.iter().map(|influence| influence.bar(summary)).collect(),
         }
