@@ -48,6 +48,7 @@ mod recording;
 mod report;
 mod rig;
 mod roc;
+mod schemas;
 mod stability;
 mod support;
 mod sweep;

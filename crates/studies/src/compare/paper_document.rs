@@ -1,10 +1,11 @@
 //! What the reproduction of the paper says.
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::paper::{PAPER_VARIANCE_N2, PaperStudy};
 use super::{Fact, facts_table};
-use trocar_document::{Document, Figure, Section, Shown, Study, Table, Verdict};
+use trocar_document::{Document, Figure, Section, Shown, Study, Table, Verdict, json_of};
 use trocar_figures::{self as figures, FigureError};
 
 impl Study for PaperStudy {
@@ -22,9 +23,9 @@ impl Study for PaperStudy {
                 sentences: vec![format!("{held} of {} statements of the paper hold.", facts.len())],
                 left_out: vec![],
             },
-            json: json!({
-                "trocar_version": env!("CARGO_PKG_VERSION"),
-                "figures": all.iter().map(|figure| json!({ "number": figure.number, "facts": figure.facts })).collect::<Vec<_>>(),
+            json: json_of(&PaperFile {
+                trocar_version: env!("CARGO_PKG_VERSION"),
+                figures: all.iter().map(|figure| FigureFacts { number: figure.number, facts: &figure.facts }).collect(),
             }),
             ..Document::default()
         };
@@ -49,6 +50,24 @@ impl Study for PaperStudy {
         }
         document
     }
+}
+
+/// `paper.json`: the statements of the paper with the results.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct PaperFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// The figures of the paper.
+    figures: Vec<FigureFacts<'a>>,
+}
+
+/// The statements that a figure of the paper shows.
+#[derive(Debug, Serialize, JsonSchema)]
+struct FigureFacts<'a> {
+    /// Its number in the paper.
+    number: u8,
+    /// The statements with the results.
+    facts: &'a [Fact],
 }
 
 /// Describes a figure of the paper.

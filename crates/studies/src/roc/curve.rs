@@ -3,13 +3,14 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::interval::{poisson, wilson};
 use super::tally::Tally;
 
 /// The performance of a detector at one threshold. Intervals are 95 % confidence intervals.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Point {
     /// γ, in the unit of the distance.
     pub threshold: f64,
@@ -87,7 +88,7 @@ impl Point {
 }
 
 /// The performance of a detector by threshold, ascending.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Curve {
     /// The distance, by its word in scenarios, or the name of the user's own detector.
     pub detector: Cow<'static, str>,

@@ -9,6 +9,7 @@
 //! variance of the ranks that the regression explains.
 
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::cells::{class, classes};
@@ -26,7 +27,7 @@ const MAX_CLASSES: u64 = 20;
 const MAX_RANKED: u64 = 10_000;
 
 /// The influence of one axis on a metric.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Influence {
     /// Key of the axis.
     pub axis: String,
