@@ -1,7 +1,7 @@
 //! JSON files and their schemas.
 
-use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 use serde_json::Value as Json;
 
@@ -27,7 +27,8 @@ pub fn schema_of<T: JsonSchema>() -> Json {
     let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
     let mut schema = generator.into_root_schema_for::<T>().to_value();
     complete(&mut schema, true);
-    schema
+    // A `Schema` writes its keywords in a fixed order.
+    Schema::try_from(schema).map(|schema| json_of(&schema)).unwrap_or_default()
 }
 
 /// Forbids keys that a schema does not name, and words its descriptions for readers of JSON. A part of an object, which a schema

@@ -196,7 +196,7 @@ impl<T: MetricValue> MetricValue for Option<T> {
 }
 
 /// Returns a transform of the schema of a scope's numbers: it adds the unit to the description of each metric.
-pub fn with_units<T: 'static>(metrics: &'static [Metric<fn(&T) -> Option<f64>>]) -> impl FnMut(&mut Schema) {
+pub fn with_units<Read>(metrics: &'static [Metric<Read>]) -> impl FnMut(&mut Schema) {
     move |schema| {
         let Some(properties) = schema.get_mut("properties") else { return };
         for Declaration { name, unit, .. } in metrics.iter().map(|metric| &metric.declaration) {

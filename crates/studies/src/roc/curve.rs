@@ -12,7 +12,8 @@ use super::tally::Tally;
 /// The performance of a detector at one threshold. Intervals are 95 % confidence intervals.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Point {
-    /// γ, in the unit of the distance.
+    /// γ, in the unit of the distance; NaN (`null` in JSON) for the user's own detector without a threshold.
+    #[schemars(with = "Option<f64>")]
     pub threshold: f64,
     /// Number of cases.
     pub cases: u64,
@@ -99,9 +100,11 @@ pub struct Curve {
     pub is_own: bool,
     /// The unit of its threshold.
     pub unit: &'static str,
-    /// The threshold of its settings, in that unit; NaN for the user's own detector without a threshold.
+    /// The threshold of its settings, in that unit; NaN (`null` in JSON) for the user's own detector without a threshold.
+    #[schemars(with = "Option<f64>")]
     pub own_threshold: f64,
-    /// Its drift, in that unit; NaN for the user's own detector.
+    /// Its drift, in that unit; NaN (`null` in JSON) for the user's own detector.
+    #[schemars(with = "Option<f64>")]
     pub drift: f64,
     /// The performance at each threshold.
     pub points: Vec<Point>,
