@@ -27,6 +27,7 @@ mod report;
 mod roc;
 mod run;
 mod scenarios;
+mod schema;
 mod stability;
 mod strategies;
 mod sweep;
@@ -40,8 +41,7 @@ use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use error::CliError;
 use trocar_report::Folder;
-use trocar_scenario::{Scenario, ScenarioError, Source, json_schema};
-use trocar_studies::sweep::sweep_schema;
+use trocar_scenario::{Scenario, ScenarioError, Source};
 
 /// Simulates needle insertions by bilateral teleoperation, with event-based haptic augmentation.
 ///
@@ -170,13 +170,8 @@ enum Command {
     /// marked as an example.
     /// Without a flag, the starter is --layers: a tissue of your own, which needs no other file.
     Init(init::InitArgs),
-    /// Print a JSON Schema of scenario files, for editors
-    #[command(after_help = "Example:\n  trocar schema > trocar.schema.json")]
-    Schema {
-        /// Print the schema of sweep files instead
-        #[arg(long)]
-        sweep: bool,
-    },
+    /// Print the JSON Schema of scenario files for editors, or of a JSON file: its keys with units and meaning
+    Schema(schema::SchemaArgs),
     /// Write the in-vivo-like recording, or a variant with another seed
     ///
     /// A synthetic insertion through two layers with the properties that the paper states for its recording: CSV with time_s,
@@ -284,8 +279,7 @@ pub fn main() -> ExitCode {
         Command::Explain(args) => explain::run(&args),
         Command::Scenarios(args) => scenarios::run(&args),
         Command::Sweep(args) => sweep::run(&args),
-        Command::Schema { sweep: false } => terminal::print(&format!("{:#}\n", json_schema())),
-        Command::Schema { sweep: true } => terminal::print(&format!("{:#}\n", sweep_schema())),
+        Command::Schema(args) => schema::run(&args),
         Command::Init(args) => init::run(&args),
         Command::Paper(args) => paper::run(&args),
         Command::Completions(args) => completions::run(&args),

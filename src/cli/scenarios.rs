@@ -1,10 +1,12 @@
 //! `trocar scenarios`.
 
 use clap::{Args, Subcommand};
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::error::CliError;
 use super::terminal;
+use trocar_document::{json_of, to_json};
 use trocar_report::{WIDTH, filled};
 use trocar_scenario::{Source, shipped_questions};
 
@@ -35,16 +37,26 @@ enum Action {
     },
 }
 
+/// A shipped scenario.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct ShippedScenario {
+    /// Its name, as commands accept it.
+    name: String,
+    /// The question that it answers.
+    question: &'static str,
+    /// Its path, for `base` of a scenario file.
+    path: String,
+}
+
 pub(super) fn run(args: &ScenariosArgs) -> Result<(), CliError> {
     match &args.action {
         Some(Action::Show { name }) => terminal::print(&Source::parse(name).read()?),
         None if args.json => {
-            let entry = |(path, question): (&str, &str)| {
+            let entry = |(path, question)| {
                 let (folder, name) = parts(path);
-                json!({ "name": format!("{folder}/{name}"), "question": question, "path": format!("builtin:{path}") })
+                ShippedScenario { name: format!("{folder}/{name}"), question, path: format!("builtin:{path}") }
             };
-            let list: serde_json::Value = shipped_questions().map(entry).collect();
-            terminal::print(&format!("{list:#}\n"))
+            terminal::print(&to_json(&json_of(&shipped_questions().map(entry).collect::<Vec<_>>())))
         }
         None => terminal::print(&list()),
     }

@@ -62,9 +62,10 @@ fn what_is_unknown_is_refused_with_what_is_near() {
 }
 
 #[test]
-fn a_schema_is_that_of_scenarios_or_of_sweeps() {
-    assert!(matches!(parsed(&["schema"]), Command::Schema { sweep: false }));
-    assert!(matches!(parsed(&["schema", "--sweep"]), Command::Schema { sweep: true }));
+fn a_schema_has_one_kind() {
+    assert!(matches!(parsed(&["schema", "roc"]), Command::Schema(_)));
+    assert!(refused(&["schema", "rok"]).contains("'roc'"));
+    assert!(refused(&["schema", "roc", "--sweep"]).contains("cannot be used with"));
 }
 
 fn scenario_error() -> ScenarioError {

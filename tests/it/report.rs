@@ -446,7 +446,8 @@ fn the_page_of_stability_draws_walls_and_absolute_stability_and_repeats_its_comm
 #[test]
 fn every_command_that_has_it_says_what_it_does() {
     let folder = TestFolder::new();
-    for command in [&["run"][..], &["compare"], &["detect"], &["roc"], &["sweep"], &["sweep", "merge"], &["stability"]] {
+    for command in [&["run"][..], &["compare"], &["detect"], &["roc"], &["sweep"], &["sweep", "merge"], &["stability"]]
+    {
         let help = folder.good(&[command, &["--help"]].concat());
         let about = between(&help, "--report", "--out").split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(about.contains("report.html"), "{command:?}: {about}");

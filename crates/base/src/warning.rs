@@ -2,8 +2,10 @@
 //!
 //! Terminal, JSON files, reports and Python show the same warnings.
 
+use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
 /// Defines the codes: the variant, its word, and what it means.
@@ -222,8 +224,19 @@ impl Serialize for Code {
     }
 }
 
+impl JsonSchema for Code {
+    fn schema_name() -> Cow<'static, str> {
+        "Code".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let codes = Self::ALL.iter().map(|code| json_schema!({ "const": code.word(), "description": code.meaning() }));
+        json_schema!({ "description": "The code of a warning.", "oneOf": codes.collect::<Vec<_>>() })
+    }
+}
+
 /// A warning.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Warning {
     /// Its code.
     pub code: Code,

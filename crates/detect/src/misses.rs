@@ -1,5 +1,6 @@
 //! Why labelled ruptures of a recording were missed.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Detection, Match};
@@ -8,7 +9,7 @@ use trocar_core::time::nearest_ticks;
 use trocar_metrics::{DetectorSample, Miss, MissRule, SupervisorHistory};
 
 /// Why a labelled rupture was missed.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct LabelMiss {
     /// Index of the label, from 0.
     pub label: usize,

@@ -3,12 +3,13 @@
 use std::ops::Range;
 use trocar_document::figure::Shade;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use trocar_base::interrupt;
 
 /// The phase of an insertion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
     /// Not in the tissue: before the contact, or after the withdrawal.

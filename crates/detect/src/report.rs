@@ -1,5 +1,6 @@
 //! The numbers of a detection.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Detection;
@@ -15,7 +16,7 @@ use trocar_core::detector::DetectorSettings;
 use trocar_metrics::RUPTURE_WINDOW_S;
 
 /// An alarm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct DetectedAlarm {
     /// Time of the recording, in s.
     pub time_s: f64,
@@ -36,7 +37,7 @@ pub struct DetectedAlarm {
 }
 
 /// A labelled rupture of a recording.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Label {
     /// Time of the recording, in s.
     pub time_s: f64,
@@ -45,7 +46,7 @@ pub struct Label {
 }
 
 /// The estimates of the extra parameter over a whole run.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct ExtraParameterEstimate {
     /// Name of the column, with the unit.
     pub column: &'static str,
@@ -65,7 +66,7 @@ impl ExtraParameterEstimate {
 }
 
 /// The results of a detection.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct DetectionReport {
     /// Number of samples.
     pub samples: usize,

@@ -1,5 +1,6 @@
 //! Scores of a detection against labels.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The counts of a labelled recording, or of several.
@@ -33,7 +34,7 @@ impl Tally {
 
 /// The scores of a tally. An undefined score is `None`: the precision without alarms, the recall without ruptures, a
 /// rate per minute without recorded time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Scores {
     /// Number of labelled recordings.
     pub recordings: usize,

@@ -1,5 +1,6 @@
 //! Statistics of the residual, over a whole recording and by phase.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Detection;
@@ -9,7 +10,7 @@ use trocar_base::quantiles::robust_std;
 use trocar_core::estimation::Confidence;
 
 /// Statistics of the residual over a whole recording.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct ResidualStatistics {
     /// Mean, in N.
     pub mean_n: f64,
@@ -140,7 +141,7 @@ pub(super) fn statistics(detection: &Detection) -> (ResidualStatistics, Vec<Phas
 
 /// The statistics of one phase over all its intervals. A value is `None` if it is undefined: in a phase that does not
 /// occur, or out of the tissue.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PhaseStatistics {
     /// The phase.
     pub phase: Phase,

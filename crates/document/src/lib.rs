@@ -19,7 +19,7 @@ pub use command::command_line;
 pub use data::{DataColumn, DataTable, Values};
 pub use digits::{Few, Fine};
 pub use figure::Figure;
-pub use json::to_json;
+pub use json::{json_of, schema_of, to_json};
 pub use number::{counted, decimals, plain, readable, shortest, show, significant};
 pub use table::{Column, Row, Table};
 pub use trocar_base::unit::Unit;

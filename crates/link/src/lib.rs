@@ -21,6 +21,7 @@ mod window;
 
 pub use arrivals::Arrivals;
 pub use counters::Counters;
+pub use document::LinkFile;
 pub use endpoint::{Endpoint, Trip};
 pub use ends::{MasterEnd, Meter, SlaveEnd};
 pub use greeting::{Calling, Greeted, Waiting, fingerprint};

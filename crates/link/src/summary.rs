@@ -5,17 +5,19 @@ use super::endpoint::Trip;
 use super::ends::Meter;
 use super::lateness::LatenessSummary;
 use super::packet::Role;
+use schemars::JsonSchema;
+use serde::Serialize;
 use trocar_base::quantiles::quantile_of;
 use trocar_engine::channel::Schedule;
 
-/// Median, 99 % and largest of some values; `None` without values.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// The distribution of some values; `None` without values.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Spread {
-    /// Median.
+    /// The median.
     pub median: Option<f64>,
-    /// 99 %.
+    /// The 99 % quantile.
     pub p99: Option<f64>,
-    /// The largest.
+    /// The maximum.
     pub worst: Option<f64>,
 }
 

@@ -4,12 +4,14 @@
 //! tables and reader. Each scope has its table beside its numbers: a run's in `summary.rs`, a rupture's in
 //! `rupture.rs`. Structs, JSON, comparison tables, sweep columns and documentation are generated from the declarations.
 
+use schemars::{JsonSchema, Schema};
 use serde::Serialize;
+use serde_json::Value as Json;
 
 use super::Unit;
 
 /// Which values of a metric are better, other things being equal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Better {
     /// Smaller ones.
@@ -193,12 +195,25 @@ impl<T: MetricValue> MetricValue for Option<T> {
     }
 }
 
+/// Returns a transform of the schema of a scope's numbers: it adds the unit to the description of each metric.
+pub fn with_units<Read>(metrics: &'static [Metric<Read>]) -> impl FnMut(&mut Schema) {
+    move |schema| {
+        let Some(properties) = schema.get_mut("properties") else { return };
+        for Declaration { name, unit, .. } in metrics.iter().map(|metric| &metric.declaration) {
+            let description = properties.get_mut(name).and_then(|property| property.get_mut("description"));
+            if let (Some(Json::String(description)), false) = (description, unit.si() == "1") {
+                description.push_str(&format!(" In {}.", unit.si()));
+            }
+        }
+    }
+}
+
 /// Declares the metrics of a scope, and with `pub struct` the fields that they are read from.
 ///
 /// An entry is a doc comment of one line, which is the metric's sentence, and
 /// `name: Type = "label", Unit signed, Better [Shown] was "former_name" => |of| read;`. Without `: Type` it is not a field
 /// and needs `=> read`; without `= "label"` it is a field and not a metric; `signed`, `[Shown]`, `was` and `=> read` may be
-/// left out.
+/// left out. The struct derives its JSON Schema, in which each metric has its unit.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! metrics {
@@ -213,6 +228,7 @@ macro_rules! metrics {
         }
     ) => {
         $(#[$attribute])*
+        #[schemars(transform = $crate::catalogue::with_units(Self::METRICS))]
         pub struct $owner {
             $($(#[doc = $meaning] pub $name: $type,)?)*
         }

@@ -1,5 +1,6 @@
 //! The metrics of one augmented event.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::metrics;
@@ -10,7 +11,7 @@ use trocar_engine::engine::Signals;
 
 metrics! {
     /// The metrics of one event, from the alarm to the return to teleoperation.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct EventMetrics in Event {
         /// Time at which the alarm was accepted.
         start_s: f64 = "start", Second, Neither [Never];

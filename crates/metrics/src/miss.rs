@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use trocar_base::warning::{Code, Warning};
@@ -17,7 +18,7 @@ use trocar_core::time::nearest_ticks;
 const FAR_M: f64 = 1e3;
 
 /// What kept the detector from an alarm, or the supervisor from an event.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "reason", rename_all = "kebab-case")]
 pub enum MissReason {
     /// The estimator's contact position is deeper than the needle.
@@ -222,7 +223,7 @@ impl Display for MissReason {
 }
 
 /// Why a rupture has no alarm within its window.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Miss {
     /// The reason.
     #[serde(flatten)]

@@ -1,5 +1,6 @@
 //! The energies at the ports of a run, and the balance of each part between them.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::metrics;
@@ -12,7 +13,7 @@ metrics! {
     /// augmentation (feedback force to reference), and the slave with its controller (reference to needle). The slave's
     /// energies are scaled to the master by force scale over position scale in the balances of the link and of the
     /// teleoperator.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
     pub struct PortMetrics in Port {
         /// Work of the hand on the master, ∫ F_h dx_h.
         hand_energy_j: f64 = "work of the hand", Joule signed, Neither [Never];

@@ -1,5 +1,6 @@
 //! The metrics of one rupture.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::intent::Aftermath;
@@ -13,7 +14,7 @@ use trocar_engine::engine::Signals;
 metrics! {
     /// The metrics of one rupture. "At the rupture" is the tick of the rupture itself, the last one under load. A
     /// metric over a window is undefined if the run ended before the window.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct RuptureMetrics in Rupture {
         /// Time at which the layer ruptured.
         time_s: f64 = "time", Second, Neither [Never];

@@ -1,5 +1,6 @@
 //! The metrics of a run and of its link.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{EventMetrics, PortMetrics, RuptureMetrics};
@@ -8,7 +9,7 @@ use trocar_core::time::TickGrid;
 use trocar_engine::teleoperation::LinkReport;
 
 /// How a run ended. Diverging is a result, not an error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Outcome {
     /// Every tick was run.
@@ -29,7 +30,7 @@ pub enum Outcome {
 }
 
 /// An accepted alarm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Alarm {
     /// The time in s.
     pub time_s: f64,
@@ -38,7 +39,7 @@ pub struct Alarm {
 }
 
 /// Time spent in each mode, in s.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct ModeTimes {
     /// In teleoperation: the slave follows the master.
     pub teleoperation_s: f64,
@@ -50,7 +51,7 @@ pub struct ModeTimes {
 
 metrics! {
     /// The metrics of the link between master and slave.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
     pub struct LinkMetrics in Link {
         /// Number of outages of the link, in either direction.
         outages: u64 = "outages", Count, Neither [WhereNonZero];
@@ -97,7 +98,7 @@ impl LinkMetrics {
 
 metrics! {
     /// Every metric of one run.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct Metrics in Run {
         /// The outcome.
         outcome: Outcome;

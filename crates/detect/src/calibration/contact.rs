@@ -1,5 +1,6 @@
 //! Estimation of the contact position from a recording.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::spread::median;
@@ -7,7 +8,7 @@ use trocar_base::interrupt;
 use trocar_base::large_pages::with_capacity;
 
 /// The rule that gives the contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactRule {
     /// The user gives the contact.

@@ -2,14 +2,16 @@
 
 use std::fmt::Write as _;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use serde_json::{Value as Json, json};
 
-use super::{Calibration, Candidate, ContactRule, LAGS, RunLength};
-use crate::document::Samples;
+use super::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
+use crate::document::{ChainSettings, Samples};
 use crate::{Detection, DetectionReport};
-use trocar_base::warning::Code;
+use trocar_base::warning::{Code, Warning};
 use trocar_document::{
-    Cell, Digits, Document, Number, Section, Shown, Study, Table, TextFile, Verdict, counted, significant,
+    Cell, Digits, Document, Number, Section, Shown, Study, Table, TextFile, Verdict, counted, json_of, significant,
 };
 use trocar_metrics::Unit;
 
@@ -261,51 +263,36 @@ impl Calibration {
     }
 
     fn json(&self, name: &str) -> Json {
-        let candidate = |candidate: &Candidate| {
-            let Candidate { estimator, detector, .. } = candidate;
-            json!({
-                "memory_updates": candidate.memory_updates,
-                "reset_threshold": estimator.reset_threshold,
-                "quiet_std_n": detector.distance.hypotheses.quiet_std_n,
-                "threshold": detector.cusum.threshold,
-                "drift": detector.cusum.drift,
-                "run_length_threshold": candidate.run_length_threshold,
-                "harmless_peak": candidate.harmless_peak,
-                "found_share": candidate.found_share,
-                "delay_s": candidate.delay_s,
-                "harmless_share": candidate.harmless_share,
-            })
-        };
         let Candidate { contact_m, estimator, detector, delay_s, .. } = self.rounded_settings();
-        json!({
-            "trocar_version": env!("CARGO_PKG_VERSION"),
-            "recording": name,
-            "warnings": self.warnings(),
-            "looked_at_s": self.looked_at_s,
-            "interval_s": self.interval_s,
-            "noise_std_n": self.noise_std_n,
-            "contact_rule": self.contact_rule,
-            "quiet_std_n": self.quiet_std_n,
-            "quiet_blocks": self.quiet_blocks,
-            "quiet_segment_s": self.quiet_segment_s,
-            "whiteness": self.whiteness,
-            "ruptures_s": self.ruptures_s,
-            "probes": self.probes,
-            "candidates": self.candidates.iter().map(candidate).collect::<Vec<_>>(),
-            "chosen": self.chosen,
-            "predicted_false_alarm_s": self.false_alarm_s,
-            "least_false_alarm_s": self.least_false_alarm_s(),
-            "quiet_s": self.quiet_s,
-            "predicted_delay_s": delay_s,
-            "settings": {
-                "estimator": {
+        json_of(&CalibrationFile {
+            trocar_version: env!("CARGO_PKG_VERSION"),
+            recording: name,
+            warnings: self.warnings(),
+            looked_at_s: self.looked_at_s,
+            interval_s: self.interval_s,
+            noise_std_n: self.noise_std_n,
+            contact_rule: self.contact_rule,
+            quiet_std_n: self.quiet_std_n,
+            quiet_blocks: self.quiet_blocks,
+            quiet_segment_s: self.quiet_segment_s,
+            whiteness: self.whiteness,
+            ruptures_s: &self.ruptures_s,
+            probes: self.probes,
+            candidates: self.candidates.iter().map(CandidateEntry::of).collect(),
+            chosen: self.chosen,
+            predicted_false_alarm_s: self.false_alarm_s,
+            least_false_alarm_s: self.least_false_alarm_s(),
+            quiet_s: self.quiet_s,
+            predicted_delay_s: delay_s,
+            settings: ChainSettings {
+                estimator: json!({
                     "normalisation": estimator.normalisation,
                     "initial_gain": estimator.initial_gain,
                     "reset_threshold": estimator.reset_threshold,
                     "dead_zone_n": estimator.dead_zone_n,
                     "contact_m": contact_m,
-                },
-                "detector": {
+                }),
+                detector: json!({
                     "distance": detector.distance.kind.word(),
                     "quiet_std_n": detector.distance.hypotheses.quiet_std_n,
                     "rupture_std_n": detector.distance.hypotheses.rupture_std_n,
@@ -315,9 +302,95 @@ impl Calibration {
                     "settle_s": detector.arming.settle_s,
                     "drop_only": detector.arming.drop_only,
                     "withdrawal_speed_m_per_s": detector.arming.withdrawal_speed_m_per_s,
-                },
+                }),
             },
         })
+    }
+}
+
+/// `calibration.json`: what was measured in a recording, and the settings that follow.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct CalibrationFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// Name of the recording.
+    recording: &'a str,
+    /// The warnings about the chosen settings.
+    warnings: Vec<Warning>,
+    /// Duration of the evaluated part of the recording, in s.
+    looked_at_s: f64,
+    /// Interval between two samples, in s.
+    interval_s: f64,
+    /// Standard deviation of the white noise of the force, in N.
+    noise_std_n: f64,
+    contact_rule: ContactRule,
+    /// Standard deviation of the residual without a rupture, in N.
+    quiet_std_n: f64,
+    /// Number of blocks that give `quiet_std_n`; 0 if there were too few, and it follows from the noise.
+    quiet_blocks: usize,
+    /// The longest interval without a rupture, in contact and settled, in s after the first sample.
+    quiet_segment_s: Option<(f64, f64)>,
+    /// Test of the residual in that interval for white Gaussian noise.
+    whiteness: Option<Whiteness>,
+    /// The recognised ruptures, in s after the first sample.
+    ruptures_s: &'a [f64],
+    /// Number of synthetic ruptures and harmless changes that were added to the recording.
+    probes: usize,
+    /// The candidates, one per memory of the estimator, in ascending order.
+    candidates: Vec<CandidateEntry>,
+    /// Index of the chosen candidate, from 0.
+    chosen: usize,
+    /// Predicted time between false alarms in s; `None` if the residual is not white Gaussian noise.
+    predicted_false_alarm_s: Option<f64>,
+    /// Lower bound of the time between false alarms in s, with 95 % confidence, from the quiet time without an alarm.
+    least_false_alarm_s: f64,
+    /// Time of quiet contact in s, in which the chosen settings raise no alarm.
+    quiet_s: f64,
+    /// Predicted delay of the slowest rupture, in s.
+    predicted_delay_s: Option<f64>,
+    settings: ChainSettings,
+}
+
+/// Candidate settings with their test results.
+#[derive(Debug, Serialize, JsonSchema)]
+struct CandidateEntry {
+    /// Number of corrections between two resets of the estimator's gain.
+    memory_updates: f64,
+    /// `estimator.reset_threshold`.
+    reset_threshold: f64,
+    /// `detector.quiet_std_n`, in N.
+    quiet_std_n: f64,
+    /// `detector.threshold`, in N².
+    threshold: f64,
+    /// `detector.drift`, in N².
+    drift: f64,
+    /// Threshold that gives the requested time between false alarms, in N².
+    run_length_threshold: f64,
+    /// The largest harmless excursion of the decision, in N².
+    harmless_peak: f64,
+    /// Share of the added slowest ruptures that are detected; `None` if there is room for too few probes.
+    found_share: Option<f64>,
+    /// Median delay of these detections, in s.
+    delay_s: Option<f64>,
+    /// Share of the added fastest harmless changes that raise an alarm.
+    harmless_share: Option<f64>,
+}
+
+impl CandidateEntry {
+    fn of(candidate: &Candidate) -> Self {
+        let Candidate { estimator, detector, .. } = candidate;
+        Self {
+            memory_updates: candidate.memory_updates,
+            reset_threshold: estimator.reset_threshold,
+            quiet_std_n: detector.distance.hypotheses.quiet_std_n,
+            threshold: detector.cusum.threshold,
+            drift: detector.cusum.drift,
+            run_length_threshold: candidate.run_length_threshold,
+            harmless_peak: candidate.harmless_peak,
+            found_share: candidate.found_share,
+            delay_s: candidate.delay_s,
+            harmless_share: candidate.harmless_share,
+        }
     }
 }
 

@@ -35,7 +35,7 @@ mod spread;
 mod whiteness;
 
 pub use contact::ContactRule;
-pub use document::{CalibrationStudy, run_lengths_document};
+pub use document::{CalibrationFile, CalibrationStudy, run_lengths_document};
 pub use request::CalibrationRequest;
 pub use run_length::RunLength;
 pub(super) use spread::noise_std;

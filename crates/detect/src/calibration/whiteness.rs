@@ -1,18 +1,19 @@
 //! Test of the assumption of the run length: an independent Gaussian residual.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Number of lags of the Ljung-Box test; even, so that its χ² distribution has a closed form.
 pub const LAGS: usize = 20;
 
 /// The results of the tests of residuals.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Whiteness {
     /// Number of samples.
     pub samples: usize,
     /// Correlation of one sample with the next, -1 to 1.
     pub lag_one_correlation: f64,
-    /// Statistic of Ljung and Box (1978) over [`LAGS`] lags.
+    /// Statistic of Ljung and Box (1978) over 20 lags.
     pub ljung_box: f64,
     /// Probability of a statistic at least as large for a white residual, 0 to 1.
     pub ljung_box_p: f64,

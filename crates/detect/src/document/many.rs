@@ -1,11 +1,13 @@
 //! What detections in many recordings say.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value as Json;
 
-use super::{data, figures, meanings, tables};
+use super::{DetectionFile, data, figures, meanings, tables};
 use crate::{DetectionReport, Phase, PhaseStatistics, Scores, Tally};
 use tables::{delays, matched, newton, seconds, share};
-use trocar_document::{Cell, Document, Section, Shown, Study, Table, Verdict, counted};
+use trocar_document::{Cell, Document, Section, Shown, Study, Table, Verdict, counted, json_of};
 use trocar_figures::{FigureError, MAX_ROWS, TimelineRow};
 use trocar_metrics::Unit;
 
@@ -25,16 +27,49 @@ impl DetectionEntry {
         self.outcome.as_ref().ok().map(|(report, _)| report)
     }
 
-    /// The path, the folder, and the content of its `detection.json` or its error.
-    fn json(&self) -> Json {
-        let mut all = json!({ "file": self.file, "folder": self.name });
-        match (&mut all, &self.outcome) {
-            (Json::Object(all), Ok((_, Json::Object(detection)))) => all.extend(detection.clone()),
-            (Json::Object(all), Err(error)) => all.extend([("error".to_owned(), json!(error))]),
-            _ => {}
-        }
-        all
+    fn recording(&self) -> Recording<'_> {
+        let outcome = match &self.outcome {
+            Ok((_, detection)) => Outcome::Detection(detection),
+            Err(error) => Outcome::Failure { error },
+        };
+        Recording { file: &self.file, folder: &self.name, outcome }
     }
+}
+
+/// `detections.json`: many recordings.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct DetectionsFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// The recordings, in the order in which they were given.
+    recordings: Vec<Recording<'a>>,
+    /// The scores over all labelled recordings; `None` if no recording has labels.
+    scores: Option<Scores>,
+    /// Statistics of each phase over all recordings.
+    phases: Vec<PhaseStatistics>,
+}
+
+/// One recording of many.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Recording<'a> {
+    /// The path of the file, as it was given.
+    file: &'a str,
+    /// The folder of its output files, and its name in tables.
+    folder: &'a str,
+    #[serde(flatten)]
+    outcome: Outcome<'a>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(untagged)]
+enum Outcome<'a> {
+    /// The content of `detection.json`.
+    Detection(#[schemars(with = "DetectionFile<'a>")] &'a Json),
+    /// A recording that cannot be read.
+    Failure {
+        /// The error message.
+        error: &'a str,
+    },
 }
 
 /// Detections in many recordings.
@@ -59,11 +94,11 @@ impl Study for Detections {
             },
             sections: self.sections(&reports),
             data: vec![data::events(self.entries.iter().filter_map(|entry| Some((&*entry.file, entry.report()?))))],
-            json: json!({
-                "trocar_version": env!("CARGO_PKG_VERSION"),
-                "recordings": self.entries.iter().map(DetectionEntry::json).collect::<Vec<_>>(),
-                "scores": self.scores(),
-                "phases": self.phases(),
+            json: json_of(&DetectionsFile {
+                trocar_version: env!("CARGO_PKG_VERSION"),
+                recordings: self.entries.iter().map(DetectionEntry::recording).collect(),
+                scores: self.scores(),
+                phases: self.phases(),
             }),
             ..Document::default()
         };

@@ -9,16 +9,18 @@ mod tables;
 
 pub use data::column_values;
 pub use live::live_text;
-pub use many::{DetectionEntry, Detections};
-pub use signals::signals_document;
+pub use many::{DetectionEntry, Detections, DetectionsFile};
+pub use signals::{SignalsFile, signals_document};
 
-use serde_json::{Map, Value as Json, json};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::Serialize;
+use serde_json::Value as Json;
 
 use crate::{Detection, DetectionReport};
-use trocar_document::{Cell, Document, Number, Section, Shown, Study, Verdict, Window, counted, significant};
+use trocar_document::{Cell, Document, Number, Section, Shown, Study, Verdict, Window, counted, json_of, significant};
 use trocar_engine::engine::TrustColumns;
 use trocar_metrics::Unit;
-use trocar_scenario::Values;
+use trocar_scenario::{Values, json_schema};
 
 /// Maximum number of alarms with a part of the time axis that a page offers to show.
 const MAX_WINDOWS: usize = 6;
@@ -183,16 +185,43 @@ fn signals(report: &DetectionReport) -> [Section; 2] {
     [signals, residual]
 }
 
-/// The alarms, the statistics of the estimates, the scores and the settings.
+/// `detection.json`: the alarms, the statistics of the estimates, the scores and the settings.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(inline)]
+pub struct DetectionFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// Name of the recording.
+    recording: &'a str,
+    settings: ChainSettings,
+    #[serde(flatten)]
+    report: &'a DetectionReport,
+}
+
+/// The settings of estimator and detector, as in a scenario file.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct ChainSettings {
+    #[schemars(schema_with = "estimator_schema")]
+    pub(crate) estimator: Json,
+    #[schemars(schema_with = "detector_schema")]
+    pub(crate) detector: Json,
+}
+
+fn estimator_schema(_: &mut SchemaGenerator) -> Schema {
+    section_schema("estimator")
+}
+
+fn detector_schema(_: &mut SchemaGenerator) -> Schema {
+    section_schema("detector")
+}
+
+/// Returns the schema of a section, from the declarations of its keys.
+fn section_schema(name: &str) -> Schema {
+    json_schema()["properties"][name].take().try_into().unwrap_or_default()
+}
+
 fn json(name: &str, report: &DetectionReport, values: &Values) -> Json {
-    let section = |section: &str| (section.to_owned(), values.section_json(section));
-    let mut all = json!({
-        "trocar_version": env!("CARGO_PKG_VERSION"),
-        "recording": name,
-        "settings": Map::from_iter(["estimator", "detector"].map(section)),
-    });
-    if let (Json::Object(all), Ok(Json::Object(report))) = (&mut all, serde_json::to_value(report)) {
-        all.extend(report);
-    }
-    all
+    let [estimator, detector] = ["estimator", "detector"].map(|section| values.section_json(section));
+    let settings = ChainSettings { estimator, detector };
+    json_of(&DetectionFile { trocar_version: env!("CARGO_PKG_VERSION"), recording: name, settings, report })
 }

@@ -1,8 +1,9 @@
 //! The signals of a file.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use trocar_document::{Cell, Document, Section, Table, Verdict, command_line, counted, plain};
+use trocar_document::{Cell, Document, Section, Table, Verdict, command_line, counted, json_of, plain};
 use trocar_recording::{Quantity, Roles, Signal};
 use trocar_scenario::parse_quantity;
 
@@ -20,12 +21,12 @@ pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
         title: file.to_owned(),
         verdict: Verdict { sentences: vec![counted(signals.len() as u64, "signal")], left_out: vec![] },
         sections: vec![section, of_command],
-        json: json!({
-            "trocar_version": env!("CARGO_PKG_VERSION"),
-            "file": file,
-            "signals": signals.iter().map(|signal| object(signal, signals)).collect::<Vec<_>>(),
-            "roles_are_unique": Roles::of(signals).are_unique(),
-            "command": command,
+        json: json_of(&SignalsFile {
+            trocar_version: env!("CARGO_PKG_VERSION"),
+            file,
+            signals: signals.iter().map(|signal| object(signal, signals)).collect(),
+            roles_are_unique: Roles::of(signals).are_unique(),
+            command,
         }),
         ..Document::default()
     }
@@ -95,18 +96,60 @@ fn choices(signals: &[Signal]) -> Vec<String> {
     Quantity::ALL.into_iter().filter_map(of).collect()
 }
 
-fn object(signal: &Signal, signals: &[Signal]) -> Json {
-    json!({
-        "name": signal.name,
-        "label": signal.label,
-        "unit": signal.unit,
-        "shape": signal.shape,
-        "samples": signal.samples,
-        "undefined": signal.undefined,
-        "rate_hz": rate_hz(signal, signals),
-        "min": signal.range.map(|(low, _)| low),
-        "max": signal.range.map(|(_, high)| high),
-        "role": signal.role.map(Quantity::name),
-        "column": signal.column(),
-    })
+/// The signals of a file, which `trocar detect --list --json` prints.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct SignalsFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// The path of the file, as it was given.
+    file: &'a str,
+    /// The signals, in the order of the file.
+    signals: Vec<ListedSignal<'a>>,
+    /// True if time, position and force have exactly one candidate each.
+    roles_are_unique: bool,
+    /// The command that detects in the file; a word in capitals stands for a signal to be chosen.
+    command: String,
+}
+
+/// A signal of a file.
+#[derive(Debug, Serialize, JsonSchema)]
+struct ListedSignal<'a> {
+    /// Its name.
+    name: &'a str,
+    /// A text that the file has for it.
+    label: Option<&'a str>,
+    /// Its unit, if the file names it.
+    unit: Option<&'a str>,
+    /// Its dimensions.
+    shape: &'a [usize],
+    /// Number of samples.
+    samples: usize,
+    /// Number of samples without a value.
+    undefined: usize,
+    /// Its sampling rate in Hz, from the first time with as many samples.
+    rate_hz: Option<f64>,
+    /// Its minimum, in its unit.
+    min: Option<f64>,
+    /// Its maximum, in its unit.
+    max: Option<f64>,
+    /// The quantity that it seems to be: `time`, `position`, `velocity` or `force`.
+    role: Option<&'static str>,
+    /// The column that chooses it on the command line.
+    column: String,
+}
+
+fn object<'a>(signal: &'a Signal, signals: &[Signal]) -> ListedSignal<'a> {
+    ListedSignal {
+        name: &signal.name,
+        label: signal.label.as_deref(),
+        unit: signal.unit.as_deref(),
+        shape: &signal.shape,
+        samples: signal.samples,
+        undefined: signal.undefined,
+        rate_hz: rate_hz(signal, signals),
+        min: signal.range.map(|(low, _)| low),
+        max: signal.range.map(|(_, high)| high),
+        role: signal.role.map(Quantity::name),
+        column: signal.column(),
+    }
 }

@@ -1,11 +1,15 @@
 //! What a comparison says.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::{Comparison, Fact, Row, SeedStudy, Spread, rows, verdict, verdict_over_seeds};
+use super::{
+    Comparison, ComparisonTable, Fact, NoiseCheck, Row, SchemeRow, SeedStudy, Spread, rows, verdict, verdict_over_seeds,
+};
 use crate::animation::animation_with_pictures;
-use crate::run::{REDUCED, Run, about, event_shade, outcome, seeds_without_effect, windows};
-use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, show};
+use crate::run::{REDUCED, Run, RunFile, about, event_shade, outcome, seeds_without_effect, windows};
+use trocar_base::warning::Warning;
+use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, json_of, show};
 use trocar_figures::{self as figures, EstimationView, RunView};
 use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Scope, Unit};
 
@@ -46,13 +50,13 @@ pub struct ComparisonReport<'a> {
 
 impl Study for ComparisonReport<'_> {
     fn document(&self) -> Document<'_> {
-        self.into_document()
+        self.into_document(None)
     }
 }
 
 impl<'a> ComparisonReport<'a> {
-    /// The document, which borrows the runs alone.
-    pub(super) fn into_document(self) -> Document<'a> {
+    /// The document, which borrows the runs alone, with the passivity schemes of its JSON.
+    pub(super) fn into_document(self, schemes: Option<&[SchemeRow]>) -> Document<'a> {
         let runs: Vec<&'a Run> = self.comparison.runs.iter().collect();
         let names: Vec<&str> = runs.iter().map(|run| run.scenario.name.as_str()).collect();
         let title = if names.len() > MAX_NAMED { format!("{} scenarios", names.len()) } else { names.join(" and ") };
@@ -63,7 +67,16 @@ impl<'a> ComparisonReport<'a> {
             warnings: self.warnings(),
             sections: self.sections(&runs),
             data: std::iter::once(columns(self.comparison)).chain(self.seeds.map(seed_columns)).collect(),
-            json: self.json(),
+            json: json_of(&ComparisonFile {
+                trocar_version: env!("CARGO_PKG_VERSION"),
+                runs: runs.iter().copied().map(RunFile::of).collect(),
+                warnings: self.warnings(),
+                table: self.comparison.table(),
+                noise: &self.comparison.noise,
+                paper_facts: self.facts,
+                seeds: self.seeds,
+                schemes,
+            }),
             ..Document::default()
         };
         let drawn: Vec<&'a Run> = runs.into_iter().filter(|run| !run.trace.is_empty()).collect();
@@ -75,7 +88,7 @@ impl<'a> ComparisonReport<'a> {
         document
     }
 
-    fn warnings(&self) -> Vec<trocar_base::warning::Warning> {
+    fn warnings(&self) -> Vec<Warning> {
         let scenarios = self.comparison.runs.iter().map(|run| &run.scenario);
         let of_seeds = seeds_without_effect(scenarios, self.seeds.map_or(1, |study| study.seeds));
         of_seeds.into_iter().chain(self.comparison.warnings()).collect()
@@ -115,24 +128,28 @@ impl<'a> ComparisonReport<'a> {
         sections.push(runs_section);
         sections
     }
+}
 
-    /// Returns `comparison.json`: the summaries, the table, the detection in noise, the paper's facts for the shipped pair, and the
-    /// study over seeds, if any.
-    fn json(&self) -> Json {
-        let Self { comparison, facts, seeds } = self;
-        let mut all = json!({
-            "trocar_version": env!("CARGO_PKG_VERSION"),
-            "runs": comparison.runs.iter().map(Run::summary).collect::<Vec<_>>(),
-            "warnings": self.warnings(),
-            "table": comparison.table(),
-            "noise": comparison.noise,
-            "paper_facts": facts,
-        });
-        if let (Json::Object(all), Some(study)) = (&mut all, seeds) {
-            all.insert("seeds".into(), json!(study));
-        }
-        all
-    }
+/// `comparison.json`: the summaries, the table, the detection in noise, and what was asked for besides.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ComparisonFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// The summary of each run, in the order of the scenarios.
+    runs: Vec<RunFile<'a>>,
+    /// The warnings about the runs.
+    warnings: Vec<Warning>,
+    table: ComparisonTable,
+    /// The detection of each scenario in added noise.
+    noise: &'a [NoiseCheck],
+    /// Statements of the paper, for the pair of the paper; `None` for other scenarios.
+    paper_facts: Option<&'a [Fact]>,
+    /// The same scenarios over many seeds, with `--seeds`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seeds: Option<&'a SeedStudy>,
+    /// Each passivity scheme, with `trocar strategies --schemes`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    schemes: Option<&'a [SchemeRow]>,
 }
 
 /// Adds the figures of runs; `estimations` are those of the first runs, which are drawn over the whole time.
@@ -145,7 +162,7 @@ pub fn add_figures<'a>(document: &mut Document<'a>, runs: &[RunView<'a>], estima
 }
 
 /// Returns the short table of runs and that of all metrics, with their meaning. A pair has a column with the change.
-pub(crate) fn metric_tables(runs: &[&Run], noise: &[super::NoiseCheck]) -> [Table; 2] {
+pub(crate) fn metric_tables(runs: &[&Run], noise: &[NoiseCheck]) -> [Table; 2] {
     let rows = rows(&runs.iter().map(|run| &run.metrics).collect::<Vec<&Metrics>>(), noise);
     let mut columns = vec![("metric".to_owned(), "metric".to_owned())];
     columns.extend(runs.iter().map(|run| (run.scenario.name.clone(), run.scenario.name.clone())));

@@ -1,12 +1,13 @@
 //! Statements of the paper about its experiment, and the results of the shipped pair of scenarios.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Comparison;
 use trocar_metrics::{Metrics, RuptureMetrics};
 
 /// A statement of the paper and the corresponding result.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Fact {
     /// The number of the paper's figure that shows it; 0 for none.
     #[serde(skip)]

@@ -14,25 +14,27 @@ mod strategies;
 mod table;
 mod verdict;
 
-pub use document::{ComparisonReport, add_figures};
+pub use document::{ComparisonFile, ComparisonReport, add_figures};
 pub(crate) use document::{events_table, metric_tables};
 pub use facts::{Fact, paper_facts};
 
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
 pub use paper::{
-    FIGURES, Judgement, NOISE_SEEDS, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperStudy, QuietStretch, Statement,
+    FIGURES, Judgement, NOISE_SEEDS, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperFile, PaperStudy, QuietStretch,
+    Statement,
 };
 pub use scheme_document::SchemeReport;
 pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 pub use seeds::{MAX_SEEDS, SeedStudy, SeedTotals, Spread, SpreadRow};
 pub use sensitivity::{Noticed, Sensitivity};
 pub use strategies::{
-    FIXED_PERSONS, FalseAlarmCost, Group, LinearLoops, PERSONS, Person, STRATEGIES, Strategy, StrategyOptions,
-    StrategyRow, StrategyStudy, Verdict, WINDOWS_S,
+    FIXED_PERSONS, FalseAlarmCost, Group, LinearLoops, PERSONS, Person, STRATEGIES, StrategiesFile, Strategy,
+    StrategyOptions, StrategyRow, StrategyStudy, Verdict, WINDOWS_S,
 };
 pub use table::{Row, rows};
 pub use verdict::{verdict, verdict_of_schemes, verdict_over_seeds};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::run::{Run, RunError, run};
@@ -50,7 +52,7 @@ pub struct Comparison {
 }
 
 /// The numbers of a comparison: the metrics side by side, and the detection in noise.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ComparisonTable {
     /// Names of the scenarios.
     pub scenarios: Vec<String>,

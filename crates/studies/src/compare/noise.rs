@@ -1,5 +1,6 @@
 //! Detection in added noise, by the scenario's detector and by a plain derivative.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::run::{RunError, measure, observe};
@@ -18,7 +19,7 @@ const RUPTURE_S: f64 = 0.1;
 metrics! {
     /// The detection of a scenario with white noise added to its force, by its own detector and by the paper's
     /// baseline.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct NoiseCheck in Noise {
         /// Standard deviation of the added noise, in N.
         added_noise_std_n: f64;

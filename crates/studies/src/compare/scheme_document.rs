@@ -1,7 +1,5 @@
 //! What a comparison of the passivity schemes says.
 
-use serde_json::{Value as Json, json};
-
 use super::{ComparisonReport, IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy, SeedStudy};
 use trocar_document::{Cell, Document, Section, Shown, Study, Table};
 use trocar_metrics::Unit;
@@ -18,10 +16,8 @@ pub struct SchemeReport<'a> {
 impl Study for SchemeReport<'_> {
     fn document(&self) -> Document<'_> {
         let Self { study, seeds } = *self;
-        let mut document = ComparisonReport { comparison: &study.comparison, facts: None, seeds }.into_document();
-        if let Json::Object(all) = &mut document.json {
-            all.insert("schemes".into(), json!(study.rows));
-        }
+        let comparison = ComparisonReport { comparison: &study.comparison, facts: None, seeds };
+        let mut document = comparison.into_document(Some(&study.rows));
         let mut section = Section::new("schemes", "Passivity schemes");
         section.table(table(study));
         section.text(

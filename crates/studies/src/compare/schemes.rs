@@ -1,5 +1,6 @@
 //! One scenario with every passivity scheme: what a scheme costs, and what it holds.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Comparison;
@@ -18,7 +19,7 @@ const PROBE_M: f64 = 1e-3;
 const PROBE_S: f64 = 6.0;
 
 /// What a scheme makes of a scenario.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SchemeRow {
     /// The scheme's word.
     pub scheme: &'static str,
@@ -30,7 +31,7 @@ pub struct SchemeRow {
     pub generated_j: f64,
     /// The energy in J that the scheme promises not to exceed in that.
     pub promised_j: Option<f64>,
-    /// Felt impedance in N·s/m at the frequencies of [`IMPEDANCE_FREQUENCIES_HZ`].
+    /// Felt impedance in N·s/m at 1 Hz and at 5 Hz.
     pub felt_impedance_n_s_per_m: [f64; 2],
     /// Largest overshoot of the slave after a rupture in m.
     pub overshoot_m: Option<f64>,

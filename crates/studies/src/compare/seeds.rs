@@ -1,5 +1,6 @@
 //! Scenarios over many seeds: which differences are due to chance.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Row, rows};
@@ -13,7 +14,7 @@ use trocar_scenario::Scenario;
 pub const MAX_SEEDS: u64 = 100_000;
 
 /// The distribution of a metric over the seeds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
     /// Number of seeds in which the metric is defined, at least 1.
     pub defined: u64,
@@ -55,7 +56,7 @@ impl Spread {
 }
 
 /// One metric over the seeds, with a spread per scenario.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SpreadRow {
     /// Key, for example `rupture_1_detection_delay_s`.
     pub metric: String,
@@ -76,7 +77,7 @@ pub struct SpreadRow {
 }
 
 /// What happened in all seeds of a scenario.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct SeedTotals {
     /// Number of ruptures.
     pub ruptures: u64,
@@ -107,7 +108,7 @@ impl SeedTotals {
 }
 
 /// The results of scenarios that were run with the same seeds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SeedStudy {
     /// Names of the scenarios.
     pub scenarios: Vec<String>,

@@ -1,11 +1,12 @@
 //! The sensitivity d' of what an operator notices.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use trocar_base::quantiles::normal_quantile;
 
 /// How many of a number of trials were noticed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Noticed {
     /// Number of trials.
     pub trials: u64,
@@ -27,7 +28,7 @@ impl Noticed {
 }
 
 /// `d' = Φ⁻¹(H) - Φ⁻¹(F)` with its standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Sensitivity {
     /// d'.
     pub d_prime: f64,

@@ -1,5 +1,6 @@
 //! The metrics of several runs, row by row.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::NoiseCheck;
@@ -7,7 +8,7 @@ use trocar_document::Cell;
 use trocar_metrics::{Better, Declaration, Metrics, RunMetric, Shown, Unit};
 
 /// One metric, with a value per scenario.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Row {
     /// Key, for example `rupture_1_detection_delay_s`.
     pub metric: String,

@@ -3,15 +3,17 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::interval::{poisson, wilson};
 use super::tally::Tally;
 
 /// The performance of a detector at one threshold. Intervals are 95 % confidence intervals.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Point {
-    /// γ, in the unit of the distance.
+    /// γ, in the unit of the distance; NaN (`null` in JSON) for the user's own detector without a threshold.
+    #[schemars(with = "Option<f64>")]
     pub threshold: f64,
     /// Number of cases.
     pub cases: u64,
@@ -87,7 +89,7 @@ impl Point {
 }
 
 /// The performance of a detector by threshold, ascending.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Curve {
     /// The distance, by its word in scenarios, or the name of the user's own detector.
     pub detector: Cow<'static, str>,
@@ -98,9 +100,11 @@ pub struct Curve {
     pub is_own: bool,
     /// The unit of its threshold.
     pub unit: &'static str,
-    /// The threshold of its settings, in that unit; NaN for the user's own detector without a threshold.
+    /// The threshold of its settings, in that unit; NaN (`null` in JSON) for the user's own detector without a threshold.
+    #[schemars(with = "Option<f64>")]
     pub own_threshold: f64,
-    /// Its drift, in that unit; NaN for the user's own detector.
+    /// Its drift, in that unit; NaN (`null` in JSON) for the user's own detector.
+    #[schemars(with = "Option<f64>")]
     pub drift: f64,
     /// The performance at each threshold.
     pub points: Vec<Point>,

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{Characteristics, Condition, Curve, Point};
+use trocar_base::warning::Warning;
 use trocar_document::{
-    Cell, DataTable, Digits, Document, Number, Section, Table, Verdict, counted, plain, significant,
+    Cell, DataTable, Digits, Document, Number, Section, Table, Verdict, counted, json_of, plain, significant,
 };
 use trocar_figures::{CharacteristicView, FigureError};
 use trocar_metrics::Unit;
@@ -19,6 +21,20 @@ const STATED_FALSE_ALARMS_PER_HOUR: f64 = 1.0;
 
 /// False alarms per hour at which baselines are compared: one a minute, which a short study resolves.
 const BASELINE_FALSE_ALARMS_PER_HOUR: f64 = 60.0;
+
+/// `roc.json`: detection, delay and false alarms by threshold.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct RocFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// Number of seeds of each condition.
+    seeds: u64,
+    /// True if the study ended before all cases were evaluated.
+    stopped: bool,
+    /// The warnings about the study.
+    warnings: Vec<Warning>,
+    characteristics: &'a Characteristics,
+}
 
 impl Characteristics {
     /// What the study says of so many seeds: each detector at its own threshold, at the stated operating points, and by condition.
@@ -40,12 +56,12 @@ impl Characteristics {
             warnings: self.warnings(),
             sections: self.sections(),
             data: vec![self.points()],
-            json: json!({
-                "trocar_version": env!("CARGO_PKG_VERSION"),
-                "seeds": seeds,
-                "stopped": is_stopped,
-                "warnings": self.warnings(),
-                "characteristics": self,
+            json: json_of(&RocFile {
+                trocar_version: env!("CARGO_PKG_VERSION"),
+                seeds,
+                stopped: is_stopped,
+                warnings: self.warnings(),
+                characteristics: self,
             }),
             ..Document::default()
         };

@@ -21,6 +21,7 @@ pub mod trials;
 
 pub use curve::{Curve, Point};
 pub use detector_bank::DetectorBank;
+pub use document::RocFile;
 pub use interval::{poisson, wilson};
 pub use samples::Samples;
 pub use signal::{Signal, SignalKind};

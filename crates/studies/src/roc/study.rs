@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::RocError;
@@ -32,7 +33,7 @@ pub struct Study {
 }
 
 /// A signal with one noise level, and the performance of the detectors.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Condition {
     /// Name of the signal.
     pub signal: String,
@@ -49,7 +50,7 @@ pub struct Condition {
 }
 
 /// The result of a study.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Characteristics {
     /// Maximum delay of a detection, in s.
     pub within_s: f64,

@@ -1,14 +1,17 @@
 //! What a run says.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value as Json;
 
 use super::{Run, trace_table};
 use crate::animation::animation;
 use crate::compare::{events_table, metric_tables, verdict};
+use trocar_base::warning::Warning;
 use trocar_detect::ExtraParameterEstimate;
-use trocar_document::{Document, Section, Shown, Study, TextFile, Window, show, significant};
+use trocar_document::{Document, Section, Shown, Study, TextFile, Window, json_of, show, significant};
 use trocar_figures::{self as figures, EnergyView, EstimationView, RunView};
-use trocar_metrics::{Outcome, RuptureMetrics, Unit};
+use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Unit};
 
 /// Displayed time before and after a rupture, in s.
 const BEFORE_S: f64 = 0.2;
@@ -35,7 +38,7 @@ impl Study for Run {
             sections: sections(self),
             data: vec![trace_table(&self.trace, |_| true)],
             files: vec![TextFile { name: "scenario.toml".into(), text: self.scenario.echo() }],
-            json: json(self),
+            json: self.summary(),
             ..Document::default()
         };
         if !self.trace.is_empty() {
@@ -146,26 +149,44 @@ fn alarms_line(run: &Run) -> String {
     if alarms.is_empty() { "alarms: none".into() } else { format!("alarms: {}", alarms.join(", ")) }
 }
 
-/// Returns `summary.json`: every metric, the events, the seed and the version.
-fn json(run: &Run) -> Json {
-    let mut all = json!({
-        "trocar_version": env!("CARGO_PKG_VERSION"),
-        "scenario": run.scenario.name,
-        "seed": run.scenario.seed,
-        "tick_s": run.scenario.grid.tick_s(),
-        "warnings": run.warnings(),
-        "metrics": run.metrics,
-    });
-    if let (Json::Object(all), Some(estimate)) = (&mut all, ExtraParameterEstimate::of(&run.trace.extra_parameter)) {
-        all.insert("further_estimate".into(), json!(estimate));
+/// `summary.json` of a run: every metric, the events, the seed and the version.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct RunFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// Name of the scenario.
+    scenario: &'a str,
+    /// The seed of the random numbers.
+    seed: u64,
+    /// Length of a tick, in s.
+    tick_s: f64,
+    /// The warnings about the run.
+    warnings: Vec<Warning>,
+    metrics: &'a Metrics,
+    /// The estimates of the extra parameter, if the estimator has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    further_estimate: Option<ExtraParameterEstimate>,
+}
+
+impl<'a> RunFile<'a> {
+    /// The summary of a run.
+    pub(crate) fn of(run: &'a Run) -> Self {
+        Self {
+            trocar_version: env!("CARGO_PKG_VERSION"),
+            scenario: &run.scenario.name,
+            seed: run.scenario.seed,
+            tick_s: run.scenario.grid.tick_s(),
+            warnings: run.warnings(),
+            metrics: &run.metrics,
+            further_estimate: ExtraParameterEstimate::of(&run.trace.extra_parameter),
+        }
     }
-    all
 }
 
 impl Run {
     /// The content of `summary.json`: every metric, the events, the seed and the version.
     #[must_use]
     pub fn summary(&self) -> Json {
-        json(self)
+        json_of(&RunFile::of(self))
     }
 }

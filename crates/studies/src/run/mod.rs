@@ -15,7 +15,7 @@ mod views;
 mod warnings;
 
 pub(crate) use document::{REDUCED, about, windows};
-pub use document::{add_figures, outcome};
+pub use document::{RunFile, add_figures, outcome};
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
 pub use promise::{force_bound_gap, promise_gaps};

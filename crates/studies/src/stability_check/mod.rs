@@ -13,6 +13,7 @@ mod study;
 mod tissue_of_run;
 mod verdict;
 
+pub use document::{CertificateFile, LoopPart, StabilityFile};
 pub use events::worst_events;
 pub use run::{Verdict, simulate};
 pub use sequences::{EventRecord, EventRun, Farthest, random_sequences, without_alarms};

@@ -1,7 +1,9 @@
 //! The verdict on the linear loop of a scenario, with what it leaves out.
 
+use super::document::LoopPart;
 use super::tissue_of_run::linear_loop;
 use super::{CheckError, document};
+use trocar_document::json_of;
 use trocar_scenario::Scenario;
 use trocar_stability::{
     ClosedLoop, LeftOut, LinearLoop, LoopLimit, Margins, Mode, VaryingDelays, left_out_with, loop_limits, unmodelled,
@@ -81,6 +83,6 @@ impl LoopVerdict {
     /// a loop.
     #[must_use]
     pub fn json(&self) -> serde_json::Value {
-        document::verdict::json(self)
+        json_of(&LoopPart::of(self))
     }
 }

@@ -1,12 +1,16 @@
 //! What a complete sweep says.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value as Json;
 
 use super::answer;
 use super::drawn_cases::DrawnCases;
-use super::{Axis, Design, Findings, HeatMap, Influences, Spread, Summary};
+use super::{Axis, Design, Findings, HeatMap, Influence, Influences, Spread, Summary};
+use trocar_base::warning::Warning;
 use trocar_document::{
-    Cell, DataTable, Digits, Document, Figure, Number, Section, Shown, Study, Table, Values, Verdict, counted, readable,
+    Cell, DataTable, Digits, Document, Figure, Number, Section, Shown, Study, Table, Values, Verdict, counted, json_of,
+    readable,
 };
 use trocar_figures::{self as figures, AxisView, FigureError, HeatView, InfluenceBar};
 use trocar_metrics::Unit;
@@ -70,30 +74,65 @@ impl Study for SweepReport<'_> {
     }
 }
 
+/// `summary.json` of a sweep: all findings except the cases.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct SweepFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// Name of the sweep.
+    sweep: &'a str,
+    /// SHA-256 of the `sweep.toml` in the folder, which has all inputs of the sweep.
+    sweep_sha256: &'a str,
+    /// Number of cases.
+    cases: u64,
+    /// Number of points, each with a case per seed.
+    points: Option<u64>,
+    /// Number of seeds of each point.
+    seeds: u64,
+    /// Number of cases that diverged.
+    diverged: u64,
+    /// Number of cases that could not be integrated.
+    failed: u64,
+    /// The distribution of each metric.
+    metrics: &'a [Summary],
+    /// The influence of the axes on the metrics in focus.
+    influences: Vec<MetricInfluences<'a>>,
+    /// The warnings about the sweep.
+    warnings: &'a [Warning],
+}
+
+/// The influence of each axis on a metric.
+#[derive(Debug, Serialize, JsonSchema)]
+struct MetricInfluences<'a> {
+    /// Key of the metric.
+    metric: &'a str,
+    /// The influence of each axis, in descending order.
+    of_axes: &'a [Influence],
+    /// R² of the rank regression.
+    rank_r_squared: Option<f64>,
+    /// Number of ranked cases.
+    ranked: u64,
+}
+
 impl SweepReport<'_> {
-    /// Returns `summary.json`: all findings except the rows.
     fn json(&self) -> Json {
-        let Self { design, hash, findings, .. } = self;
-        let of_metric = |influences: &super::Influences| {
-            json!({
-                "metric": design.columns[influences.column].name,
-                "of_axes": influences.of_axes,
-                "rank_r_squared": influences.rank_r_squared,
-                "ranked": influences.ranked,
-            })
+        let Self { design, hash, findings, .. } = *self;
+        let of_metric = |influences| {
+            let &Influences { column, ref of_axes, rank_r_squared, ranked } = influences;
+            MetricInfluences { metric: &design.columns[column].name, of_axes, rank_r_squared, ranked }
         };
-        json!({
-            "trocar_version": env!("CARGO_PKG_VERSION"),
-            "sweep": design.name,
-            "sweep_sha256": hash,
-            "cases": findings.cases,
-            "points": design.points(),
-            "seeds": design.seeds,
-            "diverged": findings.diverged,
-            "failed": findings.failed,
-            "metrics": findings.summaries,
-            "influences": findings.influences.iter().map(of_metric).collect::<Vec<_>>(),
-            "warnings": findings.warnings,
+        json_of(&SweepFile {
+            trocar_version: env!("CARGO_PKG_VERSION"),
+            sweep: &design.name,
+            sweep_sha256: hash,
+            cases: findings.cases,
+            points: design.points(),
+            seeds: design.seeds,
+            diverged: findings.diverged,
+            failed: findings.failed,
+            metrics: &findings.summaries,
+            influences: findings.influences.iter().map(of_metric).collect(),
+            warnings: &findings.warnings,
         })
     }
 }
@@ -206,7 +245,11 @@ fn tornado(design: &Design, findings: &Findings) -> Result<Figure<'static>, Figu
         match answer::constancy(summary) {
             // Shares of a negligible difference would look like large influences.
             Some(range) => {
-                vec![InfluenceBar { title: format!("{}: hardly changes{range}", summary.label), share: None, slope: None }]
+                vec![InfluenceBar {
+                    title: format!("{}: hardly changes{range}", summary.label),
+                    share: None,
+                    slope: None,
+                }]
             }
             None => of_metric.of_axes.iter().map(|influence| influence.bar(summary)).collect(),
         }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::design::Design;
@@ -12,7 +13,7 @@ use super::plan::{layout, sha256, stored_design};
 use trocar_scenario::Source;
 
 /// The description of the part in a folder.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Manifest {
     /// Version of the program that started the sweep.
     pub trocar_version: String,

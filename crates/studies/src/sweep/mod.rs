@@ -36,7 +36,7 @@ pub use case_tables::case_tables;
 pub use columns::Column;
 pub use correlation::Correlation;
 pub use design::{Design, MAX_CASES, SamplingScheme, UnitCoordinates};
-pub use document::SweepReport;
+pub use document::{SweepFile, SweepReport};
 pub use drawn_cases::DrawnCases;
 pub use error::SweepError;
 pub use execute::{Execution, Progress, execute};

@@ -1,9 +1,10 @@
 //! What the reproduction of the paper says.
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{Judgement, PaperFigure, PaperStudy, Statement};
-use trocar_document::{Document, Section, Shown, Study, Table, Verdict, counted};
+use trocar_document::{Document, Section, Shown, Study, Table, Verdict, counted, json_of};
 
 const ABOUT: &str = "Barbé, Bayle, de Mathelin and Gangi, In Vivo Model Estimation and Haptic Characterization of Needle Insertions: each \
                      figure but the photographs (2 and 3), drawn from the shipped scenarios with the signs of the paper, in which a force \
@@ -21,12 +22,9 @@ impl Study for PaperStudy {
             name: "paper",
             title: "The statements of the paper".into(),
             verdict: verdict(&all),
-            json: json!({
-                "trocar_version": env!("CARGO_PKG_VERSION"),
-                "figures": all
-                    .iter()
-                    .map(|figure| json!({ "number": figure.number, "statements": figure.statements }))
-                    .collect::<Vec<_>>(),
+            json: json_of(&PaperFile {
+                trocar_version: env!("CARGO_PKG_VERSION"),
+                figures: all.iter().map(FigureStatements::of).collect(),
             }),
             ..Document::default()
         };
@@ -56,6 +54,30 @@ impl Study for PaperStudy {
             document.sections.extend([section, ours]);
         }
         document
+    }
+}
+
+/// `paper.json`: the statements of the paper with the results.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct PaperFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// The figures of the paper, and last what no figure shows.
+    figures: Vec<FigureStatements<'a>>,
+}
+
+/// The statements that a figure of the paper shows.
+#[derive(Debug, Serialize, JsonSchema)]
+struct FigureStatements<'a> {
+    /// Its number in the paper; `None` for the statements that no figure shows.
+    number: Option<u8>,
+    /// The statements with the results.
+    statements: &'a [Statement],
+}
+
+impl<'a> FigureStatements<'a> {
+    fn of(figure: &'a PaperFigure) -> Self {
+        Self { number: figure.number, statements: &figure.statements }
     }
 }
 

@@ -10,6 +10,7 @@ mod teleoperation;
 mod texts;
 mod variations;
 
+pub use document::PaperFile;
 pub use statement::{Judgement, Statement};
 
 pub use variations::NOISE_SEEDS;

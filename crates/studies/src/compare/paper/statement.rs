@@ -1,9 +1,10 @@
 //! A statement of the paper beside the result, and the judgement.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// What the comparison of a statement with the result gives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Judgement {
     /// The result meets the stated condition, and was not put in.
@@ -52,7 +53,7 @@ impl Judgement {
 }
 
 /// A statement of the paper, the corresponding result, and the judgement.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Statement {
     /// Its number: that of the figure and a letter, as in `5b`; `A` instead of a figure for what no figure shows.
     pub number: String,

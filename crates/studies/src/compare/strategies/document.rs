@@ -1,12 +1,13 @@
 //! What a study of strategies says.
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{LinearLoops, Person, REACHED_SHARE, StrategyRow, StrategyStudy, WINDOWS_S};
 use crate::compare::Sensitivity;
 use trocar_document::figure::extent;
 use trocar_document::{
-    Cell, DataTable, Digits, Document, Number, Section, Study, Table, Verdict, counted, show, significant,
+    Cell, DataTable, Digits, Document, Number, Section, Study, Table, Verdict, counted, json_of, show, significant,
 };
 use trocar_figures::{StrategyView, strategies as strategies_figure};
 use trocar_metrics::Unit;
@@ -31,10 +32,10 @@ impl Study for StrategyStudy {
             verdict: verdict(self),
             sections: vec![section],
             data: vec![columns(self)],
-            json: json!({
-                "trocar_version": env!("CARGO_PKG_VERSION"),
-                "windows_s": WINDOWS_S,
-                "study": self,
+            json: json_of(&StrategiesFile {
+                trocar_version: env!("CARGO_PKG_VERSION"),
+                windows_s: WINDOWS_S,
+                study: self,
             }),
             ..Document::default()
         };
@@ -52,6 +53,16 @@ impl Study for StrategyStudy {
         document.figure("strategies", strategies_figure(&self.name, &views));
         document
     }
+}
+
+/// `strategies.json`: every strategy over all patients, persons and seeds.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct StrategiesFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// The windows after a rupture over which the excess is measured, in s.
+    windows_s: [f64; WINDOWS_S.len()],
+    study: &'a StrategyStudy,
 }
 
 /// Compares the strategies that reach the ruptures, and names the price of the others.

@@ -7,11 +7,13 @@ mod people;
 mod windows;
 
 pub use catalogue::{STRATEGIES, Strategy};
+pub use document::StrategiesFile;
 pub use people::{FIXED_PERSONS, Group, PERSONS, Person};
 pub use windows::WINDOWS_S;
 
 use std::sync::{Mutex, PoisonError};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use self::people::PERCEIVING;
@@ -45,7 +47,7 @@ pub struct StrategyOptions {
 }
 
 /// Whether the runs of a strategy stay bounded and settle. It is a result of these runs, not a proof.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// No run diverges, and the runs of the first patient do not swing at the end.
@@ -69,7 +71,7 @@ impl Verdict {
 }
 
 /// What a false alarm costs, as means over the events that it begins.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct FalseAlarmCost {
     /// Duration of the event in s.
     pub event_s: f64,
@@ -84,7 +86,7 @@ pub struct FalseAlarmCost {
 pub(super) const REACHED_SHARE: f64 = 0.95;
 
 /// A strategy over all patients, persons and seeds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StrategyRow {
     /// Its name.
     pub strategy: &'static str,
@@ -125,13 +127,13 @@ pub struct StrategyRow {
     /// True if it is compared, and no other compared strategy has at most its mean excess and at least its noticed share, and one of
     /// them better.
     pub is_on_front: bool,
-    /// Mean excess advance in m for each window of [`WINDOWS_S`].
+    /// Mean excess advance in m for each window.
     pub window_excess_m: Vec<Option<f64>>,
 }
 
 /// The linear loops of all patients and persons, each at the worst stiffness of its tissue. A strategy changes what happens
 /// during events, not this loop.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
 pub struct LinearLoops {
     /// Number of loops that could be analysed.
     pub count: u64,
@@ -164,7 +166,7 @@ impl LinearLoops {
 }
 
 /// Every strategy of a study.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StrategyStudy {
     /// The name of the scenario or the population.
     pub name: String,
@@ -178,9 +180,9 @@ pub struct StrategyStudy {
     pub velocities_m_per_s: Option<[f64; 3]>,
     /// The linear loops of all patients and persons.
     pub linear_loops: LinearLoops,
-    /// A row per strategy, in the order of [`STRATEGIES`].
+    /// A row per strategy.
     pub rows: Vec<StrategyRow>,
-    /// Spearman's rank correlation of the strategies' mean excess for each window of [`WINDOWS_S`] with that of 2 s.
+    /// Spearman's rank correlation of the strategies' mean excess for each window with that of 2 s.
     pub rank_correlations: Vec<Option<f64>>,
 }
 

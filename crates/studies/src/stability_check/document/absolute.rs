@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use trocar_document::{DataTable, Values, significant};
 use trocar_scenario::unit_of;
@@ -57,19 +58,39 @@ pub(super) fn bounded_line(analysis: &Analysis, bounded: &Bounded) -> String {
     text
 }
 
-/// Returns the bounded hands and tissues for `stability.json`. What is infinite is `null`.
-pub(super) fn bounded_json(analysis: &Analysis, bounded: &Bounded) -> Json {
-    let Terminations { hand_n_s_per_m: (low, high), stiffness_n_per_m, damping_n_s_per_m } = bounded.terminations;
-    let most = bounded.most();
-    json!({
-        "hand_n_s_per_m": [low, finite(high)],
-        "stiffness_n_per_m": stiffness_n_per_m,
-        "damping_n_s_per_m": damping_n_s_per_m,
-        "is_stable": bounded.is_stable(),
-        "needed_hand_damping_n_s_per_m": bounded.needed_damping().and_then(finite),
-        "frequency_hz": most.map(|most| most.frequency_hz),
-        "arm_damping_n_s_per_m": most.map(|most| arm_impedance(&analysis.settings.arm, most.frequency_hz).re),
-    })
+/// Absolute stability with bounded hands and tissues. An infinite value is `None`.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct BoundedPart {
+    /// Minimum and maximum damping of the hand, in N·s/m.
+    hand_n_s_per_m: (f64, Option<f64>),
+    /// Minimum and maximum stiffness of the tissue, in N/m.
+    stiffness_n_per_m: (f64, f64),
+    /// Minimum and maximum damping of the tissue, in N·s/m.
+    damping_n_s_per_m: (f64, f64),
+    /// True if the loop is stable with every such hand and tissue.
+    is_stable: Option<bool>,
+    /// The damping of the hand that is needed, in N·s/m.
+    needed_hand_damping_n_s_per_m: Option<f64>,
+    /// The frequency at which it is needed, in Hz.
+    frequency_hz: Option<f64>,
+    /// The damping of the scenario's arm at this frequency, in N·s/m.
+    arm_damping_n_s_per_m: Option<f64>,
+}
+
+impl BoundedPart {
+    pub(super) fn of(analysis: &Analysis, bounded: &Bounded) -> Self {
+        let Terminations { hand_n_s_per_m: (low, high), stiffness_n_per_m, damping_n_s_per_m } = bounded.terminations;
+        let frequency_hz = bounded.most().map(|most| most.frequency_hz);
+        Self {
+            hand_n_s_per_m: (low, finite(high)),
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+            is_stable: bounded.is_stable(),
+            needed_hand_damping_n_s_per_m: bounded.needed_damping().and_then(finite),
+            frequency_hz,
+            arm_damping_n_s_per_m: frequency_hz.map(|hertz| arm_impedance(&analysis.settings.arm, hertz).re),
+        }
+    }
 }
 
 /// The absolute stability over a parameter. A needed damping of `inf` is more than any.
@@ -85,20 +106,44 @@ pub(super) fn table(absolute: &AbsoluteOver) -> DataTable<'static> {
         .with("is_stable_with_ranges", Values::Flags(bounded().map(Bounded::is_stable).collect()))
 }
 
-/// Returns the absolute stability over a parameter for `stability.json`.
-pub(super) fn json(absolute: &AbsoluteOver) -> Json {
-    let points = absolute.points.iter().map(|point| {
-        let bounded = &point.bounded;
-        json!({
-            "value": point.value,
-            "min_llewellyn": finite(point.min_llewellyn),
-            "is_absolutely_stable": point.is_absolutely_stable,
-            "needed_hand_damping_n_s_per_m": bounded.needed_damping().and_then(finite),
-            "frequency_hz": bounded.most().map(|most| most.frequency_hz),
-            "is_stable_with_ranges": bounded.is_stable(),
-        })
-    });
-    json!({ "parameter": absolute.parameter.key(), "points": points.collect::<Vec<_>>() })
+/// Absolute stability over a parameter.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct AbsolutePart {
+    /// The key of the parameter.
+    parameter: &'static str,
+    /// Its values, increasing.
+    points: Vec<PointPart>,
+}
+
+/// Absolute stability at a value of a parameter.
+#[derive(Debug, Serialize, JsonSchema)]
+struct PointPart {
+    /// The value, in the unit of the key.
+    value: f64,
+    /// The minimum of Llewellyn's parameter over frequency; absolutely stable from 1 on.
+    min_llewellyn: Option<f64>,
+    /// True if the loop is stable with any passive hand and tissue.
+    is_absolutely_stable: bool,
+    /// The damping of the hand that the tissues of the range need, in N·s/m; `None` if no damping is enough.
+    needed_hand_damping_n_s_per_m: Option<f64>,
+    /// The frequency at which it is needed, in Hz.
+    frequency_hz: Option<f64>,
+    /// True if the loop is stable with every hand and tissue of the ranges.
+    is_stable_with_ranges: Option<bool>,
+}
+
+impl AbsolutePart {
+    pub(super) fn of(absolute: &AbsoluteOver) -> Self {
+        let point = |point: &AbsolutePoint| PointPart {
+            value: point.value,
+            min_llewellyn: finite(point.min_llewellyn),
+            is_absolutely_stable: point.is_absolutely_stable,
+            needed_hand_damping_n_s_per_m: point.bounded.needed_damping().and_then(finite),
+            frequency_hz: point.bounded.most().map(|most| most.frequency_hz),
+            is_stable_with_ranges: point.bounded.is_stable(),
+        };
+        Self { parameter: absolute.parameter.key(), points: absolute.points.iter().map(point).collect() }
+    }
 }
 
 /// A line about the absolute stability over a parameter: up to which value it holds.

@@ -12,6 +12,10 @@ mod tables;
 pub(super) mod verdict;
 mod z_width;
 
+pub use certificate::CertificateFile;
+pub use json::StabilityFile;
+pub use verdict::LoopPart;
+
 use super::StabilityStudy;
 use trocar_document::{DataTable, Document, Section, Study, TextFile, Verdict};
 

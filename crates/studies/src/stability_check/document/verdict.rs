@@ -1,10 +1,11 @@
-//! The verdict on a linear loop, in a sentence and as JSON.
+//! The verdict on a linear loop, in a sentence and in JSON files.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::stability_check::LoopVerdict;
 use trocar_document::significant;
-use trocar_stability::{DelayRange, LeftOut, LinearLoop, TissueRange, TissueSource, VaryingDelays};
+use trocar_stability::{DelayRange, LeftOut, LinearLoop, LoopLimit, TissueRange, TissueSource, VaryingDelays};
 
 /// The verdict on the loop in a sentence, with the tissue that it stands for.
 pub(crate) fn sentence(verdict: &LoopVerdict) -> String {
@@ -61,45 +62,170 @@ fn ranges(delays: &VaryingDelays) -> String {
     format!("delays of {} to the slave and of {} to the master", range(delays.forward), range(delays.backward))
 }
 
-/// The verdict on a loop, with its tissue and what it leaves out.
-pub(crate) fn json(verdict: &LoopVerdict) -> Json {
-    let LoopVerdict { settings, mode, margins, .. } = verdict;
-    json!({
-        "verdict": sentence(verdict),
-        "is_stable": verdict.is_stable(),
-        "is_linear_loop_stable": verdict.is_linear_loop_stable(),
-        "tissue": {
-            "source": settings.tissue.source.word(),
-            "stiffness_n_per_m": settings.tissue.stiffness_n_per_m,
-            "damping_n_s_per_m": settings.tissue.damping_n_s_per_m,
-        },
-        "stiffness_n_per_m": settings.stiffness_n_per_m,
-        "damping_n_s_per_m": settings.damping_n_s_per_m,
-        "mode": {
-            "pole": [mode.pole.re, mode.pole.im],
-            "spectral_radius": mode.spectral_radius,
-            "damping_ratio": mode.damping_ratio,
-            "frequency_hz": mode.frequency_hz,
-            "growth_per_s": mode.growth_per_s,
-        },
-        "margins": {
-            "gain": margins.gain,
-            "gain_frequency_hz": margins.gain_frequency_hz,
-            "gain_below": margins.gain_below,
-            "phase_rad": margins.phase_rad,
-            "phase_frequency_hz": margins.phase_frequency_hz,
-            "delay_s": margins.delay_s,
-        },
-        "unmodelled": verdict.unmodelled,
-        "left_out": verdict.left_out.iter().map(|part| json!({ "key": part.key, "what": part.what, "largest": part.bound })).collect::<Vec<_>>(),
-        "never_reached": verdict.unreached.iter().map(|limit| json!({
-            "key": limit.part.key, "limit": limit.limit, "largest": limit.part.bound,
-        })).collect::<Vec<_>>(),
-        "varying_delays": verdict.delays.map(|delays| json!({
-            "forward_ticks": [delays.forward.min_ticks, delays.forward.max_ticks],
-            "backward_ticks": [delays.backward.min_ticks, delays.backward.max_ticks],
-            "is_proved_stable": delays.is_proved,
-            "can_be_outage": delays.can_be_outage,
-        })),
-    })
+/// The verdict on a linear loop, with its tissue and the parts of the scenario that it leaves out.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct LoopPart<'a> {
+    /// The verdict in a sentence.
+    verdict: String,
+    /// True if the loop is stable, in contact and out of it, for every order of delays that vary; `None` if the analysis leaves out a
+    /// part of the scenario.
+    is_stable: Option<bool>,
+    /// True if the loop is stable at the worst stiffness, without the parts that the analysis leaves out.
+    is_linear_loop_stable: bool,
+    tissue: TissuePart,
+    /// The worst stiffness of the tissue, in N/m, for which the following numbers hold.
+    stiffness_n_per_m: f64,
+    /// The damping of the tissue, in N·s/m.
+    damping_n_s_per_m: f64,
+    mode: ModePart,
+    /// The margins of the loop; `None` for a loop that is not stable, and where there is no limit.
+    pub(super) margins: MarginsPart,
+    /// Everything that the linear loop leaves out, with tissue and augmentation.
+    unmodelled: &'a [String],
+    /// The parts of the scenario without which the verdict holds.
+    left_out: Vec<LeftOutPart>,
+    /// The limits of motors and force sensor that the loop never reaches.
+    never_reached: Vec<UnreachedPart>,
+    /// The delays that vary from tick to tick; `None` if they are constant, or if nothing bounds them.
+    varying_delays: Option<DelaysPart>,
+}
+
+/// The range of stiffness that the needle meets.
+#[derive(Debug, Serialize, JsonSchema)]
+struct TissuePart {
+    /// The source of the range.
+    source: &'static str,
+    /// The smallest and the largest stiffness, in N/m.
+    stiffness_n_per_m: (f64, f64),
+    /// The damping, in N·s/m.
+    damping_n_s_per_m: f64,
+}
+
+/// The dominant mode of the loop: the pole z = exp(s T) with the largest modulus.
+#[derive(Debug, Serialize, JsonSchema)]
+struct ModePart {
+    /// Real and imaginary part of z.
+    pole: [f64; 2],
+    /// The modulus of z; the loop is stable below 1.
+    spectral_radius: f64,
+    /// -Re s / |s|; 1 does not oscillate, below 0 it grows.
+    #[schemars(with = "Option<f64>")]
+    damping_ratio: f64,
+    /// |Im s| / 2π, in Hz.
+    frequency_hz: f64,
+    /// Re s, in 1/s.
+    #[schemars(with = "Option<f64>")]
+    growth_per_s: f64,
+}
+
+/// The smallest changes that make the loop unstable.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct MarginsPart {
+    /// The smallest factor above 1 on the gain.
+    gain: Option<f64>,
+    /// Its frequency, in Hz.
+    gain_frequency_hz: Option<f64>,
+    /// The largest factor below 1 on the gain, for a conditionally stable loop.
+    gain_below: Option<f64>,
+    /// The smallest phase in either direction, in rad.
+    phase_rad: Option<f64>,
+    /// Its frequency, in Hz.
+    phase_frequency_hz: Option<f64>,
+    /// The smallest additional delay around the loop, in s.
+    delay_s: Option<f64>,
+    #[serde(flatten)]
+    pub(super) jitter: Option<JitterPart>,
+}
+
+/// The jitter margin, in `stability.json` alone.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct JitterPart {
+    /// The largest jitter of both ways, in ticks, for which the loop is proved to be stable in every order of the delays.
+    pub(super) jitter_ticks: Option<u64>,
+    /// The same in s.
+    pub(super) jitter_s: Option<f64>,
+}
+
+/// A part of the scenario that the analysis leaves out.
+#[derive(Debug, Serialize, JsonSchema)]
+struct LeftOutPart {
+    /// The key that switches it on.
+    key: &'static str,
+    /// Its name.
+    what: &'static str,
+    /// For a limit: the largest magnitude in the loop, in the unit of the key, if it is known.
+    largest: Option<f64>,
+}
+
+/// A limit that the loop never reaches.
+#[derive(Debug, Serialize, JsonSchema)]
+struct UnreachedPart {
+    /// Its key.
+    key: &'static str,
+    /// The limit, in the unit of the key.
+    limit: f64,
+    /// The largest magnitude in the loop, in the unit of the key.
+    largest: Option<f64>,
+}
+
+/// Delays that vary from tick to tick.
+#[derive(Debug, Serialize, JsonSchema)]
+struct DelaysPart {
+    /// Minimum and maximum delay from the master to the slave, in ticks.
+    forward_ticks: [u64; 2],
+    /// Minimum and maximum delay from the slave to the master, in ticks.
+    backward_ticks: [u64; 2],
+    /// True if the loop is proved to be stable for every order of these delays.
+    is_proved_stable: bool,
+    /// True if a receiver can be without a new sample for so long that it detects an outage.
+    can_be_outage: bool,
+}
+
+impl<'a> LoopPart<'a> {
+    /// The verdict, without the jitter margin.
+    #[must_use]
+    pub fn of(verdict: &'a LoopVerdict) -> Self {
+        let LoopVerdict { settings, mode, margins, .. } = verdict;
+        let left_out = |part: &LeftOut| LeftOutPart { key: part.key, what: part.what, largest: part.bound };
+        let unreached =
+            |limit: &LoopLimit| UnreachedPart { key: limit.part.key, limit: limit.limit, largest: limit.part.bound };
+        let ticks = |way: DelayRange| [way.min_ticks, way.max_ticks];
+        Self {
+            verdict: sentence(verdict),
+            is_stable: verdict.is_stable(),
+            is_linear_loop_stable: verdict.is_linear_loop_stable(),
+            tissue: TissuePart {
+                source: settings.tissue.source.word(),
+                stiffness_n_per_m: settings.tissue.stiffness_n_per_m,
+                damping_n_s_per_m: settings.tissue.damping_n_s_per_m,
+            },
+            stiffness_n_per_m: settings.stiffness_n_per_m,
+            damping_n_s_per_m: settings.damping_n_s_per_m,
+            mode: ModePart {
+                pole: [mode.pole.re, mode.pole.im],
+                spectral_radius: mode.spectral_radius,
+                damping_ratio: mode.damping_ratio,
+                frequency_hz: mode.frequency_hz,
+                growth_per_s: mode.growth_per_s,
+            },
+            margins: MarginsPart {
+                gain: margins.gain,
+                gain_frequency_hz: margins.gain_frequency_hz,
+                gain_below: margins.gain_below,
+                phase_rad: margins.phase_rad,
+                phase_frequency_hz: margins.phase_frequency_hz,
+                delay_s: margins.delay_s,
+                jitter: None,
+            },
+            unmodelled: &verdict.unmodelled,
+            left_out: verdict.left_out.iter().map(left_out).collect(),
+            never_reached: verdict.unreached.iter().map(unreached).collect(),
+            varying_delays: verdict.delays.map(|delays| DelaysPart {
+                forward_ticks: ticks(delays.forward),
+                backward_ticks: ticks(delays.backward),
+                is_proved_stable: delays.is_proved,
+                can_be_outage: delays.can_be_outage,
+            }),
+        }
+    }
 }

@@ -9,6 +9,7 @@
 //! variance of the ranks that the regression explains.
 
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::cells::{class, classes};
@@ -27,7 +28,7 @@ const MAX_CLASSES: u64 = 20;
 const MAX_RANKED: u64 = 10_000;
 
 /// The influence of one axis on a metric.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Influence {
     /// Key of the axis.
     pub axis: String,
@@ -40,10 +41,11 @@ pub struct Influence {
 }
 
 /// The mean of a metric over the cases in a class of an axis.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct LevelMean {
     /// Value of the axis in the middle of the class.
     #[serde(serialize_with = "as_json")]
+    #[schemars(with = "serde_json::Value")]
     pub at: Value,
     /// Mean of the metric.
     pub mean: f64,

@@ -11,6 +11,7 @@ mod unchanged;
 pub use cells::{Cell, HeatMap};
 pub use influence::{Influence, Influences, LevelMean};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use self::cells::Cells;
@@ -25,7 +26,7 @@ use trocar_base::warning::Warning;
 use trocar_metrics::Unit;
 
 /// The distribution of a metric over the cases in which it is defined.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Summary {
     /// Name.
     pub metric: String,
@@ -40,7 +41,7 @@ pub struct Summary {
 }
 
 /// The distribution of a metric. Quantiles are interpolated linearly between order statistics.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
     /// The minimum.
     #[serde(rename = "least")]
