@@ -1,11 +1,11 @@
 //! Detection probability and delay against the false-alarm rate, one line per detector.
 
 use super::FigureError;
+use trocar_document::counted;
 use trocar_document::figure::{Axis, Figure, LINES, Panel, Point, Row, Sample, Series, Stroke, Y_TICKS};
 
-/// Height of a label with its distance from the line, as a share of the axis, and maximum number of names in it.
+/// Height of a label with its distance from the line, as a share of the axis.
 const LABEL_HEIGHT: f64 = 0.1;
-const MAX_NAMES: usize = 4;
 
 /// Minutes in an hour.
 const PER_HOUR: f64 = 60.0;
@@ -116,8 +116,8 @@ fn labels(panel: &Panel<'_>, names: &[&str]) -> Vec<(Point, String)> {
         }
     }
     let text = |group: &[&str]| match group {
-        [shown @ .., _] if group.len() > MAX_NAMES + 1 => {
-            format!("{} and {} others", shown[..MAX_NAMES].join(", "), group.len() - MAX_NAMES)
+        [one, two, others @ ..] if !others.is_empty() => {
+            format!("{one}, {two} and {}", counted(others.len() as u64, "other"))
         }
         _ => group.join(", "),
     };

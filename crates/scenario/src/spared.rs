@@ -18,11 +18,11 @@ trocar_core::settings! {
     }
 }
 
-/// Checks that the spared layer is one that can rupture.
+/// Checks that the spared layer is one that can rupture, in a tissue that has such layers.
 pub(super) fn check_spared(values: &mut Values, scenario: &Scenario) -> Result<(), ScenarioError> {
     let Some(name) = AimSettings::read(values)?.spared_layer else { return Ok(()) };
     let layers = scenario.rupturing_layers();
-    if layers.contains(&name.as_str()) {
+    if layers.is_empty() || layers.contains(&name.as_str()) {
         return Ok(());
     }
     let path = AimSettings::KEYS[0].path;
