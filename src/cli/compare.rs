@@ -13,7 +13,6 @@ use trocar_scenario::Scenario;
 use trocar_studies::compare::{Comparison, ComparisonReport, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_studies::run::seeds_without_effect;
 
-/// The default pair.
 const PAPER_PAIR: [&str; 2] = ["paper/classical", "paper/augmented"];
 
 const EXAMPLES: &str = "\
@@ -29,14 +28,14 @@ pub(super) struct CompareArgs {
     /// Scenario files or shipped scenarios [default: paper/classical and paper/augmented, the pair of the paper]
     #[arg(value_name = "SCENARIO")]
     scenarios: Vec<String>,
-    /// Also run every scenario with N seeds, starting at its own seed, and print medians and central 95 % intervals
+    /// Also run every scenario with N seeds, counted from its own seed, and print medians and central 95 % intervals
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MAX_SEEDS))]
     seeds: Option<u64>,
     /// Print the table of all metrics, with all ruptures
     #[arg(long)]
     all: bool,
-    /// Also write report.html into DIR: one self-contained page with the scenarios, the metrics and their meaning, the events, and
-    /// interactive charts of all runs
+    /// Also write report.html into DIR: one self-contained page with the scenarios, the metrics and their meaning,
+    /// the events, and interactive charts of all runs
     #[arg(long)]
     report: bool,
     #[command(flatten)]
@@ -73,7 +72,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Returns whether a setting names a file of this machine.
+/// Returns true if a setting names a file, which other machines may not have.
 fn names_files(args: &CompareArgs) -> bool {
     args.changes
         .settings

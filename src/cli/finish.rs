@@ -6,15 +6,13 @@ use trocar_document::{Document, to_json};
 use trocar_report::html::{Again, document_html};
 use trocar_report::{Folder, document_text, write_document};
 
-/// How a command ends.
+/// The final output of a command.
 pub(super) struct Finish<'a> {
-    /// The flags for output.
     pub(super) output: &'a OutputArgs,
-    /// The folder of the files.
     pub(super) folder: Folder,
-    /// True if the terminal also shows what it shows on request.
+    /// True to print all tables.
     pub(super) all: bool,
-    /// How a report says that the work is done again; without it there is no report.
+    /// The instructions to repeat the work, for the report; `None` if no report is requested.
     pub(super) report: Option<Again>,
 }
 
@@ -34,7 +32,7 @@ impl Finish<'_> {
         if self.output.json { terminal::print(&to_json(&document.json)) } else { self.print(document) }
     }
 
-    /// Prints the text of a document and where its files are, unless the command is quiet.
+    /// Prints the text of a document and the folder of its files, unless the command is quiet.
     pub(super) fn print(&self, document: &Document<'_>) -> Result<(), CliError> {
         let Self { output, folder, all, report } = self;
         if output.quiet {
