@@ -24,23 +24,23 @@ use super::state::Catalogue;
 /// Options of the server.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// The address of the server.
+    /// Address of the server.
     pub address: IpAddr,
-    /// The port; 0 for any free port.
+    /// Port of the server; 0 for any free port.
     pub port: u16,
-    /// The scenarios.
+    /// The available scenarios.
     pub catalogue: Catalogue,
-    /// The name of the first scenario in the catalogue.
+    /// Name of the first scenario in the catalogue.
     pub first: String,
 }
 
-/// The error of the server.
+/// An error of the server.
 #[derive(Debug, Error)]
 pub enum ExploreError {
     /// The address is not available.
     #[error("cannot serve on {address}: {source}; give another --port, or --port 0 for any free port")]
     Bind {
-        /// The address.
+        /// The requested address.
         address: SocketAddr,
         /// The cause.
         source: std::io::Error,
@@ -50,16 +50,15 @@ pub enum ExploreError {
     System(std::io::Error),
 }
 
-/// What a server shows.
+/// The content of a server.
 #[derive(Debug)]
 enum Site {
-    /// The page of `trocar explore`, with its scenarios and the first one.
+    /// The page of `trocar explore`, with its scenarios and the name of the first one.
     Explore(Catalogue, String),
     /// The page of a link.
     Field(Arc<Field>),
 }
 
-/// The state of the server.
 #[derive(Debug)]
 struct ServerState {
     guard: Guard,
@@ -79,8 +78,8 @@ fn bind(address: SocketAddr) -> Result<(TcpListener, SocketAddr), ExploreError> 
     Ok((listener, bound))
 }
 
-/// Listens as [`TcpListener::bind`] does, with room for more connections that are not yet accepted: one without room is tried again
-/// by its client a second later.
+/// Listens like [`TcpListener::bind`], with a longer backlog. A client that finds no room in the backlog tries again
+/// only after a second.
 fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
     // On Windows this option has another meaning.
@@ -94,7 +93,7 @@ async fn answer_all(listener: TcpListener, state: Arc<ServerState>) -> std::conv
     accept(listener, Router::new().fallback(move |request: Request<Body>| answer(state.clone(), request))).await
 }
 
-/// Serves the page of a link on this machine, until the process ends. Returns the address of the server.
+/// Serves the page of a link on this machine until the process ends. Returns the address of the server.
 ///
 /// # Errors
 /// [`ExploreError`].
@@ -108,8 +107,8 @@ pub fn serve_field(field: Arc<Field>, port: u16) -> Result<SocketAddr, ExploreEr
     Ok(bound)
 }
 
-/// Serves the page until Ctrl-C or SIGTERM. `ready` is called with the address of the server and the query of the page's address. The
-/// query has a token if other machines can reach the server.
+/// Serves the page until Ctrl-C or SIGTERM. Calls `ready` with the address of the server and the query of the page's
+/// address. The query contains a token if other machines can reach the server.
 ///
 /// # Errors
 /// [`ExploreError`].
@@ -129,12 +128,12 @@ pub fn serve(options: Options, ready: impl FnOnce(SocketAddr, &str)) -> Result<(
             () = stopped => Ok(()),
         }
     });
-    // The threads of pages end with the process; they have no data to save.
+    // The threads of the pages end with the process; they have no data to save.
     runtime.shutdown_background();
     outcome
 }
 
-/// Installs handlers of Ctrl-C and SIGTERM, and returns a future that completes at one of them.
+/// Installs handlers for Ctrl-C and SIGTERM. Returns a future that completes at either.
 fn stopped() -> std::io::Result<impl Future<Output = ()>> {
     #[cfg(unix)]
     {
@@ -156,7 +155,6 @@ fn stopped() -> std::io::Result<impl Future<Output = ()>> {
     })
 }
 
-/// Returns an error response.
 fn refusal(status: u16, reason: &'static str) -> Response<Body> {
     text(status, "text/plain; charset=utf-8", reason)
 }

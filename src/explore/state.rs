@@ -15,7 +15,7 @@ use trocar_studies::stability_check::CheckError;
 /// The key that differs between the two runs of a page.
 pub(super) const SCHEME: &str = "augmentation.enabled";
 
-/// A scenario by its name in the catalogue, with keys and their values as JSON.
+/// A scenario of the catalogue, with changed keys and their values as JSON.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct State {
@@ -26,7 +26,7 @@ pub struct State {
     pub set: BTreeMap<String, serde_json::Value>,
 }
 
-/// The refusal of a request.
+/// The reason for refusing a request.
 #[derive(Debug, Error)]
 pub enum StateError {
     /// The scenario does not exist.
@@ -54,7 +54,7 @@ pub enum StateError {
     /// Several keys or values are invalid.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     Several(Vec<StateError>),
-    /// Too many keys.
+    /// Too many keys are changed.
     #[error("{0} keys are changed; the maximum is {MAX_KEYS}")]
     Keys(usize),
     /// The run is too long.
@@ -90,7 +90,7 @@ pub enum StateError {
 }
 
 impl State {
-    /// Returns the changed keys and their checked values.
+    /// Returns the changed keys with their validated values.
     ///
     /// # Errors
     /// [`StateError`].
@@ -114,7 +114,7 @@ impl State {
 }
 
 impl StateError {
-    /// Returns each reason as a text, without the places of keys that have no file.
+    /// Returns each reason as a text, without the places of keys, which have no file.
     pub(super) fn reasons(&self) -> Vec<String> {
         let one = |error: &ScenarioError| {
             let remedy = error.remedy.as_ref().map_or(String::new(), |remedy| format!("; {remedy}"));
@@ -163,13 +163,13 @@ pub(super) fn bounded(scenario: Scenario) -> Result<Scenario, StateError> {
 /// A scenario in the menu of a page.
 #[derive(Debug, Clone, Serialize)]
 pub struct Entry {
-    /// Its name in the catalogue.
+    /// Name in the catalogue.
     pub name: String,
-    /// Its title: the beginning of its question.
+    /// Title: the beginning of the question.
     pub title: String,
-    /// The question that it answers.
+    /// The question that the scenario answers.
     pub question: String,
-    /// The question of its group.
+    /// The question of the scenario's group.
     pub group: &'static str,
 }
 
@@ -198,14 +198,14 @@ pub struct Catalogue {
 }
 
 impl Catalogue {
-    /// Returns the catalogue with the scenario of the command line, if any, as the first.
+    /// Returns the catalogue. The scenario of the command line, if any, is the first.
     #[must_use]
     pub fn new(own: Option<&str>) -> Self {
         let own = own.map(Source::parse).filter(|source| !matches!(source, Source::Builtin(_)));
         Self { own: own.map(|source| (source.display(), source)) }
     }
 
-    /// Returns all entries: the user's scenario first.
+    /// Returns all entries, with the user's scenario first.
     pub fn entries(&self) -> impl Iterator<Item = Entry> {
         let own = self.own.iter().map(|(name, _)| Entry {
             name: name.clone(),
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_catalogue_has_only_given_files() {
+    fn a_catalogue_contains_only_the_given_files() {
         let catalogue = Catalogue::new(Some("mine.toml"));
         assert!(catalogue.source("mine.toml").is_ok() && catalogue.source("builtin:paper/classical.toml").is_ok());
         for name in ["other.toml", "/etc/passwd", "builtin:in_vivo_like.csv", "builtin:../Cargo.toml", ""] {
