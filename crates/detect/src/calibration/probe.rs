@@ -1,4 +1,4 @@
-//! Probes: ruptures that are added to a recording, to test whether and when settings detect them.
+//! Probes: ruptures added to a recording, to test whether and when settings detect them.
 
 use super::Candidate;
 use super::signal::{Residuals, Signal};
@@ -7,7 +7,7 @@ use super::signal::{Residuals, Signal};
 const BEFORE_S: f64 = 0.6;
 const AFTER_S: f64 = 0.1;
 
-/// A linear fall of the force to a share of its value, at which it stays.
+/// A linear fall of the force to a constant share of its value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fall {
     pub(super) duration_s: f64,

@@ -55,7 +55,7 @@ impl Residuals {
         residuals
     }
 
-    /// Returns whether the force of a sample falls short of a predicted resisting force.
+    /// Returns true if the force at a sample is below a predicted resisting force.
     pub(super) fn is_drop(&self, sample: usize) -> bool {
         self.residual_n[sample] < 0.0 && self.predicted_n[sample] > 0.0
     }
