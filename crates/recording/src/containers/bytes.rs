@@ -1,6 +1,6 @@
-//! Reads numbers out of bytes of either order, without going beyond their end.
+//! Reads numbers in either byte order, with bounds checks.
 
-/// The order of the bytes of a number.
+/// The byte order of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
     Little,
@@ -23,7 +23,7 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// Its bytes.
+    /// Size in bytes.
     pub(super) const fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -33,7 +33,7 @@ impl Scalar {
         }
     }
 
-    /// The number at the start of `bytes`; `None` if they are too few.
+    /// The number at the start of `bytes`; `None` if there are too few bytes.
     pub(super) fn read(self, bytes: &[u8], order: Order) -> Option<f64> {
         macro_rules! number {
             ($type:ty) => {{
@@ -58,17 +58,17 @@ impl Scalar {
         })
     }
 
-    /// All numbers of `bytes`; an incomplete one at the end is left out.
+    /// All numbers of `bytes`, without an incomplete one at the end.
     pub(super) fn read_all(self, bytes: &[u8], order: Order) -> Vec<f64> {
         bytes.chunks_exact(self.size()).filter_map(|number| self.read(number, order)).collect()
     }
 }
 
-/// The bytes from a place on.
+/// A byte slice with a read position.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
-    /// The place of the next byte.
+    /// Position of the next byte.
     pub(super) at: usize,
     pub(super) order: Order,
 }
@@ -78,7 +78,7 @@ impl<'a> Cursor<'a> {
         Self { bytes, at: 0, order }
     }
 
-    /// The bytes that are left.
+    /// The remaining bytes.
     pub(super) fn rest(&self) -> &'a [u8] {
         self.bytes.get(self.at..).unwrap_or_default()
     }
@@ -106,7 +106,7 @@ impl<'a> Cursor<'a> {
         })
     }
 
-    /// A number as an index or a count.
+    /// Reads a number as an index or a count.
     pub(super) fn index(&mut self) -> Option<usize> {
         usize::try_from(self.u32()?).ok()
     }
