@@ -99,7 +99,6 @@ pub(super) struct Estimation<'a> {
 }
 
 impl Estimation<'_> {
-    /// Evaluates the next sample.
     #[inline]
     pub(super) fn step(&mut self, reading: &Reading<f64>) -> (Estimate<f64>, Evidence<f64>) {
         self.estimation.step(&with_velocity(self.filter.as_deref_mut(), reading))

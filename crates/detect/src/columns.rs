@@ -6,7 +6,6 @@ use super::position_step_m;
 use trocar_base::interrupt;
 use trocar_base::warning::{Code, Warning};
 
-/// Minimum number of samples for these checks.
 const MIN_SAMPLES: usize = 100;
 
 /// Minimum ratio of the roughness of the positions to the roughness of the forces at which the columns count as

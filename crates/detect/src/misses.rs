@@ -21,7 +21,6 @@ pub struct LabelMiss {
 }
 
 impl LabelMiss {
-    /// Returns the warning about the miss.
     pub(super) fn warning(&self) -> Warning {
         self.miss.warning(self.label + 1, self.time_s)
     }
@@ -49,7 +48,6 @@ pub(super) fn misses(detection: &Detection, labels_s: &[f64], matches: &[Match],
     missed.filter_map(explain).collect()
 }
 
-/// Returns the detector at a sample.
 fn sample_at(detection: &Detection, sample: usize) -> DetectorSample {
     let threshold = detection.detector.cusum.threshold;
     let is_quiet = |at: &usize| detection.conditions[*at].in_contact() && detection.decision[*at] <= threshold;

@@ -121,7 +121,6 @@ impl PhaseRule {
     }
 }
 
-/// Extends the last interval, or appends a new one.
 fn extend(intervals: &mut Vec<PhaseInterval>, phase: Phase, samples: Range<usize>) {
     match intervals.last_mut() {
         Some(last) if last.phase == phase => last.samples.end = samples.end,

@@ -20,7 +20,6 @@ const MAX_FORCE_N: f64 = 60.0;
 /// any tissue of the literature exceeds it.
 const MIN_FORCE_N: f64 = 0.1;
 
-/// Range of the travel of an insertion in m.
 const TRAVEL_M: (f64, f64) = (3e-4, 0.5);
 
 /// Largest stiffness during an insertion in N/m: ten times the stiffness of a rig's stiffest layer.
@@ -99,7 +98,6 @@ impl<'a> Signals<'a> {
     }
 }
 
-/// The plausibility of the samples of a recording.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Plausibility {
     /// The sample of the largest force; `None` without samples.
@@ -152,7 +150,6 @@ pub fn recorded_warnings(interval_s: f64, position_m: &[f64], force_n: &[f64]) -
     Plausibility::of(&signals).magnitudes.into_iter().map(|warning| in_keys(warning).remedy(remedy)).collect()
 }
 
-/// Returns the warnings about a recording and its detection.
 pub(super) fn warnings(detection: &Detection, misses: &[LabelMiss]) -> Vec<Warning> {
     let mut all: Vec<Warning> = misses.iter().map(LabelMiss::warning).collect();
     all.extend(sampling_rate(detection.interval_s));

@@ -50,7 +50,6 @@ fn estimate(estimation: &mut Estimation<'_>, rows: &mut Rows<5>, signals: &Signa
     evidence
 }
 
-/// The decisions of the detector, sample by sample.
 pub(super) struct Decisions {
     /// Distance and decision.
     pub(super) columns: Rows<2>,
@@ -65,7 +64,6 @@ impl Decisions {
         Self { columns, conditions: with_capacity(count), alarms: vec![], touched: false }
     }
 
-    /// Decides on the next samples.
     fn extend(&mut self, detector: &mut CusumDetector<f64>, samples: &[Evidence<f64>]) {
         interrupt::check();
         for evidence in samples {

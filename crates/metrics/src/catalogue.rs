@@ -100,7 +100,6 @@ impl Scope {
         }
     }
 
-    /// Returns the prefix of labels.
     pub(crate) fn label_prefix(self, number: usize) -> String {
         match self {
             Self::Run => String::new(),

@@ -91,7 +91,6 @@ impl<L: Lane> EventExtremes<L> {
         self.force_change_n = (s.feedback_force_n - self.feedback_start_n).abs().max(self.force_change_n);
     }
 
-    /// Returns the values of lane `index`.
     pub(super) fn lane(&self, index: usize) -> EventExtremes<f64> {
         EventExtremes {
             slave_start_m: self.slave_start_m.lane(index),
@@ -103,7 +102,6 @@ impl<L: Lane> EventExtremes<L> {
         }
     }
 
-    /// Returns these values with lane `index` replaced.
     pub(super) fn with_lane(self, index: usize, one: &EventExtremes<f64>) -> Self {
         Self {
             slave_start_m: self.slave_start_m.with_lane(index, one.slave_start_m),
@@ -116,7 +114,6 @@ impl<L: Lane> EventExtremes<L> {
     }
 }
 
-/// How an event began.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beginning {
     /// Index of the first rupture whose needle the event holds; the number of ruptures if a false alarm began the
@@ -127,12 +124,10 @@ pub(super) struct Beginning {
     pub(super) gap_m: Option<f64>,
 }
 
-/// An open event.
 #[derive(Debug, Clone)]
 pub(super) struct EventWindow {
     pub(super) start: u64,
     released: Option<u64>,
-    /// Position of the slave at the release.
     pub(super) released_m: Option<f64>,
     ended: Option<u64>,
     pub(super) beginning: Beginning,

@@ -24,20 +24,18 @@ impl Insertion {
         Self { ticks, operator: OperatorTraits::UNKNOWN, edits: vec![] }
     }
 
-    /// Sets the intended motion of the slave per motion of the hand, `None` if unknown, and whether the operator
-    /// notices changes of the felt force.
+    /// Sets the known traits of the operator: the motion of the slave per intended motion, `None` if unknown, and
+    /// whether changes of the felt force are noticed.
     pub(super) fn by(mut self, intended_scale: Option<f64>, notices: bool) -> Self {
         self.operator = OperatorTraits { intended_scale, notices };
         self
     }
 
-    /// Changes the signals of every tick.
     pub(super) fn with(mut self, edit: impl Fn(&mut Signals<f64>) + 'static) -> Self {
         self.edits.push(Box::new(edit));
         self
     }
 
-    /// Changes the signals from a tick onwards.
     pub(super) fn from(self, tick: u64, edit: impl Fn(&mut Signals<f64>) + 'static) -> Self {
         self.with(move |s| {
             if s.tick >= tick {
@@ -46,7 +44,6 @@ impl Insertion {
         })
     }
 
-    /// Changes the signals of one tick.
     pub(super) fn at(self, tick: u64, edit: impl Fn(&mut Signals<f64>) + 'static) -> Self {
         self.with(move |s| {
             if s.tick == tick {
@@ -63,7 +60,6 @@ impl Insertion {
         })
     }
 
-    /// Adds an alarm that the supervisor accepts.
     pub(super) fn alarm_at(self, tick: u64) -> Self {
         self.at(tick, |s| (s.alarm, s.alarm_taken) = (true, true))
     }
@@ -129,7 +125,6 @@ impl Insertion {
         self.operator
     }
 
-    /// Returns the metrics of the whole run.
     pub(super) fn metrics(&self) -> Metrics {
         let grid = TickGrid::new(TICK_S, TICK_S * self.ticks as f64).expect("a grid");
         let mut observer = MetricsObserver::<f64>::new(grid, 4).of_operators(|_| self.operator);
@@ -143,14 +138,12 @@ impl Insertion {
     }
 }
 
-/// Asserts that two numbers agree within rounding.
 #[track_caller]
 pub(super) fn assert_close(value: Option<f64>, expected: f64) {
     let is_close = value.is_some_and(|value| (value - expected).abs() <= 1e-12 + 1e-9 * expected.abs());
     assert!(is_close, "{value:?} instead of {expected}");
 }
 
-/// Combines eight signals of the same tick into lanes.
 #[cfg(target_arch = "x86_64")]
 pub(super) fn side_by_side<L: trocar_core::lane::Lane>(all: &[Signals<f64>; 8]) -> Signals<L> {
     macro_rules! gathered {

@@ -141,8 +141,7 @@ impl<L: Lane> Pursuit<L> {
         self.disturbed_until = L::select(lanes, until, self.disturbed_until);
     }
 
-    /// Returns the number of a lane's ticks without withdrawal outside the horizons of ruptures and accepted alarms;
-    /// `None` without a known intention.
+    /// Number of a lane's ticks without withdrawal outside the horizons of ruptures and accepted alarms.
     pub(crate) fn undisturbed_ticks(&self, lane: usize) -> Option<u64> {
         self.operators[lane].intended_scale.map(|_| self.undisturbed_ticks.lane(lane) as u64)
     }
@@ -179,7 +178,6 @@ impl<L: Lane> Pursuit<L> {
         self.update_next_end();
     }
 
-    /// Drops the horizon of a diverged lane.
     pub(crate) fn abandon(&mut self, lane: usize) {
         self.horizons[lane] = None;
         self.update_next_end();

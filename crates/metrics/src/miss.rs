@@ -426,7 +426,6 @@ impl MissRule<'_> {
         self.detector.distance.kind.waits_for()
     }
 
-    /// Returns the conditions that a sample above the threshold fails.
     fn failed(&self, sample: &DetectorSample) -> Vec<MissReason> {
         let DetectorSample { conditions, depth_m, velocity_m_per_s, .. } = *sample;
         if !conditions.in_contact {
@@ -484,7 +483,6 @@ mod tests {
         quiet_samples: 30.0,
     };
 
-    /// Returns a sample that meets every condition of an alarm.
     fn sample(decision: f64) -> DetectorSample {
         DetectorSample { distance: 0.5, decision, conditions: ALL, depth_m: 0.02, velocity_m_per_s: 0.01 }
     }

@@ -71,7 +71,6 @@ metrics! {
 /// The extremes after a rupture, of one run or over lanes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extremes<L> {
-    /// Positions at the rupture.
     pub(super) slave_m: L,
     pub(super) master_m: L,
     last_felt_n: L,
@@ -120,7 +119,6 @@ impl<L: Lane> Extremes<L> {
         self.drop_n = L::select(is_early, (self.max_felt_n - felt_n).max(self.drop_n), self.drop_n);
     }
 
-    /// Returns the extremes of lane `index`.
     pub(super) fn lane(&self, index: usize) -> Extremes<f64> {
         Extremes {
             slave_m: self.slave_m.lane(index),
@@ -135,7 +133,6 @@ impl<L: Lane> Extremes<L> {
         }
     }
 
-    /// Returns these extremes with lane `index` replaced.
     pub(super) fn with_lane(self, index: usize, one: &Extremes<f64>) -> Self {
         Self {
             slave_m: self.slave_m.with_lane(index, one.slave_m),
@@ -160,7 +157,6 @@ pub(super) struct Return {
     pub(super) released_m: Option<f64>,
 }
 
-/// The window after a rupture.
 #[derive(Debug, Clone)]
 pub(super) struct RuptureWindow {
     pub(super) tick: u64,
@@ -213,7 +209,6 @@ impl RuptureWindow {
         }
     }
 
-    /// Returns true if a tick belongs to the window.
     pub(super) fn contains(&self, tick: u64) -> bool {
         tick - self.tick <= self.window_ticks
     }

@@ -15,7 +15,6 @@ const fn buffered_ticks<L: Lane>() -> usize {
     if L::WIDTH > 1 { 2 * WAYS } else { BLOCK }
 }
 
-/// The summands of one tick.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sample<L> {
     /// `e` in N.
@@ -65,7 +64,6 @@ impl<L: Lane> Sample<L> {
     }
 }
 
-/// Buffered samples, one array per quantity.
 #[derive(Debug, Clone, Copy)]
 struct Block<L> {
     residual_n: [L; BLOCK],
@@ -76,7 +74,6 @@ struct Block<L> {
     tissue_force_n: [L; BLOCK],
 }
 
-/// The partial sums.
 #[derive(Debug, Clone, Copy)]
 struct Partial<L> {
     absolute_residual: [L; WAYS],
@@ -104,7 +101,6 @@ pub(super) struct Totals {
     pub max_force_n: f64,
 }
 
-/// Running sums, one sample per tick.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub(super) struct Sums<L> {

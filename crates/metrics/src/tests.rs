@@ -9,7 +9,6 @@ fn rupture() -> Insertion {
     Insertion::of_ticks(2000).rupture_at(1000)
 }
 
-/// Returns the metrics of the only rupture.
 fn of_rupture(insertion: &Insertion) -> RuptureMetrics {
     let metrics = insertion.metrics();
     assert_eq!(metrics.ruptures.len(), 1);

@@ -365,7 +365,6 @@ pub enum Problem {
 }
 
 impl Format {
-    /// The error of a damaged file of this format.
     pub(super) fn damaged(self, detail: impl fmt::Display) -> Problem {
         Problem::Damaged { format: self, detail: line(&detail.to_string()).into() }
     }

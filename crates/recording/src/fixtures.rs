@@ -17,7 +17,6 @@ pub(super) fn read(table: impl AsRef<[u8]>) -> Result<Recording, RecordingError>
     read_csv("pop.csv", table.as_ref(), &columns(), &Limits::default())
 }
 
-/// The error message for `table`.
 pub(super) fn refusal(table: impl AsRef<[u8]>) -> String {
     read(table).expect_err("refused").to_string()
 }

@@ -28,7 +28,6 @@ macro_rules! formats {
                 match self { $(Self::$Format => &[$($suffix),*],)* }
             }
 
-            /// The alternative format to export.
             pub(super) fn alternative(self) -> &'static str {
                 match self { $(Self::$Format => $instead,)* }
             }

@@ -11,12 +11,10 @@ use super::header::separator;
 use super::labview::{self, Clock};
 use super::signals::is_known_unit;
 
-/// The beginning of a table.
 #[derive(Debug, Default)]
 pub(super) struct Head {
     /// The line of the names, with lines below it that were already read.
     pub(super) text: Vec<u8>,
-    /// Number of lines before the names.
     pub(super) lines_before: u64,
     pub(super) separator: u8,
     /// True if runs of spaces separate the fields; each is read as one separator.
@@ -25,7 +23,6 @@ pub(super) struct Head {
     pub(super) has_percent: bool,
     /// The units of the columns; empty if unknown.
     pub(super) units: Vec<String>,
-    /// The clock of a LabVIEW file.
     pub(super) clock: Option<Clock>,
     /// True if rows may have more fields than names, such as comments.
     pub(super) is_labview: bool,

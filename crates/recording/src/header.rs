@@ -30,7 +30,6 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Finds the requested columns in the header.
     pub(super) fn locate<'a>(fields: impl Iterator<Item = &'a [u8]>, columns: &Columns) -> Result<Self, Problem> {
         let names = names(fields)?;
         let find = |column, quantity| find(&names, column).map_err(|problem| of_quantity(problem, quantity));

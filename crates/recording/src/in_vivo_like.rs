@@ -11,10 +11,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Sampling rate in Hz.
 const RATE_HZ: f64 = 1000.0;
 
-/// Number of samples.
 const SAMPLES: u32 = 17_000;
 
 /// Times of the ruptures in s.
@@ -113,7 +111,6 @@ impl InVivoLikeVariant {
     /// Range of the depth of the first rupture, in m.
     pub const DEPTHS_M: (f64, f64) = (1e-3, 1.0);
 
-    /// The factor of every length.
     fn scale(&self) -> f64 {
         self.depth_m.map_or(1.0, |depth_m| depth_m / RUPTURE_DEPTH_M)
     }

@@ -6,7 +6,6 @@ use std::io::{self, BufRead};
 /// The signature of a file.
 pub(super) const MARK: &[u8] = b"LabVIEW Measurement";
 
-/// The first column.
 pub(super) const X_VALUE: &str = "X_Value";
 
 /// The last column, which most rows omit.
@@ -39,7 +38,6 @@ pub(super) struct LabView {
     pub(super) clock: Option<Clock>,
     /// The units of the columns.
     pub(super) units: Vec<String>,
-    /// Number of lines before the names.
     pub(super) lines: u64,
 }
 

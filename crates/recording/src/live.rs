@@ -115,7 +115,6 @@ impl LiveTable {
         }
     }
 
-    /// Reads the stored line.
     fn end(&mut self) -> Result<LiveLine, RecordingError> {
         if std::mem::take(&mut self.is_too_long) {
             self.line += 1;

@@ -111,7 +111,6 @@ impl Recording {
     }
 }
 
-/// The minimum, median and maximum interval; 0 without one.
 pub(super) fn intervals(time_s: &[f64]) -> [f64; 3] {
     let intervals = || time_s.windows(2).map(|pair| pair[1] - pair[0]);
     let (min_s, max_s) = intervals().fold((f64::INFINITY, 0.0), |(min_s, max_s): (f64, f64), interval_s| {

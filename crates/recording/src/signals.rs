@@ -49,7 +49,6 @@ impl Statistics {
         self.ends = Some((first, value));
     }
 
-    /// Returns true if there is a finite sample.
     pub(super) fn has_number(&self) -> bool {
         self.range.is_some()
     }

@@ -142,7 +142,6 @@ impl<'a, R: Read> Rows<'a, R> {
         (!unit.is_empty()).then_some(unit)
     }
 
-    /// The clock of a file without times.
     pub(super) fn clock(&self) -> Option<Clock> {
         self.clock
     }

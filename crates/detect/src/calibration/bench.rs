@@ -276,7 +276,6 @@ impl<'a> CandidateBench<'a> {
         all.into_iter().step_by(stride).collect()
     }
 
-    /// Adds the results of the probes to a candidate.
     fn probed(&self, mut candidate: Candidate, probes: &[usize]) -> Candidate {
         if probes.len() < MIN_PROBES {
             return candidate;
@@ -296,7 +295,6 @@ impl<'a> CandidateBench<'a> {
     }
 }
 
-/// Returns the score to be maximised.
 fn score(candidate: &Candidate) -> f64 {
     candidate.found_share.unwrap_or(0.0) - HARMLESS_PENALTY * candidate.harmless_share.unwrap_or(0.0)
 }
@@ -306,7 +304,6 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-/// Returns the longest run of `true`, if any.
 fn longest_run(flags: &[bool]) -> Option<std::ops::Range<usize>> {
     let mut longest: Option<std::ops::Range<usize>> = None;
     let mut start = 0;

@@ -15,7 +15,6 @@ use trocar_document::{
 };
 use trocar_metrics::Unit;
 
-/// Maximum number of listed alarms.
 const MAX_LISTED: usize = 6;
 
 /// The folder of the figures, within the folder of the recording, where a detection has figures of the same names.
@@ -352,7 +351,6 @@ pub struct CalibrationFile<'a> {
     settings: ChainSettings,
 }
 
-/// Candidate settings with their test results.
 #[derive(Debug, Serialize, JsonSchema)]
 struct CandidateEntry {
     /// Number of corrections between two resets of the estimator's gain.
@@ -395,7 +393,6 @@ impl CandidateEntry {
     }
 }
 
-/// Rounds a number to significant digits.
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }

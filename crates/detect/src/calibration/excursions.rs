@@ -18,13 +18,11 @@ const MIN_DROP_N: f64 = 0.5;
 /// Maximum withdrawal of the needle during the drop, in m.
 const MAX_WITHDRAWAL_M: f64 = 0.2e-3;
 
-/// An excursion of the decision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Excursion {
     /// The first sample above 0, and the first one back at 0.
     pub(super) from: usize,
     pub(super) to: usize,
-    /// First sample above the threshold.
     pub(super) crossing: Option<usize>,
     /// Maximum while an alarm is possible, in N², and its sample.
     pub(super) peak: f64,

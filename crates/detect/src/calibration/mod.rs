@@ -55,7 +55,6 @@ use trocar_scenario::DetectionSpec;
 const MIN_FOUND: f64 = 0.5;
 const MAX_HARMLESS: f64 = 0.2;
 
-/// Minimum number of samples for a calibration.
 const MIN_SAMPLES: usize = 100;
 
 /// Candidate settings with their test results.

@@ -36,7 +36,6 @@ pub struct RunLength {
     pub alarms: u64,
 }
 
-/// Number of runs per random stream.
 const RUNS_PER_STREAM: u64 = 32;
 
 impl RunLength {

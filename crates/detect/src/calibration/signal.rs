@@ -21,7 +21,6 @@ impl Signal<'_> {
     }
 }
 
-/// The residual, prediction and depth of each sample.
 #[derive(Debug, Clone)]
 pub(super) struct Residuals {
     pub(super) residual_n: Vec<f64>,
@@ -60,7 +59,6 @@ impl Residuals {
         self.residual_n[sample] < 0.0 && self.predicted_n[sample] > 0.0
     }
 
-    /// Returns the samples at which a detector alarms.
     pub(super) fn alarms(&self, signal: &Signal<'_>, settings: &DetectorSettings) -> Vec<usize> {
         let mut detector = CusumDetector::<f64>::new(settings, signal.interval_s);
         let alarms = self.evidence.iter().enumerate().filter_map(|(sample, evidence)| {

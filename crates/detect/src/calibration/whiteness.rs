@@ -27,7 +27,6 @@ pub struct Whiteness {
     pub jarque_bera_p: f64,
 }
 
-/// Probability below which a test rejects.
 const REJECTED: f64 = 0.01;
 
 impl Whiteness {

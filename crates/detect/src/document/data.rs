@@ -8,7 +8,6 @@ use crate::DetectionReport;
 use trocar_document::{DataTable, Values};
 use trocar_engine::engine::{ColumnValues, TRUST_COLUMNS};
 
-/// Returns the samples of a detection with their estimates and decisions.
 pub(super) fn samples(Samples { detection, trust, .. }: &Samples) -> DataTable<'_> {
     let columns: [(&str, &[f64]); 9] = [
         ("time_s", &detection.time_s),

@@ -235,7 +235,6 @@ impl Detections {
         table
     }
 
-    /// Returns the scores of each labelled recording and of all.
     fn scores_table(&self, total: &Scores) -> Table {
         let within_s = self.named().next().map(|(_, report)| report.within_s);
         let columns = [

@@ -164,7 +164,6 @@ fn meanings() -> Section {
     section
 }
 
-/// Returns the sections with the figures.
 fn signals(report: &DetectionReport) -> [Section; 2] {
     let mut signals = Section::new("signals", "Signals").shown(Shown::InReports);
     signals.text(format!(

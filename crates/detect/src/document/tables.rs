@@ -5,17 +5,14 @@ use trocar_document::{Cell, Digits, Number, Table, plain};
 use trocar_figures::STANDARD_ERRORS;
 use trocar_metrics::Unit;
 
-/// Returns the cell of a force in N.
 pub(super) fn newton(value: f64) -> Cell {
     Cell::of(Some(value), Unit::Newton)
 }
 
-/// Returns the cell of a duration in s.
 pub(super) fn seconds(value: f64) -> Cell {
     Cell::si(Some(value), "s")
 }
 
-/// Returns the statistics of the residual.
 pub(super) fn residual(report: &DetectionReport) -> Table {
     let columns = [("quantity", "residual"), ("value", "value")];
     let mut table = Table::new("residual", "Residual: measured minus estimated force", columns);
@@ -166,7 +163,6 @@ pub(super) fn matched(within_s: Option<f64>) -> String {
     format!("alarms at most {window} after a rupture")
 }
 
-/// Returns the median delay and its range.
 pub(super) fn delays(scores: &Scores) -> Cell {
     match (scores.median_delay_s, scores.min_delay_s, scores.max_delay_s) {
         (Some(median), Some(min), Some(max)) => Cell::Interval(Number::milliseconds(median), [min, max]),

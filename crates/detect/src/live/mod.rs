@@ -281,7 +281,6 @@ fn between(from: &LiveSample, to: &LiveSample, share: f64) -> LiveSample {
     }
 }
 
-/// The sums of the residual for the summary.
 #[derive(Debug, Default)]
 struct ResidualSums {
     moments: Moments,

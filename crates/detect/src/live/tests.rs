@@ -25,7 +25,6 @@ fn samples(spec: &DetectionSpec) -> Vec<LiveSample> {
         .collect()
 }
 
-/// Returns the ticks, the anomalies and the summary of a stream.
 fn stream(
     spec: &DetectionSpec,
     interval_s: Option<f64>,

@@ -51,7 +51,6 @@ impl<L: Lane> Last<L> {
     }
 }
 
-/// Returns the summands of a tick.
 #[inline(always)]
 fn sample<L: Lane>(s: &Signals<L>) -> Sample<L> {
     Sample {
@@ -73,7 +72,6 @@ fn without_estimates<L: Lane>(s: &Signals<L>) -> Signals<L> {
     Signals { distance: zero, decision: zero, ..nothing }
 }
 
-/// The operator's intention at an event tick.
 #[derive(Debug, Clone, Copy)]
 struct Intent {
     /// The gap between needle and intended position in m.
@@ -420,7 +418,6 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    /// Adds a quiet tick of several lanes to the sums; some lanes may have diverged.
     #[inline(always)]
     fn push_side_by_side(&mut self, s: &Signals<L>) {
         let sample = match &self.windows {

@@ -57,7 +57,6 @@ impl<L: Lane> Slot<L> {
         self.extremes.observe(s, now.le(self.travel_tick));
     }
 
-    /// Loads a window into lane `lane`.
     fn load(&mut self, lane: usize, window: &RuptureWindow) {
         let travel_tick = window.tick + window.travel_ticks;
         let next_tick = if window.observed_ticks < window.travel_ticks {
@@ -76,7 +75,6 @@ impl<L: Lane> Slot<L> {
         self.extremes = self.extremes.with_lane(lane, &window.extremes);
     }
 
-    /// Removes lane `lane`'s window.
     fn clear(&mut self, lane: usize) {
         self.next_tick = self.next_tick.with_lane(lane, NEVER);
         self.feedback_fallen_n = self.feedback_fallen_n.with_lane(lane, f64::NEG_INFINITY);
@@ -90,7 +88,6 @@ impl<L: Lane> Slot<L> {
     }
 }
 
-/// The open windows and events of all lanes.
 #[derive(Debug, Clone)]
 pub(super) struct OpenWindows<L: Lane> {
     slots: [Slot<L>; SLOTS],
@@ -136,7 +133,6 @@ impl<L: Lane> OpenWindows<L> {
         self.runs.gt(L::splat(0.5))
     }
 
-    /// Returns true if a window or an event is open in any lane.
     #[inline(always)]
     pub(super) fn any_open(&self) -> bool {
         self.is_open.gt(L::splat(0.5)).any()

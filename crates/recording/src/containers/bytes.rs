@@ -1,6 +1,5 @@
 //! Reads numbers in either byte order, with bounds checks.
 
-/// The byte order of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
     Little,
@@ -23,7 +22,6 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// Size in bytes.
     pub(super) const fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -68,7 +66,6 @@ impl Scalar {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
-    /// Position of the next byte.
     pub(super) at: usize,
     pub(super) order: Order,
 }
@@ -78,7 +75,6 @@ impl<'a> Cursor<'a> {
         Self { bytes, at: 0, order }
     }
 
-    /// The remaining bytes.
     pub(super) fn rest(&self) -> &'a [u8] {
         self.bytes.get(self.at..).unwrap_or_default()
     }

@@ -13,7 +13,6 @@ use crate::error::Problem;
 
 const LEAD_IN_BYTES: usize = 28;
 
-/// Flags of a segment.
 const META_DATA: u32 = 1 << 1;
 const NEW_OBJECTS: u32 = 1 << 2;
 const RAW_DATA: u32 = 1 << 3;
@@ -25,7 +24,6 @@ const DAQMX: u32 = 1 << 7;
 const NO_DATA: u32 = 0xffff_ffff;
 const SAME_DATA: u32 = 0;
 
-/// The type of the values of a channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     Number(Scalar),
@@ -121,7 +119,6 @@ struct Channel {
     unit: Option<String>,
 }
 
-/// The origin of an array.
 enum ArraySource {
     Values(usize),
     Clock(usize),

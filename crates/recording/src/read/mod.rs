@@ -48,7 +48,6 @@ pub fn read_csv<R: Read>(
     samples.finish(source)
 }
 
-/// The names of the columns of a table.
 pub(super) fn names_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<String>, RecordingError> {
     Rows::open(source, reader, limits.max_bytes, |header| super::header::names(header.iter())).map(|(_, names)| names)
 }
