@@ -188,7 +188,7 @@ def test_single_samples_arrays_and_recordings_give_the_same_results(recording):
     assert repr(steps[alarms[0]]).startswith("Step(alarm=True")
 
 
-def test_a_detector_names_a_missing_or_superfluous_velocity():
+def test_a_detector_reports_invalid_arguments():
     with pytest.raises(ValueError, match="velocity is missing"):
         trocar.Detector(1e-3).step(0.0, None, 0.0)
     with pytest.raises(ValueError, match="estimates the velocity"):

@@ -116,7 +116,7 @@ def test_the_damping_that_a_hand_needs_agrees_with_the_two_port(changes):
     hold = (1 - np.exp(-s * tick_s)) / (s * tick_s)
     own = (mass_kg * s + damping) / (1 + changes.get("master.force_integral_gain", 12.0) / s)
     low, high = bounded["stiffness_n_per_m"]
-    # Linear in the stiffness: the worst one is an end.
+    # The felt impedance is linear in the stiffness, so the worst case is at one end of the range.
     felt = [own + scale * follow * hold**2 * (report["damping_n_s_per_m"] + k / s) for k in (low, high)]
     needed = np.maximum(0, -np.min(np.real(felt), axis=0))
     assert bounded["needed_hand_damping_n_s_per_m"] == pytest.approx(needed.max(), rel=1e-9)
