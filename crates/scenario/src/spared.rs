@@ -1,4 +1,4 @@
-//! The layer that a scenario means to spare.
+//! The layer that the needle must not rupture.
 
 use super::error::ScenarioError;
 use super::keys::nearest_of;
@@ -6,7 +6,7 @@ use super::scenario::Scenario;
 use super::values::Values;
 use trocar_core::settings::{ActsFor, KeySource as _};
 
-/// The kinds of tissue that have layers.
+/// The kinds of tissue with layers.
 const LAYERED: ActsFor = ActsFor::new("tissue.kind", &["layers", "tearing"]);
 
 trocar_core::settings! {
@@ -18,7 +18,7 @@ trocar_core::settings! {
     }
 }
 
-/// Checks that the spared layer is one that can rupture.
+/// Checks that the spared layer can rupture.
 pub(super) fn check_spared(values: &mut Values, scenario: &Scenario) -> Result<(), ScenarioError> {
     let Some(name) = AimSettings::read(values)?.spared_layer else { return Ok(()) };
     let layers = scenario.rupturing_layers();
@@ -33,7 +33,7 @@ pub(super) fn check_spared(values: &mut Values, scenario: &Scenario) -> Result<(
 }
 
 impl Scenario {
-    /// The names of the layers that are meant to rupture, from the surface down: those above `tissue.spared_layer`.
+    /// Returns the names of the layers that should rupture, from the surface down: all above `tissue.spared_layer`.
     #[must_use]
     pub fn layers_to_rupture(&self) -> Vec<&str> {
         let spared = self.values().optional_word(AimSettings::KEYS[0].path);

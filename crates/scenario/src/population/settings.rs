@@ -1,4 +1,4 @@
-//! What a population draws, and from which distributions.
+//! The drawn quantities of a population, and their distributions.
 
 use trocar_core::settings::Range;
 
@@ -40,9 +40,9 @@ trocar_core::choice! {
 trocar_core::settings! {
     /// People and their grips.
     ///
-    /// A grip multiplies both stiffnesses of the arm and, by its root, both dampings, so that the damping ratios stay. That
-    /// stiffness and damping rise with the grip is known (Hasser and Cutkosky 2002), and so is that people differ (Fu and
-    /// Çavuşoğlu 2012). The ranges are chosen here; that of the grip is the range of `arm.grip`.
+    /// A grip multiplies both stiffnesses of the arm, and both dampings by its root, which keeps the damping ratios.
+    /// Stiffness and damping are known to rise with the grip (Hasser and Cutkosky 2002) and to differ between people
+    /// (Fu and Çavuşoğlu 2012). The ranges are our choice; the grip has the range of `arm.grip`.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct PeopleSettings in "population." {
         /// Softest grip: a factor on both stiffnesses of the arm, and its root on both dampings. Grips are drawn uniformly in
@@ -69,10 +69,11 @@ trocar_core::choice! {
 }
 
 trocar_core::settings! {
-    /// Log-normal distributions of stiffness and damping, cut off at three standard deviations.
+    /// Log-normal distributions of stiffness and damping, truncated at three standard deviations.
     ///
-    /// The shear modulus of healthy livers is 1.8 ± 0.4 kPa (Palmeri et al. 2008): 68 % of a log-normal distribution with
-    /// this mean and standard deviation lie within a factor of 1.25. That of the damping is chosen to be the same.
+    /// The shear modulus of healthy livers is 1.8 ± 0.4 kPa (Palmeri et al. 2008): 68 % of a log-normal distribution
+    /// with this mean and standard deviation lie within a factor of 1.25. The damping is assumed to have the same
+    /// distribution.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct TissueSpread in "population." {
         /// Factor, up or down from the scenario's, within which 68 % of the tissue stiffnesses lie.
@@ -94,9 +95,9 @@ trocar_core::choice! {
 }
 
 trocar_core::settings! {
-    /// A range of constant delays, the same each way.
+    /// A range of constant delays, the same in both directions.
     ///
-    /// Across the Atlantic the network took about 80 ms for both ways together (Marescaux et al. 2001).
+    /// Across the Atlantic the network took about 80 ms for both directions together (Marescaux et al. 2001).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DelayRange in "population." {
         /// Smallest delay of each way.
@@ -108,7 +109,7 @@ trocar_core::settings! {
 }
 
 impl PopulationSettings {
-    /// Whether anything is drawn.
+    /// Returns true if anything is drawn.
     #[must_use]
     pub fn varies(&self) -> bool {
         self.arms != Arms::None || self.tissues != Tissues::None || self.delays != Delays::None
