@@ -4,7 +4,6 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use trocar_core::lane::{Lane, Mask, by_index};
 
-/// Number of lanes.
 pub(super) const LANES: usize = 8;
 
 /// A number for each threshold.

@@ -72,7 +72,7 @@ pub(super) fn ports(analysis: &Analysis) -> DataTable<'static> {
     table
 }
 
-/// Adds real and imaginary part.
+/// Adds the real and imaginary part of a value.
 fn with_parts(
     table: DataTable<'static>,
     name: &str,

@@ -15,7 +15,7 @@ const SHOWN_DISAGREEMENTS: usize = 20;
 /// Maximum number of listed parameters per limit.
 const SHOWN_SENSITIVITIES: usize = 3;
 
-/// Returns the sentence about a limit that is never reached.
+/// The sentence about a limit that is never reached.
 pub(super) fn unreached(limit: &LoopLimit) -> String {
     let bound = limit.part.bound.map_or_else(|| "—".to_owned(), significant);
     let unit = unit_of(limit.part.key).map_or_else(String::new, |unit| format!(" {unit}"));
@@ -72,7 +72,7 @@ pub(super) fn loop_table(analysis: &Analysis) -> Table {
     table
 }
 
-/// The limit of each parameter in a sentence.
+/// Describes the limit of each parameter in one sentence.
 pub(super) fn limits_line(analysis: &Analysis) -> String {
     let of_limit = |limit: &Limit| {
         let unit = unit_of(limit.parameter.key()).unwrap_or_default();
@@ -175,7 +175,7 @@ pub(super) fn port_table(analysis: &Analysis) -> Table {
             plain(point.hybrid.h[0][0].norm()),
             plain(point.transmitted.norm()),
             plain(point.ideal.norm()),
-            // Llewellyn's parameter is infinite where one direction of the two-port is cut.
+            // Llewellyn's parameter is infinite if one direction of the two-port is cut.
             if llewellyn == f64::INFINITY { "∞".into() } else { plain(llewellyn) },
             Cell::Flag(point.is_absolutely_stable),
             Cell::Flag(point.is_passive),
@@ -193,7 +193,7 @@ pub(super) fn port_table(analysis: &Analysis) -> Table {
     table
 }
 
-/// Returns a line that says whether each port is passive at every frequency, with the other port terminated as in the scenario.
+/// States whether each port is passive at every frequency, with the other port terminated as in the scenario.
 pub(super) fn port_passivity(analysis: &Analysis) -> String {
     let ports = &analysis.ports;
     format!(
@@ -204,7 +204,7 @@ pub(super) fn port_passivity(analysis: &Analysis) -> String {
     )
 }
 
-/// Returns a line about the sampled-data passivity condition.
+/// Describes the sampled-data passivity condition.
 pub(super) fn sampled(analysis: &Analysis) -> String {
     let Some(bound) = analysis.sampled else {
         return "sampled-data passivity: the condition does not apply (it needs a force that depends on the sampled position only)".into();
@@ -217,7 +217,7 @@ pub(super) fn sampled(analysis: &Analysis) -> String {
     )
 }
 
-/// The share of the map's points that is stable.
+/// The share of stable points of the map.
 pub(super) fn map_line(map: &StabilityMap) -> String {
     format!(
         "map: {} by {}, {} x {} points, {:.1} % stable",
@@ -245,7 +245,7 @@ pub(super) fn checked_line(check: &Check) -> String {
     }
 }
 
-/// The points at which analysis and simulation disagree, and how many more there are; `None` without any.
+/// The points at which analysis and simulation disagree, and the number of further points; `None` without any.
 pub(super) fn disagreements(map: &StabilityMap, check: &Check) -> Option<(Table, Option<String>)> {
     let columns = [
         (map.x.parameter.key(), map.x.parameter.key()),
