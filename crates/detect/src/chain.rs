@@ -77,7 +77,6 @@ impl DetectionChain {
         Step { velocity_m_per_s: reading.velocity_m_per_s, depth_m, estimate, decision, conditions }
     }
 
-    /// Returns the velocity source with the estimator, and the detector.
     pub(super) fn stages(&mut self) -> (Estimation<'_>, &mut CusumDetector<f64>) {
         let (estimation, detector) = self.chain.stages();
         (Estimation { filter: self.filter.as_mut(), estimation }, detector)
@@ -105,7 +104,6 @@ impl Estimation<'_> {
     }
 }
 
-/// Returns the reading with the velocity of the source.
 #[inline(always)]
 fn with_velocity(filter: Option<&mut VelocityFilter<f64>>, reading: &Reading<f64>) -> Reading<f64> {
     let velocity_m_per_s = filter.map_or(reading.velocity_m_per_s, |filter| filter.update(reading.position_m));

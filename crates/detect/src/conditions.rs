@@ -14,7 +14,6 @@ impl SampleConditions {
         Self(all.into_iter().enumerate().map(|(bit, holds)| u8::from(holds) << bit).sum())
     }
 
-    /// Returns the conditions with the number of quiet samples before.
     pub(super) fn with_quiet(self, quiet_samples: f64) -> AlarmConditions<f64> {
         let [in_contact, armed, is_drop, moves_as_required, is_deep] = [0, 1, 2, 3, 4].map(|bit| self.holds(bit));
         AlarmConditions { in_contact, armed, is_drop, moves_as_required, is_deep, quiet_samples }

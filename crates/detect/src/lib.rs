@@ -148,7 +148,6 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
     })
 }
 
-/// Evenly spaced samples.
 struct Samples {
     time_s: Vec<f64>,
     position_m: Vec<f64>,
@@ -157,7 +156,6 @@ struct Samples {
     is_resampled: bool,
 }
 
-/// Returns true if the samples of a recording are evenly spaced.
 fn is_even(recording: &Recording) -> bool {
     let interval_s = recording.median_interval_s();
     let is_even = |at_s: f64| (at_s - interval_s).abs() <= EVEN_SHARE * interval_s;

@@ -68,7 +68,6 @@ pub fn sampling_rate(interval_s: f64) -> Option<Warning> {
     Some(warning.at("--time").remedy("check the unit of the time, as in --time COLUMN:ms; record at 1 kHz or more"))
 }
 
-/// The samples of a recording, and the assumptions about them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Signals<'a> {
     pub(super) time_s: &'a [f64],
@@ -102,7 +101,6 @@ impl<'a> Signals<'a> {
 pub(super) struct Plausibility {
     /// The sample of the largest force; `None` without samples.
     peak: Option<usize>,
-    /// The warnings about force, position and velocity.
     magnitudes: Vec<Warning>,
     constant_force: Option<Warning>,
 }
@@ -250,7 +248,6 @@ impl Slope {
     }
 }
 
-/// Checks the range of the positions.
 fn travel(signals: &Signals<'_>) -> Option<Warning> {
     let (low_m, high_m) = range(signals.position_m)?;
     let (travel_m, (min_m, max_m)) = (high_m - low_m, TRAVEL_M);

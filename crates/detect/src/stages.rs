@@ -51,7 +51,6 @@ fn estimate(estimation: &mut Estimation<'_>, rows: &mut Rows<5>, signals: &Signa
 }
 
 pub(super) struct Decisions {
-    /// Distance and decision.
     pub(super) columns: Rows<2>,
     pub(super) conditions: Vec<SampleConditions>,
     pub(super) alarms: Vec<usize>,

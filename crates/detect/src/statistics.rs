@@ -127,7 +127,6 @@ fn robust_stds(detection: &Detection) -> (Option<f64>, [Option<f64>; Phase::ALL.
     rayon::join(|| robust_std(&[&detection.residual_n]), || Phase::ALL.map(of_phase))
 }
 
-/// Returns the statistics of the residual, and of every phase in the order of [`Phase::ALL`].
 pub(super) fn statistics(detection: &Detection) -> (ResidualStatistics, Vec<PhaseStatistics>) {
     // In parallel, because for a long recording each takes a large part of the time of the detection.
     let totals = || rayon::join(|| Totals::of(detection), || standard_errors(detection));

@@ -71,7 +71,6 @@ impl<L: Lane> EventExtremes<L> {
         }
     }
 
-    /// Processes a tick before the release.
     #[inline(always)]
     pub(super) fn observe_held(&mut self, s: &Signals<L>) {
         self.master_end_m = s.master_position_m;
@@ -79,7 +78,6 @@ impl<L: Lane> EventExtremes<L> {
         self.observe_force(s);
     }
 
-    /// Processes a tick of re-engaging.
     #[inline(always)]
     pub(super) fn observe_reengaging(&mut self, s: &Signals<L>) {
         self.peak_speed_m_per_s = s.slave_velocity_m_per_s.abs().max(self.peak_speed_m_per_s);
@@ -178,7 +176,6 @@ impl EventWindow {
         true
     }
 
-    /// Copies the values of `mode` that were updated over lanes.
     pub(super) fn take(&mut self, mode: Mode, kept: &EventExtremes<f64>) {
         match mode {
             Mode::Augmented => {

@@ -6,7 +6,6 @@ use trocar_core::time::TickGrid;
 use trocar_engine::engine::{Observer as _, Signals};
 use trocar_engine::operator::OperatorTraits;
 
-/// The tick in s.
 pub(super) const TICK_S: f64 = 1e-3;
 
 type Edit = Box<dyn Fn(&mut Signals<f64>)>;
@@ -64,7 +63,6 @@ impl Insertion {
         self.at(tick, |s| (s.alarm, s.alarm_taken) = (true, true))
     }
 
-    /// Adds an alarm that the supervisor ignores.
     pub(super) fn ignored_alarm_at(self, tick: u64) -> Self {
         self.at(tick, |s| s.alarm = true)
     }

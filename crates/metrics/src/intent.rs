@@ -18,7 +18,6 @@ use trocar_engine::operator::OperatorTraits;
 pub struct Aftermath {
     /// Advance of the needle at the end of the horizon, in m.
     pub(crate) advance_m: f64,
-    /// Largest advance of the needle, in m.
     pub(crate) deepest_m: f64,
     /// Largest advance beyond the intended motion, and largest depth beyond the largest intended depth, in m; `None`
     /// without a known intention.
@@ -28,7 +27,6 @@ pub struct Aftermath {
 /// The open horizon of a rupture in one lane.
 #[derive(Debug, Clone, Copy)]
 struct Horizon {
-    /// Index of the rupture.
     rupture: usize,
     end_tick: u64,
     slave_m: f64,
@@ -146,7 +144,6 @@ impl<L: Lane> Pursuit<L> {
         self.operators[lane].intended_scale.map(|_| self.undisturbed_ticks.lane(lane) as u64)
     }
 
-    /// Returns true if the operator of a lane withdraws.
     pub(crate) fn withdraws(&self, lane: usize) -> bool {
         self.withdraws.lane(lane)
     }

@@ -169,7 +169,6 @@ impl MissReason {
 /// Fraction of the threshold below which lowering the threshold is no remedy by itself.
 const HARDLY: f64 = 1e-3;
 
-/// Formats a fraction in percent with one decimal, or as "less than" below [`HARDLY`].
 fn percent(share: f64, rounded: fn(f64) -> f64) -> String {
     if share > 0.0 && share < HARDLY {
         return format!("less than {}", 100.0 * HARDLY);

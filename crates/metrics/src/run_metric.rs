@@ -2,7 +2,6 @@
 
 use super::{Declaration, EventMetrics, LinkMetrics, Metrics, PortMetrics, RuptureMetrics};
 
-/// The highest number of a rupture or event in a key.
 const MAX_NUMBERED: usize = 64;
 
 #[derive(Debug, Clone, Copy)]

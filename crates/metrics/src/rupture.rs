@@ -68,7 +68,6 @@ metrics! {
     }
 }
 
-/// The extremes after a rupture, of one run or over lanes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extremes<L> {
     pub(super) slave_m: L,
@@ -80,7 +79,6 @@ pub(super) struct Extremes<L> {
     peak_change_n: L,
     min_felt_n: L,
     max_felt_n: L,
-    /// Maximum fall of the force on the hand from an earlier value.
     drop_n: L,
 }
 
@@ -148,7 +146,6 @@ impl<L: Lane> Extremes<L> {
     }
 }
 
-/// The return to teleoperation after a rupture.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Return {
     pub(super) tick: u64,
@@ -178,7 +175,6 @@ pub(super) struct RuptureWindow {
     pub(super) observed_ticks: u64,
     master_velocity_m_per_s: f64,
     pub(super) aftermath: Option<Aftermath>,
-    /// The end of the event that held the needle.
     pub(super) returned: Option<Return>,
     pub(super) noticed_at: Option<u64>,
 }
@@ -244,7 +240,6 @@ impl RuptureWindow {
         }
     }
 
-    /// Returns true if the run covered the whole window.
     fn is_complete(&self) -> bool {
         self.observed_ticks >= self.window_ticks
     }

@@ -32,7 +32,6 @@ impl Column {
         Ok(Self { name: name.to_owned(), scale })
     }
 
-    /// Creates a column in SI units.
     pub(super) fn plain(name: &'static str) -> Self {
         Self { name: name.to_owned(), scale: 1.0 }
     }

@@ -421,7 +421,6 @@ fn median(median_s: Option<f64>) -> String {
     })
 }
 
-/// The remedy for an unreadable file, if known.
 fn remedy(error: &io::Error) -> &'static str {
     if error.kind() == io::ErrorKind::NotFound { "; give the path of an existing file" } else { "" }
 }

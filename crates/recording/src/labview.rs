@@ -11,7 +11,6 @@ pub(super) const X_VALUE: &str = "X_Value";
 /// The last column, which most rows omit.
 const COMMENT: &str = "Comment";
 
-/// Maximum number of lines before the names of the columns.
 const MAX_LINES: u64 = 1000;
 
 /// A regular clock, for a file without times.
@@ -36,7 +35,6 @@ pub(super) struct LabView {
     pub(super) names: Vec<u8>,
     pub(super) separator: u8,
     pub(super) clock: Option<Clock>,
-    /// The units of the columns.
     pub(super) units: Vec<String>,
     pub(super) lines: u64,
 }

@@ -38,7 +38,6 @@ pub struct LiveTable {
     columns: Columns,
     layout: Option<(u8, Layout)>,
     line: u64,
-    /// The beginning of an incomplete line.
     open: Vec<u8>,
     is_too_long: bool,
     after_return: bool,

@@ -51,7 +51,6 @@ const MIN_PROBED_N: f64 = 0.5;
 const REMAINING_SHARE: f64 = 0.5;
 const HARMLESS_PENALTY: f64 = 3.0;
 
-/// The data that all candidates share.
 pub(super) struct CandidateBench<'a> {
     signal: Signal<'a>,
     request: &'a CalibrationRequest,
@@ -65,7 +64,6 @@ pub(super) struct CandidateBench<'a> {
     threshold: f64,
 }
 
-/// The quiet parts of a signal, and the standard deviation of the residual in them.
 struct Quiet {
     std_n: f64,
     blocks: usize,

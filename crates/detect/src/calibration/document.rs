@@ -66,7 +66,6 @@ impl Study for CalibrationStudy<'_> {
     }
 }
 
-/// Describes the alarms in the whole recording with the calibrated settings.
 fn alarms_line(report: &DetectionReport) -> String {
     let number = match report.alarms.len() {
         0 => return "with these settings: no alarm in the whole recording".into(),
@@ -351,6 +350,7 @@ pub struct CalibrationFile<'a> {
     settings: ChainSettings,
 }
 
+/// Candidate settings with their test results.
 #[derive(Debug, Serialize, JsonSchema)]
 struct CandidateEntry {
     /// Number of corrections between two resets of the estimator's gain.

@@ -5,7 +5,6 @@ use trocar_base::large_pages::with_capacity;
 use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, Evidence};
 use trocar_core::estimation::{AnyEstimator, Estimator, RlsSettings};
 
-/// Evenly spaced samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Signal<'a> {
     pub(super) interval_s: f64,
@@ -26,12 +25,10 @@ pub(super) struct Residuals {
     pub(super) residual_n: Vec<f64>,
     pub(super) predicted_n: Vec<f64>,
     pub(super) depth_m: Vec<f64>,
-    /// The inputs of a detector.
     pub(super) evidence: Vec<Evidence<f64>>,
 }
 
 impl Residuals {
-    /// Runs an estimator over a signal.
     pub(super) fn of(signal: &Signal<'_>, settings: &RlsSettings, contact_m: f64) -> Self {
         let mut estimator = AnyEstimator::<f64>::new(settings);
         let count = signal.force_n.len();

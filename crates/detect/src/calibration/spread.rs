@@ -16,13 +16,11 @@ pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     quantile_of(&mut values, share)
 }
 
-/// Returns the median; `None` without values.
 #[must_use]
 pub(super) fn median(values: &[f64]) -> Option<f64> {
     quantile(values.to_vec(), 0.5)
 }
 
-/// Returns the root mean square; 0 without values.
 #[must_use]
 pub(super) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()

@@ -116,7 +116,6 @@ impl Study for Detections {
     }
 }
 
-/// Returns the delays of all alarms that match a rupture, in s.
 fn delays_s(reports: &[(&str, &DetectionReport)]) -> Vec<f64> {
     reports.iter().flat_map(|(_, report)| &report.alarms).filter_map(|alarm| alarm.delay_s).collect()
 }
@@ -126,7 +125,6 @@ impl Detections {
         self.entries.iter().filter_map(|entry| Some((&*entry.name, entry.report()?)))
     }
 
-    /// Returns the scores over all labelled recordings, or `None` if no recording has labels.
     fn scores(&self) -> Option<Scores> {
         let tallies: Vec<&Tally> = self.named().filter_map(|(_, report)| report.tally.as_ref()).collect();
         let mut all = Tally::default();
@@ -272,7 +270,6 @@ impl Detections {
     }
 }
 
-/// Returns the reasons of missed ruptures, for reports.
 fn missed(reports: &[(&str, &DetectionReport)]) -> Table {
     let columns = [("rupture", "missed rupture"), ("reason", "reason")];
     let mut table = Table::new("misses", "Why ruptures were missed", columns).of_text().shown(Shown::InReports);

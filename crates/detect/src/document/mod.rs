@@ -60,7 +60,6 @@ impl DetectionStudy {
     }
 }
 
-/// The samples of a detection, with derived values for the figures.
 #[derive(Debug)]
 pub(crate) struct Samples {
     detection: Detection,

@@ -59,7 +59,6 @@ pub(super) enum Event {
 }
 
 impl Event {
-    /// Returns the events of a recording, in order of time.
     pub(super) fn all(report: &DetectionReport) -> Vec<Self> {
         let mut events: Vec<Self> = (0..report.alarms.len()).map(Self::Alarm).collect();
         events.extend(report.missed().map(Self::Missed));
@@ -140,7 +139,6 @@ pub(super) fn phases(caption: &'static str, phases: &[PhaseStatistics]) -> Table
     table
 }
 
-/// Returns the scores of one recording, one per row.
 pub(super) fn scores(scores: &Scores, within_s: f64) -> Table {
     let columns = [("score", matched(Some(within_s))), ("value", "value".into())];
     let mut table = Table::new("scores", "Alarms compared with the labels", columns);

@@ -247,7 +247,6 @@ impl LiveDetector {
         TimestampAnomaly::SetBack { last_s, time_s }
     }
 
-    /// Restarts with a sample if the interval is known.
     fn restart(&mut self, sample: &LiveSample, emit: &mut impl FnMut(&LiveStep)) {
         let Some(interval_s) = self.interval_s else { return };
         self.summary.restarts += 1;

@@ -4,7 +4,6 @@ use super::super::detect;
 use super::*;
 use trocar_scenario::{DetectionSpec, Values};
 
-/// Returns the shipped insertion with given settings.
 fn insertion(settings: &[&str]) -> DetectionSpec {
     let mut all = vec!["recording.file=builtin:in_vivo_like.csv".to_owned()];
     all.extend(settings.iter().map(|&setting| setting.to_owned()));

@@ -97,7 +97,6 @@ struct History {
     mode_switches: u64,
     step_excess_n: f64,
     diverged_at: Option<u64>,
-    /// The last tick before the divergence.
     last_valid: Option<Last<f64>>,
 }
 
@@ -231,7 +230,6 @@ pub struct MetricsObserver<L: Lane> {
     histories: Vec<History>,
     /// The open windows over several lanes; `None` for one lane.
     windows: Option<Box<OpenWindows<L>>>,
-    /// Number of lanes that have not diverged.
     running: usize,
     /// True if the next tick is always an event tick: at the first tick, and while a window is open.
     next_is_event: bool,
@@ -335,7 +333,6 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    /// Returns the last of the first `ticks` ticks.
     fn last(&self, ticks: u64) -> Last<L> {
         let (tick, last) = self.last_event_tick;
         if tick + 1 >= ticks { last } else { Last::of(&self.sums.recent(ticks - 1)) }
@@ -409,7 +406,6 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    /// Returns the lanes that have diverged.
     #[inline(always)]
     fn ended(&self) -> L::Mask {
         match &self.windows {

@@ -81,7 +81,6 @@ impl<L: Lane> Slot<L> {
         self.felt_fallen_n = self.felt_fallen_n.with_lane(lane, f64::NEG_INFINITY);
     }
 
-    /// Stores lane `lane`'s values up to `tick` to its window.
     fn store(&self, lane: usize, window: &mut RuptureWindow, tick: u64) {
         window.observed_ticks = tick - window.tick;
         window.extremes = self.extremes.lane(lane);
@@ -110,7 +109,6 @@ pub(super) struct OpenWindows<L: Lane> {
 }
 
 impl<L: Lane> OpenWindows<L> {
-    /// Creates lanes in teleoperation without open windows.
     pub(super) fn new() -> Self {
         let zero = L::zero();
         Self {
@@ -127,7 +125,6 @@ impl<L: Lane> OpenWindows<L> {
         }
     }
 
-    /// Returns the lanes that have not diverged.
     #[inline(always)]
     pub(super) fn running(&self) -> L::Mask {
         self.runs.gt(L::splat(0.5))
@@ -183,7 +180,6 @@ impl<L: Lane> OpenWindows<L> {
         }
     }
 
-    /// Stores lane `lane`'s values up to `tick` to its history.
     pub(super) fn store(&self, lane: usize, history: &mut History, tick: u64) {
         let ticks = tick.saturating_sub(self.since[lane]);
         if ticks == 0 || self.is_open.lane(lane) == 0.0 && history.mode == Mode::Teleoperation {

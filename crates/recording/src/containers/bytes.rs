@@ -6,7 +6,6 @@ pub(super) enum Order {
     Big,
 }
 
-/// The type of a stored number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scalar {
     I8,
@@ -62,7 +61,6 @@ impl Scalar {
     }
 }
 
-/// A byte slice with a read position.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
@@ -102,7 +100,6 @@ impl<'a> Cursor<'a> {
         })
     }
 
-    /// Reads a number as an index or a count.
     pub(super) fn index(&mut self) -> Option<usize> {
         usize::try_from(self.u32()?).ok()
     }

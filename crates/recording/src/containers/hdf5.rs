@@ -14,16 +14,13 @@ use crate::error::Problem;
 /// Maximum depth of nested groups; links can form cycles.
 const MAX_DEPTH: usize = 16;
 
-/// Maximum number of groups, datasets and references.
 const MAX_OBJECTS: usize = 100_000;
 
-/// Names of attributes with a unit.
 const UNITS: [&str; 4] = ["units", "unit", "Units", "Unit"];
 
 /// Datasets of a MATLAB structure that describe its arrays.
 const LABELS: [&str; 3] = ["label", "title", "name"];
 
-/// A field of a compound dataset.
 struct Field {
     offset: usize,
     scalar: Scalar,
@@ -173,7 +170,6 @@ impl Hdf5 {
     }
 }
 
-/// The MATLAB class of a dataset.
 fn class(attributes: &std::collections::HashMap<String, AttrValue>) -> Option<&str> {
     match attributes.get("MATLAB_class")? {
         AttrValue::String(class) | AttrValue::AsciiString(class) => Some(class.trim_end_matches('\0')),

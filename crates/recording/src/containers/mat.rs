@@ -16,7 +16,6 @@ use crate::error::Problem;
 
 const HEADER_BYTES: usize = 128;
 
-/// Maximum depth of nested structures.
 const MAX_DEPTH: usize = 32;
 
 const MAX_ARRAYS: usize = 100_000;
@@ -25,11 +24,9 @@ const MAX_ARRAYS: usize = 100_000;
 const LABELS: [&str; 4] = ["label", "name", "title", "signalName"];
 const UNITS: [&str; 3] = ["unit", "units", "Units"];
 
-/// Types of elements.
 const COMPRESSED: u32 = 15;
 const MATRIX: u32 = 14;
 
-/// The numbers of an array in the file.
 struct Stored {
     buffer: usize,
     range: Range<usize>,
@@ -45,7 +42,6 @@ pub(super) struct Mat {
     limits: Limits,
 }
 
-/// Opens a file up to version 7.
 pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Box<dyn Container>, Problem> {
     let order = match bytes.get(126..HEADER_BYTES) {
         Some(b"IM") => Order::Little,
@@ -56,7 +52,6 @@ pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Box<dyn Container>
     Ok(Box::new(Mat::index(bytes, order, limits)?))
 }
 
-/// An array with its place in a buffer.
 type Found = (Array, Range<usize>, Scalar);
 
 impl Mat {

@@ -16,7 +16,6 @@ pub(super) struct Mcap {
     columns: Vec<Vec<f64>>,
 }
 
-/// The messages of a channel.
 struct Topic {
     channel: u16,
     name: String,
@@ -60,7 +59,6 @@ impl Kind {
 }
 
 impl Topic {
-    /// Appends the numbers of a message.
     fn push(&mut self, data: &[u8]) -> Result<(), String> {
         match &mut self.kind {
             Kind::Ros { decoder, row } => {

@@ -29,7 +29,6 @@ pub(super) use foreign::guarded;
 pub(super) use name::vectors;
 pub(super) use read::{read, scan};
 
-/// An array of numbers in a file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Array {
     /// Name, with the path to the array.
@@ -52,7 +51,6 @@ impl Array {
         Self { name: name.into(), aliases: vec![], dims, column_major: false, label: None, unit: None }
     }
 
-    /// Number of elements.
     pub(super) fn len(&self) -> usize {
         self.dims.iter().fold(1, |product, dim| product.saturating_mul(*dim))
     }
@@ -84,7 +82,6 @@ pub(super) trait Container {
     }
 }
 
-/// Opens a file of a format other than text.
 pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Box<dyn Container>, Problem> {
     let mut whole = || {
         let mut bytes = vec![];
@@ -115,7 +112,6 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
     })
 }
 
-/// Checks the size of an array of `len` elements against the limit.
 pub(super) fn check_size(len: usize, limits: &Limits) -> Result<(), Problem> {
     let size = (len as u64).saturating_mul(8);
     if size <= limits.max_bytes { Ok(()) } else { Err(Problem::TooLarge { size, limit: limits.max_bytes }) }

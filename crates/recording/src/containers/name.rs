@@ -6,20 +6,16 @@ use crate::Quantity;
 use crate::error::Problem;
 use crate::header::nearest;
 
-/// Maximum number of listed signals per array.
 const MAX_LISTED: usize = 32;
 
 /// A signal: elements of an array at a constant stride.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Vector {
-    /// Index of the array.
     pub(crate) array: usize,
     pub(crate) name: String,
-    /// Index of the first element.
     pub(super) offset: usize,
     /// Distance between two elements.
     pub(super) stride: usize,
-    /// Number of samples.
     pub(crate) len: usize,
 }
 

@@ -12,7 +12,6 @@ use super::{Array, Container, Fault, Format, check_size, guarded};
 use crate::Limits;
 use crate::error::Problem;
 
-/// Number of values per read.
 const BATCH: usize = 1 << 16;
 
 pub(super) struct Parquet {

@@ -13,17 +13,14 @@ use super::bytes::{Cursor, Order, Scalar};
 /// signals.
 pub(super) const MAX_ELEMENTS: usize = 64;
 
-/// Maximum depth of nested messages.
 const MAX_DEPTH: usize = 16;
 
-/// The serialisation of messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ros1,
     Cdr,
 }
 
-/// The type of a field.
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
     Number(Scalar),
@@ -145,7 +142,6 @@ pub(super) struct Decoder {
     definition: Definition,
     /// The paths of the numbers in the first message.
     names: Option<Vec<String>>,
-    /// The lengths of the arrays of the first message.
     lengths: Vec<usize>,
     /// The time stamps of the first message, in nanoseconds.
     stamps: Vec<i64>,
@@ -188,7 +184,6 @@ impl Decoder {
     }
 }
 
-/// The state while a message is read.
 struct Reader<'a> {
     definition: &'a Definition,
     cursor: Cursor<'a>,

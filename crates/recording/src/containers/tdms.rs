@@ -100,7 +100,6 @@ struct Run {
     order: Order,
 }
 
-/// A property of interest.
 #[derive(Debug, Clone, PartialEq)]
 enum Property {
     Number(f64),

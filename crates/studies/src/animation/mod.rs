@@ -42,7 +42,6 @@ const MARGIN: f64 = 0.12;
 /// Maximum height of a drawn surface above the motion, relative to the motion.
 const MAX_BULGE_SHARE: f64 = 2.5;
 
-/// Minimum range of the drawn depths, in mm.
 const MIN_RANGE_MM: f64 = 4.0;
 
 /// One run of an animation, without its shapes; one value per frame.
@@ -72,15 +71,12 @@ struct Played<'a> {
     /// The time axis of the longest run in s, and the ticks of the frames.
     times_s: &'a [f64],
     ticks: Vec<usize>,
-    /// Index of the frame at the end of the metric's window.
     still: usize,
     rupture_s: Option<f64>,
     /// Time of the first rupture, or of the largest tissue force if there is no rupture.
     origin_s: f64,
     frames: Vec<Frames>,
-    /// The range of the drawn depths of needle and hand, in mm.
     range_mm: (f64, f64),
-    /// The force of a full bar in N.
     full_n: f64,
 }
 
@@ -238,7 +234,6 @@ fn reached_mm(now: &Moment) -> Option<f64> {
 struct Overshoot<'a> {
     time_s: f64,
     tip_m: &'a [f64],
-    /// Ticks of the rupture and of the end of the metric's window.
     from: usize,
     end: usize,
     text: String,

@@ -12,7 +12,6 @@ use trocar_scenario::Scenario;
 
 /// Free space above and below the drawn depths, and around texts.
 const MARGIN: f64 = 22.0;
-/// Half the width of the needle, and the length of its bevel.
 const NEEDLE: f64 = 3.0;
 const BEVEL: f64 = 12.0;
 /// Length by which shapes extend beyond the drawing, for larger paper.
@@ -20,7 +19,6 @@ const BEYOND: f64 = 1500.0;
 /// Height of a small text, and the width of most of its letters.
 const SMALL: f64 = 12.0;
 const LETTER: f64 = 0.62 * SMALL;
-/// Number of points on each side of a dip.
 const DIP_POINTS: i32 = 7;
 const LENGTHS_MM: [f64; 8] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 /// Candidate forces of a full bar in N; the smallest one above the largest force is used. With few candidates most runs
@@ -29,7 +27,6 @@ const FULL_N: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1000.0];
 /// Time for which a live drawing names a rupture, in s.
 const NAMED_S: f64 = 0.1;
 
-/// Size of a drawing and horizontal positions of its parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Form {
     pub(super) width: f64,
@@ -37,7 +34,6 @@ pub(super) struct Form {
     bar: f64,
     bar_width: f64,
     hand: f64,
-    /// Left end of the tissue.
     tissue: f64,
     needle: f64,
     /// True if there is room for the word "force".
@@ -64,9 +60,7 @@ impl Form {
             is_wide: false,
         },
     ];
-    /// For an insertion by hand.
     const FIELD: Self = Self::wide(400.0, 384.0);
-    /// In the animated picture.
     pub(super) const PICTURE: Self = Self::wide(376.0, 260.0);
 }
 
@@ -86,7 +80,6 @@ pub(super) struct Moment {
     pub(super) overshoot: Option<(f64, f64, String)>,
 }
 
-/// The parts of a drawing that do not change with time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scene<'a> {
     pub(super) form: Form,
@@ -96,7 +89,6 @@ pub(super) struct Scene<'a> {
     pub(super) event: Event,
 }
 
-/// The effect of an event on needle and hand.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
     hold: HoldSettings,
@@ -128,7 +120,6 @@ impl Scene<'_> {
         (self.form.height - 2.0 * MARGIN) / (self.range_mm.1 - self.range_mm.0)
     }
 
-    /// Vertical position of a depth.
     fn y(&self, mm: f64) -> f64 {
         MARGIN + (mm - self.range_mm.0) * self.per_mm()
     }
@@ -263,7 +254,6 @@ pub struct LiveDrawing {
     event: Event,
     max_force_n: f64,
     ruptured_s: f64,
-    /// Position of the tip at the alarm, during an event.
     alarm_mm: Option<f64>,
 }
 

@@ -22,7 +22,6 @@ const TOUCH_SHARE: f64 = 0.1;
 pub struct Layer {
     /// Name and thickness; empty for a tissue without layers.
     pub(super) label: String,
-    /// Position of the undeformed top in mm.
     pub(super) top_mm: f64,
     /// Time of the rupture in s, if the layer ruptures.
     pub(super) torn_s: Option<f64>,
@@ -183,7 +182,6 @@ fn touch(force_n: &[f64], from: usize, rupture: usize) -> usize {
     from + before.iter().rposition(|force_n| *force_n <= limit_n).unwrap_or(0)
 }
 
-/// Index of the time nearest to `at_s`.
 pub(super) fn nearest(time_s: &[f64], at_s: f64) -> usize {
     let after = time_s.partition_point(|time| *time < at_s);
     let is_before = after > 0 && (after == time_s.len() || at_s - time_s[after - 1] < time_s[after] - at_s);

@@ -13,13 +13,10 @@ use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown,
 use trocar_figures::{self as figures, EstimationView, RunView};
 use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Scope, Unit};
 
-/// Number of ruptures in the short table.
 const SHOWN_RUPTURES: usize = 2;
 
-/// Maximum number of scenarios in the title.
 const MAX_NAMED: usize = 3;
 
-/// Maximum number of runs in the chart of a page.
 const MAX_RUNS: usize = 8;
 
 /// The metrics in the table over seeds. The files contain all metrics.

@@ -79,7 +79,6 @@ struct Derivatives {
     last_n: Option<f64>,
     rupture_ticks: u64,
     rupture: Option<u64>,
-    /// The maximum after each rupture with a following tick.
     peaks: Vec<f64>,
     elsewhere: Vec<f64>,
 }

@@ -15,7 +15,6 @@ const SAME_SHARE: f64 = 0.05;
 /// Maximum number of listed distances; for more ruptures, only the maximum is reported.
 const MAX_LISTED: usize = 3;
 
-/// Number of ruptures whose distances are reported over seeds.
 const SEED_RUPTURES: usize = 2;
 
 /// The suffixes of numbers of the classical and the augmented run of a scenario.
@@ -179,7 +178,6 @@ type OfRun<'a> = (&'a str, Vec<f64>);
 /// number of ruptures.
 struct Distances<'a> {
     runs: Vec<OfRun<'a>>,
-    /// True if no run has further ruptures.
     are_all: bool,
 }
 
@@ -345,7 +343,6 @@ fn are_same(a_m: f64, b_m: f64) -> bool {
     (a_m - b_m).abs() < SAME_SHARE * a_m.abs().max(b_m.abs()) || millimetres(a_m) == millimetres(b_m)
 }
 
-/// Lists the distances, or the maximum of many.
 fn listed(distances_m: &[f64]) -> String {
     match distances_m {
         [others @ .., last] if distances_m.len() <= MAX_LISTED => {
@@ -356,7 +353,6 @@ fn listed(distances_m: &[f64]) -> String {
     }
 }
 
-/// Joins texts with commas and "and".
 fn joined(texts: &[String]) -> String {
     match texts {
         [] => String::new(),

@@ -44,7 +44,6 @@ fn base_units(unit: &str) -> String {
         .collect()
 }
 
-/// The type name of a choice, derived from its variable.
 fn type_name(variable: &Variable) -> String {
     format!("{}.words", variable.name)
 }

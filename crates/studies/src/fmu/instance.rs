@@ -96,7 +96,6 @@ pub enum InstanceError {
     },
 }
 
-/// The running model.
 #[derive(Debug)]
 pub(super) enum Running {
     Nothing,

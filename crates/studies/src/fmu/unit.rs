@@ -44,7 +44,6 @@ pub enum UnitError {
     Rig(#[from] trocar_core::error::InvalidValue),
 }
 
-/// The documentation page of a unit.
 const PAGE: &str = "<!DOCTYPE html><html lang=\"en\"><meta charset=\"utf-8\"><title>trocar</title>\n\
     <p>This unit was written by <code>trocar export fmu</code>. Its scenario is in <code>resources</code>, and runs with \
     <code>trocar run</code> too. The source of its library is the package <code>trocar-fmu</code> of trocar, of the version in \

@@ -76,10 +76,8 @@ const INPUTS: u32 = 1;
 const OUTPUTS: u32 = 100;
 const PARAMETERS: u32 = 1000;
 
-/// The modes of a supervisor, by code.
 const MODES: &[&str] = &["teleoperation", "augmented", "reengaging"];
 
-/// Name, type and meaning.
 type Declared = (&'static str, Type, &'static str);
 
 const NUMBER: Type = Type::Real(None);
@@ -95,7 +93,6 @@ const RIG_INPUTS: [Declared; 4] = [
     ("sample.force_n", NUMBER, "Force on the needle, positive when it resists insertion."),
 ];
 
-/// The outputs of a rig, in the order of [`rig_outputs`].
 const RIG_OUTPUTS: [Declared; 15] = [
     ("command.slave_reference_m", NUMBER, "Reference of the slave's position controller."),
     ("command.master_force_n", NUMBER, "Feedback force for the master's force controller."),

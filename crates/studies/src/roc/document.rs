@@ -13,10 +13,8 @@ use trocar_document::{
 use trocar_figures::{CharacteristicView, FigureError};
 use trocar_metrics::Unit;
 
-/// Share of detected ruptures at which false-alarm rates are compared.
 const STATED_DETECTION: f64 = 0.995;
 
-/// False alarms per hour at which detections are compared.
 const STATED_FALSE_ALARMS_PER_HOUR: f64 = 1.0;
 
 /// False alarms per hour at which baselines are compared: one per minute, which a short study can resolve.
@@ -209,7 +207,6 @@ impl Characteristics {
         table
     }
 
-    /// The best threshold of each detector at the stated operating points, beside the threshold of its settings.
     fn thresholds_table(&self) -> Table {
         let columns = [
             ("detector", "threshold".to_owned()),
@@ -281,7 +278,6 @@ impl Characteristics {
         table
     }
 
-    /// A row per condition, detector and threshold, first over all conditions.
     fn points(&self) -> DataTable<'_> {
         let all = self.all.iter().map(|curve| (None, curve));
         let each = self.conditions.iter().flat_map(|one| one.curves.iter().map(move |curve| (Some(one), curve)));
@@ -349,7 +345,6 @@ fn unresolved(point: &Point) -> Option<String> {
     is_unresolved.then(|| format!("not resolvable: {} observed", observed(point.hours)))
 }
 
-/// Formats a duration in minutes, or in hours from one hour on.
 fn observed(hours: f64) -> String {
     if hours < 1.0 { format!("{:.1} min", 60.0 * hours) } else { format!("{hours:.1} h") }
 }

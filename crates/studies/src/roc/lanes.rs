@@ -6,7 +6,6 @@ use trocar_core::lane::{Lane, Mask, by_index};
 
 pub(super) const LANES: usize = 8;
 
-/// A number for each threshold.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ThresholdLanes(pub(super) [f64; LANES]);
 

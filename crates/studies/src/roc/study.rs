@@ -110,10 +110,8 @@ fn add_curves(curves: &mut Vec<Curve>, own: &[(String, f64, OwnPoints)], of: imp
     curves.splice(0..0, added);
 }
 
-/// The tallies and buffers of one thread.
 #[derive(Default)]
 struct ThreadTallies {
-    /// Tallies by condition, detector and threshold.
     tallies: Vec<Tally>,
     evidence: Vec<Evidence<f64>>,
     alarms: Vec<Vec<usize>>,
@@ -129,7 +127,6 @@ pub struct OwnPoints {
 }
 
 impl OwnPoints {
-    /// Computes the performance from the tallies of each condition.
     fn of(tallies: Vec<Tally>) -> Self {
         let mut all = Tally::default();
         tallies.iter().for_each(|tally| all.add(tally));

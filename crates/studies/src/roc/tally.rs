@@ -34,7 +34,6 @@ pub struct Tally {
     pub missed: BTreeMap<String, u64>,
 }
 
-/// The labels of a case, and the maximum delay of a detection.
 #[derive(Debug, Clone)]
 pub(super) struct Labels {
     labels: Vec<Label>,
@@ -44,9 +43,7 @@ pub(super) struct Labels {
 
 #[derive(Debug, Clone, Copy)]
 struct Label {
-    /// Time after the first sample, in s.
     time_s: f64,
-    /// Maximum delay of a detection, in s.
     within_s: f64,
     /// Time after the rupture in s during which further alarms are not false: a fall in several steps may cause several
     /// alarms.

@@ -19,7 +19,6 @@ pub(super) struct AtRest {
     desired_m: f64,
     /// Positions of slave and master since the start of the rest, in m.
     pub(super) positions_m: [Vec<f64>; 2],
-    /// True if the run has diverged or failed.
     pub(super) has_ended: bool,
 }
 

@@ -17,7 +17,6 @@ use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Unit};
 const BEFORE_S: f64 = 0.2;
 const AFTER_S: f64 = 1.0;
 
-/// Maximum number of ruptures with a window.
 const MAX_WINDOWS: usize = 6;
 
 const TELEOPERATION: &str = "teleoperation";
@@ -90,7 +89,6 @@ fn sections(run: &Run) -> Vec<Section> {
 pub(crate) const REDUCED: &str = "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around \
     ruptures and alarms is kept. trace.csv has every tick.";
 
-/// The windows around the first ruptures.
 pub(crate) fn windows(ruptures: &[RuptureMetrics]) -> Vec<Window> {
     let window = |(index, rupture): (usize, &RuptureMetrics)| Window {
         label: format!("rupture {}", index + 1),

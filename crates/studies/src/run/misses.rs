@@ -11,7 +11,6 @@ use trocar_metrics::{
 };
 use trocar_scenario::Scenario;
 
-/// Maximum number of reasons of a missed rupture.
 const MAX_REASONS: usize = 8;
 
 /// The samples in the windows of some ruptures, with their ticks.
@@ -21,7 +20,6 @@ type Windows = Vec<(u64, DetectorSample)>;
 struct ObservedDetector {
     detector: CusumDetector<f64>,
     tick: u64,
-    /// First and last tick of each window, in order.
     windows: Vec<(u64, u64)>,
     samples: Arc<Mutex<Windows>>,
 }
@@ -49,7 +47,6 @@ struct UntilWindow {
 }
 
 impl UntilWindow {
-    /// Records up to a tick.
     fn of_tick(last_tick: u64) -> Self {
         Self { supervisor: SupervisorHistory::default(), to_come: 0, window_ticks: 0, last_tick, is_done: false }
     }

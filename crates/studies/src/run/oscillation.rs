@@ -54,7 +54,6 @@ const MAX_REST_TICKS: u64 = 400_000;
 const REST_EVENTS: f64 = 4.0;
 const REST_ROUND_TRIPS: u64 = 8;
 
-/// An oscillation.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Swing {
     pub(super) swing_m: f64,

@@ -8,7 +8,6 @@ use trocar_engine::engine::{InvalidPart, Observer, Signals};
 pub(super) struct CheckedParts {
     own: Vec<&'static str>,
     grid: TickGrid,
-    /// True while signals are checked.
     looks: bool,
     found: Option<InvalidPart>,
 }

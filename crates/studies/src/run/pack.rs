@@ -45,9 +45,7 @@ fn metrics_of(runs: Vec<Result<(Metrics, ()), RunError>>) -> Vec<Result<Metrics,
 
 /// An additional observer of the runs of a pack, which covers all lanes of an engine.
 pub(crate) trait RunObserver {
-    /// The observer over lanes.
     type OverLanes<L: Lane>: EventObserver<L>;
-    /// The result for one run.
     type Finding;
     /// True if there is anything to observe.
     const OBSERVES: bool = true;
@@ -130,7 +128,6 @@ fn run_eight<R: RunObserver>(
     }
 }
 
-/// The engines of scenarios, all of one kind.
 struct Engines(Vec<ScenarioEngine>);
 
 impl Engines {

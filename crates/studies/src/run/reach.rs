@@ -48,7 +48,6 @@ enum Unreached<'a> {
 }
 
 impl Run {
-    /// The warnings about unreached parts.
     pub(super) fn unreached(&self) -> Vec<Warning> {
         let Some(reach) = self.completed_reach() else { return vec![] };
         let motion = if self.is_own("operator") { None } else { motion_beyond_run(&self.scenario) };
@@ -56,7 +55,6 @@ impl Run {
         motion.into_iter().chain(tissue).collect()
     }
 
-    /// The sentence about unreached parts, for the verdict.
     pub(super) fn unreached_sentence(&self) -> Option<String> {
         let reach = self.completed_reach()?;
         if reach.is_untouched {

@@ -37,7 +37,6 @@ pub(super) fn swings(values: &[f64], min: f64) -> Vec<f64> {
     all
 }
 
-/// The median; `None` without values.
 pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len() / 2).copied()

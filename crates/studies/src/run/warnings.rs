@@ -48,7 +48,6 @@ impl Run {
         all.into_iter().map(|warning| warning.of(&self.scenario.name)).collect()
     }
 
-    /// Returns true if a role has a user-defined part.
     pub(super) fn is_own(&self, role: &str) -> bool {
         self.own_parts.contains(&role)
     }
@@ -170,7 +169,6 @@ fn replayed(scenario: &Scenario) -> Vec<Warning> {
     }
 }
 
-/// Warns of a delay that is longer than the run.
 fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
     let ticks = scenario.grid.ticks();
     let beyond = [("channel.forward_delay_s", scenario.forward), ("channel.backward_delay_s", scenario.backward)];

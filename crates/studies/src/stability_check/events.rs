@@ -18,7 +18,6 @@ const SMALL: f64 = 0.1;
 const EVENTS: usize = 12;
 const LONGEST_S: f64 = 60.0;
 
-/// Time after the last event, in s.
 const AFTER_S: f64 = 0.5;
 
 /// A sequence of events: starts and length of the freeze in ticks, with one stiffness.

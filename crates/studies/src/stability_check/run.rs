@@ -55,7 +55,6 @@ impl Verdict {
 /// Observes the needle's speed over four quarters of a run.
 struct SpeedObserver {
     quarter: u64,
-    /// Sums of squares.
     sums: [f64; 4],
     max: f64,
     verdict: Option<Verdict>,

@@ -6,7 +6,6 @@ use trocar_figures::InfluenceBar;
 use trocar_metrics::Unit;
 use trocar_scenario::unit_of;
 
-/// Maximum number of metrics with a sentence.
 const MAX_METRICS: usize = 4;
 
 /// Minimum share of the variance for which an axis is reported as decisive for a metric.
@@ -80,7 +79,6 @@ fn number(value: f64, summary: &Summary) -> String {
     if summary.unit == Unit::Count { plain(value) } else { show(Some(value), summary.unit) }
 }
 
-/// Formats a value of an axis with its unit.
 fn value(mean: &LevelMean, axis: &str) -> String {
     let unit = unit_of(axis).map_or(String::new(), |unit| format!(" {unit}"));
     number_of(&mean.at).map_or_else(|| mean.at.to_toml().to_string(), |number| format!("{}{unit}", plain(number)))

@@ -50,7 +50,6 @@ impl AxisColumn {
     }
 }
 
-/// Formats a value for a text column.
 fn text(value: &Value) -> String {
     match value {
         Value::Text(text) => text.clone(),

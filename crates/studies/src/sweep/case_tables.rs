@@ -32,7 +32,6 @@ pub fn case_tables(
     if part.cases.is_empty() { Ok(()) } else { each(&mut part) }
 }
 
-/// Consecutive rows.
 struct Part<'a> {
     design: &'a Design,
     cases: Vec<u64>,

@@ -6,7 +6,6 @@ use trocar_scenario::nearest_of;
 
 type LoopMetric = Metric<fn(&LoopOfCase<'_>) -> Option<f64>>;
 
-/// The source of a column's value.
 #[derive(Debug, Clone, Copy)]
 enum Measure {
     Run(RunMetric),
@@ -27,7 +26,6 @@ pub struct Column {
     measure: Measure,
 }
 
-/// The default metrics of a sweep file.
 const DEFAULTS: [&str; 13] = [
     "detected_ruptures",
     "missed_ruptures",

@@ -258,7 +258,6 @@ fn tornado(design: &Design, findings: &Findings) -> Result<Figure<'static>, Figu
     figures::tornado(&design.name, &bars)
 }
 
-/// Draws the mean of a metric over two axes.
 fn heat_map(design: &Design, map: &HeatMap) -> Result<Figure<'static>, FigureError> {
     let column = &design.columns[map.column];
     let (factor, unit) = readable(column.unit);

@@ -5,10 +5,8 @@ use trocar_document::{Figure, readable};
 use trocar_figures::{self as figures, CasesView};
 use trocar_scenario::Value;
 
-/// Maximum number of drawn cases.
 const MAX_CASES: u64 = 2_000;
 
-/// Maximum number of charts of a metric over an axis.
 const MAX_CHARTS: usize = 16;
 
 /// Number of classes for medians over an axis without levels, or with too many.

@@ -32,11 +32,9 @@ pub const SWEEP_KEYS: [(&str, &str); 14] = [
     ("set", "Keys of the scenario with the same value in all cases, as in set.simulation.duration_s = 7.0."),
 ];
 
-/// The forms of an axis, for messages.
 const AXIS: &str = "a list, as in [1.0, 2.0], or { from = 0.5, to = 2.0, points = 16, log = true }, or \
                     { median = 1.0, spread = 1.5 }";
 
-/// The contents of a sweep file.
 #[derive(Debug)]
 pub(super) struct SweepFile {
     pub(super) name: Option<String>,
@@ -164,7 +162,6 @@ fn whole(entry: &Entry, min: u64, max: u64) -> Result<u64, ScenarioError> {
         .ok_or_else(|| must(entry, &format!("a whole number from {min} to {max}")))
 }
 
-/// Reads a list of noise seeds.
 fn listed_seeds(entry: &Entry) -> Result<Vec<u64>, ScenarioError> {
     let seed = |value: &toml::Value| value.as_integer().and_then(|value| u64::try_from(value).ok());
     let seeds = entry.value.as_array().and_then(|list| list.iter().map(seed).collect::<Option<Vec<u64>>>());
@@ -184,7 +181,6 @@ fn name(entry: &Entry) -> Result<String, ScenarioError> {
     name.map(str::to_owned).ok_or_else(|| must(entry, "a string of letters, digits, '-' and '_', which names a folder"))
 }
 
-/// Reads a text of one line.
 fn line(entry: &Entry) -> Result<String, ScenarioError> {
     let is_line = |text: &&str| !text.trim().is_empty() && !text.contains(char::is_control);
     entry.value.as_str().filter(is_line).map(str::to_owned).ok_or_else(|| must(entry, "a text of one line"))
@@ -286,7 +282,6 @@ fn focus(entry: Option<&Entry>, columns: &[Column]) -> Result<Vec<usize>, Scenar
     texts(entry)?.into_iter().map(place).collect()
 }
 
-/// The place of a text in a list.
 fn within(entry: &Entry, name: &str) -> Place {
     let Place { file, text, span } = entry.value_place.clone();
     let quoted = format!("\"{name}\"");
@@ -378,10 +373,8 @@ fn list(entry: &Entry, key: KeyAt, scheme: SamplingScheme) -> Result<Axis, Scena
     Ok(Axis { key, levels: Levels::List(values), place: entry.value_place.clone() })
 }
 
-/// The keywords of a range or a distribution.
 const AXIS_WORDS: [&str; 6] = ["from", "to", "points", "log", "median", "spread"];
 
-/// Creates the axis of a log-normal distribution.
 fn distribution(entries: &RangeEntries<'_>, any: &Entry, is_grid: bool) -> Result<Axis, ScenarioError> {
     let RangeEntries { path, from, to, points, log, median, spread } = entries;
     let refuse = |entry: &Entry, message: String| Err(ScenarioError::new(message).at(Some(entry.key_place.clone())));
@@ -413,10 +406,8 @@ fn distribution(entries: &RangeEntries<'_>, any: &Entry, is_grid: bool) -> Resul
     Ok(Axis { key, levels: Levels::LogNormal { median: middle, spread: ratio }, place })
 }
 
-/// Maximum spread of a distribution.
 const MAX_SPREAD: f64 = 10.0;
 
-/// Reads the groups of correlated axes.
 fn correlations_of(
     entries: &[Entry],
     axes: &[Axis],

@@ -47,7 +47,6 @@ pub struct Joined {
     pub rows: Rows,
 }
 
-/// The part in a folder.
 struct FolderPart {
     folder: PathBuf,
     hash: String,

@@ -15,7 +15,6 @@ use super::error::SweepError;
 /// Number of consecutive cases that run together.
 pub const PACK_CASES: u64 = 8;
 
-/// Number of packs per read.
 const BLOCK_PACKS: u64 = 1024;
 
 /// The outcome of a case.

@@ -74,7 +74,6 @@ impl Plan {
         Self::of(file, source, (base, None), settings)
     }
 
-    /// Creates the sweep of a file and a base, with the place of the base if the file names it.
     fn of(
         file: SweepFile,
         source: &Source,
@@ -253,7 +252,6 @@ impl Plan {
     }
 }
 
-/// The layout of the part with given packs.
 pub(super) fn layout(design: &Design, canonical: &str, packs: std::ops::Range<u64>) -> Layout {
     let digest = Sha256::digest(canonical.as_bytes());
     let key = digest.iter().take(8).fold(0, |key, byte| key << 8 | u64::from(*byte));

@@ -25,7 +25,6 @@ pub(super) struct Row {
 /// The threshold axis of a sweep, and the results of cases that have not been written.
 #[derive(Debug)]
 pub(super) struct SharedRuns {
-    /// The values of the axis, in order.
     thresholds: Vec<f64>,
     /// Distance of two cases with consecutive thresholds.
     stride: u64,
@@ -36,13 +35,11 @@ pub(super) struct SharedRuns {
 
 #[derive(Debug, Default)]
 struct Known {
-    /// Groups by their first case.
     groups: HashMap<u64, Group>,
     /// Groups with missing results that no thread is computing.
     open: BTreeSet<u64>,
 }
 
-/// Cases that differ only in the threshold.
 #[derive(Debug)]
 struct Group {
     /// For each threshold, the index of its result in `rows`, if known.
@@ -79,7 +76,6 @@ impl SharedRuns {
         (case - at * self.stride, at as usize)
     }
 
-    /// The threshold indices of a group's cases in the part.
     fn places(&self, first: u64) -> impl Iterator<Item = usize> {
         (0..self.thresholds.len()).filter(move |&at| self.cases.contains(&(first + at as u64 * self.stride)))
     }

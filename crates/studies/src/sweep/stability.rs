@@ -70,7 +70,6 @@ impl<'a> LoopOfCase<'a> {
         }
     }
 
-    /// Returns true if the analysis leaves out a part of the scenario.
     fn leaves_out(&self) -> bool {
         *self.leaves_out.get_or_init(|| {
             let delays = self.settings().and_then(|settings| VaryingDelays::of(self.scenario, settings).ok().flatten());

@@ -9,7 +9,6 @@ use trocar_detect::calibration::Whiteness;
 
 /// A mean residual below this share of the paper's standard deviation counts as zero.
 const ZERO_SHARE: f64 = 0.1;
-/// Minimum contrast of a distinct peak.
 const DISTINCT: f64 = 2.0;
 /// Time after a rupture over which the variance of a transient phase is taken, in s.
 const PHASE_S: f64 = 0.02;
@@ -45,7 +44,6 @@ fn detection_text(run: &Run) -> String {
 }
 
 impl PaperStudy {
-    /// The number of seeds with a property, for each fall of the force.
     fn seeds(&self, is_so: impl Fn(&NoisySeed) -> bool) -> Vec<usize> {
         self.noisy_seeds.0.iter().map(|seeds| seeds.iter().filter(|seed| is_so(seed)).count()).collect()
     }

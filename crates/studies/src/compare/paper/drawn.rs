@@ -34,7 +34,6 @@ fn estimation(run: &Run) -> EstimationView<'_> {
 }
 
 impl PaperStudy {
-    /// Describes a figure of the paper.
     pub(super) fn drawn(&self, number: u8) -> Result<Figure<'_>, FigureError> {
         let Self { noisy, drawn: [direct, classical, augmented], .. } = self;
         let parameters = |run, of| figures::parameters_with_terms(&estimation(run), terms(of));

@@ -370,13 +370,11 @@ fn parameters(run: &Run) -> [&[f64]; 2] {
     [&run.trace.stiffness_n_per_m, &run.trace.damping_n_s_per_m]
 }
 
-/// The smallest sudden change of a column at a rupture, and the largest change elsewhere.
 fn changes(run: &Run, column: &[f64]) -> [f64; 2] {
     let least = jumps(run, column).iter().map(|jump| jump.1.abs()).fold(f64::INFINITY, f64::min);
     [least, largest_change_elsewhere(run, column)]
 }
 
-/// The ticks of a run between the transient of its first rupture and the second rupture.
 fn between_ruptures(run: &Run) -> std::ops::Range<usize> {
     match ruptures_s(run)[..] {
         [first_s, second_s, ..] => tick(run, first_s + TRANSIENT_S)..tick(run, second_s),
@@ -384,7 +382,6 @@ fn between_ruptures(run: &Run) -> std::ops::Range<usize> {
     }
 }
 
-/// The mean of B between the ruptures, in N·s/m.
 fn damping_between(run: &Run) -> f64 {
     mean_and_variance(run.trace.damping_n_s_per_m[between_ruptures(run)].iter().copied()).0
 }

@@ -9,16 +9,11 @@ pub(super) const CHANGE_S: f64 = 0.02;
 /// Time before a puncture in which depth and velocity are compared, in s.
 const BEFORE_S: f64 = 0.1;
 
-/// The absolute prediction error of a run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Errors {
-    /// Mean, in N.
     pub(super) mean_n: f64,
-    /// Standard deviation, in N.
     pub(super) std_n: f64,
-    /// Maximum, in N.
     pub(super) max_n: f64,
-    /// Time of the maximum, in s.
     pub(super) max_at_s: f64,
 }
 
@@ -38,7 +33,6 @@ pub(super) struct Terms {
     pub(super) elastic_n: f64,
     /// `B v`, in N.
     pub(super) viscous_n: f64,
-    /// The measured force, in N.
     pub(super) force_n: f64,
     /// The share of `B` in a correction of eq. 12 with `F = F_0`, which is along `(p, v)`: `v² / (p² + v²)`.
     pub(super) viscous_share: f64,

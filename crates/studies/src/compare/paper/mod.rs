@@ -106,7 +106,6 @@ pub struct PaperStudy {
     direct_default_n: [f64; 2],
     /// The factors of the working thresholds, for the squared residual and for eq. 26.
     thresholds: [Varied<Option<(f64, f64)>>; 2],
-    /// The quiet stretches of the classical run.
     quiet: Vec<QuietStretch>,
     /// The direct access, the classical and the augmented run, with the signs and times of the paper.
     drawn: [Run; 3],

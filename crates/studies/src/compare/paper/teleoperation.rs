@@ -11,7 +11,6 @@ use trocar_metrics::{EventMetrics, Outcome, RuptureMetrics};
 const BEFORE_S: f64 = 0.4;
 const AFTER_S: f64 = 1.6;
 
-/// The condition of a jump.
 const ALSO_AT_REST: &str = "within a factor of 1.5, and also without the motion of the hand";
 
 const NO_CRITERION: &str = "The paper names no criterion for good.";
@@ -24,7 +23,6 @@ fn first_event(run: &Run) -> Option<&EventMetrics> {
     run.metrics.events.first()
 }
 
-/// The window of figures 15 and 16, in s.
 fn window_s(run: &Run) -> (f64, f64) {
     let rupture_s = ruptures_s(run).first().copied().unwrap_or(0.0);
     (rupture_s - BEFORE_S, rupture_s + AFTER_S)

@@ -17,12 +17,10 @@ use super::super::ADDED_NOISE_STD_N;
 
 /// Factors of `F_0` and `N_0`: the scenario's values, and the corners around them.
 const SETTINGS: [(f64, f64); 5] = [(1.0, 1.0), (1.0 / 3.0, 0.5), (1.0 / 3.0, 2.0), (3.0, 0.5), (3.0, 2.0)];
-/// The varied settings in words.
 pub(super) const SETTINGS_TEXT: &str = "with F_0 times 1/3 to 3 and N_0 times 1/2 to 2";
 
 /// Time constants of the fall at a rupture in s: the shipped recording's, half of it, and double.
 pub(super) const FALLS_S: [f64; 3] = [0.045, 0.0225, 0.09];
-/// The seed of the shipped recording.
 const RECORDING_SEED: u64 = 1;
 
 /// Number of seeds of the added noise.
@@ -36,7 +34,6 @@ const THRESHOLD_STEPS: i32 = 10;
 pub(super) struct Varied<T>(pub(super) Vec<T>);
 
 impl<T> Varied<T> {
-    /// Judges a condition over the variations.
     pub(super) fn judge(&self, is_met: impl Fn(&T) -> bool) -> Judgement {
         Judgement::over(self.0.iter().map(is_met))
     }
@@ -47,20 +44,15 @@ impl<T> Varied<T> {
     }
 }
 
-/// An insertion with varied settings of the estimator.
 #[derive(Debug, Clone)]
 pub(super) struct OfSettings {
-    /// The run, with K and B.
     pub(super) run: Run,
-    /// Errors with K and B.
     pub(super) both: Errors,
-    /// Errors with K alone.
     pub(super) alone: Errors,
     /// Variance of the residual in the quiet stretches, in N², with K and B.
     pub(super) quiet_variance_n2: f64,
 }
 
-/// Runs a scenario with varied settings of the estimator.
 pub(super) fn over_settings(name: &str) -> Result<Varied<OfSettings>, PaperError> {
     let base = load(name, &[])?;
     let of = |index: usize| {
@@ -120,13 +112,11 @@ fn with_fall(scenario: &Scenario, fall_s: f64) -> Scenario {
     scenario
 }
 
-/// Runs the classical scenario with each of [`FALLS_S`].
 pub(super) fn over_falls(classical: &Scenario) -> Result<Varied<Run>, PaperError> {
     let of = |index: usize| run(with_fall(classical, FALLS_S[index]));
     Ok(Varied(try_map(FALLS_S.len(), of)?))
 }
 
-/// The insertion with the added noise of one seed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NoisySeed {
     /// The smaller peak of the squared change at the ruptures, divided by its largest value elsewhere.

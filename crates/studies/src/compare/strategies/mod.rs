@@ -253,7 +253,6 @@ impl Maker<'_> {
     }
 }
 
-/// The results of one patient's runs with one strategy.
 #[derive(Debug, Clone, Default)]
 struct Tally {
     runs: u64,
@@ -522,7 +521,6 @@ fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Sets each row's share of the ruptures of the first row.
 fn set_reached(rows: &mut [StrategyRow]) {
     let all = rows.first().map_or(0, |first| first.ruptures);
     rows.iter_mut().filter(|_| all > 0).for_each(|row| row.reached_share = Some(row.ruptures as f64 / all as f64));

@@ -45,7 +45,6 @@ pub struct Group {
 const ADULTS: Group =
     Group { arm: 1.0, arms: PeopleSettings::DEFAULT, weber_spread: 1.3, criterion_spread: 1.2, reaction_spread: 1.15 };
 
-/// The settings by which every person perceives and reacts.
 pub(super) const PERCEIVING: [&str; 2] = ["perception.reflex=stop", "perception.kind=psychometric"];
 
 /// Fewer lapses, a lower criterion and faster reactions.

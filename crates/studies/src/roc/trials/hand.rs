@@ -64,7 +64,6 @@ impl Hand {
         }
     }
 
-    /// Draws the desired positions.
     pub(super) fn path(self, random: &mut ChaCha8Rng, contact: &Contact) -> Path {
         let mut points = vec![(0.0, 0.0)];
         let (mut time_s, mut position_m) = (0.3 + uniform(random, 0.0, 0.5), 0.0);

@@ -66,7 +66,6 @@ impl Fall {
     }
 }
 
-/// A layer that stretches until it ruptures.
 #[derive(Debug, Clone)]
 struct Layer {
     surface_m: f64,

@@ -22,13 +22,10 @@ use super::samples::Samples;
 use trocar_core::error::InvalidValue;
 use trocar_core::estimation::VelocityFilter;
 
-/// Step of the mechanics, in s.
 const STEP_S: f64 = 1e-4;
 
-/// Sampling rates, in Hz.
 const RATES_HZ: [f64; 8] = [100.0, 200.0, 333.0, 500.0, 1000.0, 2000.0, 5000.0, 10_000.0];
 
-/// Share of the trials without a rupture.
 const WITHOUT_RUPTURE: f64 = 0.4;
 
 /// The analyst's knowledge of the contact position.

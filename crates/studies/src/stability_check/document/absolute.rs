@@ -13,7 +13,6 @@ fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|value| value.is_finite())
 }
 
-/// Formats a range, or its only value.
 fn range((low, high): (f64, f64), unit: &str) -> String {
     if low == high {
         format!("{} {unit}", significant(low))

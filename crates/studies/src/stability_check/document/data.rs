@@ -12,7 +12,6 @@ pub(super) fn map_points(x: &Axis, y: &Axis) -> impl Iterator<Item = (usize, usi
     (0..rows).flat_map(move |row| (0..columns).map(move |column| (column, row)))
 }
 
-/// The relative change of each limit per relative change of each parameter.
 pub(super) fn sensitivities(analysis: &Analysis) -> DataTable<'static> {
     let all = &analysis.sensitivities;
     DataTable::new("sensitivities")
@@ -47,7 +46,6 @@ pub(super) fn boundary(map: &StabilityMap) -> DataTable<'static> {
         .numbers(format!("{y}_to"), segments.iter().map(|[_, to]| to.1))
 }
 
-/// The two-port at each frequency.
 pub(super) fn ports(analysis: &Analysis) -> DataTable<'static> {
     let points = &analysis.ports;
     let finite = |value: f64| Some(value).filter(|value| value.is_finite());

@@ -30,7 +30,6 @@ pub(super) fn add(study: &StabilityStudy, document: &mut Document<'_>) {
     }
 }
 
-/// The share of stable members over the axes of the map.
 fn population_figure(name: &str, population: &Population) -> Result<Figure<'static>, FigureError> {
     let map = &population.map;
     let values = |axis: &Axis| (0..axis.count).map(|index| axis.value(index)).collect::<Vec<f64>>();

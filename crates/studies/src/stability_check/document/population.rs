@@ -9,7 +9,6 @@ use trocar_scenario::population::{Arms, Delays, Draw, Tissues};
 use trocar_scenario::unit_of;
 use trocar_stability::{LIMITED, LimitQuantiles, Parameter, Population, Quantile};
 
-/// The names of the drawn factors, the arm's first.
 const FACTORS: [&str; 7] = [
     "k_a_factor",
     "b_a_factor",
@@ -41,7 +40,6 @@ pub(super) fn members(population: &Population) -> DataTable<'static> {
     table
 }
 
-/// The share of stable members, with its 95 % interval.
 pub(super) fn map(population: &Population) -> DataTable<'static> {
     let map = &population.map;
     let points: Vec<(usize, usize)> = map_points(&map.x, &map.y).collect();
@@ -54,7 +52,6 @@ pub(super) fn map(population: &Population) -> DataTable<'static> {
         .numbers("high", points.iter().map(|point| share(point).1.1))
 }
 
-/// Names the drawn parts.
 fn drawn(population: &Population) -> String {
     let settings = &population.settings;
     let parts = [
@@ -78,7 +75,6 @@ fn limit(value: f64) -> String {
     if value.is_finite() { significant(value) } else { "beyond search".to_owned() }
 }
 
-/// The quantiles of the limits.
 pub(super) fn table(population: &Population) -> Table {
     let limits = &population.limits;
     let of_limit = |parameter: Parameter| (parameter.key(), format!("{}{}", parameter.key(), unit(parameter)));

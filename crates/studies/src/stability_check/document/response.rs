@@ -21,7 +21,6 @@ fn with_points<'a>(table: DataTable<'a>, points: &[Complex64], tick_s: f64) -> D
         .optional("damping_ratio", points.iter().map(|z| continuous(z).map(|s| -s.re / s.norm())))
 }
 
-/// All poles and zeros of the closed loop and of the loop gain.
 pub(super) fn poles(response: &LoopResponse) -> DataTable<'static> {
     let (mut systems, mut kinds, mut points) = (vec![], vec![], vec![]);
     for one in &response.poles {
@@ -37,7 +36,6 @@ pub(super) fn poles(response: &LoopResponse) -> DataTable<'static> {
     with_points(table, &points, response.tick_s)
 }
 
-/// The loop gain over frequency.
 pub(super) fn loop_gain(response: &LoopResponse) -> DataTable<'static> {
     let gain = &response.gain;
     DataTable::new("loop_gain")
@@ -61,7 +59,6 @@ pub(super) fn step(response: &LoopResponse) -> Option<DataTable<'_>> {
     )
 }
 
-/// The poles of the closed loop over a parameter.
 pub(super) fn locus(locus: &Locus, tick_s: f64) -> DataTable<'static> {
     let (mut values, mut points) = (vec![], vec![]);
     for (value, poles) in &locus.branches {

@@ -17,18 +17,15 @@ fn policy(reengage: Reengage) -> &'static str {
     }
 }
 
-/// Converts ticks to s.
 pub(super) fn seconds(switching: &Switching, ticks: u64) -> f64 {
     // Rounded, because a multiple of a tick of 0.001 s has rounding errors in its last digits.
     (ticks as f64 * switching.settings.of_loop.tick_s * 1e12).round() / 1e12
 }
 
-/// Formats ticks in ms.
 fn milliseconds(switching: &Switching, ticks: u64) -> String {
     format!("{} ms", significant(1e3 * seconds(switching, ticks)))
 }
 
-/// The findings, one per line.
 pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String> {
     let ms = |ticks| milliseconds(switching, ticks);
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
@@ -124,7 +121,6 @@ fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
     )
 }
 
-/// The end of one event, by re-engagement policy.
 pub(super) fn event_table(events: &[EventBound]) -> Table {
     let columns = [
         ("reengage", format!("released {} mm from the hand", significant(1e3 * GAP_M))),
@@ -339,7 +335,6 @@ impl ReleasedPart {
     }
 }
 
-/// A row per analysed time between events.
 pub(super) fn growth(switching: &Switching) -> DataTable<'static> {
     let points = &switching.by_dwell;
     DataTable::new("switching")
@@ -348,7 +343,6 @@ pub(super) fn growth(switching: &Switching) -> DataTable<'static> {
         .numbers("found_growth", points.iter().map(|point| point.found))
 }
 
-/// The end of one event, by re-engagement policy.
 pub(super) fn released(events: &[EventBound]) -> DataTable<'static> {
     DataTable::new("released")
         .texts("reengage", events.iter().map(|event| policy(event.reengage)))

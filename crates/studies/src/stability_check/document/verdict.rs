@@ -56,7 +56,6 @@ fn in_tissue(settings: &LinearLoop) -> String {
     }
 }
 
-/// The ranges of varying delays.
 fn ranges(delays: &VaryingDelays) -> String {
     let range = |way: DelayRange| format!("{} to {} ticks", way.min_ticks, way.max_ticks);
     format!("delays of {} to the slave and of {} to the master", range(delays.forward), range(delays.backward))

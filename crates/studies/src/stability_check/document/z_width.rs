@@ -6,7 +6,6 @@ use serde::Serialize;
 use trocar_document::{DataTable, significant};
 use trocar_stability::{Walls, ZWidth};
 
-/// The kinds of walls with their limits.
 fn kinds(z_width: &ZWidth) -> Vec<(&'static str, &[Walls])> {
     let virtual_walls = z_width.virtual_walls.as_deref().map(|walls| ("virtual", walls));
     std::iter::once(("tissue", z_width.tissue.as_slice())).chain(virtual_walls).collect()

@@ -27,7 +27,6 @@ use trocar_engine::sensor::NoiseBank;
 use trocar_metrics::Metrics;
 use trocar_scenario::Scenario;
 
-/// A run with its equivalent thresholds.
 #[derive(Debug, Clone)]
 pub(super) struct RunWithEquivalents {
     pub(super) metrics: Metrics,
@@ -74,7 +73,6 @@ impl RunObserver for TrackedThresholds<'_> {
     }
 }
 
-/// The observer, with the remaining higher thresholds of each lane.
 #[derive(Debug, Clone)]
 struct EquivalentThresholds<L: Lane> {
     /// `γ` of the lane's run; infinite if no threshold remains.
@@ -87,7 +85,6 @@ struct EquivalentThresholds<L: Lane> {
     runs: Vec<TrackedRun>,
 }
 
-/// The higher thresholds of one run.
 #[derive(Debug, Clone)]
 struct TrackedRun {
     /// `S`.
@@ -135,7 +132,6 @@ impl<L: Lane> EquivalentThresholds<L> {
         }
     }
 
-    /// The thresholds with which the run of a lane has been identical so far.
     fn thresholds(&self, lane: usize) -> impl Iterator<Item = f64> {
         self.runs[lane].higher.iter().map(|higher| higher.threshold)
     }

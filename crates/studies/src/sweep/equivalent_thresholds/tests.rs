@@ -3,7 +3,6 @@ use trocar_core::augmentation::{Mode, Modes};
 use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, Evidence};
 use trocar_scenario::Source;
 
-/// The next pseudo-random number between -1 and 1.
 fn random(state: &mut u64) -> f64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
@@ -30,7 +29,6 @@ fn insertion(seed: u64) -> Vec<Evidence<f64>> {
     (0..3000).map(sample).collect()
 }
 
-/// A scenario with ticks of 1 ms and a given detector.
 fn scenario(detector: DetectorSettings) -> Scenario {
     let mut scenario = Scenario::load(&Source::parse("builtin:paper/augmented.toml"), &[]).expect("it is shipped");
     assert_eq!(scenario.grid.tick_s(), 1e-3);
@@ -38,7 +36,6 @@ fn scenario(detector: DetectorSettings) -> Scenario {
     scenario
 }
 
-/// The signals at a tick in teleoperation.
 fn happening(tick: u64, residual_n: f64, decision: f64, alarm: bool) -> Happening<f64> {
     Happening {
         tick,

@@ -39,7 +39,6 @@ pub struct HeatMap {
     pub cells: Vec<Cell>,
 }
 
-/// The number of classes of an axis.
 pub(super) fn classes(axis: &Axis, max: u64) -> u64 {
     axis.count().filter(|count| *count <= max).unwrap_or(max)
 }
@@ -48,10 +47,8 @@ pub(super) fn class(coordinate: f64, classes: u64) -> usize {
     (coordinate * classes as f64) as usize
 }
 
-/// The sums of all cells for the metrics in focus.
 pub(super) struct Cells<'a> {
     design: &'a Design,
-    /// The two axes with their numbers of classes.
     axes: Option<[(usize, u64); 2]>,
     /// Ordered by metric in focus, second axis and first axis.
     moments: Vec<Moments>,
@@ -102,7 +99,6 @@ impl<'a> Cells<'a> {
         self.design.focus.iter().enumerate().map(of_focus).collect()
     }
 
-    /// The classes of an axis with their central values, ascending.
     fn centres(&self, axis: usize, classes: u64) -> Vec<(usize, f64)> {
         let centre = |class: u64| {
             let value = self.design.axes[axis].value((class as f64 + 0.5) / classes as f64);

@@ -69,10 +69,8 @@ pub struct Influences {
     pub ranked: u64,
 }
 
-/// The sums and the ranked cases.
 pub(super) struct Inputs<'a> {
     design: &'a Design,
-    /// Number of classes of each axis.
     counts: Vec<u64>,
     /// Moments by metric in focus: overall, and by axis and class.
     overall: Vec<Moments>,
@@ -207,7 +205,6 @@ fn epsilon_squared(overall: &Moments, classes: &[Moments]) -> Option<f64> {
     Some(((overall.squares - within - (k - 1.0) * within / (n - k)) / overall.squares).clamp(0.0, 1.0))
 }
 
-/// The smallest and largest mean over the classes of an axis.
 fn means(axis: &Axis, classes: &[Moments]) -> Option<[LevelMean; 2]> {
     let filled = || classes.iter().enumerate().filter(|(_, class)| class.count > 0);
     let by_mean = |a: &(usize, &Moments), b: &(usize, &Moments)| a.1.mean.total_cmp(&b.1.mean);

@@ -94,7 +94,6 @@ pub struct Findings {
     pub warnings: Vec<Warning>,
 }
 
-/// The probabilities of the quantiles.
 const QUANTILES: [f64; 7] = [0.025, 0.05, 0.25, 0.5, 0.75, 0.95, 0.975];
 
 /// Reads the rows and computes their statistics.

@@ -8,13 +8,11 @@ use trocar_base::quantiles::median_ranks;
 const DIGITS: u32 = 11;
 const BUCKETS: usize = 1 << DIGITS;
 
-/// The values of given ranks.
 #[derive(Debug, Clone)]
 pub(super) struct OrderStatistics {
     wanted: Vec<Wanted>,
     /// Distinct prefixes of the wanted values, ascending, each with the counts of the next bits.
     prefixes: Vec<(u64, Vec<u64>)>,
-    /// Number of known leading bits.
     known: u32,
 }
 
@@ -58,7 +56,6 @@ impl OrderStatistics {
         Self { wanted, prefixes: vec![(0, vec![0; BUCKETS])], known }
     }
 
-    /// Returns true if all bits are known.
     pub(super) fn are_known(&self) -> bool {
         self.known >= 64
     }
@@ -82,7 +79,6 @@ impl OrderStatistics {
         (bits << self.known >> (64 - next)) as usize
     }
 
-    /// Ends a pass.
     pub(super) fn narrow(&mut self) {
         if self.are_known() {
             return;

@@ -12,7 +12,6 @@ impl Summary {
     }
 }
 
-/// Warns of a sweep in which no metric changes.
 pub(super) fn warning(summaries: &[Summary], cases: u64) -> Option<Warning> {
     let warning = || {
         Warning::new(Code::UnchangedMetrics, format!("no metric differs between the {cases} cases"))
