@@ -91,7 +91,6 @@ impl Stored for DetectionChain {
     }
 }
 
-/// The velocity source and the estimator of a [`DetectionChain`].
 pub(super) struct Estimation<'a> {
     filter: Option<&'a mut VelocityFilter<f64>>,
     estimation: chain::Estimation<'a, f64, AnyEstimator<f64>>,

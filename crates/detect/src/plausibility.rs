@@ -33,7 +33,6 @@ const MIN_RESISTING_N: f64 = 1.0;
 /// Accepted ratio of the slope of the positions to the recorded velocity.
 const RATIO: (f64, f64) = (0.5, 2.0);
 
-/// Number of samples over which the slope of the positions is computed.
 const SLOPE_SAMPLES: usize = 20;
 
 /// Number of windows of [`SLOPE_SAMPLES`] that are summed together, which allows vectorisation.
@@ -165,7 +164,6 @@ pub(super) fn range(values: &[f64]) -> Option<(f64, f64)> {
     Some((low, values.iter().copied().fold(low, f64::max)))
 }
 
-/// Returns the last sample of the largest magnitude; `None` without samples.
 fn peak(values: &[f64]) -> Option<usize> {
     let largest = values.iter().copied().map(f64::abs).reduce(f64::max)?;
     values.iter().rposition(|value| value.abs() == largest)
@@ -356,7 +354,6 @@ fn contact(detection: &Detection, peak: usize) -> Option<Warning> {
     })
 }
 
-/// Checks that the force changes while the needle moves.
 fn constant_force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
     let (force, position) = (signals.force_n, signals.position_m);
     let mut start = 0;

@@ -116,7 +116,6 @@ pub struct DetectionReport {
     pub further_estimate: Option<ExtraParameterEstimate>,
 }
 
-/// Warns of an alarm near a label without a fall of the force.
 fn stray_alarm(alarms_s: &[f64], labels_s: &[f64], stray: &Match) -> Warning {
     let message = format!(
         "alarm {} at {:.3} s comes {:.1} ms after the labelled rupture {} at {:.3} s and is not its detection: the force does not fall \

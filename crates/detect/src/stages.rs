@@ -37,7 +37,6 @@ pub(super) fn evaluate(chain: &mut DetectionChain, signals: &Signals<'_>) -> (Ro
     (estimates, decisions)
 }
 
-/// Estimates from the next sample, stores the estimate and returns the evidence.
 #[inline(always)]
 fn estimate(estimation: &mut Estimation<'_>, rows: &mut Rows<5>, signals: &Signals<'_>, at: usize) -> Evidence<f64> {
     let (estimate, evidence) = estimation.step(&Reading {

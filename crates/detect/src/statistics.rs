@@ -56,7 +56,6 @@ impl Sums {
         self.damping_n_s_per_m += damping_n_s_per_m;
     }
 
-    /// Returns a sum as a mean over the samples; 0 without samples.
     fn mean(&self, sum: f64) -> f64 {
         sum / self.samples.max(1) as f64
     }

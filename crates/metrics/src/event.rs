@@ -118,7 +118,6 @@ pub(super) struct Beginning {
     /// event.
     pub(super) first_rupture: usize,
     pub(super) is_false: bool,
-    /// The gap between needle and intended position at the start, in m.
     pub(super) gap_m: Option<f64>,
 }
 
@@ -155,7 +154,6 @@ impl EventWindow {
         }
     }
 
-    /// Processes a tick and returns true while the event is open.
     pub(super) fn observe(&mut self, s: &Signals<f64>, step_n: f64) -> bool {
         match s.mode.lane(0) {
             Mode::Augmented => self.extremes.observe_held(s),

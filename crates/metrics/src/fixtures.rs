@@ -51,7 +51,6 @@ impl Insertion {
         })
     }
 
-    /// Adds a rupture that reduces the tissue force slightly: later ticks have a smaller force.
     pub(super) fn rupture_at(self, tick: u64) -> Self {
         self.at(tick, |s| {
             s.ruptured = true;

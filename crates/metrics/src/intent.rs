@@ -24,7 +24,6 @@ pub struct Aftermath {
     pub beyond_intent_m: Option<(f64, f64)>,
 }
 
-/// The open horizon of a rupture in one lane.
 #[derive(Debug, Clone, Copy)]
 struct Horizon {
     rupture: usize,
@@ -133,7 +132,6 @@ impl<L: Lane> Pursuit<L> {
         self.operators[lane].intended_scale.filter(|_| has_begun).map(|_| self.final_gap_m.lane(lane))
     }
 
-    /// Records a rupture or an accepted alarm in the lanes of a mask.
     pub(crate) fn disturb(&mut self, lanes: L::Mask, tick: u64) {
         let until = L::splat((tick + self.horizon_ticks) as f64);
         self.disturbed_until = L::select(lanes, until, self.disturbed_until);

@@ -319,7 +319,6 @@ impl SupervisorHistory {
         self.alarms.iter().chain(&self.ignored_alarms).any(|alarm| ticks.contains(alarm))
     }
 
-    /// Returns the reason for which the supervisor would ignore an alarm at a tick.
     fn refusal(&self, tick: u64, rule: &MissRule) -> Option<MissReason> {
         let &(begin, end) = self.events.iter().rev().find(|(begin, _)| *begin < tick)?;
         if tick < end {
@@ -466,7 +465,6 @@ mod tests {
         rule.explain(tick, &samples, supervisor)
     }
 
-    /// Returns the reasons of a rupture at tick 100, without a supervisor.
     fn reasons(samples: &[DetectorSample]) -> Vec<MissReason> {
         let miss =
             explain(100, samples, &SupervisorHistory::default(), DistanceKind::SquaredResidual).expect("a reason");

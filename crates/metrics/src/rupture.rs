@@ -83,7 +83,6 @@ pub(super) struct Extremes<L> {
 }
 
 impl<L: Lane> Extremes<L> {
-    /// Returns the extremes at the tick of the rupture.
     pub(super) fn at(s: &Signals<L>) -> Self {
         Self { slave_m: s.slave_position_m, master_m: s.master_position_m, ..Self::from_force(s.operator_force_n) }
     }
@@ -150,7 +149,6 @@ impl<L: Lane> Extremes<L> {
 pub(super) struct Return {
     pub(super) tick: u64,
     pub(super) slave_m: f64,
-    /// Position of the slave at its release; `None` if it was never released.
     pub(super) released_m: Option<f64>,
 }
 

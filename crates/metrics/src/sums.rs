@@ -84,7 +84,6 @@ struct Partial<L> {
     max_force: [L; WAYS],
 }
 
-/// Sums and extremes over the samples so far.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Totals {
     /// `Σ |e|` in N.
@@ -124,7 +123,6 @@ impl<L: Lane> Sums<L> {
         }
     }
 
-    /// Adds sample number `count`, from 0.
     #[inline(always)]
     pub(super) fn push(&mut self, count: u64, sample: Sample<L>) {
         let (block, at) = (&mut self.buffer, count as usize % buffered_ticks::<L>());
@@ -206,7 +204,6 @@ impl<L: Lane> Block<L> {
 }
 
 impl<L: Lane> Partial<L> {
-    /// Adds a block that a run over `Width` has filled.
     #[inline(always)]
     fn add<Width: Lane>(&mut self, block: &Block<L>) {
         gather::<_, Width>(&mut self.absolute_residual, &block.residual_n, |sum, e| sum + e.abs());

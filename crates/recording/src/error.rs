@@ -401,7 +401,6 @@ fn listing(names: &[String]) -> String {
     shown.join(", ")
 }
 
-/// The flag and the key that select the column of a quantity.
 fn asked_by(quantity: Option<Quantity>) -> String {
     quantity.map_or_else(String::new, |quantity| format!(" (--{} or {})", quantity.name(), quantity.key()))
 }

@@ -64,7 +64,6 @@ pub(super) fn names<'a>(fields: impl Iterator<Item = &'a [u8]>) -> Result<Vec<St
     if names.iter().all(|name| name.parse::<f64>().is_ok()) { Err(Problem::NoHeader) } else { Ok(names) }
 }
 
-/// The index of a column, from 0.
 pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> {
     let wanted = column.name();
     // A name from a line that begins with % can be given with the %.

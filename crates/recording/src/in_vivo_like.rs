@@ -18,7 +18,6 @@ const SAMPLES: u32 = 17_000;
 /// Times of the ruptures in s.
 pub const RUPTURES_S: [f64; 2] = [5.52, 8.85];
 
-/// Standard deviation of the noise on the force, in N.
 const NOISE_STD_N: f64 = 0.010;
 
 /// The hand's trajectory in (s, mm): approach, insertion through two layers, hold, and extraction.

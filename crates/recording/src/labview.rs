@@ -3,7 +3,6 @@
 
 use std::io::{self, BufRead};
 
-/// The signature of a file.
 pub(super) const MARK: &[u8] = b"LabVIEW Measurement";
 
 pub(super) const X_VALUE: &str = "X_Value";
@@ -16,9 +15,7 @@ const MAX_LINES: u64 = 1000;
 /// A regular clock, for a file without times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
-    /// Time of the first sample in s.
     pub(super) start_s: f64,
-    /// Time between two samples in s.
     pub(super) interval_s: f64,
 }
 

@@ -174,7 +174,6 @@ impl LiveTable {
     }
 }
 
-/// Finds the fields of a line, split at separators outside quotes.
 fn split(line: &[u8], separator: u8, fields: &mut Vec<(usize, usize)>) {
     fields.clear();
     let (mut from, mut quoted) = (0, false);

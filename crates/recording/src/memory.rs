@@ -31,7 +31,6 @@ pub fn kept(name: &str) -> Option<Arc<Recording>> {
     KEPT.lock().unwrap_or_else(PoisonError::into_inner).get(name).and_then(Weak::upgrade)
 }
 
-/// The name of a recording: a hash of its samples.
 fn name_of(recording: &Recording) -> String {
     let mut hash = Sha256::new();
     let velocity = recording.velocity_m_per_s();

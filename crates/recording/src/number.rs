@@ -38,7 +38,6 @@ impl Decimals {
         Self { may_be_comma: separator != b',', has_point: Cell::new(false), has_comma: Cell::new(false) }
     }
 
-    /// Reads a [`number`] with either decimal mark.
     pub(super) fn number(&self, field: &[u8], scale: f64) -> Result<f64, Problem> {
         if !self.may_be_comma {
             return number(field, scale);

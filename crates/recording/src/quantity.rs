@@ -48,7 +48,6 @@ impl Quantity {
         }
     }
 
-    /// The scenario key that names the column.
     #[must_use]
     pub(super) fn key(self) -> &'static str {
         ColumnSettings::KEYS[self as usize].path

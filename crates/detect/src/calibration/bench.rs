@@ -165,7 +165,6 @@ impl<'a> CandidateBench<'a> {
         })
     }
 
-    /// Returns the settings for a memory, before the probes.
     fn candidate(&self, memory_updates: f64) -> (Candidate, Quiet) {
         let dead_zone_n = (DEAD_ZONE_STDS * self.noise_n).max(min_step(self.signal.force_n)).max(MIN_DEAD_ZONE_N);
         let dead_zone_n = rounded(dead_zone_n);
@@ -297,7 +296,6 @@ fn score(candidate: &Candidate) -> f64 {
     candidate.found_share.unwrap_or(0.0) - HARMLESS_PENALTY * candidate.harmless_share.unwrap_or(0.0)
 }
 
-/// Rounds a setting to four significant digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }

@@ -193,7 +193,6 @@ impl Calibration {
         table
     }
 
-    /// Returns the assumptions that the recording does not support.
     fn doubts(&self) -> impl Iterator<Item = Section> {
         let short = (self.quiet_blocks == 0).then_some(
             "The recording has too little quiet contact. σ_0 is set to the noise σ_n and may be too small. Use a longer part \

@@ -15,7 +15,6 @@ const MEDIAN_S: f64 = 5e-3;
 const MIN_SHARE: f64 = 0.25;
 const NOISE_STDS: f64 = 10.0;
 const MIN_DROP_N: f64 = 0.5;
-/// Maximum withdrawal of the needle during the drop, in m.
 const MAX_WITHDRAWAL_M: f64 = 0.2e-3;
 
 #[derive(Debug, Clone, Copy, PartialEq)]

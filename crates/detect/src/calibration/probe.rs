@@ -14,7 +14,6 @@ pub(super) struct Fall {
     pub(super) remaining_share: f64,
 }
 
-/// Returns the delay in s of the first alarm after each probe, if any.
 pub(super) fn delays(signal: &Signal<'_>, probes: &[usize], fall: Fall, candidate: &Candidate) -> Vec<Option<f64>> {
     probes.iter().map(|&probe| delay(signal, probe, fall, candidate)).collect()
 }

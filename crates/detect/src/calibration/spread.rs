@@ -4,7 +4,6 @@ use trocar_base::interrupt;
 use trocar_base::large_pages::with_capacity;
 use trocar_base::quantiles::quantile_of;
 
-/// Number of samples per block, over which the noise is averaged.
 const NOISE_BLOCK: usize = 50;
 /// The quantile of the blocks' noise that is returned.
 const NOISE_SHARE: f64 = 0.75;

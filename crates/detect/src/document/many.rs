@@ -137,8 +137,6 @@ impl Detections {
         Phase::ALL.map(of).to_vec()
     }
 
-    /// Returns the sections: the events, one row per recording and a total, the scores of labelled recordings, and the
-    /// estimates by phase.
     fn sections(&self, reports: &[(&str, &DetectionReport)]) -> Vec<Section> {
         let mut pages = Section::new("pages", "Pages").shown(Shown::InReports);
         pages.text("Each recording has its own page in the folder with its name.");
@@ -182,7 +180,6 @@ impl Detections {
         sections
     }
 
-    /// Returns one row per recording, without numbers if the recording is unreadable, and a total.
     fn recordings_table(&self) -> Table {
         let columns = [
             ("recording", "recording"),

@@ -213,7 +213,6 @@ fn detector_schema(_: &mut SchemaGenerator) -> Schema {
     section_schema("detector")
 }
 
-/// Returns the schema of a section, from the declarations of its keys.
 fn section_schema(name: &str) -> Schema {
     json_schema()["properties"][name].take().try_into().unwrap_or_default()
 }

@@ -79,7 +79,6 @@ fn table(signals: &[Signal]) -> Table {
     table
 }
 
-/// Returns hints on the quantities without a signal, and on quantities with several.
 fn choices(signals: &[Signal]) -> Vec<String> {
     let roles = Roles::of(signals);
     let of = |quantity: Quantity| match roles.candidates[quantity as usize].as_slice() {

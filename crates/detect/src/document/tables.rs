@@ -51,7 +51,6 @@ pub(super) fn events(recordings: &[(Option<&str>, &DetectionReport)]) -> Table {
     table
 }
 
-/// An alarm or a missed rupture, by its index.
 #[derive(Clone, Copy)]
 pub(super) enum Event {
     Alarm(usize),
@@ -107,7 +106,6 @@ impl Event {
     }
 }
 
-/// Returns the estimates by phase, without phases that have no samples.
 pub(super) fn phases(caption: &'static str, phases: &[PhaseStatistics]) -> Table {
     let of = |parameter: &str| format!("{parameter} ± {STANDARD_ERRORS} s.e.");
     let columns = [
@@ -155,7 +153,6 @@ pub(super) fn share(value: Option<f64>) -> Cell {
     Cell::of(value, Unit::Share)
 }
 
-/// Returns the condition under which an alarm matches a rupture.
 pub(super) fn matched(within_s: Option<f64>) -> String {
     let window = within_s.map_or("—".into(), |within_s| format!("{} ms", plain(1e3 * within_s)));
     format!("alarms at most {window} after a rupture")

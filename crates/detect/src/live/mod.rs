@@ -269,7 +269,6 @@ impl LiveDetector {
     }
 }
 
-/// Interpolates linearly between two samples; `share` is the fraction of the interval.
 fn between(from: &LiveSample, to: &LiveSample, share: f64) -> LiveSample {
     let mix = |from: f64, to: f64| from + (to - from) * share;
     LiveSample {

@@ -124,7 +124,6 @@ impl History {
         self.first_open < self.ruptures.len() || self.is_event_open
     }
 
-    /// Processes an event tick: a tick with an event of any kind or an open window.
     #[inline(always)]
     fn observe(&mut self, s: &Signals<f64>, force_step_n: f64, grid: &TickGrid, intent: &Intent) {
         while self.ruptures.get(self.first_open).is_some_and(|rupture| !rupture.contains(s.tick)) {
@@ -156,7 +155,6 @@ impl History {
         }
     }
 
-    /// Attributes a noticed change to the rupture and the event in whose horizon it lies.
     fn attribute_notice(&mut self, tick: u64, intent: &Intent) {
         let horizon_ticks = intent.horizon_ticks;
         let rupture = self.ruptures.last_mut().filter(|rupture| tick - rupture.tick <= horizon_ticks);

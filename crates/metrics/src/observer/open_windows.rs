@@ -16,7 +16,6 @@ use trocar_engine::engine::Signals;
 /// Maximum number of a lane's open ruptures held here. With more, the lane's history observes every tick.
 const SLOTS: usize = 4;
 
-/// Stands for "no tick".
 const NEVER: f64 = f64::INFINITY;
 
 /// At most one open rupture per lane.
@@ -198,7 +197,6 @@ impl<L: Lane> OpenWindows<L> {
         }
     }
 
-    /// Ends lane `lane`, which has diverged.
     pub(super) fn end(&mut self, lane: usize) {
         self.runs = self.runs.with_lane(lane, 0.0);
         self.is_open = self.is_open.with_lane(lane, 0.0);

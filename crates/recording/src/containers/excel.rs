@@ -25,7 +25,6 @@ enum Cell {
     Text(Box<str>),
 }
 
-/// The cells of a sheet by column and row, both from 0.
 type Sheet = BTreeMap<u32, BTreeMap<u32, Cell>>;
 
 struct Stored {

@@ -98,7 +98,6 @@ impl Mat {
     }
 }
 
-/// Decompresses an element of at most `left` bytes.
 fn inflate(bytes: &[u8], left: u64, limit: u64) -> Result<Vec<u8>, Problem> {
     let mut content = vec![];
     let read = ZlibDecoder::new(bytes).take(left.saturating_add(1)).read_to_end(&mut content);
@@ -139,7 +138,6 @@ struct Walk<'a> {
     found: Vec<Found>,
 }
 
-/// The content of a matrix, for the structure around it.
 enum Content {
     Text(String),
     Other,

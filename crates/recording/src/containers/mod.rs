@@ -41,7 +41,6 @@ pub(super) struct Array {
     pub(super) column_major: bool,
     /// Description in the file.
     pub(super) label: Option<String>,
-    /// Unit, as written in the file.
     pub(super) unit: Option<String>,
 }
 
@@ -70,7 +69,6 @@ impl From<Problem> for Fault {
 }
 
 pub(super) trait Container {
-    /// The arrays of numbers, in the order of the file.
     fn arrays(&self) -> &[Array];
 
     /// All elements of an array, in its order; NaN if the file has no number.

@@ -14,13 +14,11 @@ pub(crate) struct Vector {
     pub(crate) array: usize,
     pub(crate) name: String,
     pub(super) offset: usize,
-    /// Distance between two elements.
     pub(super) stride: usize,
     pub(crate) len: usize,
 }
 
 impl Vector {
-    /// Selects the elements of the signal from all elements of the array.
     pub(super) fn of<'a>(&self, values: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         values.iter().skip(self.offset).step_by(self.stride.max(1)).take(self.len).copied()
     }

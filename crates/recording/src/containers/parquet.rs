@@ -81,7 +81,6 @@ impl Parquet {
     }
 }
 
-/// The name of a unit of time stamps.
 fn time_unit(unit: &TimeUnit) -> &'static str {
     match unit {
         TimeUnit::MILLIS => "ms",

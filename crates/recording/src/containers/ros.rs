@@ -136,7 +136,6 @@ impl Field {
     }
 }
 
-/// Reads the numbers of the messages of one definition.
 #[derive(Debug)]
 pub(super) struct Decoder {
     definition: Definition,

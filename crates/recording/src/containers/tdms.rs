@@ -80,7 +80,6 @@ impl Kind {
     }
 }
 
-/// The raw data of a channel in one chunk.
 #[derive(Debug, Clone, Copy)]
 struct Index {
     kind: Kind,

@@ -270,7 +270,6 @@ fn a_failing_source_is_an_error() {
     assert_eq!(error.to_string(), "pop.csv: cannot be read: the disk is gone");
 }
 
-/// Text that is almost a table.
 fn almost_a_table() -> impl Strategy<Value = String> {
     let piece = prop::sample::select(vec![
         "0", "1", "2.5", "-1e-3", "nan", "abc", "", " ", "\"", "\"\"", "#", ",", ",", ";", "\t", "\n", "\r\n", "\r",

@@ -36,7 +36,6 @@ const SLOWNESS: f64 = 4.0;
 /// Time for which the state is "rupture", in s.
 const RUPTURING_S: f64 = 0.06;
 
-/// Margin above and below the motion, relative to the drawn range.
 const MARGIN: f64 = 0.12;
 
 /// Maximum height of a drawn surface above the motion, relative to the motion.
@@ -44,7 +43,6 @@ const MAX_BULGE_SHARE: f64 = 2.5;
 
 const MIN_RANGE_MM: f64 = 4.0;
 
-/// One run of an animation, without its shapes; one value per frame.
 struct Frames {
     states: Vec<&'static str>,
     layers: Vec<Layer>,

@@ -10,13 +10,11 @@ use trocar_document::animation::{Anchor, Drawing, Role, Shape};
 use trocar_document::figure::Shade;
 use trocar_scenario::Scenario;
 
-/// Free space above and below the drawn depths, and around texts.
 const MARGIN: f64 = 22.0;
 const NEEDLE: f64 = 3.0;
 const BEVEL: f64 = 12.0;
 /// Length by which shapes extend beyond the drawing, for larger paper.
 const BEYOND: f64 = 1500.0;
-/// Height of a small text, and the width of most of its letters.
 const SMALL: f64 = 12.0;
 const LETTER: f64 = 0.62 * SMALL;
 const DIP_POINTS: i32 = 7;
@@ -24,7 +22,6 @@ const LENGTHS_MM: [f64; 8] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 /// Candidate forces of a full bar in N; the smallest one above the largest force is used. With few candidates most runs
 /// have the same scale.
 const FULL_N: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1000.0];
-/// Time for which a live drawing names a rupture, in s.
 const NAMED_S: f64 = 0.1;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,7 +68,6 @@ pub(super) struct Moment {
     pub(super) hand_mm: f64,
     pub(super) felt_n: f64,
     pub(super) mode: u8,
-    /// Position of the tip at the alarm in mm, during an event.
     pub(super) alarm_mm: Option<f64>,
     /// Depth of each layer's top at the needle in mm, and true for torn layers.
     pub(super) tops_mm: Vec<f64>,

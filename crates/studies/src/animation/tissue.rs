@@ -7,7 +7,6 @@ use crate::run::Run;
 use trocar_engine::tissue::{StatedLayer, TissueSettings};
 use trocar_scenario::Scenario;
 
-/// Time constant of a torn interface's return, in s.
 const RETURN_S: f64 = 0.02;
 
 /// Minimum drawn thickness of a compressed layer, relative to its thickness.

@@ -292,13 +292,11 @@ fn seed_columns(study: &SeedStudy) -> DataTable<'static> {
         .optional("ratio_high_97.5", ratio(|spread| spread.high))
 }
 
-/// The name of a rupture: its number and its layer.
 fn named(index: usize, rupture: &RuptureMetrics) -> String {
     let layer = rupture.layer.as_ref().map_or(String::new(), |layer| format!(" ({layer})"));
     format!("rupture {}{layer}", index + 1)
 }
 
-/// The detection delay of a rupture, or the reason why it was missed.
 fn fate(rupture: &RuptureMetrics) -> String {
     match (rupture.detection_delay_s, &rupture.miss) {
         (Some(delay_s), _) => format!("detected after {}", show(Some(delay_s), Unit::Second)),

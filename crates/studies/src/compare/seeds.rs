@@ -164,7 +164,6 @@ impl SeedStudy {
     }
 }
 
-/// The rows over all seeds, in the order of the table with the most metrics.
 fn spread_rows(runs: &[Vec<Metrics>], scenarios: usize) -> Vec<SpreadRow> {
     let tables: Vec<_> = map(runs.len(), |seed| rows(&runs[seed].iter().collect::<Vec<_>>(), &[]));
     let Some(longest) = tables.iter().max_by_key(|table| table.len()) else { return vec![] };

@@ -77,7 +77,6 @@ pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
     Verdict { sentences: sentences.into_iter().flatten().collect(), left_out: left_out.into_iter().collect() }
 }
 
-/// Reports the ruptures that do not occur in every seed; `None` if all do.
 fn absent_over_seeds(study: &SeedStudy, whose: &[String]) -> Option<String> {
     let absent = (0..study.max_ruptures()).flat_map(|index| {
         study.totals.iter().zip(whose).filter_map(move |(totals, whose)| {
@@ -89,7 +88,6 @@ fn absent_over_seeds(study: &SeedStudy, whose: &[String]) -> Option<String> {
     (!absent.is_empty()).then(|| format!("Not every rupture happens: {}.", joined(&absent)))
 }
 
-/// Reports the missed ruptures and the false alarms of all seeds.
 fn detection_over_seeds(study: &SeedStudy, whose: &[String]) -> String {
     let each = |of: &dyn Fn(&SeedTotals) -> String| {
         let each = study.totals.iter().zip(whose).map(|(totals, whose)| format!("{}{whose}", of(totals)));
@@ -105,13 +103,11 @@ fn detection_over_seeds(study: &SeedStudy, whose: &[String]) -> String {
     format!("Missed in all seeds: {missed}. False alarms: {}.", each(&|totals| totals.false_alarms.to_string()))
 }
 
-/// The median of distances with the interval over the seeds, in mm.
 fn millimetres_of(spread: &Spread) -> String {
     let [median, low, high] = [spread.median, spread.low, spread.high].map(|metres| three_digits(1e3 * metres));
     if low == high { format!("{median} mm") } else { format!("{median} mm ({low} to {high})") }
 }
 
-/// Returns true if the second run is the first one with augmentation.
 fn differ_in_augmentation(first: &Run, second: &Run) -> bool {
     let other_keys = |run: &Run| -> Option<toml::Table> {
         let mut table: toml::Table = run.scenario.echo().parse().ok()?;
@@ -231,7 +227,6 @@ impl<'a> Distances<'a> {
     }
 }
 
-/// Reports the advance of the slave before a person can react.
 fn jump(runs: &[&Run], whose: &[String]) -> Option<String> {
     let distances = Distances::of(runs, whose, |rupture| rupture.slave_travel_m)?;
     let phrase = |distances_m: &[f64]| match distances_m.iter().map(|metres| metres.abs()).fold(0.0, f64::max) {
@@ -252,7 +247,6 @@ fn unintended(runs: &[&Run], whose: &[String]) -> Option<String> {
     Some(format!("Up to {HORIZON_S} s after {} it goes beyond the intended motion {each}.", distances.ruptures()))
 }
 
-/// Reports the advance of the needle on its return to teleoperation, and its later depth.
 fn later(runs: &[&Run], whose: &[String]) -> Option<String> {
     let held: Vec<(&Run, &String)> = runs.iter().copied().zip(whose).filter(|(run, _)| returns(run)).collect();
     let (held_runs, held_whose): (Vec<&Run>, Vec<String>) =
@@ -292,7 +286,6 @@ fn noticed(runs: &[&Run], whose: &[String]) -> Option<String> {
     (!each.is_empty()).then(|| format!("The operator notices {}.", joined(&each)))
 }
 
-/// Reports the detected ruptures, the missed ruptures with reasons, and the false alarms.
 fn detection(runs: &[&Run], whose: &[String]) -> String {
     let ruptures = || runs.iter().flat_map(|run| &run.metrics.ruptures);
     let delays_s: Vec<f64> = ruptures().filter_map(|rupture| rupture.detection_delay_s).collect();
@@ -338,7 +331,6 @@ fn false_alarms(runs: &[&Run]) -> String {
     if raises.is_empty() { "no alarm is false".into() } else { joined(&raises) }
 }
 
-/// Returns true if two distances are about the same, or are shown as the same number.
 fn are_same(a_m: f64, b_m: f64) -> bool {
     (a_m - b_m).abs() < SAME_SHARE * a_m.abs().max(b_m.abs()) || millimetres(a_m) == millimetres(b_m)
 }

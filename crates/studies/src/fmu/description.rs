@@ -8,7 +8,6 @@ use trocar_fmu_import::Version;
 use super::variables::{Causality, Model, Scalar, Type, Variable};
 use trocar_scenario::Scenario;
 
-/// Escapes a text for the value of an attribute.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -58,7 +57,6 @@ impl Scalar {
     }
 }
 
-/// The attributes of a variable's type: its unit, its range and, unless it is computed, its start value.
 fn type_attributes(variable: &Variable) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.

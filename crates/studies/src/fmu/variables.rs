@@ -115,7 +115,6 @@ const RIG_OUTPUTS: [Declared; 15] = [
     ("command.faulty_samples", Type::Integer(0), "Number of consecutive bad samples, including this one."),
 ];
 
-/// The values of [`RIG_OUTPUTS`].
 pub(super) fn rig_outputs(command: &rig::Command) -> [Scalar; RIG_OUTPUTS.len()] {
     let faults = command.faults;
     let flags = [faults.master_position, faults.slave_position, faults.slave_velocity, faults.force];
@@ -148,7 +147,6 @@ const SIMULATION_INPUTS: [Declared; 2] = [
     ),
 ];
 
-/// Indices of the inputs of a simulation.
 pub(super) const POSITION: usize = 0;
 pub(super) const IS_LED: usize = 1;
 

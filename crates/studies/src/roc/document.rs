@@ -316,7 +316,6 @@ impl Characteristics {
             .optional("false_alarms_per_minute_high", rates().map(|interval| Some(interval?.1)))
     }
 
-    /// The best detection and delay of each detector against the false-alarm rate, over all conditions.
     fn figure(&self) -> Result<trocar_document::Figure<'_>, FigureError> {
         let views: Vec<CharacteristicView<'_>> = self.all.iter().map(characteristic_view).collect();
         let (hours, _) = self.observed();
@@ -327,7 +326,6 @@ impl Characteristics {
     }
 }
 
-/// The best detection and delay of a curve against the false-alarm rate, for a figure.
 fn characteristic_view(curve: &Curve) -> CharacteristicView<'_> {
     let front = curve.front();
     CharacteristicView {
@@ -384,12 +382,10 @@ fn delay(point: &Point) -> Cell {
     }
 }
 
-/// Formats a rate without meaningless digits.
 fn short(rate: f64) -> String {
     if rate >= 100.0 { format!("{rate:.0}") } else { format!("{rate:.2}") }
 }
 
-/// The false alarms per hour, or their upper bound without a false alarm.
 fn short_rate(point: &Point) -> String {
     match (point.false_alarms_per_minute, point.false_alarms_per_minute_interval) {
         (Some(rate), _) => format!("{}/h", short(60.0 * rate)),

@@ -2,7 +2,6 @@
 
 use trocar_base::quantiles::bisect;
 
-/// The standard normal quantile of 97.5 %.
 const Z: f64 = 1.959_963_984_540_054;
 
 /// Maximum count with an exact interval. For larger counts the error of the cube-root approximation is negligible.

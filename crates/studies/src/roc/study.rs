@@ -256,7 +256,6 @@ impl Study {
         Ok(self.characteristics(&banks, &conditions, &tallies))
     }
 
-    /// The bank of each detector, which is the same for all signals.
     fn detector_banks(&self) -> Result<Vec<DetectorBank>, RocError> {
         let Some((first, others)) = self.signals.split_first() else { return Ok(vec![]) };
         for other in others {

@@ -80,7 +80,6 @@ impl Labels {
         }
     }
 
-    /// Time of a rupture after the first sample, in s.
     pub(super) fn rupture_s(&self, rupture: usize) -> f64 {
         self.labels[rupture].time_s
     }

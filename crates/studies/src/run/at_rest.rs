@@ -79,7 +79,6 @@ impl AtRest {
         parts.sensor.silence();
     }
 
-    /// Runs until `ticks` ticks after the start of the rest.
     pub(super) fn extend_to(&mut self, ticks: u64) {
         let end = self.tick + ticks.saturating_sub(self.positions_m[0].len() as u64);
         let mut positions_m = std::mem::take(&mut self.positions_m);

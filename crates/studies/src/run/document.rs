@@ -13,7 +13,6 @@ use trocar_document::{Document, Section, Shown, Study, TextFile, Window, json_of
 use trocar_figures::{self as figures, EnergyView, EstimationView, RunView};
 use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Unit};
 
-/// Displayed time before and after a rupture, in s.
 const BEFORE_S: f64 = 0.2;
 const AFTER_S: f64 = 1.0;
 
@@ -85,7 +84,6 @@ fn sections(run: &Run) -> Vec<Section> {
     vec![metrics, signals, events, further, about]
 }
 
-/// Explains the reduction of charts.
 pub(crate) const REDUCED: &str = "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around \
     ruptures and alarms is kept. trace.csv has every tick.";
 
@@ -128,7 +126,6 @@ pub(crate) fn about(run: &Run) -> String {
     )
 }
 
-/// Lists the ruptures of named layers; empty for other tissues.
 fn ruptures_line(run: &Run) -> String {
     let of_layer = |rupture: &RuptureMetrics| Some(format!("{:.3} s ({})", rupture.time_s, rupture.layer.as_deref()?));
     let ruptures: Vec<String> = run.metrics.ruptures.iter().filter_map(of_layer).collect();

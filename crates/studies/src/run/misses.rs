@@ -13,7 +13,6 @@ use trocar_scenario::Scenario;
 
 const MAX_REASONS: usize = 8;
 
-/// The samples in the windows of some ruptures, with their ticks.
 type Windows = Vec<(u64, DetectorSample)>;
 
 /// The scenario's detector, which records its state in the windows of some ruptures.
@@ -51,7 +50,6 @@ impl UntilWindow {
         Self { supervisor: SupervisorHistory::default(), to_come: 0, window_ticks: 0, last_tick, is_done: false }
     }
 
-    /// Records up to the end of the window of the rupture `index`, from 0.
     fn of_rupture(index: usize, window_ticks: u64) -> Self {
         Self { to_come: index + 1, window_ticks, ..Self::of_tick(u64::MAX) }
     }

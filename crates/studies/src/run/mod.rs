@@ -171,7 +171,6 @@ fn checked_outcome(
     failed.map_err(|source| RunError::Engine { name: scenario.name.clone(), source })
 }
 
-/// Runs a scenario's engine with the metrics observer and an additional one.
 fn with_metrics<O: Observer<f64>>(
     scenario: &Scenario,
     observer: O,

@@ -125,7 +125,6 @@ impl Tail {
         larger(lasting)
     }
 
-    /// The larger oscillation in the second half of the tail.
     fn late(&self) -> Option<Swing> {
         let late =
             |positions: &Vec<f64>| swing_of(&positions[positions.len() / 2..], self.tick_s, self.min_m, MIN_SWINGS);

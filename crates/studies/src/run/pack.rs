@@ -47,7 +47,6 @@ fn metrics_of(runs: Vec<Result<(Metrics, ()), RunError>>) -> Vec<Result<Metrics,
 pub(crate) trait RunObserver {
     type OverLanes<L: Lane>: EventObserver<L>;
     type Finding;
-    /// True if there is anything to observe.
     const OBSERVES: bool = true;
 
     /// Creates an observer of the scenarios at these indices of the list, the first in lane 0. Unused lanes repeat the
@@ -82,7 +81,6 @@ impl RunObserver for () {
     }
 }
 
-/// A run's metrics, and its observer's result.
 type ObservedRun<R> = Result<(Metrics, <R as RunObserver>::Finding), RunError>;
 
 /// [`run_pack_in`] with noise shared between runs of the same seed, and an additional observer.
@@ -103,7 +101,6 @@ pub fn can_share(scenarios: &[Scenario]) -> bool {
     scenarios.len() <= PACK && Engines::of(scenarios).is_some_and(|engines| engines.can_share())
 }
 
-/// Runs up to eight scenarios, the first at index `first` of the observer's list.
 fn run_eight<R: RunObserver>(
     set: InstructionSet,
     bank: &mut NoiseBank,

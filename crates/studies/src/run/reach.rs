@@ -37,7 +37,6 @@ impl Reach {
     }
 }
 
-/// A rupture of a scenario that does not occur in its run.
 enum Unreached<'a> {
     /// The first layer that does not rupture.
     Layer(&'a str),
@@ -69,7 +68,6 @@ impl Run {
         })
     }
 
-    /// The reach, unless the run diverged.
     fn completed_reach(&self) -> Option<Reach> {
         self.reach.filter(|_| !matches!(self.metrics.outcome, Outcome::Diverged { .. }))
     }
@@ -152,7 +150,6 @@ impl Run {
         })
     }
 
-    /// Warns of alarms near a rupture that are not its detection.
     pub(super) fn stray_alarms(&self) -> Vec<Warning> {
         let ruptures = &self.metrics.ruptures;
         let of = |time_s: f64| {
@@ -184,7 +181,6 @@ impl Run {
     }
 }
 
-/// Warns of an operator's movement that takes longer than the run.
 pub(super) fn motion_beyond_run(scenario: &Scenario) -> Option<Warning> {
     let motion = MotionSettings::read(&mut scenario.values().clone()).ok()?;
     let (key, needed_s, [start_m, end_m]) = match motion {

@@ -126,7 +126,6 @@ impl Run {
 }
 
 impl Run {
-    /// Warns of a scheme that has generated more energy than it guarantees.
     fn broken_promise(&self) -> Option<Warning> {
         let (link, ports) = (self.metrics.link.as_ref()?, self.metrics.ports.as_ref()?);
         let promised_j = link.promised_energy_j?;
@@ -157,7 +156,6 @@ pub fn foreseen(scenario: &Scenario) -> Vec<Warning> {
     all
 }
 
-/// The warnings about the samples that a scenario replays over time.
 fn replayed(scenario: &Scenario) -> Vec<Warning> {
     let replays_position = scenario.values().optional_word("operator.kind") == Some("recording");
     match (&scenario.operator, &scenario.tissue) {

@@ -7,7 +7,6 @@ use trocar_stability::Switching;
 /// Depth of the resting needle, in m.
 const DEPTH_M: f64 = 0.01;
 
-/// Initial offset of the hand, in m.
 const DISPLACEMENT_M: f64 = 1e-3;
 
 /// The offset as a fraction of the distance that a ramp closes in a tick. It is small enough to close in one tick, as

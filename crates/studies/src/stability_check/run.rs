@@ -52,7 +52,6 @@ impl Verdict {
     }
 }
 
-/// Observes the needle's speed over four quarters of a run.
 struct SpeedObserver {
     quarter: u64,
     sums: [f64; 4],

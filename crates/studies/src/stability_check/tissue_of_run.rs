@@ -41,7 +41,6 @@ pub fn linear_loop(scenario: &Scenario) -> Result<LinearLoop, CheckError> {
     Ok(LinearLoop::of(scenario, tissue_range(scenario)?)?)
 }
 
-/// Observes the largest slope of the force over the depth while the needle advances.
 struct SlopeObserver {
     contact_m: f64,
     /// Depth and force at the beginning of the present slope.

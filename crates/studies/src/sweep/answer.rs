@@ -56,7 +56,6 @@ pub(super) fn constancy(summary: &Summary) -> Option<String> {
 }
 
 impl Influence {
-    /// The bar of the influence, with the smallest and largest mean of the metric along the axis.
     pub(super) fn bar(&self, summary: &Summary) -> InfluenceBar {
         let range = |[low, high]: &[LevelMean; 2]| {
             format!(" (on average {} to {})", number(low.mean, summary), number(high.mean, summary))

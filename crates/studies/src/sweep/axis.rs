@@ -28,7 +28,6 @@ pub enum Levels {
     },
 }
 
-/// Standard deviations at which a distribution is truncated.
 const MAX_DEVIATIONS: f64 = 3.0;
 
 /// A key that a sweep varies, with its values.

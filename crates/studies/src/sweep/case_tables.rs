@@ -62,7 +62,6 @@ impl<'a> Part<'a> {
         self.metrics.iter_mut().zip(metrics).for_each(|(column, metric)| column.push(metric));
     }
 
-    /// Returns the rows and starts a new table.
     fn take(&mut self, hash: &str) -> DataTable<'a> {
         let Self { design, cases, axes, seeds, outcomes, metrics } = std::mem::replace(self, Self::new(self.design));
         let mut table = DataTable::new("cases").with("case", Values::Whole(cases));

@@ -56,7 +56,6 @@ impl DrawnCases {
         Ok(drawing)
     }
 
-    /// States how many of all cases are drawn.
     pub(super) fn about(&self, all: u64) -> String {
         let shown = if self.cases < all {
             format!("{} of {all} cases are drawn, evenly chosen; cases.parquet has all", self.cases)

@@ -114,7 +114,6 @@ impl<'a> Worker<'a> {
         Self { plan, part, shared, maker: plan.maker(), bank, rows: PackRows::default() }
     }
 
-    /// Runs and writes one pack, and returns the number of its cases.
     fn run(&mut self, pack: u64) -> Result<u64, SweepError> {
         let cases = self.part.layout().cases_of(pack);
         let mut known: BTreeMap<u64, Row> =
@@ -138,7 +137,6 @@ impl<'a> Worker<'a> {
         self.shared.filter(|_| lanes_taken < PACK_CASES as usize)?.ahead()
     }
 
-    /// Runs cases, with later cases in free lanes.
     fn run_cases(&mut self, cases: &[u64]) -> Result<Vec<(u64, Row)>, SweepError> {
         let columns = &self.plan.design.columns;
         let has_loop = columns.iter().any(Column::is_of_loop);

@@ -338,7 +338,6 @@ fn axes_of(entries: &[Entry], scheme: SamplingScheme) -> Result<Vec<Axis>, Scena
     Ok(axes)
 }
 
-/// Rejects the keys that the sweep itself sets.
 fn refuse_own(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
     let error = |remedy: &str| {
         Err(ScenarioError::new(format!("{path} cannot be an axis")).at(Some(entry.key_place.clone())).remedy(remedy))

@@ -219,7 +219,6 @@ impl Part {
         Ok(self.layout.is_intact(pack, &slots))
     }
 
-    /// Reads the slots of packs up to the end of the file.
     fn read(&self, packs: Range<u64>, words: &mut Vec<u64>) -> Result<(), SweepError> {
         let mut bytes = vec![];
         let mut read = || {

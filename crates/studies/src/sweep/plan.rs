@@ -294,7 +294,6 @@ pub fn stored_design(source: &Source) -> Result<Design, ScenarioError> {
     Ok(design(SweepFile::of(entries(source)?, true)?, harmless_name(&source.stem()), 1))
 }
 
-/// Formats a design as a sweep file without its base.
 fn design_toml(design: &Design) -> String {
     let names = |columns: Vec<&Column>| {
         let names: Vec<_> = columns.iter().map(|column| format!("{:?}", column.name)).collect();
@@ -331,7 +330,6 @@ fn design_toml(design: &Design) -> String {
     text
 }
 
-/// Hashes the contents of the files that a scenario replays.
 fn hash_signals(scenario: &Scenario, hash: &mut Sha256) {
     let mut numbers = |numbers: &[f64]| {
         hash.update((numbers.len() as u64).to_le_bytes());

@@ -124,7 +124,6 @@ impl SharedRuns {
         Some(first + lowest as u64 * self.stride)
     }
 
-    /// Stores the result of a case, which also holds for the `equivalent` thresholds.
     pub(super) fn keep(&self, case: u64, row: Row, equivalent: &[f64]) {
         let (first, own) = self.place(case);
         let count = self.thresholds.len();

@@ -37,7 +37,6 @@ impl<'a> LoopOfCase<'a> {
         }
     }
 
-    /// The loop at the worst stiffness of the case's tissue.
     fn settings(&self) -> Option<&LinearLoop> {
         self.settings.get_or_init(|| linear_loop(self.scenario).ok()).as_ref()
     }

@@ -12,14 +12,11 @@ const ZERO_SHARE: f64 = 0.1;
 const DISTINCT: f64 = 2.0;
 /// Time after a rupture over which the variance of a transient phase is taken, in s.
 const PHASE_S: f64 = 0.02;
-/// Minimum p-value of a residual that passes a test.
 const PASSES: f64 = 0.01;
-/// Maximum detection delay, in s (4.6).
 const DELAY_S: f64 = 0.010;
 
 const PUT_IN: &str = "Put in: the recording was generated from this number.";
 
-/// The detection delays of a run, in s; `None` for a missed rupture.
 fn delays(run: &Run) -> Vec<Option<f64>> {
     run.metrics.ruptures.iter().map(|rupture| rupture.detection_delay_s).collect()
 }
@@ -32,7 +29,6 @@ fn shown(difference: f64) -> String {
     if difference == 0.0 { "0".to_owned() } else { format!("{difference:.0e}") }
 }
 
-/// Formats a probability, with a bound for values that underflow.
 fn probability(p: f64) -> String {
     if p < 1e-99 { "< 1e-99".to_owned() } else { format!("{p:.0e}") }
 }

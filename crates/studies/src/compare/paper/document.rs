@@ -98,7 +98,6 @@ fn verdict(figures: &[PaperFigure]) -> Verdict {
     }
 }
 
-/// The condition of a statement and the reason of its judgement.
 fn explanation(statement: &Statement) -> String {
     let Statement { number, condition, why, .. } = statement;
     let condition = if condition.is_empty() { String::new() } else { format!("Reproduced if {condition}. ") };

@@ -288,7 +288,6 @@ impl PaperStudy {
         ]
     }
 
-    /// The meaning of K and B between the ruptures, section 2.1.
     fn meaning_of_the_parameters(&self) -> Statement {
         let run = &self.classical;
         let trace = &run.trace;

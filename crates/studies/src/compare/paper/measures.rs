@@ -130,13 +130,11 @@ pub(super) fn squared_changes_n2(run: &Run) -> Vec<f64> {
     std::iter::once(0.0).take(force.len()).chain(changes).collect()
 }
 
-/// The minimum and maximum of values; infinities without values.
 pub(super) fn range(values: &[f64]) -> (f64, f64) {
     let ends = (f64::INFINITY, f64::NEG_INFINITY);
     values.iter().fold(ends, |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
-/// The mean and variance of values; 0 without values.
 pub(super) fn mean_and_variance(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let mut moments = Moments::default();
     values.into_iter().for_each(|value| moments.add(value));

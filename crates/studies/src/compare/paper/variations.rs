@@ -121,20 +121,15 @@ pub(super) fn over_falls(classical: &Scenario) -> Result<Varied<Run>, PaperError
 pub(super) struct NoisySeed {
     /// The smaller peak of the squared change at the ruptures, divided by its largest value elsewhere.
     pub(super) derivative_contrast: f64,
-    /// The same for the squared residual.
     pub(super) residual_contrast: f64,
-    /// True if the detector finds both ruptures without a false alarm.
     pub(super) residual_detects: bool,
-    /// The same for the force minus its moving average.
     pub(super) moving_average_detects: bool,
 }
 
-/// Returns true if a run detects both ruptures without a false alarm.
 pub(super) fn detects_both(metrics: &Metrics) -> bool {
     metrics.ruptures.len() == 2 && metrics.missed_ruptures + metrics.false_alarms == 0
 }
 
-/// Runs the classical scenario with each of [`FALLS_S`] and the noise of each seed.
 pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
     let noise = format!("sensor.force_noise_std_n={ADDED_NOISE_STD_N}");
     let with = |further: &str| load("paper/classical", &[noise.clone(), further.to_owned()]);

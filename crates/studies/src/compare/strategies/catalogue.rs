@@ -11,7 +11,6 @@ pub struct Strategy {
     pub settings: &'static [&'static str],
 }
 
-/// The force law of a strategy that feeds back the measured force.
 const MEASURED: [&str; 2] = ["augmentation.force_law=damp", "augmentation.damp_damping_n_s_per_m=0"];
 const ENABLED: &str = "augmentation.enabled=true";
 

@@ -133,7 +133,6 @@ fn verdict(study: &StrategyStudy) -> Verdict {
     Verdict { sentences, left_out: vec!["\"settles\" is a result of these runs, not a proof".to_owned()] }
 }
 
-/// Describes the studied persons, their velocities, and the stability of the loop between events.
 fn about(study: &StrategyStudy) -> String {
     let mut studied = format!(
         "{}, {}, {} ({})",

@@ -47,7 +47,6 @@ const ADULTS: Group =
 
 pub(super) const PERCEIVING: [&str; 2] = ["perception.reflex=stop", "perception.kind=psychometric"];
 
-/// Fewer lapses, a lower criterion and faster reactions.
 fn practise(of: &mut PerceptionSettings) {
     of.lapse_rate = 0.01;
     of.criterion = 2.0;

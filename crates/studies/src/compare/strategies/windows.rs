@@ -15,7 +15,6 @@ pub const WINDOWS_S: [f64; 4] = [0.5, 1.0, 2.0, 3.0];
 /// Sum and number of the excess advances of a run, for each window.
 pub(super) type OfWindows = [(f64, u64); WINDOWS_S.len()];
 
-/// Observes the excess advance of scenarios for every window.
 pub(super) struct Windows<'a>(pub(super) &'a [Scenario]);
 
 pub(super) struct WindowsOverLanes<L: Lane> {

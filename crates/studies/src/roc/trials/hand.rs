@@ -36,7 +36,6 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// The desired position in m at a time (s).
     pub(super) fn at(&self, time_s: f64) -> f64 {
         let next = self.points.partition_point(|(at_s, _)| *at_s <= time_s);
         let position_m = match (next.checked_sub(1).map(|last| self.points[last]), self.points.get(next)) {

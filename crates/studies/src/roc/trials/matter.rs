@@ -78,7 +78,6 @@ struct Layer {
 }
 
 impl Layer {
-    /// Force in N at a time (s) and a position (m).
     fn force_n(&self, time_s: f64, position_m: f64) -> f64 {
         let Some(ruptured_s) = self.ruptured_s else {
             return self.stiffness_n_per_m * (position_m - self.surface_m).max(0.0);
@@ -154,7 +153,6 @@ impl Contact {
         }
     }
 
-    /// The deepest position of the trial, in m.
     pub(super) fn end_m(&self) -> f64 {
         let last = self.layers.iter().map(|layer| layer.surface_m + layer.rupture_n / layer.stiffness_n_per_m);
         last.fold(self.surface_m, f64::max) + 4e-3

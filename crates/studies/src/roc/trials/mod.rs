@@ -68,7 +68,6 @@ pub struct Trial {
     pub contact_s: f64,
 }
 
-/// Draws a number whose logarithm is uniform.
 fn log_uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low * libm::pow(high / low, uniform(random, 0.0, 1.0))
 }
@@ -155,7 +154,6 @@ const MIN_NOISE_STDS: f64 = 6.0;
 /// Minimum fall that a detector is expected to find, in N.
 const MIN_DROP_N: f64 = 0.2;
 
-/// Acceleration for the velocity filter, in m/s².
 const ACCELERATION_M_PER_S2: f64 = 10.0;
 
 impl Trial {

@@ -179,7 +179,6 @@ struct Factor {
     is_power: bool,
 }
 
-/// Creates `certificate.json`; `None` without a certificate.
 pub(super) fn certificate_json(switching: &Switching) -> Option<String> {
     let shortest_dwell = switching.certificate.as_ref();
     let kept_gap = switching.kept_gap.as_ref().filter(|_| shortest_dwell.is_none());
@@ -207,7 +206,6 @@ pub(super) fn certificate_json(switching: &Switching) -> Option<String> {
     serde_json::to_string(&whole).ok().map(|text| text + "\n")
 }
 
-/// The spaces by name, in order.
 fn named(spaces: &[StateSpace]) -> Map<String, Json> {
     let space = |space: &StateSpace| {
         let states = space.states.iter().map(|(name, unit)| StateEntry { name, unit }).collect();

@@ -6,7 +6,6 @@ use trocar_stability::{Analysis, Axis, PortPoint, StabilityMap};
 
 use crate::stability_check::Check;
 
-/// Column and row of each point of a map, row by row.
 pub(super) fn map_points(x: &Axis, y: &Axis) -> impl Iterator<Item = (usize, usize)> + use<> {
     let (columns, rows) = (x.count, y.count);
     (0..rows).flat_map(move |row| (0..columns).map(move |column| (column, row)))
@@ -35,7 +34,6 @@ pub(super) fn map(map: &StabilityMap, check: Option<&Check>) -> DataTable<'stati
     }
 }
 
-/// The two ends of each segment of the boundary.
 pub(super) fn boundary(map: &StabilityMap) -> DataTable<'static> {
     let (x, y) = (map.x.parameter.key(), map.y.parameter.key());
     let segments = &map.boundary;

@@ -96,7 +96,6 @@ pub(super) fn table(population: &Population) -> Table {
     table
 }
 
-/// Describes a population: the share of stable members, and the smallest limit.
 pub(super) fn lines(population: &Population) -> [String; 2] {
     let (share, (low, high)) = population.stable_share;
     let of = population.members.len();

@@ -46,7 +46,6 @@ pub(super) fn loop_gain(response: &LoopResponse) -> DataTable<'static> {
         .numbers("phase_deg", response.phases_deg())
 }
 
-/// The response to a unit step of the desired position, if available.
 pub(super) fn step(response: &LoopResponse) -> Option<DataTable<'_>> {
     let step = response.step.as_ref()?;
     let output = |row: usize| (0..step.time_s.len()).map(move |k| step.outputs[(row, k)]);

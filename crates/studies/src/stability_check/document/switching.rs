@@ -100,7 +100,6 @@ pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String
     lines
 }
 
-/// States what a certificate proves about the scenario.
 fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
     let range = format!("{} to {} N/m", significant(softest), significant(stiffest));

@@ -162,7 +162,6 @@ impl<'a> Inputs<'a> {
         self.design.focus.iter().enumerate().map(of_focus).collect()
     }
 
-    /// The regression of a metric's ranks on the ranks of the varying numeric axes.
     fn regression(&self, place: usize) -> Option<Regression> {
         let defined: Vec<usize> =
             (0..self.metrics[place].len()).filter(|&k| !self.metrics[place][k].is_nan()).collect();

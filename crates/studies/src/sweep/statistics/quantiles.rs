@@ -73,7 +73,6 @@ impl OrderStatistics {
         }
     }
 
-    /// The next bits of a number, at most eleven.
     fn digits(&self, bits: u64) -> usize {
         let next = (64 - self.known).min(DIGITS);
         (bits << self.known >> (64 - next)) as usize
