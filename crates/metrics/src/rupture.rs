@@ -12,7 +12,8 @@ use trocar_core::time::{TickGrid, nearest_ticks};
 use trocar_engine::engine::Signals;
 
 metrics! {
-    /// The metrics of one rupture. "At the rupture" means the tick of the rupture, the last one under load. A metric over a window is undefined if the run ended before the window.
+    /// The metrics of one rupture. "At the rupture" means the tick of the rupture, the last one under load. A metric
+    /// over a window is undefined if the run ended before the window.
     #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct RuptureMetrics in Rupture {
         /// Time at which the layer ruptured.

@@ -28,8 +28,9 @@ pub(super) struct Excursion {
     pub(super) peak_at: usize,
 }
 
-/// Returns the excursions of a CUSUM on squared residuals with a drift and a threshold in N², without arming. Excursions
-/// that cannot raise an alarm (no drop, out of contact, or withdrawing faster than `withdrawal_m_per_s`) are omitted.
+/// Returns the excursions of a CUSUM on squared residuals with a drift and a threshold in N², without arming.
+/// Excursions that cannot raise an alarm (no drop, out of contact, or withdrawing faster than `withdrawal_m_per_s`) are
+/// omitted.
 pub(super) fn excursions(
     signal: &Signal<'_>,
     residuals: &Residuals,

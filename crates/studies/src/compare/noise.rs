@@ -17,7 +17,8 @@ pub const ADDED_NOISE_STD_N: f64 = 0.025;
 const RUPTURE_S: f64 = 0.1;
 
 metrics! {
-    /// The detection of a scenario with white noise added to its force, by the scenario's detector and by the paper's baseline.
+    /// The detection of a scenario with white noise added to its force, by the scenario's detector and by the paper's
+    /// baseline.
     #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct NoiseCheck in Noise {
         /// Standard deviation of the added noise, in N.
