@@ -1,9 +1,9 @@
-//! The instants and intervals that a figure marks, and their legend.
+//! The marked instants and intervals of a figure, and their legend.
 
 use super::{EstimationView, RunView};
 use trocar_document::figure::{Entry, Events, Sample, Shade, extent, union};
 
-/// Returns the intervals of events, with the shade of the hold, and those in which the slave is re-engaging.
+/// Returns the intervals of events, shaded as `event`, and the intervals of re-engaging.
 pub fn modes(time_s: &[f64], mode: &[u8], event: Shade) -> Vec<(f64, f64, Shade)> {
     let mut shades = Vec::new();
     let mut start = 0;
@@ -55,7 +55,7 @@ pub(super) fn window(runs: &[RunView<'_>], requested: Option<(f64, f64)>) -> (f6
     first.map_or(record, |time| ((time - BEFORE_S).max(record.0), (time + AFTER_S).min(record.1)))
 }
 
-/// Returns legend entries for the kinds of events inside `window`.
+/// Returns legend entries for the kinds of events within `window`.
 pub(super) fn entries(events: &[&Events], window: (f64, f64)) -> Vec<Entry> {
     let inside = |time: &f64| (window.0..=window.1).contains(time);
     let mut entries = Vec::new();

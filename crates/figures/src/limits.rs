@@ -1,4 +1,4 @@
-//! Common axis limits of several runs. Diverged runs do not set the limits.
+//! Common axis limits of several runs. Diverged runs do not affect the limits.
 
 use trocar_document::figure::{Axis, Y_TICKS, quantile_extent, union};
 
@@ -7,13 +7,13 @@ pub(super) struct Signal<'a> {
     time_s: &'a [f64],
     values: &'a [f64],
     scale: f64,
-    /// Beyond this (in the unit of `values`) a run has diverged.
+    /// Maximum magnitude, in the unit of `values`, of a run that has not diverged.
     plausible: f64,
 }
 
-/// A force (N) that no needle insertion reaches.
+/// A force (N) above that of any needle insertion.
 const PLAUSIBLE_FORCE_N: f64 = 1e3;
-/// A distance (m) that no needle travels.
+/// A distance (m) above that of any needle.
 const PLAUSIBLE_POSITION_M: f64 = 1.0;
 
 impl<'a> Signal<'a> {
@@ -28,7 +28,8 @@ impl<'a> Signal<'a> {
     }
 }
 
-/// Returns an axis for all signals within `window`. Signals that diverge there do not set the limits, unless all of them do.
+/// Returns a common axis for all signals within `window`. Signals that diverge there do not affect the limits, unless
+/// all diverge.
 pub(super) fn shared(signals: &[Signal<'_>], window: (f64, f64)) -> Axis {
     let mut plausible = None;
     let mut all = None;
