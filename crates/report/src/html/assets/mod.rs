@@ -1,8 +1,8 @@
-//! The files of every page, embedded in the binary.
+//! The embedded files of every page.
 
 /// Colours, fonts and spacing, for the light and the dark theme.
 pub const THEME_CSS: &str = include_str!("theme.css");
-/// Charts, drawn from the descriptions of figures.
+/// Charts from the descriptions of figures.
 pub const CHARTS_JS: &str = include_str!("charts.js");
 /// The animation of a rupture.
 pub const ANIMATION_JS: &str = include_str!("animation.js");
