@@ -1,4 +1,3 @@
-
 use thiserror::Error;
 
 /// An error of a unit, with a remedy if there is one. It does not contain the unit's file; see

@@ -1,4 +1,3 @@
-
 /// A version of the standard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Version {
