@@ -5,7 +5,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use trocar::lane::{Lane, Mask};
 
-/// Numbers of operations; an operation on all lanes counts once.
+/// Numbers of operations. An operation on all lanes counts once.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Counts {
     /// Additions and subtractions.
@@ -29,7 +29,7 @@ thread_local! {
 }
 
 impl Counts {
-    /// The counts of this thread since the last call; resets them.
+    /// Returns the counts of this thread since the last call, and resets them.
     pub fn take() -> Self {
         COUNTS.take()
     }

@@ -15,11 +15,10 @@ use crate::timing::{Cost, elapsed_s, time_ns};
 
 /// The cost of a pack of a scenario.
 pub struct PackCost {
-    /// Name of the measured scenario.
     pub name: &'static str,
     /// The instruction set; `None` for cases one after the other.
     pub set: Option<InstructionSet>,
-    /// The cost in ns per tick and case.
+    /// The cost, in ns per tick and case.
     pub ns: Cost,
 }
 
@@ -39,8 +38,8 @@ pub fn measure() -> Vec<PackCost> {
     costs
 }
 
-/// Measures the scenarios with noise in the widest instruction set with noise drawn in advance, as in a sweep that uses
-/// a seed at many points.
+/// Measures the scenarios with noise in the widest instruction set. The noise is drawn in advance, as in a sweep that
+/// uses a seed at many points.
 pub fn measure_with_bank() -> Vec<PackCost> {
     let with_bank = |&(name, file, settings): &(&'static str, &str, &[&str])| {
         let cases = cases(&scenario_with(file, settings));
@@ -59,12 +58,12 @@ fn run_sharing(bank: &mut NoiseBank, cases: &[Scenario]) {
     }
 }
 
-/// The name of the mode in which a pack runs.
+/// Returns the name of the mode in which a pack runs.
 pub fn mode_of(set: Option<InstructionSet>) -> &'static str {
     set.map_or("one by one", name_of)
 }
 
-/// The section on the cost of packs.
+/// Returns the section on the cost of packs.
 pub fn section(costs: &[PackCost], with_bank: &[PackCost]) -> String {
     let mut table = Table::new(2, &["ns per tick and case", "lanes", "best", "median", "one by one / best"]);
     let drawn_now = costs.iter().map(|cost| (cost, mode_of(cost.set).to_owned()));

@@ -10,13 +10,12 @@ use trocar::tissue::{AnyTissue, Tissue};
 
 /// A component that runs once per tick.
 pub trait Part: Clone {
-    /// Its input.
     type Input: Copy;
-    /// Processes a tick's input; returns bits of the result, so that nothing is optimised away.
+    /// Processes a tick's input. Returns bits of the result, so that the compiler removes nothing.
     fn tick(&mut self, input: &Self::Input) -> u64;
 }
 
-/// A part by its name, its input and its tick.
+/// Declares a part by its name, its input and its tick.
 macro_rules! part {
     ($(#[$doc:meta])* $Name:ident($Inner:ty), $Input:ty, |$inner:ident, $input:ident| $tick:expr) => {
         $(#[$doc])*
@@ -36,7 +35,7 @@ macro_rules! part {
 }
 
 part!(
-    /// Nothing: the cost of the loop.
+    /// Nothing; measures the cost of the loop.
     Nothing(()), f64, |_nothing, input| input.to_bits()
 );
 part!(

@@ -1,4 +1,4 @@
-//! Common code of the tests: reading a table of numbers, comparing columns, building an insertion by hand.
+//! Common code of the tests: reads tables, compares columns, builds an insertion by hand.
 
 pub mod closed_forms;
 pub mod pair;
@@ -27,12 +27,11 @@ use trocar::teleoperation::{
 use trocar::time::TickGrid;
 use trocar::tissue::{AnyTissue, KelvinVoigt, KelvinVoigtSettings};
 
-/// Returns the linear loop of a scenario.
 pub fn linear_loop(scenario: &Scenario) -> LinearLoop {
     trocar::stability_check::linear_loop(scenario).expect("analysed")
 }
 
-/// Returns the settings of the analysis of a scenario's events.
+/// Returns the settings for the analysis of a scenario's events.
 pub fn switching(scenario: &Scenario, tissue: (f64, f64)) -> Result<SwitchingSettings, &'static str> {
     SwitchingSettings::of(scenario, linear_loop(scenario), tissue)
 }
@@ -62,8 +61,8 @@ pub fn table(path: &str) -> HashMap<String, Vec<f64>> {
     columns
 }
 
-/// Returns the maximum difference between a computed column, thinned by `every`, and the expected one, relative to its
-/// peak.
+/// Returns the maximum difference between a computed column, decimated by `every`, and the expected column, relative
+/// to its peak.
 pub fn difference(computed: &[f64], expected: &[f64], every: usize) -> f64 {
     let thinned: Vec<f64> = computed.iter().step_by(every).copied().collect();
     assert!(thinned.len() >= expected.len(), "{} rows computed, {} expected", thinned.len(), expected.len());

@@ -1,4 +1,4 @@
-//! A simple implementation of two lanes, to compare code for any width with a single lane.
+//! A simple implementation of two lanes, for comparing code of any width with a single lane.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
