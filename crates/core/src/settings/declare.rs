@@ -22,7 +22,7 @@
 /// ```
 ///
 /// generates the struct, `DEFAULT` and `Default`, its keys `KEYS`, `validate` and `read`. A key is the prefix after
-/// `in` and the field's name, or the literal after `at`. A field is one of
+/// `in` plus the field's name, or the literal after `at`. A field is one of
 ///
 /// | declaration | holds |
 /// |---|---|
@@ -39,12 +39,14 @@
 /// | `name: Other` | other settings or a choice, with their keys |
 /// | `name: Other [kinds last]` | a choice; the keys of its kinds follow those of all fields |
 ///
-/// `for Motion::Any | Inserting` before a default names the kinds of a choice for which a key acts; `for (...)` gives
-/// them as an [`ActsFor`](crate::settings::ActsFor). `given (threshold: f64)` after the prefix names extra inputs of
-/// the defaults: `read` takes them, and `name: Other (threshold)` passes them on. There is no default then, unless the
-/// input has one, as in `given (threshold: f64 = 2.0)`; that also generates `default_for`. `no DEFAULT` states that a
-/// field has no default; `no const` that a default cannot be built at compile time, and generates `Default` alone.
-/// `where field: |s| ..., "at least ...";` checks a field against others; `then Self::check;` runs any other check.
+/// - `for Motion::Any | Inserting` before a default names the kinds of a choice for which a key acts; `for (...)` gives
+///   them as an [`ActsFor`](crate::settings::ActsFor).
+/// - `given (threshold: f64)` after the prefix names extra inputs of the defaults. `read` takes them, and
+///   `name: Other (threshold)` passes them on. There is then no default, unless the input has one, as in
+///   `given (threshold: f64 = 2.0)`, which also generates `default_for`.
+/// - `no DEFAULT` states that a field has no default. `no const` states that a default cannot be built at compile time,
+///   and generates only `Default`.
+/// - `where field: |s| ..., "at least ...";` checks a field against others. `then Self::check;` runs any other check.
 #[macro_export]
 macro_rules! settings {
     (
@@ -110,7 +112,7 @@ macro_rules! settings {
                 Ok(())
             }
 
-            /// Reads it.
+            /// Reads the settings.
             ///
             /// # Errors
             /// Errors of the source.
@@ -271,7 +273,7 @@ macro_rules! settings {
     // The defaults.
     (@default $name:ident {} {$($field:ident {$($ty:tt)+} {$($default:tt)*})*}) => {
         impl $name {
-            /// The default.
+            /// The default settings.
             pub const DEFAULT: Self = {
                 $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
                 Self { $($field),* }
@@ -288,10 +290,10 @@ macro_rules! settings {
         {$($field:ident {$($ty:tt)+} {$($default:tt)*})*}
     ) => {
         impl $name {
-            /// The default.
+            /// The default settings.
             pub const DEFAULT: Self = Self::default_for($($stand_in),+);
 
-            /// The default for other inputs.
+            /// Returns the default settings for other inputs.
             #[must_use]
             pub const fn default_for($($given: $given_ty),+) -> Self {
                 $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
@@ -345,10 +347,10 @@ macro_rules! settings {
 /// assert_eq!(Law::DEFAULT.word(), "decay");
 /// ```
 ///
-/// generates the enum, `DEFAULT` (the kind after `=`) and `Default`, `WORDS`, `word`, `validate`, `read`, its own key
-/// `KEY`, those of its kinds `KIND_KEYS`, and `KEYS`, all of them. A kind is empty, or holds fields as in
+/// generates the enum, `DEFAULT` (the kind after `=`) and `Default`, `WORDS`, `word`, `validate`, `read`, its key
+/// `KEY`, the keys of its kinds `KIND_KEYS`, and `KEYS` with all of them. A kind is empty, or holds fields as in
 /// [`settings!`](crate::settings!), or other settings in parentheses. Its keys act for it alone, or for all kinds that
-/// have them. `no const` generates `Default` alone. `ALL` lists the kinds if all of them are empty.
+/// have them. `no const` generates only `Default`. `ALL` lists the kinds if all of them are empty.
 #[macro_export]
 macro_rules! choice {
     (
@@ -384,10 +386,10 @@ macro_rules! choice {
         $crate::choice!(@all $name $({$variant $(($payload))? $({$prefix})?})*);
 
         impl $name {
-            /// The words of its kinds, in order.
+            /// The words of the kinds, in order.
             pub const WORDS: &'static [&'static str] = &[$($word),*];
 
-            /// Its own key.
+            /// The key of the choice.
             pub const KEY: $crate::settings::Key = $crate::settings::Key::choice(
                 $path,
                 Self::WORDS,
@@ -401,7 +403,7 @@ macro_rules! choice {
                 $crate::settings!(@meaning $($about)*),
             );
 
-            /// The keys of its kinds; each acts only for the kinds that have it.
+            /// The keys of the kinds; each acts only for the kinds that have it.
             pub const KIND_KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[$({
                     const GROUPS: &[&[$crate::settings::Key]] = &[
@@ -419,13 +421,13 @@ macro_rules! choice {
                 &$crate::settings::distinct::<{ $crate::settings::count_distinct(GROUPS) }>(GROUPS)
             };
 
-            /// The key of the choice and those of its kinds.
+            /// The key of the choice and the keys of its kinds.
             pub const KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[&[$name::KEY], $name::KIND_KEYS];
                 &$crate::settings::joined::<{ $crate::settings::count(GROUPS) }>(GROUPS)
             };
 
-            /// The word of the kind.
+            /// Returns the word of the kind.
             #[must_use]
             pub const fn word(&self) -> &'static str {
                 match self {
@@ -453,7 +455,7 @@ macro_rules! choice {
                 Ok(())
             }
 
-            /// Reads it.
+            /// Reads the choice.
             ///
             /// # Errors
             /// Errors of the source.
@@ -484,7 +486,7 @@ macro_rules! choice {
 
     (@default $name:ident $default:ident {} {$({$variant:ident $(($payload:ident))? {$($fields:tt)*}})*}) => {
         impl $name {
-            /// The default.
+            /// The default kind.
             pub const DEFAULT: Self = {
                 $(
                     #[allow(non_upper_case_globals, dead_code, reason = "the kinds by their own names")]

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// The integrator failed, as it does when a run diverges.
+/// The integrator failed, for example because the run diverges.
 #[derive(Debug, Error)]
 #[error("the numerical integration failed within a tick: {0}; use simulation.engine = \"exact\"")]
 pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
@@ -10,32 +10,32 @@ pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
 /// The outputs of the master side at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct MasterReading<L> {
-    /// `x_h` in m.
+    /// Position `x_h` in m.
     pub position_m: L,
-    /// `v_h` in m/s.
+    /// Velocity `v_h` in m/s.
     pub velocity_m_per_s: L,
-    /// `F_h` in N.
+    /// Force of the hand `F_h` in N.
     pub hand_force_n: L,
 }
 
 /// The outputs of the slave side at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct SlaveReading<L> {
-    /// `x_e` in m.
+    /// Position `x_e` in m.
     pub position_m: L,
-    /// `v_e` in m/s.
+    /// Velocity `v_e` in m/s.
     pub velocity_m_per_s: L,
 }
 
 /// The two machines with their controllers, stepped from tick to tick.
 pub trait Plants<L> {
-    /// The present outputs of the master side.
+    /// Returns the present outputs of the master side.
     fn master(&self) -> MasterReading<L>;
-    /// The present outputs of the slave side.
+    /// Returns the present outputs of the slave side.
     fn slave(&self) -> SlaveReading<L>;
-    /// Steps to the next tick: the desired position is linear from `desired` to `desired_next` (m), the feedback force
-    /// (N) and the slave's reference (m) are held. The tissue moves the slave off its reference by `deflection` (m), which
-    /// acts for the whole tick, also where the reference arrives within it.
+    /// Steps to the next tick. The desired position is linear from `desired` to `desired_next` (m); the feedback force
+    /// (N) and the slave's reference (m) are held. The tissue deflects the slave from its reference by `deflection` (m)
+    /// for the whole tick, also if the reference arrives within it.
     ///
     /// # Errors
     /// [`IntegrationError`] if a numerical integrator fails.

@@ -1,4 +1,4 @@
-//! A port with its energy balance.
+//! A port and its energy balance.
 
 use trocar_core::lane::Lane;
 
@@ -16,7 +16,7 @@ impl<L: Lane> Port<L> {
         Self { force: L::zero(), position, energy_j: L::zero() }
     }
 
-    /// Adds the work of the force held since the last tick; returns the displacement.
+    /// Adds the work of the force held since the last tick. Returns the displacement.
     #[inline(always)]
     pub(in crate::teleoperation) fn moved(&mut self, position: L) -> L {
         let displacement = position - self.position;
@@ -25,13 +25,13 @@ impl<L: Lane> Port<L> {
         displacement
     }
 
-    /// The force held until the next call.
+    /// Sets the force held until the next call.
     #[inline(always)]
     pub(in crate::teleoperation) fn hold(&mut self, force: L) {
         self.force = force;
     }
 
-    /// The work since the last tick of a force that is linear in position between ticks.
+    /// Returns the work since the last tick of a force that is linear in position between ticks.
     #[inline(always)]
     pub(in crate::teleoperation) fn pushed(&mut self, position: L, force: L) -> L {
         let work = L::splat(0.5) * (force + self.force) * (position - self.position);
@@ -48,7 +48,7 @@ pub struct SlavePort<L> {
     pub force_n: L,
     /// Cost of moving the slave against the measured force, scaled to the master, in J/m.
     pub cost_j_per_m: L,
-    /// Work since the last tick, scaled to the master, in J; 0 where a reference is limited.
+    /// Work since the last tick, scaled to the master, in J; 0 when a reference is limited.
     pub work_j: L,
     /// Position in m.
     pub position_m: L,
@@ -73,9 +73,9 @@ mod tests {
     }
 
     #[test]
-    fn the_work_of_a_force_that_is_linear_in_the_position_is_that_of_its_mean() {
+    fn the_work_of_a_force_linear_in_position_is_the_work_of_its_mean() {
         let mut port = Port::<f64>::at(1.0);
-        // A spring of 6 N/m: its energy is 3 x².
+        // A spring of 6 N/m stores 3 x².
         for position in [1.5, 1.2, 2.0] {
             port.pushed(position, 6.0 * (position - 1.0));
         }
