@@ -63,8 +63,8 @@
 //! Every role in the loop is a trait: [`Operator`](operator::Operator), [`Tissue`](tissue::Tissue),
 //! [`Estimator`](estimation::Estimator), [`Detector`](detector::Detector), [`Distance`](detector::Distance),
 //! [`ForceLaw`](augmentation::ForceLaw), [`MotionLaw`](augmentation::MotionLaw),
-//! [`Architecture`](teleoperation::Architecture) and [`PassivityScheme`](teleoperation::PassivityScheme). A type that implements
-//! one of them for `f64` runs in any scenario.
+//! [`Architecture`](teleoperation::Architecture) and [`PassivityScheme`](teleoperation::PassivityScheme). A type that
+//! implements one of them for `f64` runs in any scenario.
 //! ```
 //! use trocar::engine::OwnParts;
 //! use trocar::scenario::{Scenario, Source};

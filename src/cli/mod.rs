@@ -131,9 +131,9 @@ enum Command {
     /// parameters, Llewellyn's parameter, passivity, transmitted impedance). K and B are tissue.stiffness_n_per_m and
     /// tissue.damping_n_s_per_m for every kind of tissue.
     ///
-    /// An axis is KEY=LOW:HIGH:COUNT. It is logarithmic if HIGH is at least 50 times LOW; append :log or :linear to choose.
-    /// channel.delay_s sets both delays. With tissue damping as x and stiffness as y, the map is the Z-width of Colgate and Brown
-    /// (1994).
+    /// An axis is KEY=LOW:HIGH:COUNT. It is logarithmic if HIGH is at least 50 times LOW; append :log or :linear to
+    /// choose. channel.delay_s sets both delays. With tissue damping as x and stiffness as y, the map is the Z-width
+    /// of Colgate and Brown (1994).
     ///
     /// The files are in a folder with the name of the scenario: stability.json, sensitivities.csv, the figure
     /// stability with stability_map.csv and stability_boundary.csv, and the figure ports with ports.csv.

@@ -42,8 +42,8 @@ pub(super) struct StrategiesArgs {
     seeds: Option<u64>,
     /// Persons, or groups of people from which each patient gets another member
     ///
-    /// attentive, distracted and practised are persons. adult, child and expert are groups, whose arms, grips, perception and
-    /// reactions are drawn for every patient.
+    /// attentive, distracted and practised are persons. adult, child and expert are groups, whose arms, grips,
+    /// perception and reactions are drawn for every patient.
     #[arg(long, value_name = "WHO,...", value_delimiter = ',', value_parser = PossibleValuesParser::new(PERSONS.map(|person| person.name)))]
     persons: Vec<String>,
     /// Number of patients: the first N points of a sweep file, or N members drawn from each group of people

@@ -163,8 +163,8 @@ fn the_defaults_reach_the_target_that_the_derivative_never_reaches() {
     let paper = own(&roc, 0);
     assert_eq!(paper.cases, 1000);
     assert!(paper.detection_of_each.iter().all(|share| *share >= 0.995), "{:?}", paper.detection_of_each);
-    // The rate must be significantly below one false alarm per hour. With even one false alarm in 4.4 h, the upper end of
-    // the interval would be above it.
+    // The rate must be significantly below one false alarm per hour. With even one false alarm in 4.4 h, the upper
+    // end of the interval would be above it.
     let (_, max_per_minute) = paper.false_alarms_per_minute_interval.expect("listened");
     assert!(60.0 * max_per_minute < 1.0, "{} in {} h", paper.false_alarms, paper.hours);
     assert_eq!(roc.all[1].at_detection(0.995), None);

@@ -434,8 +434,8 @@ fn killed_ten_times(name: &str) {
         let manifest = folder.path(&out).join("manifest.json");
         let is_complete = std::fs::read_to_string(manifest).is_ok_and(|text| text.contains("\"is_complete\": true"));
         if has_ended || is_complete {
-            // The sweep is complete and its packs have become the files, so the loop starts a new sweep. If the process was
-            // killed before the last step, the next run removes the packs.
+            // The sweep is complete and its packs have become the files, so the loop starts a new sweep. If the
+            // process was killed before the last step, the next run removes the packs.
             folder.good(&["sweep", &file, "--quiet"]);
             same(&folder, &undisturbed, &out);
             std::fs::remove_dir_all(folder.path(&out)).expect("there");

@@ -9,40 +9,27 @@ use trocar_recording::RecordingError;
 pub(in crate::cli) enum DetectError {
     /// A folder has no recording.
     #[error("{path}: this folder has no *.csv file; name the recordings")]
-    EmptyFolder {
-        path: String,
-    },
+    EmptyFolder { path: String },
     /// A folder cannot be read.
     #[error("{path}: cannot read the folder: {source}")]
-    Folder {
-        path: String,
-        source: std::io::Error,
-    },
+    Folder { path: String, source: std::io::Error },
     /// The file of `--settings` has no settings.
     #[error(
         "{file} has neither [estimator] nor [detector]; give a file that has them, such as calibrated.toml of trocar calibrate"
     )]
-    NoSettings {
-        file: String,
-    },
+    NoSettings { file: String },
     /// `--rupture-s` with several recordings.
     #[error("--rupture-s labels a single recording, but there are {recordings}; use --labels FILE")]
-    RupturesOfMany {
-        recordings: usize,
-    },
+    RupturesOfMany { recordings: usize },
     /// `-` with other recordings.
     #[error("- reads a live stream from standard input; it cannot be combined with recordings")]
     StreamAmongOthers,
     /// A flag for recordings was given with a live stream.
     #[error("{flag} is for recordings, not for a live stream; write the stream to a file and detect in that file")]
-    NotForStreams {
-        flag: &'static str,
-    },
+    NotForStreams { flag: &'static str },
     /// A flag for live streams was given with recordings.
     #[error("{flag} is for a live stream: trocar detect -")]
-    OnlyForStreams {
-        flag: &'static str,
-    },
+    OnlyForStreams { flag: &'static str },
     /// A label file cannot be read, or a stream lacks the requested columns.
     #[error(transparent)]
     Table(#[from] RecordingError),
@@ -64,9 +51,7 @@ pub(in crate::cli) enum DetectError {
     },
     /// A live stream has too few valid samples.
     #[error("standard input: {rows} row{} without the two usable samples that are needed; see --help for the columns", if *rows == 1 { "" } else { "s" })]
-    NoSample {
-        rows: u64,
-    },
+    NoSample { rows: u64 },
     /// Standard input cannot be read.
     #[error("cannot read standard input: {0}")]
     Stream(std::io::Error),
@@ -116,9 +101,7 @@ pub(in crate::cli) enum LabelProblem {
     #[error(
         "an empty time means that the recording has no rupture, but line {other_line} labels one; remove one of the two"
     )]
-    Contradiction {
-        other_line: u64,
-    },
+    Contradiction { other_line: u64 },
 }
 
 impl DetectError {

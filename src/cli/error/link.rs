@@ -16,34 +16,21 @@ pub(in crate::cli) enum LinkError {
     },
     /// The address cannot be used.
     #[error("{address}: {source}: choose another address or port")]
-    Bind {
-        address: String,
-        source: std::io::Error,
-    },
+    Bind { address: String, source: std::io::Error },
     /// An address of another machine was given without a key.
     #[error(
         "{address} is not an address of this machine only: give both sides the same key with --key-file (head -c 32 /dev/urandom > key)"
     )]
-    NeedsKey {
-        address: String,
-    },
+    NeedsKey { address: String },
     /// The key file cannot be read.
     #[error("{path}: {source}: give a file with the key of both sides")]
-    KeyFile {
-        path: String,
-        source: std::io::Error,
-    },
+    KeyFile { path: String, source: std::io::Error },
     /// The key is too short.
     #[error("{path}: {source}")]
-    Key {
-        path: String,
-        source: KeyError,
-    },
+    Key { path: String, source: KeyError },
     /// `--proxy` was given with an address of another machine.
     #[error("--proxy is between two sides on this machine, and {address} is not on it: leave out --proxy")]
-    ProxyElsewhere {
-        address: String,
-    },
+    ProxyElsewhere { address: String },
     /// The scenario's channel would have no effect without `--proxy`.
     #[error(
         "the delays, jitter, loss and outages of [channel] act with --proxy only: add --proxy, or set them to 0 for the delays of the network"
@@ -69,10 +56,7 @@ pub(in crate::cli) enum LinkError {
     NotReady,
     /// A log cannot be read.
     #[error("{path}: {source}: give the folder of a link, which contains master and slave")]
-    Log {
-        path: String,
-        source: std::io::Error,
-    },
+    Log { path: String, source: std::io::Error },
     /// The content of a log is invalid.
     #[error(transparent)]
     Content(#[from] RemoteLogError),

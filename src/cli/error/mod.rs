@@ -58,14 +58,10 @@ pub(super) enum CliError {
     OnlySynthetic,
     /// Ctrl-C was pressed.
     #[error("interrupted: {}", .kept.as_deref().unwrap_or("nothing was written"))]
-    Interrupted {
-        kept: Option<String>,
-    },
+    Interrupted { kept: Option<String> },
     /// The file to be written already exists.
     #[error("{path} already exists; give another path, or --force to replace it")]
-    Exists {
-        path: String,
-    },
+    Exists { path: String },
     /// The detection failed for some or all recordings.
     #[error(transparent)]
     Detect(#[from] DetectError),
@@ -82,10 +78,7 @@ pub(super) enum CliError {
     #[error(
         "{cases} cases take about {about}; add --yes to start, use fewer points or seeds, or run parts with --shard"
     )]
-    LongSweep {
-        cases: u64,
-        about: String,
-    },
+    LongSweep { cases: u64, about: String },
     /// The case does not exist.
     #[error("the sweep has no case {case}: it has {cases} cases, numbered from 0")]
     NoCase {
@@ -120,9 +113,7 @@ pub(super) enum CliError {
     Html(#[from] HtmlError),
     /// There were warnings, and `--deny-warnings` makes them errors.
     #[error("{count} {}, and --deny-warnings makes them errors", if *count == 1 { "warning" } else { "warnings" })]
-    Warnings {
-        count: usize,
-    },
+    Warnings { count: usize },
     /// The word to explain is unknown.
     #[error("there is no warning, key or metric {word:?}{}", nearest.as_ref().map_or(String::new(), |nearest| format!("; did you mean {nearest}?")))]
     Unknown {
