@@ -42,7 +42,6 @@ pub fn check() {
     }
 }
 
-/// Returns true if the flag of this thread is set.
 pub(crate) fn is_requested() -> bool {
     STOP.with_borrow(|stop| stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)))
 }

@@ -19,7 +19,6 @@ const KEYS: &[Key] = rig::Settings::KEYS;
 pub struct Settings {
     /// Size of the structure in bytes.
     pub struct_size: u64,
-    /// The bits of each field.
     bits: [u64; KEYS.len()],
 }
 

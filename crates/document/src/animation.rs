@@ -57,7 +57,6 @@ pub enum Anchor {
 }
 
 impl Anchor {
-    /// Returns the name in SVG.
     fn word(self) -> &'static str {
         match self {
             Self::Start => "start",
@@ -226,7 +225,6 @@ fn tenth(place: f64) -> f64 {
     (10.0 * place).round() / 10.0 + 0.0
 }
 
-/// Returns coordinates to a tenth.
 fn tenths(places: &[f64]) -> Vec<Few> {
     places.iter().map(|place| Few(tenth(*place))).collect()
 }

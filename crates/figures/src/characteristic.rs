@@ -125,7 +125,6 @@ fn labels(panel: &Panel<'_>, names: &[&str]) -> Vec<(Point, String)> {
     groups.iter().map(|(at, group)| ((middle, at + 0.5 * LABEL_HEIGHT * height), text(group))).collect()
 }
 
-/// Returns each value twice, for the start and the end of its step.
 fn twice(values: &[f64]) -> Vec<f64> {
     values.iter().flat_map(|value| [*value; 2]).collect()
 }

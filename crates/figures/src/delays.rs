@@ -3,7 +3,6 @@
 use super::FigureError;
 use trocar_document::figure::{Axis, COMPUTED, Figure, GREY, Panel, Row, Sample, Series, X_TICKS, Y_TICKS};
 
-/// Maximum number of bins.
 const BINS: usize = 40;
 
 /// Draws a histogram of the delays between labelled ruptures and their detections, with the cumulative share.

@@ -6,7 +6,6 @@ use trocar_document::figure::{
 
 /// Height of a diagram's coordinates; the width is 100.
 const HEIGHT: f64 = 60.0;
-/// Distance between lines of text.
 const LINE: f64 = 5.5;
 
 struct Diagram {
@@ -31,7 +30,6 @@ impl Diagram {
         }
     }
 
-    /// Adds an arrow along horizontal and vertical segments.
     fn arrow(&mut self, points: &[Point], line: Stroke) {
         self.panel.curves.push((points.to_vec(), line));
         let [.., (from_x, from_y), (x, y)] = *points else { return };
@@ -135,7 +133,6 @@ const TISSUE_COLOR: Color = SKY.pale(0.45);
 /// Height of the undeformed tissue's surface, and of the picture.
 const SURFACE: f64 = 34.0;
 const TOP: f64 = 70.0;
-/// Half widths of a picture and of the needle.
 const HALF_WIDTH: f64 = 15.5;
 const NEEDLE: f64 = 0.8;
 /// Width of the deformation of the surface.

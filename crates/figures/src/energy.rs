@@ -9,7 +9,6 @@ use trocar_document::figure::{
 /// An energy with its line and its name in the legend.
 type Line<'a> = (Vec<f64>, Stroke, &'a str);
 
-/// The two ends of the link.
 const AT_MASTER: Stroke = Stroke::dashed(GREY, 1.6, &[9.0, 3.0]);
 const AT_SLAVE: Stroke = Stroke::dashed(BLACK, 1.0, &[1.4, 2.4]);
 

@@ -12,7 +12,6 @@ const SCALE: [(u8, u8, u8); 5] =
 /// Minimum range of the colours, as a share of the largest magnitude.
 const LEAST_RANGE: f64 = 0.05;
 
-/// Number of colours in the legend.
 const STEPS: usize = 6;
 
 /// An axis of a heat map.

@@ -269,7 +269,6 @@ fn check(
     }
 }
 
-/// Returns the description of a figure as text.
 #[cfg(test)]
 fn shown(figure: &Figure<'_>) -> String {
     figure.description().to_string()

@@ -17,7 +17,6 @@ const PLAUSIBLE_FORCE_N: f64 = 1e3;
 const PLAUSIBLE_POSITION_M: f64 = 1.0;
 
 impl<'a> Signal<'a> {
-    /// A force in N.
     pub(super) fn force(time_s: &'a [f64], values: &'a [f64]) -> Self {
         Self { time_s, values, scale: 1.0, plausible: PLAUSIBLE_FORCE_N }
     }

@@ -8,7 +8,6 @@ use trocar_document::figure::{
     Axis, Entry, Events, Figure, HAND, HAND_OF_CLASSICAL, Panel, Row, Sample, Series, Stroke, X_TICKS, of_runs,
 };
 
-/// Maximum number of runs with masters, alarms and modes.
 const MAX_DETAILED: usize = 2;
 
 /// Draws the slave position (above) and the feedback force (below) of all runs in the same axes.

@@ -41,12 +41,10 @@ pub fn parameters<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureErr
     Ok(Figure { name: view.name.to_owned(), legend, rows })
 }
 
-/// Returns the caption of the estimator's extra parameter.
 pub(super) fn extra_caption(column: &str) -> &'static str {
     if column == "power" { "Power" } else { "Friction (N)" }
 }
 
-/// Returns an axis for estimates.
 pub(super) fn estimate_axis<'a>(values: impl IntoIterator<Item = &'a f64>) -> Axis {
     Axis::padded(quantile_extent(values.into_iter().copied(), SHOWN).unwrap_or((0.0, 1.0)), Y_TICKS)
 }

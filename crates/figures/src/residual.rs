@@ -65,7 +65,6 @@ struct Histogram {
     sigma: Option<f64>,
 }
 
-/// Returns the finite errors (N) and their distribution.
 fn histogram(residual_n: &[f64]) -> (Vec<f64>, Histogram) {
     let residuals: Vec<f64> = residual_n.iter().copied().filter(|e| e.is_finite()).collect();
     let sigma = robust_spread(&residuals);
@@ -96,7 +95,6 @@ fn densities(values: &[f64], half: f64, bin: f64) -> Vec<f64> {
     counts.into_iter().map(|count| count as f64 * each).collect()
 }
 
-/// Returns the outline of the histogram from the lower limit of the axis.
 fn outline(densities: &[f64], half: f64, bin: f64, y: &Axis) -> Vec<(f64, f64)> {
     let floor = y.low;
     let mut points = vec![(-half, floor)];

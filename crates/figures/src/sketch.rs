@@ -6,7 +6,6 @@ use trocar_document::figure::{Axis, Figure, Panel, Row, Series, extent, of_runs}
 /// Displayed time before and after the first rupture, in s.
 const AROUND_S: (f64, f64) = (0.5, 1.5);
 
-/// Maximum number of runs with a chart.
 const MAX_RUNS: usize = 4;
 
 /// Maximum position, in m, of a run that has not diverged.

@@ -5,15 +5,12 @@ use trocar_document::figure::{
     Axis, BLACK, Color, Figure, GREY, ORANGE, PURPLE, Panel, Point, Row, Sample, Stroke, WHITE, X_TICKS, Y_TICKS,
 };
 
-/// The stable region and its boundary.
 const STABLE: Color = GREY.pale(0.2);
 const BOUNDARY: Stroke = Stroke::solid(PURPLE, 1.3);
 /// A run whose motion decays, and a run whose motion grows.
 const DECAYS: Stroke = Stroke::solid(GREY, 1.2);
 const GROWS: Stroke = Stroke::solid(PURPLE, 1.8);
-/// A run that disagrees with the analysis.
 const DIFFERS: Stroke = Stroke::solid(ORANGE, 3.2);
-/// The scenario.
 const SCENARIO: Stroke = Stroke::solid(BLACK, 5.0);
 
 /// Distance of the scenario's text from its point, and from the left and right edges, as shares of the axes.

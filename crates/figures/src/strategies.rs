@@ -30,7 +30,6 @@ const FRONT: Stroke = Stroke::solid(VERMILION, 6.0);
 const COMPARED: Stroke = Stroke::solid(BLACK, 6.0);
 const OTHER: Stroke = Stroke::solid(GREY.pale(0.4), 6.0);
 
-/// Number of ticks of a narrow panel.
 const TICKS: usize = 3;
 
 /// Draws a row per strategy, from the top down, with a panel per quantity: the reached share of the ruptures, the

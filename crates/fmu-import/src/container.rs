@@ -8,7 +8,6 @@ use zip::ZipArchive;
 
 use crate::error::FmuError;
 
-/// Maximum number of files in a unit, and of their unpacked bytes.
 const MAX_FILES: usize = 20_000;
 const MAX_BYTES: u64 = 2 << 30;
 

@@ -19,7 +19,6 @@ pub enum Causality {
 }
 
 impl Causality {
-    /// Returns the word for messages.
     fn word(self) -> &'static str {
         match self {
             Self::Parameter => "parameter",
@@ -210,7 +209,6 @@ fn variable(root: Node<'_, '_>, version: Version, node: Node<'_, '_>) -> Result<
     Ok(Variable { name, reference, causality, kind, is_settable, unit })
 }
 
-/// Returns the unit of a declared type.
 fn unit_of_type(root: Node<'_, '_>, name: &str) -> Option<String> {
     let types = root.children().find(|node| node.has_tag_name("TypeDefinitions"))?;
     let declared = types.children().find(|node| node.attribute("name") == Some(name))?;
@@ -219,7 +217,6 @@ fn unit_of_type(root: Node<'_, '_>, name: &str) -> Option<String> {
     Some(unit.to_owned())
 }
 
-/// Returns the defined units.
 fn units(root: Node<'_, '_>) -> Vec<(String, Exponents)> {
     const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
     let definitions = root.children().filter(|node| node.has_tag_name("UnitDefinitions"));

@@ -110,7 +110,6 @@ pub enum FmuError {
     },
 }
 
-/// Ends a message about a missing library with the available platforms.
 fn found(platforms: &[String]) -> String {
     if platforms.is_empty() { ", nor for any other".into() } else { format!(", but for {}", platforms.join(", ")) }
 }
@@ -126,12 +125,10 @@ fn listed(role: &str, known: &[String]) -> String {
     format!("; each {role}: {}{more}", shown.join(", "))
 }
 
-/// Ends a message with the messages of the unit.
 pub(crate) fn reported(messages: &[String]) -> String {
     if messages.is_empty() { String::new() } else { format!(": {}", messages.join("; ")) }
 }
 
-/// Returns the possible needs of a library.
 fn needed(needs_tool: bool) -> &'static str {
     if needs_tool {
         "need the program that exported it (needsExecutionTool)"

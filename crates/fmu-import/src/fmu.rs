@@ -15,7 +15,6 @@ use crate::description::Description;
 use crate::error::FmuError;
 use crate::library::LoadedLibrary;
 
-/// Maximum size of a unit, and of its description, in bytes.
 const MAX_BYTES: u64 = 1 << 30;
 const MAX_DESCRIPTION_BYTES: u64 = 64 << 20;
 

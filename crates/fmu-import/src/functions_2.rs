@@ -74,7 +74,6 @@ pub(crate) struct Functions2 {
 }
 
 impl Functions2 {
-    /// Looks up the functions in a library.
     pub(crate) fn of(library: &Library) -> Result<Self, FmuError> {
         // SAFETY: the types are defined by the standard.
         unsafe {

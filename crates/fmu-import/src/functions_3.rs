@@ -8,7 +8,6 @@ use libloading::Library;
 use crate::error::FmuError;
 use crate::library::{Birth, Functions, Handle, Values, function, keep, text};
 
-/// Keeps a message.
 unsafe extern "C" fn log_message(
     environment: *const c_void,
     status: i32,
@@ -58,7 +57,6 @@ pub(crate) struct Functions3 {
 }
 
 impl Functions3 {
-    /// Looks up the functions in a library.
     pub(crate) fn of(library: &Library) -> Result<Self, FmuError> {
         // SAFETY: the types are defined by the standard. Booleans are read as bytes, which may have any value.
         unsafe {

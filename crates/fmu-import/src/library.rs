@@ -15,7 +15,6 @@ use crate::version::Version;
 /// An instance in the calls of a library.
 pub(crate) type Handle = *mut c_void;
 
-/// The status of a call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Status {
     /// Successful, possibly with a warning.
@@ -45,7 +44,6 @@ impl Status {
     }
 }
 
-/// The messages of an instance.
 #[derive(Debug, Default)]
 pub(crate) struct Log(Mutex<Vec<String>>);
 
@@ -68,9 +66,7 @@ impl Log {
     }
 }
 
-/// The inputs of an instantiation.
 pub(crate) struct Birth<'a> {
-    /// The token of the unit.
     pub(crate) token: &'a CStr,
     /// The folder of the resources, absolute.
     pub(crate) resources: &'a Path,
@@ -104,7 +100,6 @@ pub(crate) trait Functions: Send + Sync {
     unsafe fn get_boolean(&self, handle: Handle, reference: u32, value: &mut bool) -> i32;
 }
 
-/// A loaded library.
 pub(crate) struct LoadedLibrary {
     pub(crate) functions: Box<dyn Functions>,
     // Dropped after the functions, which point into it.

@@ -7,7 +7,6 @@ use trocar_studies::fmu::{SavedState, Scalar};
 
 use crate::component::{Component, ERROR, OK, folder_of_uri, text};
 
-/// The logger of the importing program.
 type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, i32, *const c_char, *const c_char, ...);
 
 /// The functions of the importing program. The unit does not use its memory functions, as the description states.
@@ -128,7 +127,6 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(_component: *mut Component, state: *mu
     unsafe { Component::free_state(state) }
 }
 
-/// Getter and setter of a type.
 macro_rules! values {
     ($($get:ident, $set:ident, $value:ty, $kind:literal, $read:expr, $scalar:expr;)*) => {$(
         /// # Safety

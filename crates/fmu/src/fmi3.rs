@@ -8,7 +8,6 @@ use trocar_studies::fmu::{SavedState, Scalar};
 
 use crate::component::{Component, ERROR, OK, text};
 
-/// The logger of the importing program.
 type Logger = unsafe extern "C" fn(*mut c_void, i32, *const c_char, *const c_char);
 
 #[unsafe(no_mangle)]
@@ -125,7 +124,6 @@ pub unsafe extern "C" fn fmi3FreeFMUState(_component: *mut Component, state: *mu
     unsafe { Component::free_state(state) }
 }
 
-/// Getter and setter of a type.
 macro_rules! values {
     ($($get:ident, $set:ident, $value:ty, $kind:literal, $read:expr, $scalar:expr;)*) => {$(
         /// # Safety

@@ -17,9 +17,7 @@ pub struct Arrivals<const N: usize> {
     held_tick: Option<u64>,
     /// The latest message since the last tick.
     latest: Option<(u64, Message<f64, N>)>,
-    /// Messages of future ticks.
     early: Vec<(u64, Message<f64, N>)>,
-    /// The next tick of this side.
     next: u64,
     delays: Box<[u32]>,
 }

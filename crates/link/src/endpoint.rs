@@ -12,9 +12,7 @@ use trocar_engine::teleoperation::{Message, PAYLOAD, Received};
 const ECHO: usize = 0;
 const SINCE: usize = 8;
 const VALUES: usize = 16;
-/// Number of values in a message.
 const NUMBERS: usize = (BODY_BYTES - VALUES) / 8;
-/// Maximum length of a sample.
 const MAX_SAMPLE: usize = NUMBERS - PAYLOAD - 1;
 
 /// The travel times of a message in s.

@@ -101,7 +101,6 @@ pub struct SlaveEnd {
     events: Events,
 }
 
-/// The ticks of ruptures and alarms.
 #[derive(Debug, Default)]
 struct Events {
     ruptures: Vec<u64>,
@@ -180,7 +179,6 @@ impl SlaveEnd {
     }
 }
 
-/// The common methods of both ends.
 macro_rules! both {
     ($($End:ident)*) => {$(
         impl $End {

@@ -16,11 +16,8 @@
 
 /// Length of a packet in bytes.
 pub const PACKET_BYTES: usize = SIGNED_BYTES + CODE_BYTES;
-/// Length of the authenticated part.
 pub(super) const SIGNED_BYTES: usize = 128;
-/// Length of the authentication code.
 pub(super) const CODE_BYTES: usize = 16;
-/// Length of the body.
 pub(super) const BODY_BYTES: usize = SIGNED_BYTES - BODY;
 
 const MAGIC: &[u8; 4] = b"TRCR";
@@ -59,7 +56,6 @@ impl Role {
     }
 }
 
-/// The kind of a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// The master's call.
@@ -70,7 +66,6 @@ pub(super) enum Kind {
     Start,
     /// The slave's confirmation.
     Ready,
-    /// The message of a tick.
     Message,
 }
 

@@ -1,6 +1,5 @@
 //! The received packet numbers.
 
-/// Length of the window in packets.
 const LENGTH: u64 = 1024;
 const WORDS: usize = (LENGTH / u64::BITS as u64) as usize;
 

@@ -25,7 +25,6 @@ const PADE_13: [f64; 14] = [
 ];
 /// Maximum 1-norm for which the approximant is exact to double precision (same source, theta_13).
 const PADE_13_NORM: f64 = 5.371_920_351_148_152;
-/// Number of square roots that bring any double close to 1.
 const MAX_SQUARE_ROOTS: usize = 64;
 const MAX_NEWTON_STEPS: usize = 60;
 /// Maximum relative error of the exponential of an accepted logarithm.

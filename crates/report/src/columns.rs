@@ -167,7 +167,6 @@ fn csv_rows(table: &DataTable<'_>, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Returns a CSV cell, quoted if necessary.
 fn quoted(text: &str) -> Cow<'_, str> {
     if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")).into() } else { text.into() }
 }

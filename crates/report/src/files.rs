@@ -8,7 +8,6 @@ use thiserror::Error;
 use super::ColumnFormat;
 use super::draw::FigureStyle;
 
-/// Prefix of temporary file names.
 const TEMPORARY: &str = ".trocar-";
 
 /// An error of writing a file or folder.

@@ -4,7 +4,6 @@ use std::fmt;
 
 use crate::wrap::{WIDTH, lines, longest_part};
 
-/// Space between columns.
 const GAP: &str = "  ";
 
 /// Minimum width of a column with broken cells, and the width at which words are cut.
@@ -29,7 +28,6 @@ impl From<&trocar_document::Table> for Table {
 }
 
 impl Table {
-    /// Creates a table with a heading and no rows.
     fn new<S: Into<String>>(heading: impl IntoIterator<Item = S>) -> Self {
         Self { rows: vec![heading.into_iter().map(Into::into).collect()], flush_left: false }
     }

@@ -232,7 +232,6 @@ impl Scenario {
         self.general(self.split_plants()?, first_stream)
     }
 
-    /// Builds both plants with samples that arrive between ticks.
     fn split_plants<L: Lane>(&self) -> Result<FractionalDelayPlants<L>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let plant = |error| self.unbuildable(&error);
@@ -256,7 +255,6 @@ impl Scenario {
         Ok(steps)
     }
 
-    /// Builds both plants over whole ticks.
     fn exact_plants<L: Lane>(&self) -> Result<ExactPlants<L>, ScenarioError> {
         let start_m = self.start_m();
         let (master, slave) = self.whole_steps().map_err(|error| self.unbuildable(&error))?;
@@ -274,7 +272,6 @@ impl Scenario {
         self.general(self.limited_plants()?, first_stream)
     }
 
-    /// Builds both plants with sampled controllers and actuator limits.
     fn limited_plants<L: Lane>(&self) -> Result<LimitedPlants<L>, ScenarioError> {
         let machines = (&self.master, &self.arm, &self.slave);
         let start_m = self.start_m();
@@ -283,7 +280,6 @@ impl Scenario {
         plants.map_err(|error| self.unbuildable(&error))
     }
 
-    /// Builds both plants with numerical integration.
     fn integrated_plants(&self) -> IntegratedPlants {
         let machines = (&self.master, &self.arm, &self.slave);
         let start_m = self.start_m();

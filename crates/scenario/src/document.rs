@@ -21,7 +21,6 @@ use trocar_recording::MEMORY;
 /// Maximum size of a scenario file in bytes; a real one has a few thousand.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Maximum length of a chain of bases.
 const MAX_BASES: usize = 32;
 
 /// The end of the remedy for a missing file.
@@ -330,7 +329,6 @@ fn based_on(source: &Source, entry: Entry) -> Result<(Source, Option<Place>), Sc
     Ok((source.relative(path), Some(entry.value_place)))
 }
 
-/// Parses the entries of one file.
 fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, ScenarioError> {
     let (file, text): (Arc<str>, Arc<str>) = (name.into(), text.into());
     let place = |span: Range<usize>| Place { file: file.clone(), text: text.clone(), span };
@@ -395,7 +393,6 @@ fn layer_items<'a, 'de>(path: &str, value: &'a Spanned<DeValue<'de>>) -> Option<
     (path == LAYER_LIST && are_tables && !items.is_empty()).then_some(&items[..])
 }
 
-/// Returns the name of an item in the list of layers.
 fn name_of<'a>(item: &'a Spanned<DeValue<'_>>) -> Option<&'a str> {
     let DeValue::Table(table) = item.get_ref() else { return None };
     table.iter().find(|(key, _)| key.get_ref() == "name").and_then(|(_, name)| name.get_ref().as_str())

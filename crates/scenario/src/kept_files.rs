@@ -36,7 +36,6 @@ impl KeptFiles {
         self.locked().clone()
     }
 
-    /// Returns the canonical form of a path.
     pub(super) fn canonical(&self, path: &Path) -> PathBuf {
         self.locked().canonical.entry(path.to_owned()).or_insert_with(|| canonical_path(path)).clone()
     }

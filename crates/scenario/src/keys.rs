@@ -24,7 +24,6 @@ pub struct KeyAt {
 }
 
 impl KeyAt {
-    /// Creates the key of a named layer.
     pub(super) fn of_layer(name: &str, key: &'static Key) -> Self {
         Self { path: Cow::Owned(key.path.replacen(ANY, name, 1)), key }
     }
@@ -61,7 +60,6 @@ pub fn is_section(path: &str) -> bool {
     SECTIONS.iter().any(|(section, _)| *section == path)
 }
 
-/// Minimum similarity of a suggested name.
 const MIN_SIMILARITY: f64 = 0.8;
 
 /// Minimum similarity of a suggested name in the same section.

@@ -3,7 +3,6 @@
 use trocar_core::settings::Key;
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
-/// Maximum length of a layer's name.
 const MAX_NAME_LEN: usize = 32;
 
 /// The rule for names, for messages with "must be ...".
@@ -15,7 +14,6 @@ pub const NAME_PATTERN: &str = "^[A-Za-z0-9_-]{1,32}$";
 /// The placeholder for the name of any layer.
 pub(super) const ANY: &str = "*";
 
-/// Returns true if a text is a valid name of a layer.
 pub(super) fn is_name(name: &str) -> bool {
     let is_letter = |byte: u8| byte.is_ascii_alphanumeric() || b"-_".contains(&byte);
     !name.is_empty() && name.len() <= MAX_NAME_LEN && name.bytes().all(is_letter)

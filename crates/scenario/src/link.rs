@@ -8,7 +8,6 @@ use trocar_engine::teleoperation::{
     RecoverySettings, Scales, Scheme,
 };
 
-/// Returns architecture, recovery and passivity scheme for two machines.
 pub(super) fn link_settings(
     values: &mut Values,
     master: &MasterParameters,
@@ -63,7 +62,6 @@ fn check_damping(
     }
 }
 
-/// Checks that architecture, scheme and machines are compatible.
 fn check_compatible(
     values: &Values,
     (kind, scheme, scales): (ControllerKind, Scheme, Scales),

@@ -91,7 +91,6 @@ impl Scenario {
         })
     }
 
-    /// Adds the scenario's supervisor to the parts.
     fn parts<L: Lane, O, T, S, E, D, K>(
         &self,
         (operator, tissue, sensor): (O, T, S),
@@ -178,12 +177,10 @@ impl Scenario {
         })
     }
 
-    /// Returns the slave's initial reference in m.
     fn reference_m(&self) -> f64 {
         self.position_scale() * self.start_m()
     }
 
-    /// Builds the scenario's tissue.
     pub(super) fn any_tissue<L: Lane>(&self) -> Result<AnyTissue<L>, ScenarioError> {
         let start_m = self.reference_m();
         let tissue = match &self.tissue {
@@ -201,7 +198,6 @@ impl Scenario {
         tissue.map_err(|error| self.values().out_of_range(&error))
     }
 
-    /// Adds the motion of the organs to a tissue.
     fn moved<L: Lane>(&self, tissue: Result<StillTissue<L>, InvalidValue>) -> Result<AnyTissue<L>, InvalidValue> {
         tissue.and_then(|tissue| self.organ_motion.applied_to(tissue, self.grid.tick_s()))
     }
@@ -261,7 +257,6 @@ impl Scenario {
         [of(&self.forward, &self.forward_schedule), of(&self.backward, &self.backward_schedule)]
     }
 
-    /// Builds the link between the two sides.
     fn link<L: Lane>(&self, first_stream: u64) -> Result<Link<L>, ScenarioError> {
         let (tick_s, start_m, zero) = (self.grid.tick_s(), self.start_m(), L::zero());
         let (to_slave, to_master) = self.initial_samples();

@@ -29,7 +29,6 @@ impl Unit {
         }
     }
 
-    /// Parses a unit, for example `mm`, `N·s/m` or `N/m²`.
     fn parse(text: &str) -> Option<Self> {
         let mut unit = Self::default();
         for (index, factors) in text.split('/').enumerate() {

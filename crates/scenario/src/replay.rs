@@ -146,7 +146,6 @@ fn check_ruptures(values: &Values, ruptures_s: &[f64], end_s: f64) -> Result<(),
     Ok(())
 }
 
-/// Checks that the magnitudes are plausible for a needle.
 fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), ScenarioError> {
     const MAX_MAGNITUDE: f64 = Limits::MAX_MAGNITUDE;
     let quantities = [
@@ -281,7 +280,6 @@ fn in_memory(values: &Values, name: &str, limits: &Limits) -> Result<Recording, 
     Ok(Recording::clone(&recording))
 }
 
-/// Reads the recording in the values.
 pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
     let Some(source) = values.file(FILE) else {
         return Err(missing_recording(values));

@@ -21,7 +21,6 @@ use trocar_engine::plant::ControlTiming;
 use trocar_engine::teleoperation::LinkSettings;
 use trocar_engine::tissue::TissueSettings;
 
-/// Duration of a run without a recording, in s.
 const DEFAULT_DURATION_S: f64 = 7.0;
 
 /// Maximum ticks of a scenario: about half an hour at 1 kHz, and a trace of 0.3 GB.

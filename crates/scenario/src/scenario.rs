@@ -198,7 +198,6 @@ fn has(keys: &[Key], key: &Key) -> bool {
     keys.iter().any(|one| one.path == key.path)
 }
 
-/// A scenario while its groups are read.
 pub(super) struct Reading<'a> {
     pub(super) scenario: &'a mut Scenario,
     pub(super) values: &'a mut Values,
@@ -208,7 +207,6 @@ pub(super) struct Reading<'a> {
 }
 
 impl Reading<'_> {
-    /// Reads settings, checks them, and stores them in a field.
     fn set<T>(
         &mut self,
         read: fn(&mut Values) -> Result<T, ScenarioError>,

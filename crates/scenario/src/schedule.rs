@@ -17,7 +17,6 @@ const OUTAGES: &str = ScheduleSettings::KEYS[0].path;
 const FILE: &str = ScheduleSettings::KEYS[1].path;
 const EVENTS: &str = EventSettings::KEYS[0].path;
 
-/// Reads the schedules from master to slave and back.
 pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedule, Schedule), ScenarioError> {
     let settings = ScheduleSettings::read(values)?;
     let outages = outages(values, &settings.outages_s, grid.tick_s())?;

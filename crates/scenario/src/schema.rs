@@ -51,7 +51,6 @@ fn table(about: &str) -> Json {
     json!({ "type": "object", "description": about, "additionalProperties": false, "properties": {} })
 }
 
-/// Inserts a property at a path of existing tables.
 fn insert(schema: &mut Json, path: &[&str], property: Json) {
     let Some((first, rest)) = path.split_first() else { return };
     let properties = &mut schema["properties"];

@@ -18,7 +18,6 @@ trocar_core::settings! {
     }
 }
 
-/// Checks that the spared layer can rupture.
 pub(super) fn check_spared(values: &mut Values, scenario: &Scenario) -> Result<(), ScenarioError> {
     let Some(name) = AimSettings::read(values)?.spared_layer else { return Ok(()) };
     let layers = scenario.rupturing_layers();

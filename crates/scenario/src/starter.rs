@@ -180,7 +180,6 @@ fn subject_of(section: &str) -> &'static str {
     SECTIONS.iter().find(|(known, _)| *known == section).map_or("", |(_, about)| about)
 }
 
-/// Returns a starter scenario with every key.
 fn every_key(name: &str) -> String {
     let mut text = format!(
         "# A trocar scenario. Check it with `trocar check`, run it with `trocar run`.\n\

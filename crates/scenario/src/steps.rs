@@ -16,11 +16,9 @@ pub(super) struct Steps {
     pub(super) slave: SlaveStep,
 }
 
-/// The parameters that determine the steps.
 pub(super) type PlantParameters<'a> = (&'a MasterParameters, &'a ArmParameters, &'a SlaveParameters);
 
 impl Steps {
-    /// Computes the steps for a tick of `tick_s` (s).
     pub(super) fn new(
         (master, arm, slave): PlantParameters<'_>,
         timing: ControlTiming,

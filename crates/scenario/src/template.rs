@@ -30,7 +30,6 @@ fn groups_of(keys: &[KeyAt]) -> Option<Vec<&'static Group>> {
 /// A scenario with some open keys.
 #[derive(Debug, Clone)]
 pub struct Template {
-    /// The written values, without derived ones.
     written: Values,
     first: Scenario,
     keys: Vec<KeyAt>,

@@ -111,7 +111,6 @@ pub fn keys_outside_loop(settings: &[String]) -> Vec<Warning> {
     paths(settings).into_iter().filter_map(of).collect()
 }
 
-/// Returns the unique keys of settings.
 fn paths(settings: &[String]) -> Vec<String> {
     let entries = settings.iter().filter_map(|setting| parse_setting(setting).ok()).flatten();
     let mut paths: Vec<String> = entries.map(|entry| entry.path).collect();

@@ -23,7 +23,6 @@ use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST, ReplayIndex, ReplaySettings,
 /// The keys of the spring and the damper that represent a recorded force over time in the stability analysis.
 pub(super) const STATED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
 
-/// The section before the list of layers.
 const TISSUE: &str = "tissue";
 
 /// The key of the tick, which is the minimum of some times.
@@ -41,11 +40,9 @@ const OF_ADAPTIVE: [&str; 5] = [
 /// The prefixes of keys that affect the detection on a recording.
 const OF_RECORDINGS: [&str; 4] = ["estimator.", "detector.", "sensor.", "recording."];
 
-/// A value and its origin.
 #[derive(Debug, Clone)]
 struct Given {
     value: Value,
-    /// The place of the value; `None` for a default.
     place: Option<Place>,
     /// The file to which a path is relative.
     source: Option<Source>,
@@ -54,7 +51,6 @@ struct Given {
 }
 
 impl Given {
-    /// Creates a value without a place.
     fn default_of(value: Value) -> Self {
         Self { value, place: None, source: None, layer: 0 }
     }
@@ -76,7 +72,6 @@ pub struct Values {
     given: HashMap<&'static str, Given>,
     /// The values of each layer by name, then by its key with the layer `*`.
     of_layers: BTreeMap<Arc<str>, HashMap<&'static str, Given>>,
-    /// The written list of layers.
     list: Option<LayerList>,
     /// The names of the tissue's layers, from the surface down: from the written list, or the default layers of the
     /// kind.
@@ -190,7 +185,6 @@ impl Values {
         self.of_layers.get_mut(name)?.get_mut(key_of(wanted)?.path)
     }
 
-    /// Stores a value unless its key has one.
     fn keep_first(&mut self, key: &KeyAt, given: Given) {
         let slots = match split(&key.path) {
             Some((name, _)) => self.of_layers.entry(name.into()).or_default(),
@@ -199,7 +193,6 @@ impl Values {
         slots.entry(key.key.path).or_insert(given);
     }
 
-    /// Stores a list of layers unless there is one.
     fn take_layers(&mut self, entry: &Entry) -> Result<(), ScenarioError> {
         let items = entry.value.as_array().filter(|items| !items.is_empty());
         let name = |item: &toml::Value| item.as_str().filter(|name| is_name(name)).map(Arc::from);
@@ -359,7 +352,6 @@ impl Values {
         self.given.insert(path, Given::default_of(value));
     }
 
-    /// Sets a derived value unless the key has a value.
     pub(super) fn derive_if_missing(&mut self, path: &'static str, value: Value) {
         if !self.is_given(path) {
             self.derive(path, value);
@@ -383,7 +375,6 @@ impl Values {
         self.given.insert(path, Given { value, place, source: None, layer: 0 });
     }
 
-    /// Sets a value with its place.
     pub(super) fn give(&mut self, key: &KeyAt, value: Value, place: Place) {
         self.keep_first(key, Given { value, place: Some(place), source: None, layer: 0 });
     }
@@ -541,7 +532,6 @@ impl Values {
         text
     }
 
-    /// Writes the list of layers if it has an effect.
     fn write_layers(&self, text: &mut String) {
         let mut last = "";
         let keys: Vec<KeyAt> = self.layer_keys().collect();
@@ -654,12 +644,10 @@ fn conditions(key: &Key) -> impl Iterator<Item = ActsFor> {
     std::iter::successors(key.acts_for, choice).flat_map(ActsFor::conditions)
 }
 
-/// Returns true if the operator replays the recording.
 pub(super) fn replays_position(values: &Values) -> bool {
     values.word(MotionSettings::KEY.path).is_ok_and(|word| word == MotionSettings::Recording.word())
 }
 
-/// Returns true if the tissue replays the recording.
 pub(super) fn replays_force(values: &Values) -> bool {
     values
         .word(TissueSettings::KEY.path)

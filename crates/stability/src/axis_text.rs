@@ -3,7 +3,6 @@
 use super::{Axis, Parameter, Spacing};
 use trocar_scenario::{Kind, Range, Value, find_key, nearest_of, parse_number, unit_of};
 
-/// Maximum number of values of an axis.
 const MAX_VALUES: usize = 2000;
 
 /// Minimum ratio of an axis's ends for logarithmic spacing by default.

@@ -20,7 +20,6 @@ pub struct ClosedLoop {
     pub(super) master: Side,
     pub(super) slave: Side,
     responses: [Response; 2],
-    /// Poles of both sides without the link.
     pub(super) open_poles: Vec<Complex64>,
 }
 

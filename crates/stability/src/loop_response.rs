@@ -6,7 +6,6 @@ use super::systems::PolesAndZeros;
 use super::{ClosedLoop, LinearLoop, Margins, StabilityError};
 use trocar_lti::{Complex64, StepResponse};
 
-/// Lowest frequency in Hz. The highest is half the sampling rate.
 const LOWEST_HZ: f64 = 0.1;
 
 const FREQUENCIES: usize = 400;

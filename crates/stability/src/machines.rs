@@ -78,7 +78,6 @@ impl Machines {
         })
     }
 
-    /// Returns true if they match the settings.
     pub(super) fn matches(&self, settings: &LinearLoop) -> bool {
         let StepParameters { tick_s, timing, master, arm, slave, lags_s, shares } = &self.parameters;
         let LinearLoop { actuators, .. } = settings;

@@ -59,7 +59,6 @@ impl ClosedLoop {
         Ok(Mode::new(Complex64::new(pole.re, pole.im.abs()), self.tick_s()))
     }
 
-    /// Bisects the radius of a circle with poles outside.
     fn outermost_pole(&self) -> Result<Complex64, StabilityError> {
         let (mut inside, mut outside) = (0.0, 1.0);
         while self.poles_outside(outside)? > 0 {

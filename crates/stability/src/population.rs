@@ -76,7 +76,6 @@ pub struct Population {
     pub map: ShareMap,
 }
 
-/// Returns the loop with a member's arm, tissue and link.
 #[must_use]
 pub(super) fn of_member(settings: &LinearLoop, draw: &Draw) -> LinearLoop {
     let mut other = settings.clone();
@@ -94,7 +93,6 @@ pub(super) fn of_member(settings: &LinearLoop, draw: &Draw) -> LinearLoop {
     other
 }
 
-/// Returns a search near the scenario's limit.
 fn near(parameter: Parameter, of_scenario: Option<f64>) -> Search {
     let usual = Search::of(parameter);
     match of_scenario.filter(|limit| limit.is_finite() && *limit > 0.0) {

@@ -52,7 +52,6 @@ impl Bounds {
     }
 }
 
-/// The distance and speed of the hand.
 struct Reach {
     distance_m: f64,
     speed_m_per_s: f64,

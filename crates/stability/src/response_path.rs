@@ -8,7 +8,6 @@ use std::f64::consts::PI;
 use super::{ClosedLoop, StabilityError};
 use trocar_lti::Complex64;
 
-/// Maximum number of evaluations of the response.
 const MAX_EVALUATIONS: usize = 1_000_000;
 
 /// `ln` of the magnitude of `L` below which it cannot move `1 - L` around 0 and is not resolved.
@@ -24,10 +23,8 @@ const LN_NEAR: f64 = 0.7;
 /// Narrowest segment in rad.
 const MIN_WIDTH: f64 = 1e-14;
 
-/// Number of bisections of a crossing.
 const BISECTIONS: usize = 60;
 
-/// A point of the path.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Point {
     pub(super) angle_rad: f64,
@@ -44,11 +41,9 @@ pub(super) struct Point {
 pub(super) struct Segment {
     pub(super) from: Point,
     pub(super) to: Point,
-    /// True if `|L| >= 1`.
     pub(super) is_large: bool,
 }
 
-/// The path along a circle.
 pub(super) struct Path<'a> {
     closed: &'a ClosedLoop,
     radius: f64,
@@ -70,7 +65,6 @@ impl<'a> Path<'a> {
         Self { ln_small: magnitude.ln(), ..self }
     }
 
-    /// Returns the point at an angle in rad.
     pub(super) fn at(&self, angle_rad: f64) -> Point {
         let z = Complex64::from_polar(self.radius, angle_rad);
         let [master, slave] = self.closed.responses_at(z);

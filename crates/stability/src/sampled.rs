@@ -6,7 +6,6 @@ use super::{ClosedLoop, LinearLoop, StabilityError};
 use trocar_engine::teleoperation::ControllerKind;
 use trocar_lti::Complex64;
 
-/// Number of frequencies over which a bound is maximised.
 const FREQUENCIES: usize = 4000;
 
 /// The passivity condition of a machine with damping `b` under the force `F = H(z) x`, computed from the sampled

@@ -49,7 +49,6 @@ pub fn sensitivities(settings: &LinearLoop, limits: &[Limit]) -> Result<Vec<Sens
     })
 }
 
-/// Returns true if a parameter affects the loop.
 fn is_effective(settings: &LinearLoop, parameter: Parameter) -> bool {
     let couples = settings.link.controller.kind != trocar_engine::teleoperation::ControllerKind::PositionForce;
     let of_controller = matches!(
@@ -63,7 +62,6 @@ fn is_effective(settings: &LinearLoop, parameter: Parameter) -> bool {
     settings.get(parameter) != 0.0 && (couples || !of_controller)
 }
 
-/// Returns the limit near a known one.
 fn nearby(settings: &LinearLoop, limit: Parameter, known: f64) -> Result<Option<f64>, StabilityError> {
     let tester = StabilityTester::new(settings)?;
     let mut reach = 10.0 * STEP;

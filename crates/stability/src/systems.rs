@@ -5,7 +5,6 @@ use nalgebra::{DMatrix, DVector};
 use super::{ClosedLoop, LinearLoop, Parameter, StabilityError};
 use trocar_lti::{Complex64, Discrete, StateSpace, StepResponse, eigenvalues, step_response_discrete};
 
-/// Maximum number of states for computing poles and zeros.
 const MAX_STATES: u64 = 400;
 
 /// Size of a column or row, relative to its factors, below which it counts as 0.

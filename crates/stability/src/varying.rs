@@ -41,10 +41,9 @@ use trocar_core::time::nearest_ticks;
 use trocar_lti::Complex64;
 use trocar_scenario::Scenario;
 
-/// Relative slack for the rounding of numbers.
+/// Relative slack for rounding.
 const SLACK: f64 = 1e-6;
 
-/// Maximum number of boxes of a proof.
 const MAX_BOXES: usize = 100_000;
 
 /// Number of stiffness intervals, each with its scaling.
@@ -155,7 +154,6 @@ struct SideOfShare {
     b: DVector<f64>,
     c: DVector<f64>,
     c_slope: DVector<f64>,
-    /// Frobenius norms of the slopes.
     slopes: (f64, f64),
 }
 
@@ -226,7 +224,6 @@ struct Region {
     share: (f64, f64),
 }
 
-/// The result for one box.
 enum Known {
     Holds,
     Fails,
@@ -245,7 +242,6 @@ struct Criterion {
     scaling: f64,
 }
 
-/// Proofs for one loop.
 struct Proof {
     closed: ClosedLoop,
     master: SideOfShare,

@@ -15,7 +15,7 @@ const REFINEMENTS: usize = 30;
 const POINTS: usize = 25;
 const SPAN: f64 = 1e3;
 
-/// Smallest upper end of that range in N/m.
+/// Smallest upper end of that range.
 const MIN_STIFFNESS_N_PER_M: f64 = 1e-3;
 
 impl LinearLoop {
@@ -101,7 +101,6 @@ impl LinearLoop {
     }
 }
 
-/// The worst stiffness so far.
 struct Worst {
     stiffness_n_per_m: f64,
     /// See [`ClosedLoop::destabilising_change`].

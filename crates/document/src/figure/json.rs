@@ -5,19 +5,15 @@ use serde_json::{Value as Json, json};
 use super::{Axis, Color, Entry, Events, Figure, Panel, Point, Row, Sample, Stroke};
 use crate::digits::{Few, Fine};
 
-/// Number of intervals of a line for other programs.
 const INTERVALS: usize = 5000;
 
-/// Options for writing a description.
 struct Writer<'w> {
     color: fn(Color) -> String,
     /// Writes the columns x and y of points. A point that is not finite is a gap.
     points: &'w mut dyn FnMut(Vec<Point>) -> Json,
     /// Number of intervals per line; the extremes of each are kept.
     intervals: usize,
-    /// True for more intervals around events.
     is_detailed: bool,
-    /// The legend of all panels.
     legend: &'w [Entry],
 }
 

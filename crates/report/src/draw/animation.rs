@@ -28,7 +28,6 @@ const EVERY: usize = 3;
 /// Duration of the last frame in a loop, in ms.
 const REST_MS: u16 = 1500;
 
-/// Height of the line with the names.
 const HEAD: f64 = 40.0;
 
 const PAGE: Color = Color(255, 255, 255);
@@ -181,7 +180,6 @@ fn changed(before: &Pixmap, now: &Pixmap) -> ((u32, u32), (u32, u32)) {
     if to.0 == 0 { ((0, 0), (1, 1)) } else { (from, to) }
 }
 
-/// Returns the pixels of a rectangle.
 fn part(pixmap: &Pixmap, from: (u32, u32), to: (u32, u32)) -> Vec<u8> {
     let columns = 4 * from.0 as usize..4 * to.0 as usize;
     let within = rows(pixmap).skip(from.1 as usize).take((to.1 - from.1) as usize);

@@ -9,7 +9,6 @@ use super::fonts::{Placed, typeface};
 use super::layout::Sheet;
 use super::{DrawError, UNITS};
 
-/// Resolution of the bitmap.
 const DOTS_PER_INCH: f64 = 300.0;
 const POINTS_PER_INCH: f64 = 72.0;
 const METRES_PER_INCH: f64 = 0.0254;
@@ -39,7 +38,6 @@ fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, DrawError> {
     Ok(bytes)
 }
 
-/// Returns red, green and blue of opaque pixels with four bytes.
 pub(crate) fn opaque(pixels: &[u8]) -> Vec<u8> {
     let mut bytes = vec![0; pixels.len() / 4 * 3];
     let ((pixels, _), (shown, _)) = (pixels.as_chunks::<4>(), bytes.as_chunks_mut::<3>());

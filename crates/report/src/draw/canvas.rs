@@ -7,7 +7,6 @@ use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyl
 
 use super::fonts::Placed;
 
-/// Red, green and blue.
 pub(crate) type Rgb = (u8, u8, u8);
 
 /// A drawing surface of a backend. All colours are opaque.
@@ -21,7 +20,6 @@ pub(crate) trait Canvas {
     fn text(&mut self, text: &str, placed: &Placed);
 }
 
-/// A backend with a size in units.
 pub(crate) struct Backend<'a, C> {
     pub(crate) canvas: &'a mut C,
     pub(crate) size: (u32, u32),

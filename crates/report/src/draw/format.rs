@@ -5,7 +5,6 @@ use std::str::FromStr;
 
 const POINTS_PER_INCH: f64 = 72.0;
 const MM_PER_INCH: f64 = 25.4;
-/// Limits of the width, in inches.
 const MIN_WIDTH_IN: f64 = 2.5;
 const MAX_WIDTH_IN: f64 = 20.0;
 
@@ -50,7 +49,6 @@ impl Default for FigureWidth {
 }
 
 impl FigureWidth {
-    /// Returns the width in points.
     pub(crate) fn points(self) -> f64 {
         POINTS_PER_INCH * self.inches
     }

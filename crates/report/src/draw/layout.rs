@@ -29,7 +29,6 @@ pub(super) struct Sheet<'a> {
 }
 
 impl<'a> Sheet<'a> {
-    /// Lays out a figure at a width in points.
     pub(super) fn of(figure: &'a Figure<'a>, width: f64) -> Self {
         let full = FigureWidth::default().points();
         let column_width = |count: usize| (width - 2.0 * MARGIN - COLUMN_GAP * (count as f64 - 1.0)) / count as f64;

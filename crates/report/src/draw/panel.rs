@@ -15,7 +15,6 @@ use super::pen::{Drawn, LINE, Pen, TEXT, Text, fill, shape};
 use trocar_document::animation::Anchor;
 use trocar_document::figure::{Axis, FRAME, MESH, Panel, Point, RUPTURE, Ticks};
 
-/// Height of the tick labels below an axis.
 const TICK_LABELS: f64 = 8.0;
 const TICK: f64 = 2.5;
 /// Gap between a tick and its label, and between labels and captions.
@@ -28,7 +27,6 @@ const MIN_LEFT: f64 = 10.0;
 /// horizontal axis.
 const MIN_RISE: f64 = 11.0;
 const MIN_GAP: f64 = 5.0;
-/// Minimum height of axes with a caption.
 const MIN_CAPTIONED: f64 = 24.0;
 /// Width of an interval. A line keeps its minimum and maximum in each interval.
 const INTERVAL: f64 = 0.4;
@@ -39,9 +37,7 @@ pub(super) struct Place {
     pub(super) top: f64,
     pub(super) width: f64,
     pub(super) height: f64,
-    /// Left edge of the caption.
     pub(super) edge: f64,
-    /// True if the horizontal axis has labels.
     pub(super) x_labelled: bool,
 }
 
@@ -114,7 +110,6 @@ fn x_ticks(axis: &Axis, width: f64) -> Ticks {
     })
 }
 
-/// A panel during drawing.
 pub(super) struct Axes<'a, B: DrawingBackend> {
     pen: &'a Pen<'a, B>,
     panel: &'a Panel<'a>,
@@ -203,7 +198,6 @@ impl<'a, B: DrawingBackend> Axes<'a, B> {
         Ok(())
     }
 
-    /// Draws the lines of the axes, their ticks, labels and captions.
     fn labels(&self) -> Drawn<B> {
         let Place { left, top, width, height, edge, x_labelled } = *self.at;
         let (pen, panel) = (self.pen, self.panel);

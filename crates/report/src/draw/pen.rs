@@ -28,7 +28,6 @@ const MAX_MERGED: usize = 48;
 /// solid: gaps would hide some oscillations, so that a steady oscillation would appear to beat.
 const MAX_DASHES: f64 = 256.0;
 
-/// The result of drawing on a backend.
 pub(crate) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 /// A line of text. Its point is at the middle of its height; for an upright text, at the middle of its width.
@@ -109,12 +108,10 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         Stroke { dashes: if is_solid { &[] } else { stroke.dashes }, ..*stroke }
     }
 
-    /// Draws a line through points, in points.
     pub(crate) fn line(&self, line: &[Point], stroke: &Stroke) -> Drawn<B> {
         self.strokes(vec![line.iter().map(|at| self.at(*at)).collect()], stroke)
     }
 
-    /// Fills an outline, in points.
     pub(crate) fn fill(&self, outline: &[Point], color: Color) -> Drawn<B> {
         let outline: Vec<BackendCoord> = outline.iter().map(|at| self.at(*at)).collect();
         fill(self.area, &outline, color)
@@ -130,7 +127,6 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         self.text_at(text, self.at(text.at))
     }
 
-    /// Writes a text at a position in units.
     pub(super) fn text_at(&self, text: &Text, (x, y): BackendCoord) -> Drawn<B> {
         let style = if text.is_bold { FontStyle::Bold } else { FontStyle::Normal };
         let font = FontDesc::new(FontFamily::Name(fonts::FAMILY), self.units * text.size * fonts::PER_SIZE, style);
@@ -154,7 +150,6 @@ fn rgb(color: Color) -> RGBColor {
     RGBColor(color.0, color.1, color.2)
 }
 
-/// Returns the style of a shape with a colour.
 pub(super) fn shape(color: Color) -> ShapeStyle {
     ShapeStyle::from(rgb(color).to_rgba())
 }
@@ -194,7 +189,6 @@ fn straightened(line: &[BackendCoord], tolerance: f64) -> Vec<BackendCoord> {
     kept
 }
 
-/// Returns the distance of a point from a segment.
 fn beside(p: BackendCoord, a: BackendCoord, b: BackendCoord) -> f64 {
     let to = |q: BackendCoord| (f64::from(q.0 - a.0), f64::from(q.1 - a.1));
     let ((dx, dy), (ox, oy)) = (to(b), to(p));

@@ -4,7 +4,6 @@ use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
 use serde_json::Value as Json;
 use trocar_document::{Block as Part, Document, Shown, Table};
 
-/// Number of intervals of a line.
 const INTERVALS: usize = 1000;
 
 /// Instructions for reproducing a page.

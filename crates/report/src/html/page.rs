@@ -25,9 +25,7 @@ pub struct HtmlError(String);
 
 #[derive(Clone, Debug)]
 pub(super) struct Page {
-    /// Name of the run.
     pub(super) heading: String,
-    /// The command that writes the page.
     pub(super) command: &'static str,
     /// The introduction, one text per paragraph.
     pub(super) lead: Vec<String>,
@@ -40,11 +38,9 @@ pub(super) struct Page {
 pub(super) struct Drawn {
     /// Descriptions of figures by the name of their block.
     pub(super) figures: BTreeMap<Cow<'static, str>, Vec<Json>>,
-    /// The animation below the introduction.
     pub(super) animation: Option<Animation>,
 }
 
-/// A section of a page.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Section {
     pub(super) id: Cow<'static, str>,
@@ -67,7 +63,6 @@ pub(super) struct Window {
     pub(super) to: f64,
 }
 
-/// A part of a section.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub(super) enum Block {
@@ -93,7 +88,6 @@ impl Block {
     }
 }
 
-/// The variables of the template.
 #[derive(Serialize)]
 struct Context<'a> {
     title: String,

@@ -2,13 +2,10 @@
 
 use trocar_core::settings::Range;
 
-/// A factor on a parameter.
 const FACTOR: Range = Range::stated(0.01, 100.0, "from 0.01 to 100");
 
-/// A factor in either direction.
 const SPREAD: Range = Range::stated(1.0, 10.0, "from 1 to 10");
 
-/// A delay in s.
 const DELAY: Range = Range::stated(0.0, 2.0, "from 0 to 2 s");
 
 trocar_core::settings! {

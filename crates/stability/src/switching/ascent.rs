@@ -21,7 +21,6 @@ use trocar_lti::eigenvalues;
 /// Minimum number of ticks with the same map for computing its power.
 const LONG_RUN: usize = 20;
 
-/// Maximum number of improvements.
 const MAX_STEPS: usize = 25;
 
 /// Tried additions to the shortest teleoperation, in s.
@@ -59,7 +58,6 @@ pub struct Growth {
 /// One step of a sequence: its possible maps, one for each tissue.
 type Choices = Arc<Vec<DMatrix<f64>>>;
 
-/// The maps of a model.
 pub(super) struct Steps<'a> {
     modes: &'a Modes,
     phases: Phases,
@@ -266,7 +264,6 @@ fn ascend(modes: &Modes, steps: &[Choices], first: usize) -> Result<(f64, Vec<us
     Ok((value, chosen))
 }
 
-/// Returns a real matrix times a complex vector.
 #[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 fn apply(matrix: &DMatrix<f64>, vector: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
     let rows = matrix.nrows();
@@ -282,7 +279,6 @@ fn apply(matrix: &DMatrix<f64>, vector: &DVector<Complex<f64>>) -> DVector<Compl
     product
 }
 
-/// Returns the transpose of a real matrix times a complex vector.
 #[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 fn apply_transposed(matrix: &DMatrix<f64>, vector: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
     let (rows, values) = (matrix.nrows(), vector.as_slice());

@@ -130,7 +130,6 @@ impl Certificate {
     }
 }
 
-/// The maps of all conditions between scaled states.
 pub(super) struct Enclosures<'a> {
     modes: &'a Modes,
     scales: Scales,
@@ -179,7 +178,6 @@ impl<'a> Enclosures<'a> {
         Self { modes, scales, maps }
     }
 
-    /// Returns the product of maps, the first one applied last; `None` without maps.
     fn chain(&self, maps: &[(usize, Count)]) -> Option<Enclosure> {
         let (first, others) = maps.split_first()?;
         Some(others.iter().fold(self.maps[first.0].clone(), |all, (map, _)| product(&all, &self.maps[*map])))
@@ -227,7 +225,6 @@ impl<'a> Enclosures<'a> {
         })
     }
 
-    /// Returns the condition for the solver, at the given numbers.
     fn for_solver(&self, condition: &Condition, known: &[u64]) -> Vec<sdp::Condition> {
         let plain = |maps: &[(usize, Count)], number: Option<u64>| {
             let mut all: Option<DMatrix<f64>> = None;
@@ -259,7 +256,6 @@ impl<'a> Enclosures<'a> {
         }
     }
 
-    /// Returns the parts of an unknown function.
     fn unknown(&self, function: &Function) -> sdp::Unknown {
         let size = self.modes.size(function.space);
         let (n, delay) = (self.modes.states(), self.modes.delay());

@@ -44,7 +44,6 @@ const PER_SECOND: f64 = 10.0;
 /// Nodes of the functions while frozen, as shares of the shortest freeze.
 const FROZEN_SHARES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
 
-/// A named map between the states of two spaces.
 #[derive(Debug, Clone)]
 pub(super) struct NamedMap {
     pub(super) name: String,
@@ -71,38 +70,32 @@ pub(super) struct Term {
     pub(super) maps: Vec<(usize, Count)>,
 }
 
-/// A sum of terms that must be positive definite.
 #[derive(Debug, Clone)]
 pub(super) struct Condition {
     pub(super) name: &'static str,
     pub(super) terms: Vec<Term>,
-    /// The space of its rows.
     pub(super) rows: Space,
     pub(super) weight: f64,
     /// The first and the last number for [`Count::Each`].
     pub(super) counts: Option<(u64, u64)>,
 }
 
-/// An unknown function.
 #[derive(Debug, Clone)]
 pub(super) struct Function {
     pub(super) name: String,
     pub(super) space: Space,
 }
 
-/// All conditions for a dwell, with their functions and maps.
 #[derive(Debug, Clone)]
 pub(super) struct Conditions {
     pub(super) functions: Vec<Function>,
     pub(super) maps: Vec<NamedMap>,
     pub(super) list: Vec<Condition>,
-    /// The function at the beginning of events.
     pub(super) at_events: usize,
     /// `μ`.
     pub(super) decay: f64,
 }
 
-/// The parameters of a certificate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Choice {
     /// Ticks of teleoperation between events.
@@ -122,11 +115,9 @@ pub(super) struct Choice {
 pub(super) struct Focus {
     /// Rows over all states. In each space the bound holds for every row that is not 0 there.
     pub(super) rows: Vec<DMatrix<f64>>,
-    /// The row of the quantity at a frozen tick.
     pub(super) frozen: DMatrix<f64>,
     /// `b`.
     pub(super) bound: f64,
-    /// States at the start.
     pub(super) starts: Vec<DMatrix<f64>>,
 }
 
@@ -136,7 +127,6 @@ struct Builder<'a> {
     functions: Vec<Function>,
     maps: Vec<NamedMap>,
     list: Vec<Condition>,
-    /// The weight of a condition for a tick.
     per_tick: f64,
     /// `a` and `1 - a`; the subtraction is exact.
     held: (f64, f64),
@@ -172,12 +162,10 @@ fn decay_over(decay: f64, dwell: u64) -> Interval {
     power(&vec![vec![number(decay)]], dwell - 1)[0][0]
 }
 
-/// Returns a rounded quotient.
 fn share(part: u64, whole: u64) -> Interval {
     Interval::rounded(part as f64 / whole as f64)
 }
 
-/// Returns the lengths of a phase's pieces in ticks.
 fn pieces(ticks: u64, max: u64) -> Vec<u64> {
     let count = max.min(ticks);
     (0..count).map(|k| (k + 1) * ticks / count - k * ticks / count).collect()
@@ -267,7 +255,6 @@ impl Builder<'_> {
         self.map(name, from, to, |modes| modes.between(&all(modes), from, to))
     }
 
-    /// Selects the states that two spaces share.
     fn select(&mut self, from: Space, to: Space) -> usize {
         let at = self.map(format!("{to:?}_of_{from:?}"), from, to, |modes| match (from, to) {
             (Space::Number, Space::Number) => DMatrix::identity(1, 1),
@@ -484,7 +471,6 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds the bound of a quantity.
     fn bound(&mut self, roles: &Roles, focus: &Focus) {
         let size = self.function("bound", 0, Space::Number);
         let one = self.select(Space::Number, Space::Number);

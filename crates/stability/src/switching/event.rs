@@ -7,10 +7,8 @@ use super::{Phases, SwitchingSettings};
 use crate::StabilityError;
 use trocar_core::augmentation::{Reengage, cross_fade};
 
-/// Simulated time after the release, in s.
 const DURATION_S: f64 = 3.0;
 
-/// Number of stiffnesses between minimum and maximum.
 const STIFFNESSES: usize = 9;
 
 /// The effect of a re-engaging policy on needle and hand: the maximum over the stiffnesses.

@@ -7,7 +7,6 @@
 use nalgebra::DMatrix;
 use std::ops::{Add, Mul, Sub};
 
-/// All numbers from `low` to `high`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Interval {
     pub(super) low: f64,
@@ -75,7 +74,6 @@ impl Mul for Interval {
     }
 }
 
-/// Returns the largest magnitude in the interval.
 pub(super) fn magnitude(entry: Interval) -> f64 {
     entry.low.abs().max(entry.high.abs())
 }
@@ -83,12 +81,10 @@ pub(super) fn magnitude(entry: Interval) -> f64 {
 /// An interval matrix.
 pub(super) type Enclosure = Vec<Vec<Interval>>;
 
-/// Encloses a matrix of computed entries.
 pub(super) fn rounded(matrix: &DMatrix<f64>) -> Enclosure {
     (0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| Interval::rounded(matrix[(i, j)])).collect()).collect()
 }
 
-/// Encloses an exact matrix.
 pub(super) fn exact(matrix: &DMatrix<f64>) -> Enclosure {
     (0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| Interval::exact(matrix[(i, j)])).collect()).collect()
 }

@@ -103,7 +103,6 @@ struct Event {
     along: Vec<f64>,
     /// The rows of the slave's position and of the feedback force at each frozen tick.
     frozen: [Vec<Vec<f64>>; 2],
-    /// Number of lengths of the freeze.
     lengths: u64,
 }
 
@@ -213,7 +212,6 @@ impl Proof<'_> {
         Start { state, rest: rest[..n].to_vec(), fades_from_n: Some(force * (1.0 + ROUNDING)) }
     }
 
-    /// Returns one newton in scaled states.
     fn newton(&self) -> f64 {
         1.0 / self.scales.of(self.modes, Space::Fading)[(self.modes.states(), self.modes.states())]
     }

@@ -209,7 +209,6 @@ impl Switching {
     }
 }
 
-/// The proof of a dwell.
 enum Proof {
     Functions(Box<Certificate>),
     KeptGap(Box<KeptGap>),
@@ -224,7 +223,6 @@ struct AtRefractory {
 }
 
 impl Proof {
-    /// Finds the proof with the shortest dwell.
     fn shortest(settings: &SwitchingSettings, search: &mut Search<'_>) -> Result<Option<Self>, StabilityError> {
         if settings.keeps_gap() {
             // Without contact, a kept gap does not change.

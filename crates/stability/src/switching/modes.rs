@@ -28,7 +28,6 @@ pub(super) enum Space {
     Number,
     /// The distance of the hand's release, in m.
     Start,
-    /// All states.
     All,
 }
 
@@ -151,7 +150,6 @@ impl Modes {
         Self { delay: 0, ..self.clone() }
     }
 
-    /// Returns the indices of the ends of the tissue's range.
     pub(super) fn vertices(&self) -> std::ops::Range<usize> {
         0..self.slaves.len()
     }
@@ -201,7 +199,6 @@ impl Modes {
         self.reengage != Reengage::Clutch
     }
 
-    /// Returns the indices of a space's states among all states.
     fn places(&self, space: Space) -> Vec<usize> {
         let n = self.states();
         let mut places: Vec<usize> = match space {
@@ -278,7 +275,6 @@ impl Modes {
         own + arrived
     }
 
-    /// Returns the slave's position in m.
     pub(super) fn slave(&self) -> DMatrix<f64> {
         self.unit(self.master.a.nrows())
     }
@@ -449,7 +445,6 @@ impl Modes {
         self.tick(vertex, &self.reference(vertex), &force)
     }
 
-    /// Returns the map that closes the gap.
     pub(super) fn closed(&self) -> DMatrix<f64> {
         let n = self.states();
         let mut map = DMatrix::identity(n + EXTRA, n + EXTRA);

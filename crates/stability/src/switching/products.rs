@@ -17,10 +17,8 @@ use trocar_lti::eigenvalues;
 /// Minimum excess of a prefix's norm over the best growth for extending the prefix.
 const TOLERANCE: f64 = 0.01;
 
-/// Maximum length of a product.
 const MAX_EVENTS: usize = 8;
 
-/// Maximum number of products.
 const MAX_PRODUCTS: usize = 20_000;
 
 /// Number of tried lengths of teleoperation, and their range in ticks above the shortest.

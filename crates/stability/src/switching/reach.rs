@@ -19,14 +19,12 @@ const MAX_RATIO: f64 = 1.1;
 /// The largest tried bound, relative to the motion found.
 const LARGEST: f64 = 64.0;
 
-/// Number of stiffnesses for the tried sequences.
 const STIFFNESSES: usize = 4;
 
 /// Number of tried start times per event, and their range in ticks.
 const INSTANTS: u64 = 16;
 const LATEST_TICKS: u64 = 400;
 
-/// Number of events in a tried sequence.
 const EVENTS: usize = 2;
 
 /// Motion of the slave and feedback force after the hand is released at rest away from its desired position, per metre

@@ -89,7 +89,6 @@ pub(super) struct Start {
     pub(super) fades_from_n: Option<f64>,
 }
 
-/// Bounds of a motion.
 pub(super) struct Track {
     /// Bounds of each scaled state of the loop, over all ticks.
     pub(super) states: Vec<f64>,
@@ -135,7 +134,6 @@ pub(super) struct Responses {
     /// `p` and `q` of each channel, then the references, then the slave's position.
     signals: Vec<Enclosure>,
     nominals: Vec<Nominal>,
-    /// Weights of the cross-fade.
     weights: Vec<f64>,
     ticks: usize,
     states: usize,

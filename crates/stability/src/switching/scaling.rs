@@ -87,7 +87,6 @@ impl Scales {
         Self { number: power_of_two(size), start: 1.0 / power_of_two(largest), ..self.clone() }
     }
 
-    /// Returns the map from scaled states to states.
     pub(super) fn of(&self, modes: &Modes, space: Space) -> DMatrix<f64> {
         let n = modes.states();
         let (gap, force) = (1.0 / self.metre, 1.0 / self.newton);

@@ -13,7 +13,6 @@ pub(super) struct Term {
     pub(super) map: DMatrix<f64>,
 }
 
-/// A sum of terms that must be positive definite.
 #[derive(Debug, Clone)]
 pub(super) struct Condition {
     pub(super) terms: Vec<Term>,

@@ -77,7 +77,6 @@ impl<'a> Search<'a> {
         Ok(self.with_holds(dwell, self.holds_s)?.is_some())
     }
 
-    /// Finds the certificate with the shortest dwell.
     pub(super) fn shortest(&mut self) -> Result<Option<Certificate>, StabilityError> {
         let ticks = |seconds: f64| ((seconds / self.modes.tick_s).round() as u64).clamp(1, self.longest);
         let mut fails = 0;

@@ -21,7 +21,7 @@ pub struct SwitchingSettings {
     pub loses_contact: bool,
 }
 
-/// Maximum of both delays together, in ticks.
+/// Maximum of both delays together.
 const MAX_DELAY_TICKS: u64 = 24;
 
 /// Lengths of the phases in ticks.

@@ -22,16 +22,13 @@ const ASCENT: f64 = 0.76;
 /// Maximum number of lines of a text; the rest is cut.
 const MAX_LINES: usize = 3;
 
-/// A regular or bold face.
 pub(super) struct Typeface {
     /// The PostScript name.
     pub(super) name: &'static str,
-    /// The TrueType file.
     pub(super) data: &'static [u8],
     pub(super) face: Face<'static>,
 }
 
-/// Returns the regular or the bold face.
 pub(super) fn typeface(is_bold: bool) -> &'static Typeface {
     static FACES: [OnceLock<Typeface>; 2] = [OnceLock::new(), OnceLock::new()];
     FACES[usize::from(is_bold)].get_or_init(|| {
@@ -56,7 +53,6 @@ impl Typeface {
     }
 }
 
-/// Returns the width of a text at a size.
 pub(crate) fn width(text: &str, size: f64, is_bold: bool) -> f64 {
     let face = typeface(is_bold);
     text.chars().map(|letter| face.advance(face.glyph(letter))).sum::<f64>() * size
@@ -99,7 +95,6 @@ impl Placed {
         }
     }
 
-    /// Returns left, top, right and bottom.
     #[cfg(test)]
     pub(super) fn bounds(&self) -> [f32; 4] {
         let ((x, y), above) = (self.start, ASCENT as f32 * self.em);

@@ -6,11 +6,8 @@ pub const THEME_CSS: &str = include_str!("theme.css");
 pub const CHARTS_JS: &str = include_str!("charts.js");
 /// The animation of a rupture.
 pub const ANIMATION_JS: &str = include_str!("animation.js");
-/// The template of a report.
 pub(super) const REPORT_HTML: &str = include_str!("report.html");
-/// The style of a report.
 pub(super) const REPORT_CSS: &str = include_str!("report.css");
-/// The script of a report.
 pub(super) const REPORT_JS: &str = include_str!("report.js");
 
 #[cfg(test)]

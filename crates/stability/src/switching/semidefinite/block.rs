@@ -19,7 +19,6 @@ pub(in super::super) struct Congruence {
 /// `Σ f Mᵀ Z M + Σ y_i A_i`.
 #[derive(Debug, Clone)]
 pub(in super::super) struct Block {
-    /// Number of rows.
     pub(in super::super) size: usize,
     pub(in super::super) congruences: Vec<Congruence>,
     /// Single variables with their symmetric matrices.
@@ -37,7 +36,6 @@ fn twice_off_diagonal(p: usize, q: usize) -> f64 {
 }
 
 impl Block {
-    /// Returns the matrix at `y`.
     pub(super) fn image(&self, y: &DVector<f64>) -> DMatrix<f64> {
         let mut sum = DMatrix::zeros(self.size, self.size);
         for Congruence { factor, start, map } in &self.congruences {

@@ -8,7 +8,6 @@ use nalgebra::{DMatrix, DVector};
 
 /// `H = L Lᵀ`, by rows within the envelope.
 pub(super) struct Factors {
-    /// First column of each row.
     first: Vec<usize>,
     rows: Vec<Vec<f64>>,
 }

@@ -42,7 +42,6 @@ pub(super) struct Programme {
     pub(super) enough: Option<f64>,
 }
 
-/// The reason why the search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Status {
     /// Feasible and optimal to [`TOLERANCE`], or the question of `enough` is decided.
@@ -87,7 +86,6 @@ struct Iterate {
     x: Vec<DMatrix<f64>>,
 }
 
-/// The residuals of the equations at a point.
 struct Residuals {
     /// `b + Σ_k A_kᵀ X_k - λ a`.
     of_multipliers: DVector<f64>,

@@ -17,7 +17,6 @@ use super::{Direction, Programme, Residuals};
 /// Relative increase of the diagonal of `H`, so that it can be factored.
 const REGULARISATION: f64 = 1e-14;
 
-/// Number of iterative refinements of a solution.
 const REFINEMENTS: usize = 2;
 
 pub(super) struct Newton<'a> {

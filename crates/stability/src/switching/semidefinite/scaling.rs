@@ -6,7 +6,6 @@ use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use super::small::{times, times_transposed, transposed_times};
 use super::triangle::symmetric;
 
-/// Maximum number of sweeps of an eigenvalue iteration.
 const MAX_SWEEPS: usize = 10_000;
 
 /// `Gᵀ S G = G⁻¹ X G⁻ᵀ = diag(λ)`.
@@ -72,7 +71,6 @@ impl Scaling {
     }
 }
 
-/// Returns eigenvalues and eigenvectors; `None` for a non-finite matrix.
 fn eigen(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
     if matrix.iter().any(|value| !value.is_finite()) {
         return None;
@@ -80,7 +78,6 @@ fn eigen(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
     SymmetricEigen::try_new(matrix, f64::EPSILON, MAX_SWEEPS)
 }
 
-/// Returns the smallest eigenvalue of a symmetric matrix; `None` for a non-finite matrix.
 pub(super) fn min_eigenvalue(matrix: DMatrix<f64>) -> Option<f64> {
     matrix.iter().all(|value| value.is_finite()).then(|| matrix.symmetric_eigenvalues().min())
 }

@@ -7,7 +7,6 @@ pub(in super::super) fn row(i: usize, j: usize) -> usize {
     j * (j + 1) / 2 + i
 }
 
-/// Returns the number of entries in the triangle of a matrix.
 pub(super) fn entries(size: usize) -> usize {
     size * (size + 1) / 2
 }
