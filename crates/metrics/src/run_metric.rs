@@ -17,7 +17,7 @@ enum Reader {
 #[derive(Debug, Clone, Copy)]
 pub struct RunMetric {
     declaration: &'static Declaration,
-    /// Of a rupture or an event, from 1.
+    /// Number of the rupture or event, from 1.
     number: usize,
     reader: Reader,
 }

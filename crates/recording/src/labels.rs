@@ -24,8 +24,7 @@ pub struct LabelRow {
 /// empty time means that the recording has no rupture.
 ///
 /// # Errors
-/// As [`read_csv`](super::read_csv), but a table without rows is valid; and for an empty field where a file is
-/// required.
+/// As [`read_csv`](super::read_csv), and for an empty field where a file is required. A table without rows is valid.
 pub fn read_labels<R: Read>(
     source: &str,
     reader: R,

@@ -39,8 +39,8 @@ pub struct RunLength {
 const RUNS_PER_STREAM: u64 = 32;
 
 impl RunLength {
-    /// Predicts the run length of the threshold for a wanted run length, and simulates `alarms` runs (a multiple of 32)
-    /// in parallel. `done` is called after every 32 runs.
+    /// Determines the threshold for a wanted run length, predicts its run length, and simulates `alarms` runs (a
+    /// multiple of 32) in parallel. `done` is called after every 32 runs.
     #[must_use]
     pub fn check(drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
         let threshold = threshold_for(drift, wanted);

@@ -217,7 +217,7 @@ impl Model {
                 start: match kind {
                     Type::Real(_) => Scalar::Real(0.0),
                     Type::Integer(_) | Type::Choice(_) => Scalar::Integer(0),
-                    // By default the inputs lead the person.
+                    // By default the inputs set the person's position.
                     Type::Boolean => Scalar::Boolean(causality == Causality::Input),
                 },
             })

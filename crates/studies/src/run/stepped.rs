@@ -1,4 +1,4 @@
-//! A run that is stepped tick by tick from outside.
+//! A run that the caller advances tick by tick.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -11,8 +11,8 @@ use trocar_engine::operator::{HumanOperator, Operator};
 use trocar_metrics::MetricsObserver;
 use trocar_scenario::Scenario;
 
-/// A run that is stepped tick by tick, whose person can be led from outside: a loop around the simulation, with another
-/// program's controller or a person's input in it.
+/// A run that the caller advances tick by tick. The caller can set the position of the person at each tick, for
+/// instance from another program's controller or from a person's input.
 ///
 /// ```
 /// # mod trocar {
@@ -158,7 +158,8 @@ impl std::fmt::Debug for SteppedRun {
     }
 }
 
-/// An operator whose position can be given from outside, as bits; NaN selects the operator's position.
+/// An operator whose position the caller can override. `led` holds the bits of the given position; NaN selects the
+/// operator's position.
 struct Led {
     operator: BuiltInOr<HumanOperator<f64>, dyn Operator<f64> + Send>,
     led: Arc<AtomicU64>,

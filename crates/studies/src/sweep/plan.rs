@@ -145,7 +145,8 @@ impl Plan {
         self.template.whole(&values, self.design.seed(case))
     }
 
-    /// Checks that every axis acts: for the kinds of the first case, or because an axis varies the kinds.
+    /// Checks that every axis has an effect, either in the first case or because another axis varies the keys on which
+    /// the effect depends.
     fn check_acting(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
         let values = self.template.first().values();
