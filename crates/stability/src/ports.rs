@@ -86,7 +86,6 @@ impl Hybrid {
 /// The model is in continuous time; each signal of the link passes a hold `(1 - exp(-sT)) / (sT)`. Sampling images are
 /// neglected, so the results are valid well below half the sampling rate. `f_e` is the reading of the force sensor. The
 /// tissue moves the needle off its reference only by `slave.compliance_m_per_n`; without it `h22` is 0.
-/// is 0 without it.
 #[derive(Debug, Clone)]
 pub struct Ports {
     settings: LinearLoop,
