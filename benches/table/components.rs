@@ -90,7 +90,6 @@ fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
     ]
 }
 
-/// Returns the section on the components of a tick.
 pub fn section() -> String {
     let header = ["ns per tick", "augmented, best", "median", "through the skin, best", "median"];
     let mut table = Table::new(1, &header);

@@ -10,17 +10,13 @@ use trocar::lane::{Lane, Mask};
 pub struct Counts {
     /// Additions and subtractions.
     pub add: u64,
-    /// Multiplications.
     pub mul: u64,
-    /// Divisions and square roots.
     pub div: u64,
     /// Minima and maxima.
     pub extreme: u64,
     /// Absolute values and changes of sign.
     pub sign: u64,
-    /// Comparisons and selections.
     pub select: u64,
-    /// Logical operations on masks.
     pub mask: u64,
 }
 
@@ -41,11 +37,9 @@ fn count(one: impl FnOnce(&mut Counts)) {
     COUNTS.set(counts);
 }
 
-/// Numbers in lanes.
 #[derive(Debug, Clone, Copy)]
 pub struct Counted<const N: usize>([f64; N]);
 
-/// Truth values in lanes.
 #[derive(Debug, Clone, Copy)]
 pub struct Truth<const N: usize>([bool; N]);
 

@@ -13,7 +13,6 @@ use crate::shipped::scenario_with;
 use crate::side_by_side::{cases, run_in, run_singly};
 use crate::timing::{Cost, elapsed_s, time_ns};
 
-/// The cost of a pack of a scenario.
 pub struct PackCost {
     pub name: &'static str,
     /// The instruction set; `None` for cases one after the other.
@@ -22,7 +21,6 @@ pub struct PackCost {
     pub ns: Cost,
 }
 
-/// Measures every scenario in every instruction set, and one by one.
 pub fn measure() -> Vec<PackCost> {
     let mut costs = vec![];
     for (name, file, settings) in MEASURED {
@@ -63,7 +61,6 @@ pub fn mode_of(set: Option<InstructionSet>) -> &'static str {
     set.map_or("one by one", name_of)
 }
 
-/// Returns the section on the cost of packs.
 pub fn section(costs: &[PackCost], with_bank: &[PackCost]) -> String {
     let mut table = Table::new(2, &["ns per tick and case", "lanes", "best", "median", "one by one / best"]);
     let drawn_now = costs.iter().map(|cost| (cost, mode_of(cost.set).to_owned()));

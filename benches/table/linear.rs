@@ -44,7 +44,6 @@ fn ticks() -> Table {
     table
 }
 
-/// Returns the sections on the cost as a function of cases and ticks.
 pub fn section() -> String {
     let of_cases = cases().section(
         "Cost against cases",

@@ -31,7 +31,6 @@ fn model() -> Option<String> {
     Some(line.split_once(':')?.1.trim().to_owned())
 }
 
-/// Returns the section on the machine.
 pub fn section() -> String {
     let mut table = Table::new(2, &["", ""]);
     let mut row = |name: &str, value: String| table.row([name.to_owned(), value]);

@@ -28,7 +28,6 @@ impl Table {
         format!("## {heading}\n\n{}\n\n{}", wrapped(about), self.text())
     }
 
-    /// Returns the table alone.
     pub fn text(&self) -> String {
         let columns = self.rows[0].len();
         let width = |j: usize| self.rows.iter().map(|row| row[j].chars().count()).max().unwrap_or(0).max(3);

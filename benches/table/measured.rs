@@ -14,7 +14,6 @@ pub const MEASURED: [(&str, &str, &[&str]); 5] = [
     ("depth, augmented", "paper/depth-augmented", &[]),
 ];
 
-/// Returns the instruction sets of this machine.
 pub fn available() -> impl Iterator<Item = InstructionSet> {
     InstructionSet::ALL.into_iter().filter(|set| set.is_available())
 }

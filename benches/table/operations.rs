@@ -61,7 +61,6 @@ pub fn count() -> Vec<TickCounts> {
     MEASURED.into_iter().flat_map(of).collect()
 }
 
-/// Returns the section on the operations of a tick.
 pub fn section(all: &[TickCounts]) -> String {
     let header = [
         "operations per tick",

@@ -2,7 +2,6 @@
 
 use trocar::scenario::{Scenario, Source};
 
-/// Loads a shipped scenario.
 pub fn scenario(name: &str) -> Scenario {
     scenario_with(name, &[])
 }

@@ -65,7 +65,6 @@ fn baseline_costs() -> Vec<(&'static str, Cost)> {
     costs
 }
 
-/// Returns the section on a single run.
 pub fn section() -> String {
     let mut costs: Vec<_> = baseline_costs().into_iter().map(|(name, cost)| (name.to_owned(), cost)).collect();
     let reference = costs.iter().map(|(_, cost)| cost.best).fold(f64::INFINITY, f64::min);

@@ -70,7 +70,6 @@ fn sweep(file: &Path, threads: usize) {
     assert!(status.success(), "trocar sweep: {status}");
 }
 
-/// Returns the section on sweeps, with one thread and with two.
 pub fn section() -> String {
     let header = ["sweep", "threads", "s, best", "s, median", "ns per tick and case", "one thread / this"];
     let mut table = Table::new(1, &header);

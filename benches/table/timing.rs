@@ -7,7 +7,6 @@ const BUDGET_S: f64 = 0.4;
 const MIN_RUNS: usize = 5;
 const MAX_RUNS: usize = 400;
 
-/// A measured cost.
 #[derive(Debug, Clone, Copy)]
 pub struct Cost {
     pub best: f64,

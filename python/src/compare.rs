@@ -74,7 +74,6 @@ pub(crate) fn compare<'py>(
     Ok((convert::parsed(py, &json)?, contents, rows, runs))
 }
 
-/// Compares scenarios with user-defined parts.
 fn compare_with(
     py: Python<'_>,
     scenarios: &[trocar_scenario::Scenario],

@@ -36,7 +36,6 @@ pub(crate) fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, Py
     py.import("json")?.call_method1("loads", (json,))
 }
 
-/// Returns a value as TOML on one line.
 #[pyfunction]
 pub(crate) fn toml_value(value: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(toml(value, 0)?.to_string())

@@ -14,7 +14,6 @@ use crate::interrupt::interruptible;
 use crate::recording::Recording;
 use crate::{convert, document, error};
 
-/// The samples of a recording.
 pub(crate) struct Samples(pub(crate) RecordingColumns);
 
 impl Samples {
@@ -53,7 +52,6 @@ impl Refusal {
     }
 }
 
-/// Returns the estimator and detector settings of a file.
 pub(crate) fn tuning(py: Python<'_>, file: &str) -> PyResult<Vec<String>> {
     const SECTIONS: [&str; 2] = ["estimator", "detector"];
     let values = Values::load(&Source::parse(file), &[]).map_err(|error| error::scenario(py, &error))?;
@@ -85,7 +83,6 @@ pub(crate) fn detect<'py>(
     all.extend(settings);
     let samples = Samples(recording_columns(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?);
     let values = Values::from_settings(name, &all).map_err(|error| error::scenario(py, &error))?;
-    // The detection and the report use two threads.
     let (detection, report, values) = interruptible(py, 2, move |_| {
         let (spec, values) = samples.spec(values.with_adaptive_detector())?;
         let ruptures_s = spec.recording.ruptures_s;

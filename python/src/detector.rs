@@ -149,7 +149,6 @@ impl Detector {
         }
     }
 
-    /// Returns the number of processed samples and the state after them.
     fn state<'py>(&self, py: Python<'py>) -> (u64, Bound<'py, PyArray1<u64>>) {
         (self.samples, PyArray1::from_vec(py, self.chain.state()))
     }
@@ -161,12 +160,10 @@ impl Detector {
         Ok(())
     }
 
-    /// Resets the detector to its initial state.
     fn reset(&mut self) {
         (self.chain, self.samples) = (self.initial.clone(), 0);
     }
 
-    /// The number of processed samples.
     #[getter]
     fn samples(&self) -> u64 {
         self.samples
@@ -269,7 +266,6 @@ impl Detector {
 }
 
 impl Detector {
-    /// Returns the velocity for the detection chain.
     fn velocity(&self, given: Option<f64>) -> PyResult<f64> {
         match (given, self.is_filtered) {
             (Some(velocity), false) => Ok(velocity),

@@ -66,7 +66,6 @@ impl<'py> Columns<'py> {
     }
 }
 
-/// The properties of an estimation.
 struct About<'a> {
     name: &'a str,
     /// The column of the estimator's extra parameter, if any.
@@ -77,7 +76,6 @@ struct About<'a> {
     alarms_s: &'a [f64],
 }
 
-/// A run with its columns.
 struct RunColumns<'py> {
     scenario: PyRef<'py, Scenario>,
     columns: Columns<'py>,
@@ -177,7 +175,6 @@ pub(crate) fn run_figure<'py>(
     convert::python(py, &drawn.map_err(error::value)?.description())
 }
 
-/// Returns the figures of the document of a run, by name.
 #[pyfunction]
 pub(crate) fn run_figures<'py>(py: Python<'py>, run: RunData<'py>) -> PyResult<Bound<'py, PyAny>> {
     let columns = RunColumns::of(run)?;
@@ -186,7 +183,6 @@ pub(crate) fn run_figures<'py>(py: Python<'py>, run: RunData<'py>) -> PyResult<B
     convert::python(py, &document::figures(&drawn))
 }
 
-/// Returns the figures of the document of a comparison of runs, by name.
 #[pyfunction]
 pub(crate) fn comparison_figures<'py>(py: Python<'py>, runs: Vec<RunData<'py>>) -> PyResult<Bound<'py, PyAny>> {
     let runs = runs.into_iter().map(RunColumns::of).collect::<PyResult<Vec<_>>>()?;

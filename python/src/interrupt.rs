@@ -12,7 +12,6 @@ use trocar_base::interrupt;
 /// Interval of the checks for signals.
 const PERIOD: Duration = Duration::from_millis(20);
 
-/// Maximum number of threads of a call.
 const MAX_THREADS: usize = 1024;
 
 /// Runs work on a separate thread without the interpreter's lock, and checks for signals.

@@ -32,7 +32,6 @@ impl Failure {
         self.has_failed.load(Ordering::Relaxed)
     }
 
-    /// Takes the exception.
     pub(crate) fn take(&self) -> Option<PyErr> {
         self.error.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
@@ -120,13 +119,11 @@ static ROLES: [Role; 6] = [
     },
 ];
 
-/// The function that a part calls.
 enum Function {
     Python(Py<PyAny>),
     Compiled { function: Compiled, state: Vec<f64> },
 }
 
-/// A part of a role.
 pub(crate) struct Part {
     role: &'static Role,
     function: Function,
@@ -273,7 +270,6 @@ impl Operator<f64> for Part {
     }
 }
 
-/// A user-defined estimator, with its last parameters.
 struct OwnEstimator {
     part: Part,
     last: [f64; 2],
@@ -381,14 +377,12 @@ impl CompiledPart {
         Self::of("detector", given)
     }
 
-    /// Returns the part of one run, with its initial state.
     pub(crate) fn begin(&self, failure: &Failure) -> Part {
         let function = Function::Compiled { function: self.function, state: self.state.clone() };
         Part { role: self.role, function, skip: None, failure: failure.clone() }
     }
 }
 
-/// User-defined parts that are all compiled.
 pub(crate) struct CompiledParts(Vec<CompiledPart>);
 
 impl CompiledParts {
@@ -400,7 +394,6 @@ impl CompiledParts {
         Ok(given.iter().map(part).collect::<PyResult<Option<Vec<_>>>>()?.map(Self))
     }
 
-    /// Returns the parts of one run.
     pub(crate) fn own(&self) -> Own {
         let failure = Failure::default();
         let with = |parts, one: &CompiledPart| (one.role.set)(parts, one.begin(&failure));
@@ -417,7 +410,6 @@ pub(crate) struct Own {
 }
 
 impl Own {
-    /// Returns the parts by role.
     pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Self> {
         let (mut parts, failure, mut are_compiled) = (OwnParts::default(), Failure::default(), true);
         for (name, object) in given {

@@ -87,7 +87,6 @@ pub(crate) fn list_signals(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, 
     convert::python(py, &signals_document(&path.display().to_string(), &signals).json)
 }
 
-/// Reads a recording from a file, in SI units.
 #[pyfunction]
 pub(crate) fn read_recording<'py>(
     py: Python<'py>,

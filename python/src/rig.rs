@@ -9,14 +9,12 @@ use trocar_scenario::ScenarioError;
 use crate::error;
 use crate::scenario::Scenario;
 
-/// The controller of a rig for single samples.
 #[pyclass(module = "trocar._core")]
 pub(crate) struct HapticController {
     controller: Box<rig::HapticController>,
     initial: Box<rig::HapticController>,
 }
 
-/// The commands of one sample.
 #[pyclass(frozen, get_all, module = "trocar._core")]
 pub(crate) struct Command {
     slave_reference_m: f64,
@@ -152,12 +150,10 @@ impl HapticController {
         }
     }
 
-    /// Resets the controller to its initial state.
     fn reset(&mut self) {
         self.controller = self.initial.clone();
     }
 
-    /// Returns the state after the samples so far.
     fn state<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
         PyArray1::from_vec(py, self.controller.state())
     }

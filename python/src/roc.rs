@@ -187,7 +187,6 @@ fn within(name: &str, value: f64, (low, high): (f64, f64)) -> PyResult<()> {
     Err(error::value(format!("{name} is {value}, must be from {low} to {high}")))
 }
 
-/// Returns the words of the built-in detectors.
 #[pyfunction]
 pub(crate) fn detectors() -> Vec<&'static str> {
     DistanceKind::WORDS.to_vec()

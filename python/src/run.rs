@@ -144,7 +144,6 @@ pub(crate) fn run_with<'py>(
     hand_over(py, traced_with(py, &scenario.scenario, parts)?)
 }
 
-/// Runs a scenario with user-defined parts, by role, for its trace.
 pub(crate) fn traced_with(
     py: Python<'_>,
     scenario: &trocar_scenario::Scenario,
@@ -157,7 +156,6 @@ pub(crate) fn traced_with(
     Ok(trocar_studies::run::Run::of_own_parts(scenario.clone(), roles, metrics, trace))
 }
 
-/// Runs a scenario with user-defined parts, by role, for its metrics.
 pub(crate) fn measure_with(
     py: Python<'_>,
     scenario: &trocar_scenario::Scenario,
@@ -187,7 +185,6 @@ impl Observer<f64> for Failing<'_> {
     }
 }
 
-/// Runs a scenario with user-defined parts and an additional observer.
 fn observed<O: Observer<f64> + Send>(
     py: Python<'_>,
     scenario: &trocar_scenario::Scenario,

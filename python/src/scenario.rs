@@ -40,7 +40,6 @@ type Origin = (Option<PathBuf>, String, Option<String>, Vec<Vec<String>>, Vec<Re
 type GivenFiles<'py> =
     (Vec<(PathBuf, PathBuf)>, Vec<(PathBuf, Vec<u8>)>, Vec<(PathBuf, String, PyRef<'py, Recording>)>);
 
-/// Returns the files with this content.
 fn files_of((canonical, bytes, recordings): GivenFiles<'_>) -> KeptFiles {
     KeptFiles::of(FileContents {
         canonical: canonical.into_iter().collect(),
@@ -62,14 +61,12 @@ pub(crate) fn named(mut error: ScenarioError, source: &Source) -> ScenarioError 
     error
 }
 
-/// Returns a text as a source.
 pub(crate) fn text_source(name: &str, text: &str) -> Source {
     Source::Text { name: name.into(), text: Arc::from(text) }
 }
 
 #[pymethods]
 impl Scenario {
-    /// Loads a file, or a shipped scenario by its name.
     #[staticmethod]
     fn load(
         py: Python<'_>,
@@ -101,7 +98,6 @@ impl Scenario {
         Self::of(py, source.keeping(files_of(files)), settings, cloned(&recordings))
     }
 
-    /// Loads a TOML text.
     #[staticmethod]
     fn from_text(
         py: Python<'_>,
@@ -178,7 +174,6 @@ impl Scenario {
     }
 }
 
-/// Returns the shipped scenarios, each with its question.
 #[pyfunction]
 pub(crate) fn shipped() -> Vec<(String, &'static str)> {
     shipped_questions().map(|(name, question)| (format!("builtin:{name}"), question)).collect()

@@ -27,7 +27,6 @@ pub(crate) struct Simulation {
     failure: Failure,
 }
 
-/// The state of a simulation.
 enum State {
     Running(Box<SteppedRun>),
     /// An error, or an exception of a part, ended it after this number of ticks.
@@ -91,7 +90,6 @@ impl Simulation {
         outcome
     }
 
-    /// Returns the signals of the last tick, by column.
     fn signals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let mut state = self.locked(py)?;
         let trace = state.running()?.trace();
@@ -119,7 +117,6 @@ impl Simulation {
         Ok(PyArray1::from_slice(py, self.locked(py)?.running()?.led_m()))
     }
 
-    /// The number of ticks so far.
     #[getter]
     fn ticks(&self, py: Python<'_>) -> PyResult<u64> {
         Ok(self.locked(py)?.ticks())

@@ -25,7 +25,6 @@ use crate::run::{measure_compiled, measure_with};
 use crate::scenario::{Scenario, text_source};
 use crate::{convert, document, error};
 
-/// The columns of the result.
 struct Columns {
     case: Vec<i64>,
     axes: Vec<(String, AxisColumn)>,
@@ -106,7 +105,6 @@ impl std::fmt::Display for NoRoom {
     }
 }
 
-/// The reason why a sweep failed.
 enum Failed {
     Sweep(SweepError),
     NoRoom(NoRoom),
@@ -352,7 +350,6 @@ fn temporary_part(layout: Layout) -> Result<(TempDir, Part), SweepError> {
     Ok((folder, part))
 }
 
-/// Runs a case. Returns its outcome and its metrics.
 fn of_case(
     plan: &Plan,
     maker: &mut CaseMaker<'_>,

@@ -89,7 +89,6 @@ fn of_label(word: &str) -> Option<String> {
     (!all.is_empty()).then(|| all.join("\n"))
 }
 
-/// Lists the keys of a section with their meanings.
 fn of_section(word: &str) -> Option<String> {
     let word = word.trim().trim_start_matches('[').trim_end_matches(']');
     let (name, about) = SECTIONS.iter().find(|(name, _)| *name == word)?;

@@ -9,7 +9,6 @@ use super::{ScenarioArgs, terminal};
 use crate::explore::{Catalogue, Options, serve};
 use trocar_scenario::Source;
 
-/// The default scenario.
 const DEFAULT_SCENARIO: &str = "paper/augmented";
 
 const EXAMPLES: &str = "\

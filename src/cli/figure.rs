@@ -6,7 +6,6 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use trocar_report::draw::{FigureFormat, FigureStyle, FigureWidth};
 use trocar_report::wrapped;
 
-/// The options of figures.
 #[derive(Debug, Args)]
 pub(super) struct FigureArgs {
     /// Width of the figures as a number with in, mm or cm, such as 3.5in for a column or 7.16in for a page; text is 8

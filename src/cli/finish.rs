@@ -6,7 +6,6 @@ use trocar_document::{Document, to_json};
 use trocar_report::html::{Again, document_html};
 use trocar_report::{Folder, document_text, write_document};
 
-/// The final output of a command.
 pub(super) struct Finish<'a> {
     pub(super) output: &'a OutputArgs,
     pub(super) folder: Folder,
@@ -17,7 +16,6 @@ pub(super) struct Finish<'a> {
 }
 
 impl Finish<'_> {
-    /// Writes the files of a document.
     pub(super) fn write(&self, document: &Document<'_>) -> Result<(), CliError> {
         write_document(&self.folder, document)?;
         if let Some(again) = &self.report {
@@ -26,7 +24,6 @@ impl Finish<'_> {
         Ok(())
     }
 
-    /// Writes the files of a document, and prints its JSON or its text.
     pub(super) fn document(&self, document: &Document<'_>) -> Result<(), CliError> {
         self.write(document)?;
         if self.output.json { terminal::print(&to_json(&document.json)) } else { self.print(document) }

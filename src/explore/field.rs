@@ -31,15 +31,17 @@ const LAST_MESSAGE: Duration = Duration::from_millis(500);
 #[derive(Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase")]
 enum Request {
-    /// The operator is ready.
-    Push { id: u32 },
+    Push {
+        id: u32,
+    },
     /// The desired position of the hand, in m.
-    Aim { m: f64 },
+    Aim {
+        m: f64,
+    },
     /// The operator ends the link.
     Stop {},
 }
 
-/// The data that wait for the page.
 #[derive(Debug, Default)]
 struct Waiting {
     /// The id of the request with which the leading page began.
@@ -49,7 +51,6 @@ struct Waiting {
     tops_mm: Vec<f64>,
     torn: Vec<bool>,
     drawing: Option<LiveDrawing>,
-    /// The last text.
     end: Option<String>,
     is_delivered: bool,
 }
@@ -86,7 +87,6 @@ impl Field {
         }
     }
 
-    /// Returns the operator's hand.
     #[must_use]
     pub fn hand(&self) -> &Arc<Hand> {
         &self.hand

@@ -74,7 +74,6 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
     packed(&header, &points)
 }
 
-/// Describes the signals of the runs at some ticks.
 pub(super) fn signals<'a>(runs: &'a [Run; 2], ticks: &Range<usize>) -> Result<Figure<'a>, FigureError> {
     let views: Vec<_> = runs.iter().map(|run| (run.view().at(ticks), run.estimation().at(ticks))).collect();
     let times_s = views.iter().flat_map(|(run, _)| run.time_s.first().into_iter().chain(run.time_s.last())).copied();
@@ -112,7 +111,6 @@ pub(super) fn picture(
     packed(&json!({ "type": "file", "id": id, "name": name }), &png)
 }
 
-/// Packs JSON and bytes into a message.
 fn packed(header: &impl Serialize, payload: &[u8]) -> Result<Vec<u8>, StateError> {
     let mut bytes = vec![0; 4];
     serde_json::to_writer(&mut bytes, header).map_err(StateError::Message)?;

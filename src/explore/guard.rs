@@ -16,7 +16,6 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// Returns the guard of a server with this address.
     #[must_use]
     pub fn new(bound: SocketAddr) -> Self {
         Self { bound, token: None }

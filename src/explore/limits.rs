@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-/// Maximum number of open pages.
 pub const MAX_SESSIONS: usize = 16;
 
 /// Maximum number of connections that are not yet a page. Beyond it, the server closes the oldest one.
@@ -11,10 +10,8 @@ pub const MAX_WAITING: usize = 128;
 /// Maximum number of connections that wait to be accepted; the system may allow fewer.
 pub const MAX_UNACCEPTED: u32 = 4096;
 
-/// Time limit for the head of a request.
 pub const HEAD_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// Time limit for a whole request.
 pub const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Maximum size of a message from a page, in bytes. A state has a few hundred bytes.
@@ -26,7 +23,6 @@ pub const MESSAGES: (f64, f64) = (600.0, 300.0);
 /// Time limit for a page to read an answer.
 pub const SEND_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Interval of pings to a page.
 pub const PING_INTERVAL: Duration = Duration::from_secs(10);
 /// Maximum time without a message or a pong from a page.
 pub const MAX_SILENCE: Duration = Duration::from_secs(35);
@@ -43,7 +39,6 @@ pub const MAX_POINTS: usize = 4000;
 /// Number of points of a stability map per axis.
 pub const MAP_POINTS: usize = 48;
 
-/// Maximum number of changed keys.
 pub const MAX_KEYS: usize = 64;
 
 /// Maximum length of a list of numbers from a page.

@@ -7,10 +7,8 @@ use trocar_scenario::{KeyAt, Place, Scenario, Template, Value, Values, find_key}
 use trocar_studies::compare::{NoiseCheck, check_in_noise};
 use trocar_studies::run::{Run, RunError, run};
 
-/// The names of the two schemes.
 pub const SCHEMES: [&str; 2] = ["classical", "augmented"];
 
-/// Both runs.
 #[derive(Debug, Clone)]
 pub struct Pair {
     /// The classical run, then the augmented run.
@@ -45,7 +43,6 @@ struct Cached {
 }
 
 impl PairMaker {
-    /// Returns a maker for a catalogue.
     #[must_use]
     pub fn new(catalogue: Catalogue) -> Self {
         Self { catalogue, cached: None }

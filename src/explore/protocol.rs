@@ -8,31 +8,23 @@ use super::state::State;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
 pub(super) enum Request {
-    /// Requests the values of a scenario, for the controls.
     Open {
         id: u32,
-        /// Name of the scenario in the catalogue.
         scenario: String,
     },
-    /// Requests both runs of a state.
     Show(Show),
-    /// Requests the stability map of a state.
     Map(MapRequest),
-    /// Requests a file of a state.
     Export(Export),
-    /// Starts an insertion by hand.
     Push {
         id: u32,
         state: State,
         /// True if the run is augmented.
         augmented: bool,
     },
-    /// Sets the desired position of the hand.
     Aim {
         /// Desired position in m.
         m: f64,
     },
-    /// Stops the insertion by hand.
     Stop {},
 }
 
@@ -54,7 +46,6 @@ pub(super) enum ShownTime {
     /// Around the first rupture.
     #[default]
     Rupture,
-    /// The whole run.
     All,
     /// From one time to another, in s.
     Between(f64, f64),
@@ -77,7 +68,6 @@ pub(super) struct MapRequest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum File {
-    /// The resolved scenario.
     Toml,
     /// All signals at every tick.
     Csv,
@@ -102,9 +92,7 @@ pub(super) struct Export {
 /// A message to a page.
 #[derive(Debug, Clone)]
 pub(super) enum ServerMessage {
-    /// JSON.
     Text(String),
-    /// A [frame](super::frame).
     Frame(Vec<u8>),
 }
 

@@ -51,7 +51,6 @@ const REST_S: f64 = HORIZON_S + 0.1;
 /// Number of intervals of the lines of a result.
 const RESULT_INTERVALS: usize = 1000;
 
-/// An insertion by hand.
 #[derive(Debug)]
 pub(super) struct Push {
     hand: Arc<Hand>,

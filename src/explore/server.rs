@@ -21,41 +21,29 @@ use super::limits::{MAX_MESSAGE_BYTES, MAX_SESSIONS, MAX_UNACCEPTED};
 use super::session;
 use super::state::Catalogue;
 
-/// Options of the server.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Address of the server.
     pub address: IpAddr,
     /// Port of the server; 0 for any free port.
     pub port: u16,
     /// The available scenarios.
     pub catalogue: Catalogue,
-    /// Name of the first scenario in the catalogue.
     pub first: String,
 }
 
-/// An error of the server.
 #[derive(Debug, Error)]
 pub enum ExploreError {
-    /// The address is not available.
     #[error("cannot serve on {address}: {source}; give another --port, or --port 0 for any free port")]
-    Bind {
-        /// The requested address.
-        address: SocketAddr,
-        /// The cause.
-        source: std::io::Error,
-    },
+    Bind { address: SocketAddr, source: std::io::Error },
     /// The system has no threads or events for a server.
     #[error("cannot serve the page: {0}")]
     System(std::io::Error),
 }
 
-/// The content of a server.
 #[derive(Debug)]
 enum Site {
     /// The page of `trocar explore`, with its scenarios and the name of the first one.
     Explore(Catalogue, String),
-    /// The page of a link.
     Field(Arc<Field>),
 }
 
@@ -183,7 +171,6 @@ async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Bod
     }
 }
 
-/// Opens the WebSocket of a page.
 async fn link(state: &ServerState, request: Request<Body>) -> Response<Body> {
     if !state.guard.admits_origin(header(&request, "origin"), host(&request)) {
         return refusal(403, "The server accepts requests from its own pages only.\n");

@@ -26,7 +26,6 @@ pub(super) struct Allowance {
 }
 
 impl Allowance {
-    /// Returns a full bucket.
     pub(super) fn new(now: Instant) -> Self {
         Self { left: MESSAGES.0, updated: now }
     }
@@ -40,7 +39,6 @@ impl Allowance {
     }
 }
 
-/// An open page.
 struct Session {
     mailbox: Arc<Mailbox>,
     answers: Sender<ServerMessage>,

@@ -43,7 +43,6 @@ struct Queue {
     ended: bool,
 }
 
-/// The queued requests of a page.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
     queue: Mutex<Queue>,

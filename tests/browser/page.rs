@@ -48,7 +48,6 @@ pub struct BrowserPage {
     pub server: u32,
 }
 
-/// Runs a trial with a new page, server and browser.
 pub fn run(body: Body) -> Result<(), String> {
     let (server, address) = explore(&[]);
     let server_id = server.id();
@@ -101,12 +100,10 @@ impl BrowserPage {
         tokio::time::sleep(Duration::from_millis(700)).await;
     }
 
-    /// Returns the result of a script.
     pub async fn evaluate(&self, script: &str) -> Json {
         self.client.execute(script, vec![]).await.expect("a script of this test")
     }
 
-    /// Waits until a script returns true.
     pub async fn wait(&self, script: &str) {
         let until = Instant::now() + TIMEOUT;
         while self.evaluate(script).await != Json::Bool(true) {
@@ -136,7 +133,6 @@ impl BrowserPage {
         }
     }
 
-    /// Types a text at the present focus.
     pub async fn type_text(&self, text: &str) {
         for letter in text.chars() {
             let text = letter.to_string();
@@ -175,7 +171,6 @@ impl BrowserPage {
         self.devtools("Input.dispatchMouseEvent", at).await;
     }
 
-    /// Returns the left, top, width and height of an element in the window.
     pub async fn place(&self, selector: &str) -> [f64; 4] {
         let script = format!(
             "const box = document.querySelector({selector:?}).getBoundingClientRect(); return [box.left, box.top, box.width, box.height]"

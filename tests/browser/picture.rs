@@ -9,7 +9,6 @@ use crate::page::BrowserPage;
 use crate::similar::{assert_similar, changed_share};
 use crate::test_folder::TestFolder;
 
-/// Returns a column of a trace.
 pub fn column(csv: &str, name: &str) -> Vec<f64> {
     let mut lines = csv.lines();
     let at = lines.next().and_then(|head| head.split(',').position(|one| one == name)).expect("a column");

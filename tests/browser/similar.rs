@@ -9,7 +9,6 @@ const BLOCK: usize = 16;
 /// Difference of a mean colour, on the scale of 255, above which a block has changed.
 const CHANGED: f64 = 24.0;
 
-/// Maximum fraction of changed blocks.
 const MAX_SHARE: f64 = 0.05;
 
 /// Compares a screenshot with the file of this name. `BLESS=1` writes the file.

@@ -15,7 +15,6 @@ fn spec(settings: &[String]) -> DetectionSpec {
     DetectionSpec::resolve(&mut values).expect("a good recording")
 }
 
-/// Returns a recording of the lever rig.
 fn lever(file: &str, force: &str, ruptures_s: &str) -> DetectionSpec {
     spec(&[
         format!("recording.file={file}"),
@@ -195,7 +194,6 @@ fn a_longer_requested_interval_needs_a_higher_threshold() {
 
 #[test]
 fn degenerate_recordings_give_finite_settings_and_no_alarm() {
-    /// Position, velocity and force as functions of time.
     type Row = fn(f64) -> [f64; 3];
     let rows = |count: u32, row: Row| {
         (0..count).map(move |k| {

@@ -8,7 +8,6 @@ use insta::assert_snapshot;
 use crate::support::file;
 use crate::support::test_folder::TestFolder;
 
-/// A short scenario that needs no recording.
 const SHORT: &str =
     "name = \"short\"\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nsimulation.duration_s = 0.5\n";
 

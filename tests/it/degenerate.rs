@@ -98,7 +98,6 @@ fn any_settings() -> impl Strategy<Value = Settings> {
     )
 }
 
-/// Returns values of a broken sensor.
 fn bad_number() -> impl Strategy<Value = f64> {
     prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN, 1e6, -1e6])
 }

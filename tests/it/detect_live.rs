@@ -64,7 +64,6 @@ impl Rig {
         self.lines.recv_timeout(PATIENCE).expect("a line in time")
     }
 
-    /// Returns the exit code and the remaining output.
     fn end(mut self) -> (i32, Vec<String>, Vec<String>) {
         drop(self.input.take());
         let code = self.child.wait().expect("ended").code().unwrap_or(-1);
@@ -214,7 +213,6 @@ fn bad_rows_are_skipped_reported_and_counted() {
         assert!(outcome.err.contains(place), "{}", outcome.err);
     }
 
-    // The rate of warnings is limited.
     let flood = text.clone() + &"what\n".repeat(100_000);
     let outcome = folder.fed(&[&["detect", "-"], &VELOCITY[..]].concat(), flood.as_bytes());
     assert_eq!(outcome.code, 0);

@@ -178,7 +178,6 @@ fn labels_in_the_folder_of_a_recording_are_read_by_default() {
     assert_eq!((&of(1)["scores"]["found"], &of(1)["false_alarms"]), (&Json::from(1), &Json::from(1)));
     assert_eq!((&of(2)["scores"]["ruptures"], &of(2)["false_alarms"]), (&Json::from(0), &Json::from(0)));
     assert_eq!(all["scores"]["recordings"], 2);
-    // Explicit labels have priority.
     let explicit = json(&folder.good(&detect(&["a/two.csv", "--rupture-s", "1", "--rupture-s", "2", "--json"])));
     assert_eq!((&explicit["missed_ruptures"], &explicit["false_alarms"]), (&Json::from(0), &Json::from(0)));
     folder.file("b/none.labels.csv", "time_s\nsoon\n");

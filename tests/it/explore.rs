@@ -23,7 +23,6 @@ fn get(address: SocketAddr, path: &str, host: &str) -> String {
     answer(address, &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n"))
 }
 
-/// A page of this server.
 pub(crate) struct ServedPage {
     socket: Socket,
     last_id: u32,

@@ -114,7 +114,6 @@ fn assert_same_commands(unit: &Unpacked, settings: &Settings, samples: &[Sample]
     alarms
 }
 
-/// Returns the samples of a recording of the lever rig.
 fn recorded(path: &str, torque: &str) -> Vec<Sample> {
     let columns = table(path);
     let slave = &columns["xs_rad"];
@@ -191,7 +190,6 @@ fn a_led_operator_follows_the_input() {
     let mut instance = unit.instance();
     instance.initialise().expect("its own parameters");
     unit.set(&mut instance, "person.position_m", Scalar::Real(-0.01));
-    // Several ticks in one step.
     instance.step(0.4).expect("400 ticks");
     let desired = instance.get(unit.reference("desired_position_m"), "any").expect("an output");
     assert_eq!(desired, Scalar::Real(-0.01));

@@ -28,7 +28,6 @@ const BUILT_IN: &str =
 const OF_UNIT: &str = "kind = \"fmu\"\n[tissue.fmu]\nfile = \"tissue.fmu\"\nposition = \"x\"\nvelocity = \"v\"\nforce = \"f\"\n\
                        parameters = \"k = 350; b=4.0; contact = 1e-3\"\n";
 
-/// Returns the trace of a scenario in a folder.
 fn trace(folder: &TestFolder, text: &str) -> Trace {
     folder.file("scenario.toml", text);
     let scenario = Scenario::load(&Source::Disk(folder.path("scenario.toml")), &[]).expect("loads");

@@ -5,7 +5,6 @@ use trocar::engine::{Observer, Signals};
 use trocar::lane::{Lane, Mask};
 use trocar::scenario::{Scenario, Source};
 
-/// All numbers of one lane, for all ticks.
 #[derive(Default)]
 struct Seen(Vec<Vec<u64>>);
 

@@ -32,7 +32,6 @@ const OF_SHAFT: [(&str, &Bounds); 4] = [
     ("shaft_damping_n_s_per_m2", &literature::SHAFT_DAMPING_N_S_PER_M2),
 ];
 
-/// Returns every key with a range.
 fn ranged() -> Vec<(String, &'static Bounds)> {
     let of_layer =
         |name: &'static str| OF_LAYERS.map(|(field, bounds)| (format!("tissue.layer.{name}.{field}"), bounds));
@@ -75,7 +74,6 @@ fn a_firm_phantom_runs_with_a_warning() {
         ["tissue.layer.skin.rupture_force_n=30", "tissue.layer.skin.stiffness_n_per_m=5000", "simulation.duration_s=1"];
     let set: Vec<&str> = firm.iter().flat_map(|setting| ["--set", setting]).collect();
     let run = [&["run", SKIN_NAME][..], &set].concat();
-    // The terminal wraps warnings.
     let unwrapped = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let told = "tissue.layer.skin.rupture_force_n is 30, outside of 0.0005 to 19.2 N";
     let (run, check) = (folder.trocar(&run), folder.trocar(&[&["check", SKIN_NAME][..], &set].concat()));

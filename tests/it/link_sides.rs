@@ -26,7 +26,6 @@ fn scenario(more: &str) -> Scenario {
     Scenario::load(&Source::Text { name: "x".into(), text: text.into() }, &[]).expect("loads")
 }
 
-/// Returns a session of both sides.
 fn greeted(scenario: &Scenario, key: &Key) -> (Greeted, Greeted) {
     let scenario = fingerprint(scenario);
     let (mut master, mut slave) =
@@ -67,7 +66,6 @@ fn in_virtual_time(
     (master, slave)
 }
 
-/// Checks that both ends have the signals of a run.
 fn assert_is_run(scenario: &Scenario, (master, slave): &(MasterEnd, SlaveEnd)) {
     let trace = run(scenario.clone()).expect("runs").trace;
     let both = [(MasterEnd::COLUMNS, master.trace()), (SlaveEnd::COLUMNS, slave.trace())];
@@ -129,7 +127,6 @@ fn both_ends_give_the_signals_of_a_run_for_other_links_and_machines() {
 fn a_million_foreign_old_and_mutated_packets_change_nothing() {
     let scenario = scenario(CHANNEL);
     let key = Key::new(&[3; 32]).expect("long enough");
-    // The packets of a session with another key.
     let (other, _) = greeted(&scenario, &Key::new(&[4; 32]).expect("long enough"));
     let mut foreign = MasterEnd::new(&scenario, other.session).expect("builds");
     let mut seen: Vec<[u8; PACKET_BYTES]> = vec![];

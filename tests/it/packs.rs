@@ -7,7 +7,6 @@ use trocar::engine::InstructionSet;
 use trocar::run::{PACK, can_share, measure, run_pack, run_pack_in};
 use trocar::scenario::{Scenario, Source};
 
-/// Returns a shipped scenario with settings.
 fn load(name: &str, settings: &[String]) -> Scenario {
     let path = format!("builtin:{name}");
     Scenario::load(&Source::parse(&path), settings).unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))

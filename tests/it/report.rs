@@ -9,14 +9,12 @@ use serde_json::Value as Json;
 /// Maximum size of a page, in bytes.
 const MAX_BYTES: usize = 2_000_000;
 
-/// A short scenario that needs no recording.
 const SHORT: &str =
     "name = \"short\"\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nsimulation.duration_s = 0.5\n";
 
 /// A text that would be executed if it were not escaped.
 const EVIL: &str = "</script><script>alert(1)</script><img src=x onerror=alert(2)>";
 
-/// Unescapes a text.
 fn unescaped(html: &str) -> String {
     let pairs = [
         ("&lt;", "<"),
@@ -30,13 +28,11 @@ fn unescaped(html: &str) -> String {
     pairs.iter().fold(html.to_owned(), |text, (code, plain)| text.replace(code, plain)).replace("&amp;", "&")
 }
 
-/// Returns the first text between two texts.
 fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
     let rest = text.split_once(from).unwrap_or_else(|| panic!("no {from}")).1;
     rest.split_once(to).unwrap_or_else(|| panic!("no {to} after {from}")).0
 }
 
-/// Returns the data of the page's script.
 fn data(html: &str) -> Json {
     serde_json::from_str(between(html, "<script id=\"data\" type=\"application/json\">", "</script>")).expect("JSON")
 }
@@ -54,7 +50,6 @@ fn rows(html: &str) -> Vec<Vec<String>> {
     html.split("<tr>").skip(1).map(row).collect()
 }
 
-/// Checks the properties of every page.
 fn is_sound(html: &str) {
     assert!(html.len() < MAX_BYTES, "{} bytes", html.len());
     assert!(html.starts_with("<!doctype html>\n<html lang=\"en\">"));
@@ -170,7 +165,6 @@ fn the_page_is_reproducible_anywhere_and_with_the_command_that_it_states() {
     assert!(files == plain.files("out"));
 }
 
-/// Returns the columns of a CSV file by name.
 fn columns(text: &str) -> BTreeMap<String, Vec<f64>> {
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next().expect("a heading").split(',').collect();

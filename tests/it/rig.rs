@@ -6,7 +6,6 @@ use trocar::lane::Lane;
 use trocar::rig::{Command, HapticController, Limits, Sample, Settings, VelocitySource};
 use trocar::scenario::{Scenario, Source};
 
-/// Records the signals of each tick.
 #[derive(Default)]
 struct Tape(Vec<Signals<f64>>);
 
@@ -28,7 +27,6 @@ fn tape(scenario: &Scenario) -> Vec<Signals<f64>> {
     tape.0
 }
 
-/// Returns the sensor readings of a tick.
 fn sample(signals: &Signals<f64>, resolution_m: f64) -> Sample {
     let read = |position: f64| {
         if resolution_m > 0.0 { position.round_to(resolution_m, 1.0 / resolution_m) } else { position }

@@ -152,7 +152,6 @@ fn a_closed_loop_gives_the_same_alarms_as_its_own_detector() {
     assert_eq!(point.false_alarms, metrics.false_alarms);
 }
 
-/// Returns the counts at a detector's own threshold.
 fn own(roc: &Characteristics, detector: usize) -> &Point {
     roc.all[detector].at_own_threshold().expect("there")
 }

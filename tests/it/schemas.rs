@@ -92,7 +92,6 @@ fn schema(folder: &TestFolder, kind: &str) -> Json {
     parsed(&folder.good(&["schema", kind]))
 }
 
-/// Returns the kinds that the help lists.
 fn kinds(folder: &TestFolder) -> Vec<String> {
     let help = folder.good(&["schema", "--help"]);
     let name = |line: &str| Some(line.trim_start().strip_prefix("- ")?.split_once(':')?.0.to_owned());

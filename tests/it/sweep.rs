@@ -25,7 +25,6 @@ augmentation.reengage = ["ramp", "snap"]
 tissue.layer.skin.rupture_force_n = [4.9, 5.3]
 "#;
 
-/// A sweep of some seconds.
 const LONG: &str = r#"
 base = "builtin:layers/direct-access.toml"
 metrics = ["max_slave_overshoot_m", "tracking_rmse_m"]
@@ -178,7 +177,6 @@ fn begin(folder: &TestFolder, arguments: &[&str]) -> Child {
         .expect("begun")
 }
 
-/// Waits until a running sweep has written a pack.
 fn await_a_pack(folder: &TestFolder, below: &str, child: &mut Child) {
     let part = folder.path(below).join("cases.part");
     while !std::fs::metadata(&part).is_ok_and(|file| file.len() > 0) {
@@ -200,7 +198,6 @@ fn same(folder: &TestFolder, one: &str, other: &str) {
     }
 }
 
-/// Returns the cells of a CSV file by row.
 pub(crate) fn rows(folder: &TestFolder, name: &str) -> Vec<BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_path(folder.path(name)).expect("there");
     let names: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();

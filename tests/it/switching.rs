@@ -29,7 +29,6 @@ fn scenario(settings: &[&str]) -> Scenario {
     Scenario::load(&source(), &owned(settings)).expect("loads")
 }
 
-/// Returns the analysis of a scenario, computed once.
 fn analysed(settings: &[&str], tissue: (f64, f64)) -> Switching {
     static CACHE: Mutex<BTreeMap<String, Arc<OnceLock<Switching>>>> = Mutex::new(BTreeMap::new());
     let key = format!("{settings:?} {tissue:?}");
@@ -53,7 +52,6 @@ const HOLD: [&str; 8] = [
     "tissue.damping_n_s_per_m=0.0",
 ];
 
-/// Returns a scenario for thousands of sequences.
 fn at_rest(settings: &[&str]) -> Scenario {
     without_alarms(&source(), &owned(settings)).expect("loads")
 }

@@ -70,7 +70,6 @@ fn closed_form(layer: TearingLayer, speed_m_per_s: f64) -> Rupture {
     Rupture { deflection_m: d, force_n: force(d), work_j }
 }
 
-/// A function that reads a quantity of a rupture.
 type Quantity = fn(&Rupture) -> f64;
 
 /// Returns the slopes of a quantity over the speed, on logarithmic scales, from each speed to the next.
@@ -208,7 +207,6 @@ fn lanes_of_different_motions_are_identical_to_single_runs() {
     assert_eq!(ruptures, [3, 3]);
 }
 
-/// A scenario with three named layers.
 const NAMED: &str = "\
     [simulation]\nduration_s = 3.0\n[operator]\nkind = \"minimum-jerk\"\nstart_m = -0.002\nend_m = 0.05\nmovement_s = 2.0\n\
     [tissue]\nkind = \"tearing\"\n\

@@ -135,7 +135,6 @@ fn a_change_is_printed_only_where_it_has_a_meaning() {
     }
 }
 
-/// The subcommands of commands.
 const NESTED: [[&str; 2]; 5] =
     [["scenarios", "show"], ["sweep", "merge"], ["link", "master"], ["link", "slave"], ["link", "replay"]];
 

@@ -75,7 +75,6 @@ fn layered() -> impl Strategy<Value = AnyTissue<f64>> {
     counted_layered().prop_map(|(tissue, _)| tissue)
 }
 
-/// Returns a tissue of layers with their number.
 fn counted_layered() -> impl Strategy<Value = (AnyTissue<f64>, usize)> {
     (prop::collection::vec(layer(), 1..8), shaft()).prop_filter_map("the layers are possible", |(layers, shaft)| {
         let (layers, count): (Vec<_>, _) = (layers.iter().map(|layer| ("any".into(), *layer)).collect(), layers.len());
@@ -110,7 +109,6 @@ fn tearing() -> impl Strategy<Value = AnyTissue<f64>> {
     counted_tearing().prop_map(|(tissue, _)| tissue)
 }
 
-/// Returns a tissue that tears with its number of layers.
 fn counted_tearing() -> impl Strategy<Value = (AnyTissue<f64>, usize)> {
     let crack = (2e-4..2e-3f64, 0.02..2.0f64);
     (prop::collection::vec(tearing_layer(), 1..8), crack, shaft()).prop_map(|(layers, crack, shaft)| {
@@ -262,7 +260,6 @@ fn a_membrane_ruptures_at_its_rupture_force_and_relaxes_to_its_cutting_force() {
         (0..1000).all(|_| (tissue.react(0, x, 0.0).force_n - held).abs() < 1e-9),
         "a frozen needle feels a held force"
     );
-    // The cutting continues at the cutting force.
     for _ in 0..5000 {
         x += step;
         assert!((tissue.react(0, x, 0.0).force_n - capsule.cutting_force_n).abs() < 1e-6);

@@ -110,7 +110,6 @@ fn the_ages_belong_to_the_samples_that_the_receiver_holds() {
     assert_eq!((ticks(delays.forward), ticks(delays.backward)), ((5, 8 + 4), (3, 3 + 4)));
 }
 
-/// Returns the command's answer for a scenario.
 fn stability(folder: &TestFolder, scenario: &str, settings: &[String]) -> (Json, String) {
     let axes = ["--json", "--x", "scaling.force=0.5:2:2", "--y", "scaling.position=0.5:2:2"];
     let set = settings.iter().flat_map(|setting| ["--set", setting]);

@@ -183,7 +183,6 @@ fn impossible_energy_of_the_hand_and_a_delay_longer_than_the_run_give_warnings()
     assert!(!codes_of("paper/classical", &["channel.forward_delay_s=3"]).contains(&Code::DelayBeyondRun));
 }
 
-/// Returns the settings that remove a reason.
 fn removal(reason: &MissReason, threshold: &mut f64) -> String {
     match reason {
         MissReason::NotInContact { .. } => "estimator.contact_m=-1000".into(),
@@ -472,7 +471,6 @@ fn warnings_are_in_every_answer_and_can_be_errors() {
     let denied = folder.trocar(&["run", "sensing/wrong-detector-settings", "--deny-warnings"]);
     assert!(denied.code == 1 && denied.err.contains("--deny-warnings"), "{}", denied.err);
     assert_eq!(folder.trocar(&["run", "paper/classical", "--deny-warnings"]).code, 0);
-    // Several runs give one document.
     let two = folder.trocar(&["run", "paper/classical", "paper/augmented", "--json"]).out;
     let two: Json = serde_json::from_str(&two).expect("one JSON document");
     assert_eq!(two.as_array().map(Vec::len), Some(2));

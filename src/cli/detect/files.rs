@@ -97,7 +97,6 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
     warnings.finish()
 }
 
-/// Returns the instructions to repeat the detection.
 fn again(args: &DetectArgs, files: Vec<(String, String)>, recordings: &[String]) -> Again {
     let note = "Run this command in the folder of the recordings.";
     Again { command: "trocar detect", files, line: args.line(recordings), note }

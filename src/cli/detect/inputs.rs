@@ -30,7 +30,6 @@ const RESERVED: [&str; 9] = [
 pub(super) struct Input {
     /// The path as the user gave it, or the path within a given folder.
     pub(super) given: String,
-    /// The unique name of the output folder.
     pub(super) folder: String,
     pub(super) values: Result<Values, ScenarioError>,
     /// The warning that the columns are guessed.

@@ -10,14 +10,10 @@ use crate::cli::interrupt;
 /// Maximum number of bytes per read. The lines of a live rig arrive one by one.
 const CHUNK_BYTES: usize = 64 << 10;
 
-/// Maximum number of queued chunks.
 const CHUNKS: usize = 2;
 
-/// The next input.
 pub(super) enum Event<'a> {
-    /// Bytes of the input.
     Bytes(&'a [u8]),
-    /// The end of the input.
     End,
     /// Ctrl-C or another termination signal.
     Stop,
@@ -55,7 +51,6 @@ impl StandardInput {
         Ok(Self { messages, spare, current: vec![] })
     }
 
-    /// Waits for the next input.
     pub(super) fn next(&mut self) -> Event<'_> {
         let used = std::mem::take(&mut self.current);
         if !used.is_empty() {

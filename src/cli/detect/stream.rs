@@ -70,7 +70,6 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     }
 }
 
-/// The reason why the stream ends early.
 enum Ended {
     /// The reader of the output is closed.
     OutputClosed,

@@ -56,7 +56,6 @@ impl LiveWarnings {
     }
 }
 
-/// Describes a timestamp anomaly.
 pub(super) fn text(anomaly: &TimestampAnomaly) -> String {
     match anomaly {
         TimestampAnomaly::NotLater { last_s, time_s } => {

@@ -4,63 +4,48 @@ use thiserror::Error;
 
 use trocar_link::{KeyError, RemoteLogError};
 
-/// The error of a link.
 #[derive(Debug, Error)]
 pub(in crate::cli) enum LinkError {
-    /// The address is invalid.
     #[error("{address}: {source}: give a host and a port, as in 127.0.0.1:7711")]
     Address {
         /// The address as given.
         address: String,
         source: std::io::Error,
     },
-    /// The address cannot be used.
     #[error("{address}: {source}: choose another address or port")]
     Bind { address: String, source: std::io::Error },
-    /// An address of another machine was given without a key.
     #[error(
         "{address} is not an address of this machine only: give both sides the same key with --key-file (head -c 32 /dev/urandom > key)"
     )]
     NeedsKey { address: String },
-    /// The key file cannot be read.
     #[error("{path}: {source}: give a file with the key of both sides")]
     KeyFile { path: String, source: std::io::Error },
-    /// The key is too short.
     #[error("{path}: {source}")]
     Key { path: String, source: KeyError },
-    /// `--proxy` was given with an address of another machine.
     #[error("--proxy is between two sides on this machine, and {address} is not on it: leave out --proxy")]
     ProxyElsewhere { address: String },
-    /// The scenario's channel would have no effect without `--proxy`.
     #[error(
         "the delays, jitter, loss and outages of [channel] act with --proxy only: add --proxy, or set them to 0 for the delays of the network"
     )]
     ChannelWithoutProxy,
-    /// `--pointer` was given for a tissue that replays a recording.
     #[error(
         "the tissue is the force of a recording, which another hand made, and does not answer to --pointer: choose a scenario whose tissue.kind is a model, such as layers/skin-augmented"
     )]
     PointerOnRecording,
-    /// No slave replied.
     #[error("no slave replied at {address} within {wait_s} s: start it, with the same --key-file if there is one")]
     NoReply {
         address: String,
         /// The waiting time, in s.
         wait_s: u32,
     },
-    /// The slave has another scenario, other settings or another version.
     #[error("the slave has another scenario, other settings or another version of trocar: give both sides the same")]
     Differs,
-    /// The slave stopped replying.
     #[error("the slave does not answer any more: start both sides again")]
     NotReady,
-    /// A log cannot be read.
     #[error("{path}: {source}: give the folder of a link, which contains master and slave")]
     Log { path: String, source: std::io::Error },
-    /// The content of a log is invalid.
     #[error(transparent)]
     Content(#[from] RemoteLogError),
-    /// The replay differs from the link.
     #[error("the link is not its replay, bit for bit")]
     NotReplayed,
 }

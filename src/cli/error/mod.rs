@@ -26,13 +26,10 @@ use trocar_studies::sweep::SweepError;
 /// The error of a command.
 #[derive(Debug, Error)]
 pub(super) enum CliError {
-    /// A scenario is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] InvalidValue),
-    /// Two scenarios have the same name and so the same output folder.
     #[error(
         "two scenarios have the name {name:?} and would write into the same folder: {}",
         same_name_remedy(first, second)
@@ -44,7 +41,6 @@ pub(super) enum CliError {
         /// The second file, as given.
         second: String,
     },
-    /// The flag was renamed or moved to another command.
     #[error("{flag} of `trocar {command}` is gone; use `{now}`")]
     Moved {
         /// The command that had the flag.
@@ -53,25 +49,18 @@ pub(super) enum CliError {
         /// The new flag, or the new command with its flag.
         now: &'static str,
     },
-    /// Flags of the synthetic insertion were given with other signals.
     #[error("--drop-n, --sharpness-s and --depth-m vary the synthetic insertion; remove them or the other signals")]
     OnlySynthetic,
-    /// Ctrl-C was pressed.
     #[error("interrupted: {}", .kept.as_deref().unwrap_or("nothing was written"))]
     Interrupted { kept: Option<String> },
-    /// The file to be written already exists.
     #[error("{path} already exists; give another path, or --force to replace it")]
     Exists { path: String },
-    /// The detection failed for some or all recordings.
     #[error(transparent)]
     Detect(#[from] DetectError),
-    /// A calibration failed.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
-    /// The signals cannot be evaluated together.
     #[error(transparent)]
     Roc(RocError),
-    /// A sweep failed, completely or in part.
     #[error(transparent)]
     Sweep(SweepError),
     /// A long sweep was started without `--yes`.
@@ -79,52 +68,40 @@ pub(super) enum CliError {
         "{cases} cases take about {about}; add --yes to start, use fewer points or seeds, or run parts with --shard"
     )]
     LongSweep { cases: u64, about: String },
-    /// The case does not exist.
     #[error("the sweep has no case {case}: it has {cases} cases, numbered from 0")]
     NoCase {
         /// The requested case.
         case: u64,
         cases: u64,
     },
-    /// An axis of a map is invalid.
     #[error("{axis}: {reason}")]
     Axis {
         /// The axis as given.
         axis: String,
         reason: String,
     },
-    /// A stability analysis failed.
     #[error(transparent)]
     Stability(#[from] StabilityError),
-    /// The page cannot be served.
     #[error(transparent)]
     Explore(#[from] ExploreError),
-    /// A run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A figure cannot be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A report cannot be rendered.
     #[error(transparent)]
     Html(#[from] HtmlError),
-    /// There were warnings, and `--deny-warnings` makes them errors.
     #[error("{count} {}, and --deny-warnings makes them errors", if *count == 1 { "warning" } else { "warnings" })]
     Warnings { count: usize },
-    /// The word to explain is unknown.
     #[error("there is no warning, key or metric {word:?}{}", nearest.as_ref().map_or(String::new(), |nearest| format!("; did you mean {nearest}?")))]
     Unknown {
         word: String,
         /// The most similar known word.
         nearest: Option<String>,
     },
-    /// An FMU cannot be built.
     #[error(transparent)]
     Unit(UnitError),
-    /// The FMU library is missing.
     #[error(
         "{path}: {source}: run `cargo build --release`, which makes the library of units beside trocar, or give its path with --library"
     )]
@@ -133,13 +110,10 @@ pub(super) enum CliError {
         path: String,
         source: std::io::Error,
     },
-    /// A link between two processes, or its replay, failed.
     #[error(transparent)]
     Link(#[from] LinkError),
-    /// The FMU's container cannot be written.
     #[error("the unit cannot be packed: {0}")]
     Pack(std::io::Error),
-    /// Standard output cannot be written.
     #[error("cannot write to standard output: {0}")]
     Print(std::io::Error),
 }

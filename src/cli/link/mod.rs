@@ -103,7 +103,6 @@ struct SlaveArgs {
     listen: String,
 }
 
-/// The arguments of both sides.
 #[derive(Debug, Args)]
 #[command(mut_arg("format", |arg| arg.help("Formats of the trace besides csv, separated by commas; mcap is a log for Foxglove and PlotJuggler")))]
 struct SideArgs {

@@ -49,7 +49,6 @@ position_m = 1.0
 force_n = 1.0
 ";
 
-/// The operator at a page.
 pub(super) struct Pointer {
     field: Arc<Field>,
     tissue: DrawnTissue,
@@ -87,17 +86,14 @@ impl Pointer {
         Ok(())
     }
 
-    /// Returns the scenario with the hand of this operator.
     pub(super) fn lead(&self, scenario: &Scenario) -> Scenario {
         scenario.clone().held_by(self.field.hand().clone())
     }
 
-    /// Advances the hand by one tick.
     pub(super) fn step(&self) {
         self.field.hand().step(self.tick_s);
     }
 
-    /// Shows the last tick of the master's side.
     pub(super) fn show(&mut self, end: &MasterEnd) {
         let trace = end.trace();
         let last = |column: &[f64]| column.last().copied().unwrap_or_default();
@@ -130,7 +126,6 @@ impl Pointer {
         self.field.has_ended()
     }
 
-    /// Shows on the page how the link ended.
     pub(super) fn end(&self, summary: &SideSummary, files: &Path) {
         let (ticks, _) = summary.ticks;
         let text = format!("{ticks} ticks, {} alarms; files: {}", self.alarms, files.display());

@@ -69,7 +69,6 @@ impl End {
     }
 }
 
-/// A side before its first tick.
 struct Side<'a> {
     args: &'a SideArgs,
     role: Role,
@@ -147,7 +146,6 @@ fn has_channel(scenario: &Scenario) -> bool {
         || !scenario.backward_schedule.is_empty()
 }
 
-/// Returns a random number for a session.
 fn nonce() -> Result<[u8; 16], LinkError> {
     let mut nonce = [0; 16];
     getrandom::fill(&mut nonce).map_err(|error| LinkError::Bind {
@@ -162,7 +160,6 @@ fn interrupted() -> CliError {
 }
 
 impl Side<'_> {
-    /// Performs the master's greeting.
     fn call(&self, key: Key, to: SocketAddr, args: &MasterArgs) -> Result<Greeted, CliError> {
         let mut calling = Calling::new(key, nonce()?, fingerprint(&self.scenario));
         let give_up_ns = self.clock.now_ns() + i64::from(args.wait_s) * SECOND_NS;
@@ -240,7 +237,6 @@ impl Side<'_> {
         if self.stop.load(Ordering::Relaxed) { Err(interrupted()) } else { Ok(()) }
     }
 
-    /// Runs the ticks and writes the results.
     fn run(mut self, greeted: &Greeted, to: SocketAddr, proxy: Option<Running>) -> Result<(), CliError> {
         let led = self.pointer.as_ref().map(|pointer| pointer.lead(&self.scenario));
         let mut end = End::new(self.role, led.as_ref().unwrap_or(&self.scenario), greeted)?;

@@ -4,7 +4,6 @@ use trocar_report::html::assets as shared;
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Asset {
-    /// Path on the server.
     pub path: &'static str,
     pub media: &'static str,
     pub content: &'static str,

@@ -19,7 +19,6 @@ use page::BookPage;
 
 const GENERATED: &str = "<!-- generated -->";
 
-/// Returns the pages of the book.
 fn pages() -> Vec<PathBuf> {
     let mut pages = files_with("md", &file("docs/src"));
     pages.sort();
@@ -89,7 +88,6 @@ fn the_first_screen_shows_the_commands_that_a_newcomer_needs() {
     assert!(block.contains("cargo test"), "{block}");
 }
 
-/// Returns the targets of a page's links.
 fn links(text: &str) -> impl Iterator<Item = &str> {
     text.split("](").skip(1).filter_map(|rest| rest.split(')').next())
 }

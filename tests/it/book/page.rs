@@ -148,7 +148,6 @@ impl BookPage {
     }
 }
 
-/// Returns the commands of a block, with continued lines joined.
 fn commands(lines: &[String]) -> Vec<String> {
     let mut commands: Vec<String> = vec![];
     let mut is_open = false;

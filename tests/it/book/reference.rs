@@ -12,7 +12,6 @@ use super::GENERATED;
 use crate::support::file;
 use crate::support::test_folder::TestFolder;
 
-/// Compares a page with a text.
 fn assert_page(name: &str, text: &str) {
     let path = file("docs/src/reference").join(name);
     let text = format!("{GENERATED}\n{text}");
@@ -38,7 +37,6 @@ fn requirement(key: &Key) -> String {
     }
 }
 
-/// Returns the row of a key.
 fn row(key: &Key) -> String {
     let name = key.path.rsplit('.').next().unwrap_or(key.path);
     let default = match key.fallback {

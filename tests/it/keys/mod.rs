@@ -29,7 +29,6 @@ struct Chosen {
 enum Effect {
     /// An output changes in a scenario.
     Acts,
-    /// No output changes.
     Nothing,
     /// Each other value is an error that names a remedy.
     Refused,

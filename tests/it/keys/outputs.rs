@@ -37,7 +37,6 @@ impl Outputs {
 
     /// Returns true if any output differs, bit for bit.
     pub fn differ(&self, other: &Self) -> bool {
-        // Equal settings give equal outputs.
         let settings_differ = !are_equal(&self.scenario, &other.scenario);
         let recording = |values: &Values| RECORDING.map(|section| values.section_json(section));
         let detection_differs = settings_differ || recording(&self.values) != recording(&other.values);

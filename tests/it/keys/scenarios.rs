@@ -159,7 +159,6 @@ const VARIANTS: &[&str] = &[
      augmentation.events_s=[0.1,0.2,0.3,0.4]",
     // A tense operator.
     "operator.stretch_short_gain_n_s_per_m=2 operator.stretch_long_gain_n_per_m=10 operator.stiffening_per_n=0.05",
-    // A moving tissue.
     "tissue.breathing_amplitude_m=0.002 tissue.breathing_period_s=0.5 tissue.heartbeat_amplitude_m=0.0005",
     // No random numbers.
     "perception.reflex=none operator.tremor_amplitude_m=0 channel.jitter_s=0 channel.loss=0 \

@@ -31,17 +31,14 @@ pub fn linear_loop(scenario: &Scenario) -> LinearLoop {
     trocar::stability_check::linear_loop(scenario).expect("analysed")
 }
 
-/// Returns the settings for the analysis of a scenario's events.
 pub fn switching(scenario: &Scenario, tissue: (f64, f64)) -> Result<SwitchingSettings, &'static str> {
     SwitchingSettings::of(scenario, linear_loop(scenario), tissue)
 }
 
-/// Returns the path of a file of the project.
 pub fn file(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// Returns the files with an extension in a folder and its subfolders.
 pub fn files_with(extension: &str, folder: &Path) -> Vec<PathBuf> {
     let mut files = test_folder::files_below(folder);
     files.retain(|path| path.extension().is_some_and(|its| its == extension));

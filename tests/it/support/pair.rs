@@ -4,11 +4,9 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use trocar::lane::{Lane, Mask};
 
-/// Two numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair(pub [f64; 2]);
 
-/// Two truth values.
 #[derive(Debug, Clone, Copy)]
 pub struct PairMask([bool; 2]);
 

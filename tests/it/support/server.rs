@@ -33,7 +33,6 @@ impl Running {
         self.0.id()
     }
 
-    /// Waits for the end and returns the exit code.
     pub fn wait(&mut self) -> Option<i32> {
         self.0.wait().ok()?.code()
     }
@@ -62,7 +61,6 @@ pub fn connect(address: SocketAddr) -> TcpStream {
     stream
 }
 
-/// Opens the WebSocket with an origin.
 pub fn link(address: SocketAddr, origin: Option<&str>, host: &str) -> Result<Socket, Box<tungstenite::Error>> {
     let mut request = format!("ws://{address}/link").into_client_request().map_err(Box::new)?;
     let headers = request.headers_mut();

@@ -86,7 +86,6 @@ impl TestFolder {
         commands.lines().filter(|line| !line.trim().is_empty()).map(seen).collect()
     }
 
-    /// Returns the names of all commands, from the help.
     pub fn commands(&self) -> Vec<String> {
         let help = self.good(&["--help"]);
         let listed = ["Commands:\n", "Files and setup:\n"]
@@ -97,7 +96,6 @@ impl TestFolder {
         names.filter(|name| !name.is_empty() && *name != "help").map(str::to_owned).collect()
     }
 
-    /// Returns every file below a folder with its content.
     pub fn files(&self, below: &str) -> BTreeMap<PathBuf, Vec<u8>> {
         let folder = self.path(below);
         let read = |path: PathBuf| {
@@ -117,7 +115,6 @@ impl TestFolder {
     }
 }
 
-/// Returns the files in a folder and its subfolders.
 pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];
     let mut open = vec![folder.to_owned()];

@@ -23,7 +23,6 @@ pub enum Fault {
     RefusedParameter,
 }
 
-/// Compiled libraries, by version and fault.
 type Libraries = HashMap<(u8, Fault), Vec<u8>>;
 
 /// Returns the library of `tests/data/fmu/tissue.c`, compiled once for each version and fault.
@@ -93,7 +92,6 @@ pub fn description(fmi: u8) -> String {
     )
 }
 
-/// Returns a container with files.
 pub fn container(files: &[(&str, &[u8])]) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(vec![]));
     for (path, content) in files {
