@@ -67,7 +67,7 @@ impl Settings {
     }
 }
 
-/// The fields by key. Derived numbers are filled in when they are read.
+/// Fields by key. Derived numbers are filled in when they are read.
 struct Fields {
     bits: [u64; KEYS.len()],
 }

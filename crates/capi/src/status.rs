@@ -57,7 +57,7 @@ impl Status {
     ];
 }
 
-/// Runs the body of a call, and converts a panic to a status.
+/// Converts a panic of the body to a status.
 #[inline(always)]
 pub(crate) fn guarded(body: impl FnOnce() -> Status) -> Status {
     catch_unwind(AssertUnwindSafe(body)).unwrap_or(Status::Panic)

@@ -42,8 +42,6 @@ fn settings_of(text: &str) -> Result<Settings, String> {
     Ok(settings)
 }
 
-/// Reads the settings in a text.
-///
 /// # Safety
 /// `text` is null or points to `size` bytes.
 #[allow(unsafe_code, reason = "the text is the caller's")]

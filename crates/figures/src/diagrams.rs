@@ -18,7 +18,6 @@ impl Diagram {
         Self { panel: Panel { is_bare: true, ..axes } }
     }
 
-    /// Adds a box around a centre, with one or two lines of text.
     fn boxed(&mut self, (x, y): Point, (half_width, half_height): Point, text: &str, line: Stroke) {
         let (left, right) = (x - half_width, x + half_width);
         let (low, high) = (y - half_height, y + half_height);

@@ -24,7 +24,7 @@ pub fn modes(time_s: &[f64], mode: &[u8], event: Shade) -> Vec<(f64, f64, Shade)
 const BEFORE_S: f64 = 0.4;
 const AFTER_S: f64 = 1.6;
 
-/// Returns the events of a run. The shades are the intervals of augmented events and of re-engaging.
+/// The shades are the intervals of augmented events and of re-engaging.
 pub(super) fn of_run(run: &RunView<'_>) -> Events {
     let shades = modes(run.time_s, run.mode, run.event);
     Events { shades, ruptures: run.rupture_times_s.to_vec(), alarms: run.alarm_times_s.to_vec() }
@@ -35,7 +35,6 @@ pub(super) fn of_estimation(view: &EstimationView<'_>) -> Events {
     Events { shades: Vec::new(), ruptures: view.rupture_times_s.to_vec(), alarms: view.alarm_times_s.to_vec() }
 }
 
-/// Returns the requested window, or the window around the first rupture, or the whole record.
 pub(super) fn window(runs: &[RunView<'_>], requested: Option<(f64, f64)>) -> (f64, f64) {
     let record =
         runs.iter().fold(None, |all, run| union(all, extent(run.time_s.iter().copied()))).unwrap_or((0.0, 1.0));

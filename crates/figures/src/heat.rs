@@ -118,7 +118,6 @@ fn alike(values: &[f64]) -> Vec<String> {
     values.iter().map(|value| format!("{value:.count$}")).collect()
 }
 
-/// Returns the colour at a position of 0 to 1 on the scale.
 fn color(share: f64) -> Color {
     let place = share.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
     let below = (place as usize).min(SCALE.len() - 2);

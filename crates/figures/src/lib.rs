@@ -166,7 +166,6 @@ pub enum FigureError {
     },
 }
 
-/// Returns the part of a column at some ticks, limited to its length.
 fn part<'a, T>(column: &'a [T], ticks: &Range<usize>) -> &'a [T] {
     let end = ticks.end.min(column.len());
     &column[ticks.start.min(end)..end]
@@ -235,7 +234,6 @@ impl<'a> EstimationView<'a> {
         check(figure, self.name, self.time_s.len(), &columns)
     }
 
-    /// Returns the range of the whole record, as an axis and as numbers.
     fn time_axis(&self, max_ticks: usize) -> (Axis, (f64, f64)) {
         let axis = Axis::exact(extent(self.time_s.iter().copied()).unwrap_or((0.0, 1.0)), max_ticks);
         let range = (axis.low, axis.high);

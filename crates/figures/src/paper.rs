@@ -40,7 +40,7 @@ fn over_time<'a>(
 ) -> Result<Figure<'a>, FigureError> {
     check("paper", run.name, run.time_s.len(), &[("values", values.len())])?;
     let window = extent(run.time_s.iter().copied()).unwrap_or((0.0, 1.0));
-    // Only true ruptures are marked, because alarms would be a detector's own.
+    // Mark only true ruptures, because alarms would depend on the detector.
     let events = Events { ruptures: run.rupture_times_s.to_vec(), ..Events::default() };
     let panel = Panel {
         events: events.clone(),

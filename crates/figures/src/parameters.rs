@@ -49,7 +49,6 @@ pub(super) fn estimate_axis<'a>(values: impl IntoIterator<Item = &'a f64>) -> Ax
     Axis::padded(quantile_extent(values.into_iter().copied(), SHOWN).unwrap_or((0.0, 1.0)), Y_TICKS)
 }
 
-/// Draws a parameter over time, with the band of its standard errors, if any.
 fn parameter<'a>(
     time_s: &'a [f64],
     time: &Axis,

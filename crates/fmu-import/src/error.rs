@@ -114,7 +114,6 @@ fn found(platforms: &[String]) -> String {
     if platforms.is_empty() { ", nor for any other".into() } else { format!(", but for {}", platforms.join(", ")) }
 }
 
-/// Ends a message about a missing variable with the known names, up to a limit.
 fn listed(role: &str, known: &[String]) -> String {
     const SHOWN: usize = 12;
     if known.is_empty() {

@@ -33,7 +33,6 @@ pub struct Endpoint<const N: usize> {
     window: Window,
     counters: Counters,
     arrivals: Arrivals<N>,
-    /// The last time stamp of the other side, and its time of arrival.
     echo: Option<(i64, i64)>,
     /// The last reported energy of the other port, with the tick that sent it.
     energy: Option<(u64, f64)>,

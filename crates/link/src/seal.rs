@@ -57,7 +57,7 @@ impl Key {
         Self(Hmac::new(&block.into()))
     }
 
-    /// Derives the key of a session. Each pair of random numbers gives a different key.
+    /// Each pair of random numbers gives a different key.
     pub(super) fn session(&self, of_master: &[u8; NONCE_BYTES], of_slave: &[u8; NONCE_BYTES]) -> Session {
         let mut code = self.0.clone();
         code.update(SESSION);

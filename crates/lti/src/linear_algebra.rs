@@ -15,7 +15,7 @@ pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(a.nrows(), b.ncols(), |i, j| (0..a.ncols()).fold(0.0, |sum, k| sum + a[(i, k)] * b[(k, j)]))
 }
 
-/// Returns the largest column sum of absolute values; 0 for an empty matrix.
+/// Returns the largest column sum of magnitudes; 0 for an empty matrix.
 pub(super) fn one_norm(a: &DMatrix<f64>) -> f64 {
     (0..a.ncols()).map(|j| a.column(j).iter().fold(0.0, |sum, v| sum + v.abs())).fold(0.0, f64::max)
 }

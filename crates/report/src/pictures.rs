@@ -18,7 +18,6 @@ pub enum PictureError {
     Write(#[from] OutputError),
 }
 
-/// Writes the files of a figure, one for each format of the folder.
 pub(super) fn keep(folder: &Folder, name: &str, figure: &Figure<'_>) -> Result<(), PictureError> {
     let style = &folder.figures;
     style.formats.par_iter().try_for_each(|format| {

@@ -289,7 +289,6 @@ impl Scenario {
             .split(self.backward.share, self.forward.share)
     }
 
-    /// Returns the error of a plant that cannot be built, at the place of its parameters.
     pub(super) fn unbuildable(&self, error: &PlantError) -> ScenarioError {
         match error {
             PlantError::Parameter(invalid) => self.values().out_of_range(invalid),
@@ -302,7 +301,7 @@ impl Scenario {
         }
     }
 
-    /// Returns the initial position of the operator in m. Both plants start there at rest.
+    /// Initial position of the operator in m. Both plants start there at rest.
     pub(super) fn start_m(&self) -> f64 {
         match &self.operator {
             OperatorSpec::Recording(positions) => positions.first().copied().unwrap_or(0.0),

@@ -386,7 +386,6 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
     Ok(entries)
 }
 
-/// Returns the items of the list of layers if path and value are this list.
 fn layer_items<'a, 'de>(path: &str, value: &'a Spanned<DeValue<'de>>) -> Option<&'a [Spanned<DeValue<'de>>]> {
     let DeValue::Array(items) = value.get_ref() else { return None };
     let are_tables = items.iter().all(|item| matches!(item.get_ref(), DeValue::Table(_)));
@@ -398,7 +397,6 @@ fn name_of<'a>(item: &'a Spanned<DeValue<'_>>) -> Option<&'a str> {
     table.iter().find(|(key, _)| key.get_ref() == "name").and_then(|(_, name)| name.get_ref().as_str())
 }
 
-/// Returns the names in the list of layers. Each item must have a unique name.
 fn names_of_layers(
     items: &[Spanned<DeValue<'_>>],
     place: &impl Fn(Range<usize>) -> Place,

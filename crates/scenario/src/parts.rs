@@ -31,7 +31,6 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// Builds the delay line of a direction from its delay, schedule and random stream.
     fn delay<L: Lane, const N: usize>(
         &self,
         initial: [L; N],
@@ -233,7 +232,6 @@ impl Scenario {
         }
     }
 
-    /// Returns the initial samples of the slave and the master, before the first ones arrive.
     pub(super) fn initial_samples(&self) -> ([f64; 4], [f64; 5]) {
         ([self.start_m(), 0.0, 0.0, 0.0], [0.0, self.reference_m(), 0.0, 0.0, 0.0])
     }

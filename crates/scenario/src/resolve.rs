@@ -185,7 +185,6 @@ impl Scenario {
         self.link.machines.position_scale
     }
 
-    /// Returns the start and the end of the operator's movement in m, if its kind has them.
     fn operator_ends(values: &Values) -> impl Iterator<Item = (&'static str, f64)> {
         let of = |path| Some((path, values.optional_number(path)?));
         let acts = |path: &&str| find(path).is_some_and(|key| values.is_acting(&key));

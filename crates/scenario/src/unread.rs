@@ -29,7 +29,6 @@ pub enum Reader {
 }
 
 impl Reader {
-    /// Returns the reason why a key has no effect, and a remedy; `None` if the key is read.
     fn refusal(self, path: &str) -> Option<(&'static str, &'static str)> {
         let is_in = |section: &str| path.starts_with(section);
         if self == Self::Calibration && is_in("recording.ruptures_s") || OF_VELOCITY.contains(&path) {

@@ -270,7 +270,6 @@ impl Values {
         ScenarioError::all(inert.filter(|error| !is_listed(error)).chain(list.clone()).collect())
     }
 
-    /// Returns the error for a key without effect because a condition is not met.
     fn without_effect(&self, path: &str, place: Option<Place>, unmet: &ActsFor) -> ScenarioError {
         let is_switch = find(unmet.key).is_some_and(|choice| choice.kind == Kind::Flag);
         let quoted = |word: &str| if is_switch { word.to_owned() } else { format!("{word:?}") };
@@ -379,7 +378,6 @@ impl Values {
         self.keep_first(key, Given { value, place: Some(place), source: None, layer: 0 });
     }
 
-    /// Replaces the value of a key that has one, and keeps its place.
     pub(super) fn replace(&mut self, path: &str, value: Value) {
         if let Some(given) = self.slot_mut(path) {
             given.value = value;
@@ -452,7 +450,6 @@ impl Values {
         }
     }
 
-    /// Returns the source in the value of a key; `None` without a value.
     pub(super) fn file(&self, path: &str) -> Option<Source> {
         let given = self.given.get(path)?;
         let Value::Text(text) = &given.value else { return None };
@@ -638,7 +635,6 @@ pub fn harmless_name(name: &str) -> String {
     }
 }
 
-/// Returns the conditions of a key, then the conditions of their choices, and so on.
 fn conditions(key: &Key) -> impl Iterator<Item = ActsFor> {
     let choice = |acts: &ActsFor| find(acts.key).and_then(|choice| choice.acts_for);
     std::iter::successors(key.acts_for, choice).flat_map(ActsFor::conditions)
@@ -654,7 +650,6 @@ pub(super) fn replays_force(values: &Values) -> bool {
         .is_ok_and(|word| word == TissueSettings::Recording(ReplaySettings::DEFAULT).word())
 }
 
-/// Returns true if the tissue replays the recording over time, not over depth.
 fn replays_over_time(values: &Values) -> bool {
     replays_force(values) && values.word(ReplayIndex::KEY.path).is_ok_and(|word| word == ReplayIndex::Time.word())
 }

@@ -147,7 +147,7 @@ impl ClosedLoop {
         Ok((matrix, desired, of_master))
     }
 
-    /// Opens the loop where the slave's signal arrives at the master. Returns its matrix, input and output.
+    /// Opens the loop where the slave's signal arrives at the master: matrix, input and output.
     #[allow(clippy::type_complexity, reason = "three parts that are always destructured at once")]
     pub(super) fn open(&self) -> Result<(DMatrix<f64>, DVector<f64>, DVector<f64>), StabilityError> {
         let states = self.states();

@@ -183,7 +183,6 @@ impl<'a> Path<'a> {
         high
     }
 
-    /// Calls `each` with the points of an interval at which `L` is real and positive.
     pub(super) fn positive_crossings(&self, from: &Point, to: &Point, each: &mut impl FnMut(Point)) {
         if from.ln_gain.max(to.ln_gain) < self.ln_small {
             return;

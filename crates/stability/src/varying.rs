@@ -105,7 +105,7 @@ impl VaryingDelays {
     }
 }
 
-/// Returns the range of each direction; `None` if both are constant or one is unbounded.
+/// Range of each direction; `None` if both are constant or one is unbounded.
 fn ranges(scenario: &Scenario, settings: &LinearLoop) -> Option<[DelayRange; 2]> {
     let irregularity = &scenario.irregularity;
     let jitter = irregularity.jitter_ticks(settings.tick_s);

@@ -108,7 +108,6 @@ struct Worst {
 }
 
 impl Worst {
-    /// Replaces the worst stiffness if another one is worse; returns true if it is.
     fn replace_by(&mut self, stiffness_n_per_m: f64, closed: &ClosedLoop) -> Result<bool, StabilityError> {
         let change = closed.destabilising_change(self.change)?;
         let is_worse = change < self.change;

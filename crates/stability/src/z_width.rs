@@ -50,7 +50,6 @@ pub struct ZWidth {
     pub virtual_walls: Option<Vec<Walls>>,
 }
 
-/// Returns the end of the range from 0 on in which a property holds.
 fn up_to(holds: impl Fn(f64) -> Result<bool, StabilityError>) -> Result<Option<f64>, StabilityError> {
     if !holds(0.0)? {
         return Ok(None);

@@ -102,7 +102,6 @@ impl Axis {
         fitting.map_or(vec![], |index| all[index].clone())
     }
 
-    /// Returns at most about `count` ticks of a linear axis, at round numbers.
     fn steps(&self, count: usize) -> Ticks {
         let step = nice_step((self.high - self.low) / count as f64);
         let first = (self.low / step - 1e-9).ceil();

@@ -35,7 +35,6 @@ pub(crate) fn kept(time_s: &[f64], column: &[f64], detailed: &[(f64, f64)], inte
     kept
 }
 
-/// Returns the rows of the minimum, the maximum and the first value that is not finite.
 fn extremes(rows: Range<usize>, column: &[f64]) -> [Option<usize>; 3] {
     let mut found = [None; 3];
     let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);

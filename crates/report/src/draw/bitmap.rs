@@ -54,7 +54,7 @@ pub(crate) struct Bitmap {
 }
 
 impl Bitmap {
-    /// Returns white paper with a size in pixels; `None` if it is too large.
+    /// `None` if the size in pixels is too large.
     pub(crate) fn new(width: u32, height: u32, scale: f64) -> Option<Self> {
         let mut pixmap = Pixmap::new(width, height)?;
         pixmap.fill(tiny_skia::Color::WHITE);

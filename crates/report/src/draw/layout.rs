@@ -116,7 +116,6 @@ impl<'a> Shelf<'a> {
     }
 }
 
-/// Returns true if a row has labels on its horizontal axis: the last row with this axis.
 fn is_x_labelled(rows: &[Shelf<'_>], index: usize) -> bool {
     let axis = |index: usize| rows.get(index)?.panels.first().map(|panel| (&panel.x, &panel.x_caption));
     axis(index + 1).is_none() || axis(index + 1) != axis(index)

@@ -70,7 +70,6 @@ impl Ranged for Scale {
     }
 }
 
-/// Returns the width of the labels and the caption left of axes with a height.
 pub(super) fn label_width(panel: &Panel<'_>, height: f64) -> f64 {
     let ticks = y_ticks(&panel.y, height);
     let widest = ticks.iter().map(|(_, label)| fonts::width(label, TEXT, false)).fold(0.0, f64::max);
@@ -84,7 +83,6 @@ fn caption(panel: &Panel<'_>, height: f64) -> Vec<String> {
     if height < MIN_CAPTIONED { vec![] } else { fonts::lines(&panel.y_caption, TEXT, false, height) }
 }
 
-/// Returns the height of the labels and the caption below axes with a width.
 pub(super) fn label_height(panel: &Panel<'_>, width: f64) -> f64 {
     TICK + GAP + TICK_LABELS + LINE * fonts::lines(&panel.x_caption, TEXT, false, width).len() as f64
 }

@@ -25,7 +25,6 @@ const CONTENT: Ref = Ref::new(4);
 const FIRST_FONT: i32 = 5;
 const REFS_PER_FONT: i32 = 5;
 
-/// Returns the PDF file of a sheet: one page with the sheet's size.
 pub(super) fn document(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
     let mut page = PdfPage::new(sheet.size());
     sheet.draw_on(Backend { canvas: &mut page, size: sheet.size() })?;

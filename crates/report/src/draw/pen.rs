@@ -117,7 +117,6 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         fill(self.area, &outline, color)
     }
 
-    /// Draws the mark of an alarm, a triangle below a position in units.
     pub(super) fn alarm(&self, (x, y): BackendCoord) -> Drawn<B> {
         let (half, height) = (self.units(3.0), self.units(6.0));
         fill(self.area, &[(x - half, y), (x + half, y), (x, y + height)], BLACK)

@@ -55,7 +55,7 @@ pub(super) struct Row {
     pub(super) meaning: &'static str,
 }
 
-/// A time interval that a button displays in all charts of a group.
+/// A time interval that a button displays.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Window {
     pub(super) label: String,
@@ -133,7 +133,7 @@ impl Page {
     }
 }
 
-/// Returns JSON that is safe inside a `script` element: it contains no tag and no comment.
+/// Returns JSON that is safe inside a `script` element.
 fn escaped_json(json: &str) -> String {
     // In JSON these characters occur only inside strings, where this escape is valid.
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")

@@ -168,7 +168,6 @@ fn dominant(matrix: &DMatrix<f64>) -> Result<Option<Dominant>, StabilityError> {
     Ok(Some((largest, right, left)))
 }
 
-/// Returns the product of the chosen maps on the states of a space.
 fn product(steps: &[Choices], chosen: &[usize], narrow: &(DMatrix<f64>, DMatrix<f64>)) -> DMatrix<f64> {
     let mut all = narrow.0.clone();
     let is_same = |a: usize, b: usize| chosen[a] == chosen[b] && Arc::ptr_eq(&steps[a], &steps[b]);
@@ -222,7 +221,6 @@ fn improve(
     Ok(false)
 }
 
-/// Maximises the growth of one cycle from an initial choice of the tissue.
 fn ascend(modes: &Modes, steps: &[Choices], first: usize) -> Result<(f64, Vec<usize>), StabilityError> {
     let space = if modes.gap_closes() { Space::Loop } else { Space::LoopGap };
     let narrow = (modes.selection(space, Space::All), modes.selection(Space::All, space));

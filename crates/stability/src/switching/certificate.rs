@@ -145,7 +145,7 @@ pub(super) struct Powers {
     leaps: Vec<Enclosure>,
 }
 
-/// Returns the first powers of a matrix, each from two powers of half its exponent.
+/// Each power is the product of two powers of half its exponent.
 pub(super) fn first_powers(base: &Enclosure, count: usize) -> Vec<Enclosure> {
     let mut all = vec![power(base, 0), base.clone()];
     for n in 2..count {

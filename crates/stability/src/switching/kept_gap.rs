@@ -281,7 +281,6 @@ impl Proof<'_> {
         Some((before[0].max(size * later[0]), before[1].max(size * later[1])))
     }
 
-    /// Returns the largest slave position and feedback force in a motion and the freeze after it.
     fn largest(&self, track: &Track, at_alarm: &[f64], faded_n: f64) -> [f64; 2] {
         let [slave, force] = self.event.largest_frozen(at_alarm);
         [slave.max(track.slave), force.max(track.force_n.max(faded_n))]

@@ -184,12 +184,10 @@ impl Modes {
         self.places(space).into_iter().map(|place| all[place].clone()).collect()
     }
 
-    /// Returns true if the feedback force depends on the force at the alarm.
     fn has_anchor(&self) -> bool {
         !matches!(self.law, ForceLawSettings::Decay(DecaySettings { ratio: 0.0, .. }))
     }
 
-    /// Returns true if there is a gap between hand and reference after an event.
     pub(super) fn has_gap(&self) -> bool {
         self.reengage != Reengage::Snap
     }

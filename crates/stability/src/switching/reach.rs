@@ -112,7 +112,6 @@ impl Reach {
     }
 }
 
-/// Returns the largest motion of the slave and the largest feedback force found.
 fn found(steps: &Steps<'_>, dwell: u64) -> [f64; 2] {
     let modes = steps.modes();
     [modes.slave(), modes.fed_back()].map(|row| farthest(steps, dwell, &[row]))

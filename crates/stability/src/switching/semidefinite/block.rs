@@ -120,7 +120,6 @@ impl Block {
     }
 }
 
-/// Returns the first variable of each matrix, and the total number of variables.
 pub(in super::super) fn starts(sizes: impl IntoIterator<Item = usize>) -> (Vec<usize>, usize) {
     let (mut starts, mut next) = (vec![], 0);
     for size in sizes {
