@@ -80,7 +80,6 @@ fn names_files(args: &CompareArgs) -> bool {
         .any(|setting| setting.trim_start().starts_with("recording.") || setting.contains("file"))
 }
 
-/// Returns the command that reproduces the comparison of the shipped pair.
 fn command(args: &CompareArgs) -> String {
     let seeds = args.seeds.map(|seeds| ["--seeds".to_owned(), seeds.to_string()]);
     let flags = report::set_flags(&args.changes.settings).chain(seeds.into_iter().flatten());

@@ -26,7 +26,6 @@ fn parser() -> impl TypedValueParser<Value = ColumnFormat> {
 }
 
 impl FormatArgs {
-    /// Returns the formats in the order given.
     pub(super) fn formats(&self) -> &[ColumnFormat] {
         &self.format
     }

@@ -44,7 +44,6 @@ pub(super) struct MovedWindow {
 }
 
 impl MovedWindow {
-    /// Returns an error that names the new flag if the removed flag is given.
     pub(super) fn check(&self) -> Result<(), CliError> {
         match self.window_s {
             Some(_) => Err(CliError::Moved { command: "detect", flag: "--window-s", now: "--within-s" }),

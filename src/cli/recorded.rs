@@ -64,7 +64,6 @@ impl RecordedFlags<'_> {
 }
 
 impl ColumnArgs {
-    /// Returns the flags as given on the command line.
     pub(super) fn flags(&self) -> Vec<String> {
         let given = [
             ("--time", &self.time),
@@ -81,7 +80,6 @@ impl ColumnArgs {
         given.into_iter().filter_map(words).flatten().chain(tare).collect()
     }
 
-    /// Returns the flags as settings.
     fn settings(&self) -> Vec<String> {
         let mut settings = vec![];
         let columns = [

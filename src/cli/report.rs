@@ -19,12 +19,10 @@ pub(super) fn shown(path: &str) -> String {
     }
 }
 
-/// Returns settings as `--set` flags.
 pub(super) fn set_flags(settings: &[String]) -> impl Iterator<Item = String> + '_ {
     settings.iter().flat_map(|setting| ["--set".to_owned(), setting.clone()])
 }
 
-/// Prints the path of the report.
 pub(super) fn print_path(folder: &Folder) -> Result<(), CliError> {
     terminal::print(&format!("report: {}\n", folder.path.join(FILE).display()))
 }
@@ -39,7 +37,6 @@ pub(super) fn again(command: &'static str, runs: &[Run], flags: impl IntoIterato
     Again { command, line, files, note: Again::SAVE }
 }
 
-/// Returns a number of seeds as a flag.
 pub(super) fn seeds_flag(seeds: Option<u64>) -> impl Iterator<Item = String> {
     seeds.into_iter().flat_map(|seeds| ["--seeds".to_owned(), seeds.to_string()])
 }

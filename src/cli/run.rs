@@ -70,7 +70,6 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Writes runs in parallel, each into a folder with its name.
 pub(super) fn write_runs(folder: &Folder, runs: &[Run]) -> Result<(), CliError> {
     Ok(runs.par_iter().try_for_each(|run| write_document(&folder.folder(&run.scenario.name), &run.document()))?)
 }

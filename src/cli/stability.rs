@@ -17,7 +17,6 @@ const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
 const DEFAULT_HAND: &str = "0:inf";
 
-/// Maximum damping, in N·s/m.
 const MAX_DAMPING_N_S_PER_M: f64 = 1e6;
 
 const EXAMPLES: &str = "\
@@ -159,7 +158,6 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Returns the command line that reproduces the analysis.
 fn command(args: &StabilityArgs, name: &str) -> String {
     let mut words = vec!["stability".to_owned(), format!("{name}.toml")];
     for (flag, value, default) in

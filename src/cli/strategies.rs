@@ -24,10 +24,8 @@ Examples:
 
 const SCENARIO: &str = "layers/skin-augmented";
 
-/// The default number of seeds.
 const SEEDS: u64 = 10;
 
-/// Maximum number of patients.
 const MAX_PATIENTS: u64 = 100_000;
 
 /// Compare the strategies against a rupture on one scenario.

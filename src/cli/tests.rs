@@ -73,7 +73,6 @@ fn scenario_error() -> ScenarioError {
     Scenario::load(&Source::parse("paper/classical"), &settings).expect_err("an unknown key")
 }
 
-/// Returns the exit code of an error.
 fn code(error: &CliError) -> String {
     format!("{:?}", error.report())
 }

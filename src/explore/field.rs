@@ -38,7 +38,6 @@ enum Request {
     Aim {
         m: f64,
     },
-    /// The operator ends the link.
     Stop {},
 }
 
@@ -123,7 +122,6 @@ impl Field {
         }
     }
 
-    /// Ends the link with a text for the page.
     pub fn end(&self, text: String) {
         let mut waiting = self.waiting();
         waiting.end = Some(text);

@@ -123,7 +123,6 @@ fn packed(header: &impl Serialize, payload: &[u8]) -> Result<Vec<u8>, StateError
     Ok(bytes)
 }
 
-/// Describes a run without its signals.
 fn description(run: &Run) -> Json {
     json!({
         "name": run.scenario.name,

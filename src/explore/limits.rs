@@ -20,7 +20,6 @@ pub const MAX_MESSAGE_BYTES: usize = 16 << 10;
 /// Maximum burst of messages from a page, and maximum rate of messages per second.
 pub const MESSAGES: (f64, f64) = (600.0, 300.0);
 
-/// Time limit for a page to read an answer.
 pub const SEND_TIMEOUT: Duration = Duration::from_secs(5);
 
 pub const PING_INTERVAL: Duration = Duration::from_secs(10);
@@ -41,5 +40,4 @@ pub const MAP_POINTS: usize = 48;
 
 pub const MAX_KEYS: usize = 64;
 
-/// Maximum length of a list of numbers from a page.
 pub const MAX_NUMBERS: usize = 64;

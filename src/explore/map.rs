@@ -85,7 +85,6 @@ fn with_range(axis: Axis, range: Option<(f64, f64)>) -> Axis {
     Axis { low, high: high.min(max_of(axis.parameter)), spacing, ..axis }
 }
 
-/// Returns an axis around a value.
 fn axis(parameter: Parameter, value: f64) -> Axis {
     let value = value.abs();
     let (low, high, spacing) = if value > 0.0 && value.is_finite() {

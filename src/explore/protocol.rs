@@ -71,7 +71,6 @@ pub(super) enum File {
     Toml,
     /// All signals at every tick.
     Csv,
-    /// The figure of forces and positions.
     Png,
 }
 
@@ -89,7 +88,6 @@ pub(super) struct Export {
     pub width: Option<String>,
 }
 
-/// A message to a page.
 #[derive(Debug, Clone)]
 pub(super) enum ServerMessage {
     Text(String),

@@ -48,7 +48,6 @@ const MAX_DURATION_S: f64 = 60.0;
 /// advances.
 const REST_S: f64 = HORIZON_S + 0.1;
 
-/// Number of intervals of the lines of a result.
 const RESULT_INTERVALS: usize = 1000;
 
 #[derive(Debug)]

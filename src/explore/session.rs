@@ -16,7 +16,6 @@ use super::push::Push;
 use super::state::Catalogue;
 use super::worker::{Job, Mailbox, WorkerContext, start};
 
-/// Maximum number of queued answers.
 const MAX_ANSWERS: usize = 4;
 
 /// A token bucket: allows a burst of messages and limits their rate.

@@ -76,7 +76,6 @@ impl Mailbox {
         Ok(())
     }
 
-    /// Ends the threads after their current work.
     pub(super) fn end(&self) {
         self.lock().ended = true;
         self.changed.notify_all();
@@ -200,7 +199,6 @@ fn next_task(mailbox: &Mailbox, checks_noise: bool) -> Option<Task> {
     }
 }
 
-/// The worker for runs, with the last pair.
 struct RunWorker {
     maker: PairMaker,
     shown: Option<(Show, Pair)>,

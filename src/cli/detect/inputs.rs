@@ -32,7 +32,6 @@ pub(super) struct Input {
     pub(super) given: String,
     pub(super) folder: String,
     pub(super) values: Result<Values, ScenarioError>,
-    /// The warning that the columns are guessed.
     pub(super) guess: Option<Warning>,
 }
 
@@ -56,7 +55,6 @@ pub(super) fn given(args: &DetectArgs) -> Result<Vec<String>, CliError> {
     Ok(given)
 }
 
-/// Returns the recordings in the order of the arguments.
 pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
     let given = given(args)?;
     let flags = args.flags();

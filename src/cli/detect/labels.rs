@@ -103,7 +103,6 @@ mod tests {
         LabelRow { file: None, time_s, kind: Some(format!("kind {line}")), line }
     }
 
-    /// Returns the labels of rows for a recording from 1 s to 5 s.
     fn labels(rows: Vec<LabelRow>) -> Result<Vec<Label>, DetectError> {
         LabelRows { file: "labels.csv".into(), rows }.labels(1.0, 5.0)
     }

@@ -152,7 +152,6 @@ impl DetectArgs {
         }
     }
 
-    /// Returns the command line that reproduces the detection.
     fn line(&self, recordings: &[String]) -> String {
         let mut words = vec!["detect".to_owned()];
         words.extend(recordings.iter().map(|recording| report::shown(recording)));

@@ -16,7 +16,6 @@ use trocar_recording::{LiveLine, LiveTable, RecordingError};
 use trocar_report::wrapped;
 use trocar_scenario::{DetectionSettings, Reader, Values, keys_without_effect, recording_columns};
 
-/// The reason for a regular end.
 const END: &str = "end of input";
 
 /// The name of the stream in messages.
@@ -93,7 +92,6 @@ struct Session {
     rows: RowWriter<io::Stdout>,
     every: Option<u64>,
     warnings: LiveWarnings,
-    /// Number of rows below the header.
     lines: u64,
     /// Number of rows that are no valid samples.
     malformed: u64,

@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use trocar_detect::TimestampAnomaly;
 
-/// Maximum number of warnings per second.
 const MAX_PER_SECOND: u32 = 5;
 
 /// Prints a limited number of warnings per second and counts the suppressed ones.

@@ -4,7 +4,6 @@ use thiserror::Error;
 
 use trocar_recording::RecordingError;
 
-/// An error of a detection.
 #[derive(Debug, Error)]
 pub(in crate::cli) enum DetectError {
     #[error("{path}: this folder has no *.csv file; name the recordings")]
@@ -26,12 +25,7 @@ pub(in crate::cli) enum DetectError {
     #[error(transparent)]
     Table(#[from] RecordingError),
     #[error("{file} line {line}: {problem}")]
-    Label {
-        file: String,
-        line: u64,
-        /// The problem, with its remedy.
-        problem: LabelProblem,
-    },
+    Label { file: String, line: u64, problem: LabelProblem },
     /// Some recordings failed. Their errors are already printed.
     #[error("{failed} of {recordings} recordings failed, see above; the others are complete")]
     Some {
@@ -48,21 +42,12 @@ pub(in crate::cli) enum DetectError {
     Signals(#[from] ctrlc::Error),
 }
 
-/// The problem of a label.
 #[derive(Debug, Error)]
 pub(in crate::cli) enum LabelProblem {
     #[error("'{file}' is not one of the given recordings; name it as on the command line, or remove its labels")]
-    Unknown {
-        /// The file named in the label.
-        file: String,
-    },
+    Unknown { file: String },
     #[error("'{file}' matches {first} and {second}; name it as on the command line")]
-    Ambiguous {
-        /// The file named in the label.
-        file: String,
-        first: String,
-        second: String,
-    },
+    Ambiguous { file: String, first: String, second: String },
     #[error(
         "the rupture at {time_s} s is outside the recording, which lasts from {from_s} to {to_s} s in its own time"
     )]
@@ -88,7 +73,6 @@ pub(in crate::cli) enum LabelProblem {
 }
 
 impl DetectError {
-    /// Returns true if the error comes from invalid input.
     pub(in crate::cli) fn is_input(&self) -> bool {
         match self {
             Self::Some { input_at_fault, .. } => *input_at_fault,

@@ -7,11 +7,7 @@ use trocar_link::{KeyError, RemoteLogError};
 #[derive(Debug, Error)]
 pub(in crate::cli) enum LinkError {
     #[error("{address}: {source}: give a host and a port, as in 127.0.0.1:7711")]
-    Address {
-        /// The address as given.
-        address: String,
-        source: std::io::Error,
-    },
+    Address { address: String, source: std::io::Error },
     #[error("{address}: {source}: choose another address or port")]
     Bind { address: String, source: std::io::Error },
     #[error(
@@ -51,7 +47,6 @@ pub(in crate::cli) enum LinkError {
 }
 
 impl LinkError {
-    /// Returns true if the error comes from invalid input.
     pub(super) fn is_input(&self) -> bool {
         !matches!(self, Self::NoReply { .. } | Self::Differs | Self::NotReady | Self::NotReplayed)
     }

@@ -23,7 +23,6 @@ use trocar_studies::run::RunError;
 use trocar_studies::stability_check::CheckError;
 use trocar_studies::sweep::SweepError;
 
-/// The error of a command.
 #[derive(Debug, Error)]
 pub(super) enum CliError {
     #[error(transparent)]
@@ -34,13 +33,7 @@ pub(super) enum CliError {
         "two scenarios have the name {name:?} and would write into the same folder: {}",
         same_name_remedy(first, second)
     )]
-    SameName {
-        name: String,
-        /// The first file, as given.
-        first: String,
-        /// The second file, as given.
-        second: String,
-    },
+    SameName { name: String, first: String, second: String },
     #[error("{flag} of `trocar {command}` is gone; use `{now}`")]
     Moved {
         /// The command that had the flag.
@@ -69,17 +62,9 @@ pub(super) enum CliError {
     )]
     LongSweep { cases: u64, about: String },
     #[error("the sweep has no case {case}: it has {cases} cases, numbered from 0")]
-    NoCase {
-        /// The requested case.
-        case: u64,
-        cases: u64,
-    },
+    NoCase { case: u64, cases: u64 },
     #[error("{axis}: {reason}")]
-    Axis {
-        /// The axis as given.
-        axis: String,
-        reason: String,
-    },
+    Axis { axis: String, reason: String },
     #[error(transparent)]
     Stability(#[from] StabilityError),
     #[error(transparent)]
@@ -105,11 +90,7 @@ pub(super) enum CliError {
     #[error(
         "{path}: {source}: run `cargo build --release`, which makes the library of units beside trocar, or give its path with --library"
     )]
-    NoLibrary {
-        /// The expected file.
-        path: String,
-        source: std::io::Error,
-    },
+    NoLibrary { path: String, source: std::io::Error },
     #[error(transparent)]
     Link(#[from] LinkError),
     #[error("the unit cannot be packed: {0}")]
@@ -200,7 +181,6 @@ impl CliError {
         }
     }
 
-    /// Returns true if the error comes from invalid input.
     pub(super) fn is_input(&self) -> bool {
         match self {
             Self::Scenario(_)

@@ -6,7 +6,6 @@ use std::path::Path;
 use crate::cli::error::LinkError;
 use trocar_link::Key;
 
-/// Resolves `HOST:PORT`.
 pub(super) fn resolved(text: &str) -> Result<SocketAddr, LinkError> {
     let failed = |source| LinkError::Address { address: text.to_owned(), source };
     let mut addresses = text.to_socket_addrs().map_err(failed)?;

@@ -58,7 +58,6 @@ pub(super) struct Pointer {
 }
 
 impl Pointer {
-    /// Serves the page, prints its address and opens it.
     pub(super) fn open(scenario: &Scenario, args: &MasterArgs) -> Result<Self, CliError> {
         if matches!(scenario.tissue, TissueSpec::Recording { .. } | TissueSpec::Depth { .. }) {
             return Err(LinkError::PointerOnRecording.into());
@@ -76,7 +75,6 @@ impl Pointer {
         Ok(Self { field, tissue, tick_s: scenario.grid.tick_s(), mode: Mode::Teleoperation, alarms: 0 })
     }
 
-    /// Waits until the operator is ready.
     pub(super) fn wait(&self, stop: &AtomicBool) -> Result<(), CliError> {
         while !self.field.wait(LOOK) {
             if stop.load(Ordering::Relaxed) {

@@ -15,7 +15,6 @@ use trocar_scenario::Scenario;
 /// Interval between checks of the sockets, in ns.
 const LOOK_NS: i64 = 50_000;
 
-/// A proxy on its own thread.
 pub(super) struct Running {
     /// The address to which the master sends.
     pub(super) address: SocketAddr,

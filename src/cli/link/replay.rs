@@ -97,7 +97,6 @@ fn told(difference: &Difference, trace: &Trace) -> String {
     format!("tick {tick} ({time_s} s): {column} is {logged:?} in the link and {simulated:?} in the simulation")
 }
 
-/// Reads a file of the link. Returns its path and its text.
 fn read(path: &Path) -> Result<(String, String), LinkError> {
     let name = path.display().to_string();
     match std::fs::read_to_string(path) {

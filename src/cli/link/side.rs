@@ -319,7 +319,6 @@ impl Side<'_> {
         self.stop.load(Ordering::Relaxed) || self.pointer.as_ref().is_some_and(Pointer::has_ended)
     }
 
-    /// Writes the files. Returns their folder.
     fn write(&self, end: &End, summary: &SideSummary) -> Result<PathBuf, CliError> {
         let folder = Folder::new(&self.args.out).folder(&self.scenario.name).folder(self.role.word());
         let (columns, direction) = match self.role {

@@ -15,7 +15,6 @@ use trocar_report::html::Again;
 use trocar_report::{ColumnFormat, Folder, OutputError, PictureError, document_text};
 use trocar_studies::sweep::{Design, DrawnCases, Rows, SweepError, SweepReport, case_tables, findings};
 
-/// A complete sweep.
 pub(super) struct Whole<'a> {
     pub(super) design: &'a Design,
     pub(super) canonical: &'a str,
@@ -78,7 +77,6 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
     if line.is_some() && !output.quiet && !output.json { page::print_path(folder) } else { Ok(()) }
 }
 
-/// Prints the summary of a complete sweep.
 pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Result<(), CliError> {
     if output.quiet && !output.json {
         return Ok(());
