@@ -13,7 +13,7 @@ trocar_core::settings! {
     /// The aim of the insertion.
     #[derive(Debug, Clone, PartialEq)]
     pub struct AimSettings in "tissue." no const {
-        /// Name of a layer that the needle must not rupture: that it and the layers below it stay whole is then no warning.
+        /// Name of a layer that the needle must not rupture. No warning is given if it and the layers below stay whole.
         spared_layer: Option<String> for (LAYERED),
     }
 }
