@@ -28,7 +28,7 @@ pub(super) struct CompareArgs {
     /// Scenario files or shipped scenarios [default: paper/classical and paper/augmented, the pair of the paper]
     #[arg(value_name = "SCENARIO")]
     scenarios: Vec<String>,
-    /// Also run every scenario with N seeds, counted from its own seed, and print medians and central 95 % intervals
+    /// Also run every scenario with N seeds, starting at its own seed, and print medians and central 95 % intervals
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MAX_SEEDS))]
     seeds: Option<u64>,
     /// Print the table of all metrics, with all ruptures

@@ -59,8 +59,8 @@ pub(super) struct StabilityArgs {
     /// scenario]
     #[arg(long, value_name = "LOW:HIGH")]
     tissue_damping: Option<String>,
-    /// Range of the damping of hands (N·s/m) for absolute stability: any passive hand, with dampers of LOW and HIGH
-    /// between the hand and the master; HIGH can be inf
+    /// Range of the damping of hands (N·s/m) for absolute stability: any passive hand behind dampers of LOW and HIGH;
+    /// HIGH can be inf
     #[arg(long, value_name = "LOW:HIGH", default_value = DEFAULT_HAND)]
     hand: String,
     /// Also compute Llewellyn's parameter and the damping that a hand needs over a parameter, and write absolute.csv
