@@ -11,9 +11,9 @@ pub(super) struct Signal<'a> {
     plausible: f64,
 }
 
-/// A force (N) above that of any needle insertion.
+/// Maximum plausible force in N: above any needle insertion.
 const PLAUSIBLE_FORCE_N: f64 = 1e3;
-/// A distance (m) above that of any needle.
+/// Maximum plausible distance in m: above the length of any needle.
 const PLAUSIBLE_POSITION_M: f64 = 1.0;
 
 impl<'a> Signal<'a> {

@@ -77,7 +77,7 @@ impl TissueSpec {
     }
 }
 
-/// Reads the operator's motion. `None` if it replays a recording that is not given, so that the motion remains.
+/// Reads the operator's motion. `None` for a replay without a given recording; the caller then keeps the motion.
 pub(super) fn operator(
     values: &mut Values,
     grid: &TickGrid,
@@ -98,7 +98,7 @@ pub(super) fn operator(
     }))
 }
 
-/// Reads the tissue. If it replays a recording that is not given, the samples remain.
+/// Reads the tissue. A replay without a given recording keeps its samples.
 pub(super) fn tissue(of: &mut Reading<'_>) -> Result<(), ScenarioError> {
     let Reading { scenario, values, replay } = of;
     let grid = &scenario.grid;

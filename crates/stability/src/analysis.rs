@@ -13,7 +13,7 @@ const FREQUENCIES: usize = 400;
 /// The lowest frequency of the two-port in Hz.
 pub const LOWEST_HZ: f64 = 0.1;
 
-/// The highest frequency as a fraction of the sampling rate: above a quarter of it, sampling images matter.
+/// The highest frequency as a fraction of the sampling rate. Above it, sampling images matter.
 const HIGHEST_SHARE: f64 = 0.25;
 
 /// The parameters whose limits are computed.

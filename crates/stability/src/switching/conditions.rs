@@ -1,8 +1,8 @@
 //! The inequalities of a certificate.
 //!
 //! Each phase has a quadratic function `V = zᵀ P z` of the states `z` that affect it, and inequalities link the phases
-//! along an event. The maps are those of `modes.rs` at every vertex `v` of the tissue's range. The inequalities are
-//! convex in the maps, so they also hold for every tissue within the range, even if it changes from tick to tick.
+//! along an event. They use the maps of `modes.rs` at every vertex `v` of the tissue's range, and are convex in the
+//! maps. They therefore hold for every tissue within the range, even if it changes from tick to tick.
 //!
 //! The gap `g` of a ramp only shrinks: `g_k = g_0 (w_1 [k < n_1] + w_2 [k < n_2] + …)` with weights whose sum is 1. The
 //! maps are linear, so the motion is the same mixture of motions with pulses: gaps that are held for `n` ticks and then
