@@ -21,7 +21,7 @@ pub struct InvalidValue {
 }
 
 impl InvalidValue {
-    /// Returns the same error for the list item with this index.
+    /// The same error for the list item with this index.
     #[must_use]
     pub fn of_item(self, index: usize) -> Self {
         Self { item: Some(index), ..self }

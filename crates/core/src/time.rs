@@ -32,13 +32,13 @@ impl TickGrid {
         Ok(Self { tick_s, ticks: ticks as u64, rate_hz: (1.0 / rate == tick_s).then_some(rate) })
     }
 
-    /// Returns the length of a tick in s.
+    /// The length of a tick in s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.tick_s
     }
 
-    /// Returns the number of ticks.
+    /// The number of ticks.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.ticks
@@ -53,13 +53,13 @@ impl TickGrid {
     }
 }
 
-/// Returns the number of ticks nearest to `duration_s` (at least 0).
+/// The number of ticks nearest to `duration_s` (at least 0).
 #[must_use]
 pub fn nearest_ticks(duration_s: f64, tick_s: f64) -> u64 {
     libm::round(duration_s / tick_s).max(0.0) as u64
 }
 
-/// Returns the number of ticks in `duration_s` if it is whole to within a millionth of a tick, otherwise `None`.
+/// The number of ticks in `duration_s` if it is whole to within a millionth of a tick, otherwise `None`.
 #[must_use]
 pub fn whole_ticks(duration_s: f64, tick_s: f64) -> Option<u64> {
     let ticks = duration_s / tick_s;

@@ -21,7 +21,7 @@ enum Noise {
     Heavy(f64),
 }
 
-/// Returns the number of alarms of the adaptive detector in noise, for samples `tick_s` (s) apart.
+/// The number of alarms of the adaptive detector in noise, for samples `tick_s` apart.
 fn alarms(noise: Noise, tick_s: f64, wanted_per_min: f64) -> usize {
     let mut settings = DetectorSettings::for_kind(DistanceKind::Adaptive, Hypotheses::default());
     settings.distance.rate.false_alarms_per_min = Some(wanted_per_min);

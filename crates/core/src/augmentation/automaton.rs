@@ -38,7 +38,6 @@ pub(super) struct Automaton<L: Lane> {
     refractory_ticks: L,
     blend_ticks: L,
     mode: Modes<L>,
-    /// Lanes in teleoperation.
     in_teleoperation: L::Mask,
     entered: L,
     quiet_ticks: L,
@@ -46,7 +45,7 @@ pub(super) struct Automaton<L: Lane> {
 }
 
 impl<L: Lane> Automaton<L> {
-    /// Creates an automaton in teleoperation; `blend_s` (s) is the duration of the force's cross-fade.
+    /// Creates an automaton in teleoperation; `blend_s` is the duration of the force's cross-fade.
     pub(super) fn new(settings: &AutomatonSettings, threshold: f64, blend_s: f64, tick_s: f64) -> Self {
         let ticks = |duration_s| L::splat(nearest_ticks(duration_s, tick_s) as f64);
         Self {
@@ -105,7 +104,6 @@ impl<L: Lane> Automaton<L> {
     }
 }
 
-/// Number of ticks of the cross-fade of the force, at least one.
 pub(super) fn blend_ticks(blend_s: f64, tick_s: f64) -> f64 {
     nearest_ticks(blend_s, tick_s).max(1) as f64
 }

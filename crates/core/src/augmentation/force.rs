@@ -51,7 +51,7 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         }
     }
 
-    /// Returns the force in the received mode, and its allowed change, both in N.
+    /// The force in the received mode, and its allowed change, both in N.
     ///
     /// If a link has lost a change of mode, the force passes through the skipped modes, because it may return to the
     /// measured force only through the complete cross-fade.
@@ -70,7 +70,6 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         self.change(ModeChange { before, now: self.mode }, force, velocity)
     }
 
-    /// Returns the force in any mode, and its allowed change.
     #[inline(always)]
     fn change(&mut self, modes: ModeChange<L>, force: L, velocity: L) -> (L, L) {
         let zero = L::zero();

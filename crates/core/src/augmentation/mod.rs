@@ -66,7 +66,7 @@ trait BuiltIn {
     /// Settings of the part.
     type Settings;
 
-    /// Builds the part for ticks of `tick_s` (s).
+    /// Builds the part for ticks of `tick_s`.
     fn build(settings: &Self::Settings, tick_s: f64) -> Self;
 }
 
@@ -129,7 +129,7 @@ pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
 
 impl<L: Lane> Supervisor<L> {
     /// Creates a supervisor in teleoperation with the laws of the settings, for a detector with the threshold γ and
-    /// ticks of `tick_s` (s). The slave starts at the reference `reference_m` (m).
+    /// ticks of `tick_s`. The slave starts at the reference `reference_m`.
     #[must_use]
     pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64, reference_m: L) -> Self {
         let motion = HeldReference::new(settings.freeze, settings.reengage, tick_s, reference_m);
@@ -161,7 +161,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }
 
-    /// Returns the commands of the slave's side.
+    /// Computes the commands of the slave's side.
     #[inline(always)]
     pub fn decide(&mut self, now: &Situation<L>) -> SlaveCommand<L> {
         if self.is_quiet_tick(now.alarm) {
@@ -183,14 +183,14 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// Returns the feedback force and its largest allowed change from the last tick, both in N, on the master's side,
-    /// from the received mode, the force without augmentation (N) and the master's velocity (m/s).
+    /// Computes the feedback force and its largest allowed change from the last tick, both in N, on the master's side, from the
+    /// received mode, the force without augmentation (N) and the master's velocity (m/s).
     #[inline(always)]
     pub fn feedback_force(&mut self, mode: Modes<L>, force_n: L, velocity_m_per_s: L) -> (L, L) {
         self.feedback.update(mode, force_n, velocity_m_per_s)
     }
 
-    /// Returns the lanes in which a cue is on, on the master's side, from the received mode.
+    /// The lanes in which a cue is on, on the master's side, from the received mode.
     #[inline(always)]
     pub fn cue(&self, mode: Modes<L>) -> L::Mask {
         self.gives_cue & mode.is_augmented()

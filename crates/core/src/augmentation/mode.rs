@@ -15,7 +15,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// Returns the mode's code in a trace and in a message: 0, 1, 2.
+    /// The mode's code in a trace and in a message: 0, 1, 2.
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
@@ -33,19 +33,18 @@ impl Mode {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Modes<L> {
-    /// [`Mode::code`] in each lane.
     code: L,
 }
 
 impl<L: Lane> Modes<L> {
-    /// Returns the same mode in every lane.
+    /// The same mode in every lane.
     #[inline(always)]
     #[must_use]
     pub fn splat(mode: Mode) -> Self {
         Self { code: L::splat(f64::from(mode.code())) }
     }
 
-    /// Returns the modes of a message, from [`Modes::codes`].
+    /// The modes of a message, from [`Modes::codes`].
     #[inline(always)]
     #[must_use]
     pub fn from_codes(code: L) -> Self {
@@ -66,7 +65,7 @@ impl<L: Lane> Modes<L> {
         Self { code: L::select(mask, Self::splat(mode).code, self.code) }
     }
 
-    /// Returns the mode in lane `index`.
+    /// The mode in lane `index`.
     #[inline(always)]
     #[must_use]
     pub fn lane(self, index: usize) -> Mode {
@@ -92,28 +91,28 @@ impl<L: Lane> Modes<L> {
         (self.code - Self::splat(which).code).abs().lt(L::splat(0.5))
     }
 
-    /// Returns the lanes in teleoperation.
+    /// The lanes in teleoperation.
     #[inline(always)]
     #[must_use]
     pub fn is_teleoperation(self) -> L::Mask {
         self.code.lt(L::splat(0.5))
     }
 
-    /// Returns the lanes in which the slave is frozen and the force is augmented.
+    /// The lanes in which the slave is frozen and the force is augmented.
     #[inline(always)]
     #[must_use]
     pub fn is_augmented(self) -> L::Mask {
         self.is(Mode::Augmented)
     }
 
-    /// Returns the lanes that are re-engaging.
+    /// The lanes that are re-engaging.
     #[inline(always)]
     #[must_use]
     pub fn is_reengaging(self) -> L::Mask {
         self.is(Mode::Reengaging)
     }
 
-    /// Returns the lanes whose modes differ.
+    /// The lanes whose modes differ.
     #[inline(always)]
     #[must_use]
     pub fn differs(self, other: Self) -> L::Mask {
@@ -133,7 +132,7 @@ pub struct ModeChange<L> {
 }
 
 impl<L: Lane> ModeChange<L> {
-    /// Returns the lanes whose mode has just become `which`.
+    /// The lanes whose mode has just become `which`.
     #[inline(always)]
     #[must_use]
     pub fn has_become(&self, which: Mode) -> L::Mask {

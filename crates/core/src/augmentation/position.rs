@@ -42,19 +42,19 @@ crate::choice! {
 
 /// Gives the slave's reference in every mode.
 ///
-/// A user-defined law implements this trait for `f64`; [`HeldReference`] implements it for any number of lanes.
+/// A user-defined law implements it for `f64`; [`HeldReference`] implements it for any number of lanes.
 pub trait MotionLaw<L: Lane> {
-    /// Returns the slave's reference in m in teleoperation, for the hand's position `hand_m` (m, scaled to the slave)
-    /// and the slave's measured position `slave_m` (m).
+    /// The slave's reference in m in teleoperation, for the hand's position `hand_m` (scaled to the slave) and the
+    /// slave's measured position `slave_m`.
     fn follow(&mut self, hand_m: L, slave_m: L) -> L;
 
-    /// Returns the slave's reference in m in any mode, from the same positions.
+    /// The slave's reference in m in any mode, from the same positions.
     fn update(&mut self, modes: ModeChange<L>, hand_m: L, slave_m: L) -> L;
 
     /// Receives the measured force (N) at a tick of an event, before [`update`](MotionLaw::update).
     fn sense(&mut self, _force_n: L) {}
 
-    /// Returns the lanes in which the law has finished closing the gap, so re-engaging may end.
+    /// The lanes in which the law has finished closing the gap, so re-engaging may end.
     fn is_blended(&self) -> L::Mask;
 }
 
@@ -98,7 +98,7 @@ pub struct HeldReference<L> {
 }
 
 impl<L: Lane> HeldReference<L> {
-    /// Creates a law for ticks of `tick_s` (s) and a slave at the reference `reference` (m).
+    /// Creates a law for ticks of `tick_s` and a slave at the reference `reference` (m).
     #[must_use]
     pub fn new(freeze: Freeze, reengage: Reengage, tick_s: f64, reference: L) -> Self {
         let (speed, stop_rise) = match reengage {
@@ -120,19 +120,18 @@ impl<L: Lane> HeldReference<L> {
         }
     }
 
-    /// Replaces the freeze by another hold, for ticks of `tick_s` (s).
+    /// Replaces the freeze by another hold, for ticks of `tick_s`.
     #[must_use]
     pub fn holding(self, hold: &HoldSettings, tick_s: f64) -> Self {
         Self { hold: AnyHold::new(hold, tick_s), ..self }
     }
 
-    /// Returns the hold's reference for a slave whose reference without the event is `followed`.
+    /// The hold's reference for a slave whose reference without the event is `followed`.
     #[inline(always)]
     fn held(&self, followed: L) -> L {
         self.hold.reference_m(&HeldTick { anchor_m: self.frozen, last_m: self.last, hand_m: followed })
     }
 
-    /// Returns the lanes in which the force has risen enough to stop the ramp.
     #[inline(always)]
     fn is_loaded(&self) -> L::Mask {
         (self.force - self.min_force).ge(self.stop_rise)

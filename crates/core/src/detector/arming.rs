@@ -62,14 +62,13 @@ pub struct AlarmConditions<L: Lane> {
 }
 
 impl<L: Lane> AlarmConditions<L> {
-    /// Returns the lanes in which all conditions hold.
+    /// The lanes in which all conditions hold.
     #[inline(always)]
     pub fn all(&self) -> L::Mask {
         self.armed & self.in_contact & self.moves_as_required & self.is_deep & self.is_drop
     }
 }
 
-/// The count of quiet samples, and the conditions on an alarm.
 #[derive(Debug, Clone)]
 pub(super) struct Arming<L> {
     settle_ticks: L,
@@ -94,7 +93,6 @@ impl<L: Lane> Arming<L> {
         }
     }
 
-    /// Returns the conditions on an alarm at the next sample.
     #[inline(always)]
     pub(super) fn conditions(&self, evidence: &Evidence<L>) -> AlarmConditions<L> {
         let zero = L::zero();
@@ -143,7 +141,7 @@ mod tests {
         Arming::new(&settings, 1e-3)
     }
 
-    /// Returns the indices of the samples that raise an alarm; each sample states whether `g` is above the threshold.
+    /// The indices of the samples that raise an alarm; each sample states whether `g` is above the threshold.
     fn alarms(mut arming: Arming<f64>, samples: &[(bool, Evidence<f64>)]) -> Vec<usize> {
         let mut is_alarm = |(above, evidence): &(bool, Evidence<f64>)| arming.update(*above, evidence);
         samples.iter().enumerate().filter_map(|(k, sample)| is_alarm(sample).then_some(k)).collect()

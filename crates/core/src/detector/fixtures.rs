@@ -13,7 +13,6 @@ pub(super) const QUIET: Evidence<f64> = Evidence {
     in_contact: true,
 };
 
-/// Returns a sample with a measured force in N.
 pub(super) fn with_force(force_n: f64) -> Evidence<f64> {
     Evidence { force_n, ..QUIET }
 }

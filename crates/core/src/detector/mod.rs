@@ -111,7 +111,7 @@ pub struct Decision<L: Lane> {
 
 /// Detects ruptures from the evidence of one sample at a time.
 ///
-/// A user-defined detector implements this trait for `f64`; [`CusumDetector`] implements it for any number of lanes.
+/// A user-defined detector implements it for `f64`; [`CusumDetector`] implements it for any number of lanes.
 pub trait Detector<L: Lane> {
     /// Processes the evidence of one sample.
     fn update(&mut self, evidence: &Evidence<L>) -> Decision<L>;
@@ -158,7 +158,7 @@ impl<L: Lane, D> CusumDetector<L, D> {
 }
 
 impl<L: Lane, D: Distance<L>> CusumDetector<L, D> {
-    /// Returns the conditions on an alarm at the next sample, for any value of `g`.
+    /// The conditions on an alarm at the next sample, for any value of `g`.
     #[inline(always)]
     pub fn conditions(&self, evidence: &Evidence<L>) -> AlarmConditions<L> {
         let conditions = self.arming.conditions(evidence);
@@ -230,7 +230,7 @@ mod tests {
         }
     }
 
-    /// Returns the indices of the residuals that raise an alarm, after one quiet second.
+    /// The indices of the residuals that raise an alarm, after one quiet second.
     fn alarms(residuals: &[f64], velocity: f64) -> Vec<usize> {
         let mut detector = CusumDetector::new(&DetectorSettings::default(), 1e-3);
         for _ in 0..1000 {
@@ -438,7 +438,6 @@ mod tests {
         assert_eq!([alarm_at(0.1, -0.4), alarm_at(0.2, -0.4)], [true, false]);
     }
 
-    /// Returns samples with drops and noise around them.
     fn drop_in_noise(samples: u64, seed: u64) -> Vec<Evidence<f64>> {
         let mut noise = fixtures::Noise(seed);
         let sample = |k: u64| {

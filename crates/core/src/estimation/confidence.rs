@@ -24,8 +24,8 @@ pub struct Trust {
 }
 
 impl Trust {
-    /// Returns the problems of the estimates `K` and `B`, as a sum: 1 if 0 is within two standard errors of K, 2 if 0
-    /// is within two standard errors of B, 4 if one of them is negative, which is impossible for a tissue.
+    /// The problems of the estimates `K` and `B`, as a sum: 1 if 0 is within two standard errors of K, 2 if 0 is within
+    /// two standard errors of B, 4 if one of them is negative, which is impossible for a tissue.
     #[inline]
     #[must_use]
     pub fn flags(&self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> u8 {
@@ -59,7 +59,7 @@ pub struct Confidence {
 }
 
 impl Confidence {
-    /// Creates the information without samples, for ticks of `tick_s` (s).
+    /// Creates the information without samples, for ticks of `tick_s`.
     #[must_use]
     pub fn new(tick_s: f64) -> Self {
         let nothing = [0.0; 3];
@@ -79,7 +79,7 @@ impl Confidence {
         self.weight = decay * self.weight + 1.0;
     }
 
-    /// Returns the confidence after the samples so far.
+    /// The confidence after the samples so far.
     #[inline]
     #[must_use]
     pub fn trust(&self) -> Trust {

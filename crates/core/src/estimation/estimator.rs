@@ -25,7 +25,7 @@ pub struct Estimate<L> {
 
 /// Estimates the tissue's parameters from one sample at a time.
 ///
-/// A user-defined estimator implements this trait for `f64`, the built-in estimators for any number of lanes.
+/// A user-defined estimator implements it for `f64`, the built-in estimators for any number of lanes.
 pub trait Estimator<L: Lane> {
     /// Processes a sample: force `y` (N), depth `p` below the contact (m, negative outside), velocity `v` (m/s).
     ///
@@ -47,13 +47,11 @@ impl<L: Lane, E: Estimator<L> + ?Sized> Estimator<L> for alloc::boxed::Box<E> {
     }
 }
 
-/// Properties of a built-in estimator.
 pub(super) trait BuiltIn {
     /// True for the paper's estimator, which a rig runs.
     const IS_BASELINE: bool = false;
     /// Column name, with the unit, of the parameter besides stiffness and damping.
     const EXTRA_PARAMETER: Option<&'static str> = None;
 
-    /// Creates the estimator of the settings.
     fn build(settings: &RlsSettings) -> Self;
 }

@@ -123,7 +123,6 @@ impl<L: Lane> Estimator<L> for HuntCrossley<L> {
 }
 
 impl<L: Lane> HuntCrossley<L> {
-    /// The second stage.
     #[inline(always)]
     fn update_power(&mut self, force_n: L) {
         let one = L::splat(1.0);
@@ -145,7 +144,6 @@ impl<L: Lane> HuntCrossley<L> {
     }
 }
 
-/// Applies a scalar function to each lane.
 #[inline(always)]
 fn each<L: Lane>(mut value: L, function: impl Fn(f64) -> f64) -> L {
     for lane in 0..L::WIDTH {

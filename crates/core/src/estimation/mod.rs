@@ -87,7 +87,7 @@ impl RlsSettings {
         of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::IS_BASELINE)
     }
 
-    /// Returns the column name, with the unit, of the parameter besides stiffness and damping.
+    /// The column name, with the unit, of the parameter besides stiffness and damping.
     #[must_use]
     pub fn extra_parameter_column(&self) -> Option<&'static str> {
         of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::EXTRA_PARAMETER)

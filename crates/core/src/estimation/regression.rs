@@ -27,14 +27,11 @@ enum Memory<L, const N: usize> {
     Exponential(Exponential<L, N>),
 }
 
-/// The result of one update.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RegressionUpdate<L, const N: usize> {
     /// `φᵀθ` before the sample, in N.
     pub(super) predicted_force_n: L,
-    /// The sample minus the prediction, in N.
     pub(super) residual_n: L,
-    /// The change of `θ`.
     pub(super) correction: [L; N],
 }
 
@@ -56,7 +53,6 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         }
     }
 
-    /// Updates the parameters with a measured force in N.
     #[inline(always)]
     pub(super) fn update(&mut self, force_n: L) -> RegressionUpdate<L, N> {
         let predicted_force_n = self.predicted;
@@ -93,13 +89,11 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         correction
     }
 
-    /// Returns `θ`.
     #[inline(always)]
     pub(super) fn parameters(&self) -> [L; N] {
         self.parameters
     }
 
-    /// Returns `φ` of the next force.
     #[inline(always)]
     pub(super) fn regressor(&self) -> [L; N] {
         self.regressor
@@ -124,7 +118,6 @@ mod tests {
     use super::*;
     use crate::estimation::{Estimator, Rls};
 
-    /// Returns a pseudo-random number from -1 to 1.
     fn noise(state: &mut u64) -> f64 {
         *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
@@ -146,7 +139,7 @@ mod tests {
         }
     }
 
-    /// Returns the smallest and the largest value of `uᵀFu` over unit vectors `u` of random directions.
+    /// The smallest and the largest value of `uᵀFu` over unit vectors `u` of random directions.
     fn range(gain: [[f64; 3]; 3], state: &mut u64) -> (f64, f64) {
         let mut range = (f64::INFINITY, 0.0_f64);
         for _ in 0..200 {

@@ -121,7 +121,7 @@ impl<L: Lane> Rls<L> {
         correction
     }
 
-    /// Returns the lanes in which `F` is positive definite by more than rounding errors.
+    /// The lanes in which `F` is positive definite by more than rounding errors.
     #[inline(always)]
     fn is_definite(&self) -> L::Mask {
         let [f00, f01, f11] = self.gain();
@@ -129,7 +129,7 @@ impl<L: Lane> Rls<L> {
         (product - f01 * f01).gt(L::splat(MIN_DETERMINANT) * product)
     }
 
-    /// Returns the gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁).
+    /// The gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁).
     #[inline(always)]
     #[must_use]
     pub fn gain(&self) -> [L; 3] {
@@ -280,7 +280,6 @@ mod tests {
         }
     }
 
-    /// Returns the smallest and the largest eigenvalue of the gain.
     fn eigenvalues(rls: &Rls<f64>) -> [f64; 2] {
         let [f00, f01, f11] = rls.gain();
         let max = f64::midpoint(f00, f11) + f64::midpoint(f00, -f11).hypot(f01);

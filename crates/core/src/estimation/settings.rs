@@ -13,7 +13,6 @@ crate::choice! {
         /// The whole gain is restored at `reset_threshold` (eq. 17).
         "resetting" => Resetting,
         /// Each correction reduces the weight of older samples, within bounds.
-        /// Older samples keep the weight λ per correction:
         ///
         /// ```text
         /// D_k = D_{k-1} + δ (α φ φᵀ - (1-λ) D_{k-1}),   F_k = (1/F_0 + D_k)⁻¹

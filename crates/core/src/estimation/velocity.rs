@@ -22,8 +22,8 @@ pub struct VelocityFilter<L> {
 }
 
 impl<L: Lane> VelocityFilter<L> {
-    /// Creates a filter for positions read every `tick_s` (s) in steps of `resolution_m` (m). `acceleration_m_per_s2`
-    /// is the standard deviation of the hand's acceleration. All arguments are positive.
+    /// Creates a filter for positions read every `tick_s` in steps of `resolution_m`. `acceleration_m_per_s2` is the
+    /// standard deviation of the hand's acceleration. All arguments are positive.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the argument that is not a positive finite number.
@@ -65,8 +65,8 @@ impl<L: Lane> VelocityFilter<L> {
     }
 }
 
-/// Returns the steady-state Kalman gain for a measurement variance `r` (m²), in closed form (Kalata 1984): with the
-/// tracking index `Λ = a T² / √r`, `ρ = (4 + Λ - √(8Λ + Λ²)) / 4`, `l₀ = 1 - ρ²`,
+/// The steady-state Kalman gain for a measurement variance `r` (m²), in closed form (Kalata 1984): with the tracking
+/// index `Λ = a T² / √r`, `ρ = (4 + Λ - √(8Λ + Λ²)) / 4`, `l₀ = 1 - ρ²`,
 /// `T l₁ = 2 (2 - l₀) - 4 √(1 - l₀) = 2 (1 - ρ)²`.
 fn steady_gain(tick_s: f64, r: f64, acceleration: f64) -> [f64; 2] {
     let index = acceleration * tick_s * tick_s / libm::sqrt(r);

@@ -23,7 +23,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// A truth value for each lane.
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + Send + Sync {
-    /// Returns the same truth value in every lane.
+    /// The same truth value in every lane.
     fn splat(value: bool) -> Self;
     /// Returns true if it holds in at least one lane.
     fn any(self) -> bool;
@@ -51,9 +51,9 @@ pub trait Lane:
     /// Number of lanes.
     const WIDTH: usize;
 
-    /// Returns the same number in every lane.
+    /// The same number in every lane.
     fn splat(value: f64) -> Self;
-    /// Returns the number in lane `index`, below [`Lane::WIDTH`].
+    /// The number in lane `index`, below [`Lane::WIDTH`].
     fn lane(self, index: usize) -> f64;
     /// Returns this number with lane `index` replaced by `value`.
     fn with_lane(self, index: usize, value: f64) -> Self;
@@ -67,13 +67,13 @@ pub trait Lane:
     fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
         (0..Self::WIDTH).fold(Self::splat(0.0), |all, index| all.with_lane(index, lane(index)))
     }
-    /// Returns the absolute value.
+    /// The absolute value.
     fn abs(self) -> Self;
-    /// Returns the square root; NaN for a negative number.
+    /// The square root; NaN for a negative number.
     fn sqrt(self) -> Self;
-    /// Returns the smaller number; `other` in lanes where `self` is NaN.
+    /// The smaller number; `other` in lanes where `self` is NaN.
     fn min(self, other: Self) -> Self;
-    /// Returns the larger number; `other` in lanes where `self` is NaN.
+    /// The larger number; `other` in lanes where `self` is NaN.
     fn max(self, other: Self) -> Self;
     /// Returns `self < other`; false in lanes where either is NaN.
     fn lt(self, other: Self) -> Self::Mask;

@@ -11,7 +11,7 @@ pub trait Stored {
     /// Calls `with` with each number as 64 bits, in a fixed order, and keeps the value that `with` leaves.
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64));
 
-    /// Returns the numbers, for [`Stored::restore`].
+    /// The numbers, for [`Stored::restore`].
     #[cfg(feature = "alloc")]
     fn state(&self) -> Vec<u64>
     where

@@ -31,13 +31,12 @@ impl HeldReading {
         reading
     }
 
-    /// Holds and returns the last value.
     pub(super) fn hold(&mut self) -> f64 {
         self.is_held = true;
         self.value
     }
 
-    /// Returns the reading plus the remaining gap to the held value.
+    /// The reading plus the remaining gap to the held value.
     pub(super) fn recover(&mut self, reading: f64) -> f64 {
         if self.is_held {
             self.is_held = false;
@@ -48,7 +47,6 @@ impl HeldReading {
         self.value
     }
 
-    /// Returns true if the reading is used unchanged.
     pub(super) fn is_recovered(&self) -> bool {
         !self.is_held && self.gap == 0.0
     }

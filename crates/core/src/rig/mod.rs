@@ -141,13 +141,13 @@ impl HapticController {
         self.command(&insight, hand_m, force_n, faults)
     }
 
-    /// Returns the number of processed samples.
+    /// The number of processed samples.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.tick
     }
 
-    /// Returns the estimator's gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁): the covariance of (`K`, `B`) up to a factor.
+    /// The estimator's gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁): the covariance of (`K`, `B`) up to a factor.
     #[must_use]
     pub fn estimator_gain(&self) -> [f64; 3] {
         self.chain.estimator.gain()
@@ -166,13 +166,12 @@ impl HapticController {
         }
     }
 
-    /// Returns the last good position and velocity of the slave, with a force (N).
+    /// The last good position and velocity of the slave, with a force (N).
     #[inline(always)]
     fn reading(&self, force_n: f64) -> Reading<f64> {
         Reading { force_n, position_m: self.slave_m, velocity_m_per_s: self.velocity_m_per_s }
     }
 
-    /// Runs the supervisor and completes the tick.
     #[inline(always)]
     fn command(&mut self, insight: &Insight<f64>, hand_m: f64, force_n: f64, faults: Faults) -> Command {
         let Insight { estimate, decision, .. } = insight;

@@ -5,7 +5,7 @@ use crate::augmentation::Mode;
 /// A rig's measurements at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// Position of the master `x_h` in m.
+    /// `x_h` in m.
     pub master_position_m: f64,
     /// Position of the slave `x_e` in m, increasing into the tissue.
     pub slave_position_m: f64,

@@ -28,10 +28,8 @@ pub enum VelocitySource {
     },
 }
 
-/// Range of the time between two samples, in s.
 const TICK: Range = Range::stated(1e-6, 1.0, "from 1e-6 to 1");
 
-/// Range of limits and scales.
 const LIMIT: Range = Range::stated(MIN_MAGNITUDE, MAX_LIMIT, "positive, from 1e-12 to 1e6");
 
 crate::settings! {

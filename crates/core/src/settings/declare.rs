@@ -132,11 +132,9 @@ macro_rules! settings {
         });
     };
 
-    // The path of a field's key.
     (@path $prefix:literal $field:ident) => { concat!($prefix, stringify!($field)) };
     (@path $prefix:literal $field:ident $key:literal) => { $key };
 
-    // The meaning of a key.
     (@meaning $($doc:literal)*) => {{
         const LINES: &[&str] = &[$($doc),*];
         const SENTENCE: &$crate::settings::Sentence<{ $crate::settings::sentence_len(LINES) }> =
@@ -160,7 +158,6 @@ macro_rules! settings {
         &$crate::settings::acting::<COUNT>(GROUPS, $acts_for)
     }};
 
-    // The keys of a field.
     (@keys ($path:expr) ($($doc:literal)*) {f64} {SIGN} {= $default:expr}) => {
         &[$crate::settings::Key::sign($path, $default, $crate::settings!(@meaning $($doc)*))]
     };
@@ -222,7 +219,6 @@ macro_rules! settings {
     (@kinds {$other:ident} {kinds last}) => { $other::KIND_KEYS };
     (@kinds {$other:ident} {$($range:tt)*}) => { &[] };
 
-    // The check of a field's range.
     (@check ($path:expr) ($value:expr) {f64} {SIGN}) => {
         $crate::error::require($path, *$value, *$value == 1.0 || *$value == -1.0, "1 or -1")?;
     };
@@ -270,7 +266,6 @@ macro_rules! settings {
         $other::read($source $($(, $with)+)?)?
     };
 
-    // The defaults.
     (@default $name:ident {} {$($field:ident {$($ty:tt)+} {$($default:tt)*})*}) => {
         impl $name {
             /// The default settings.
@@ -293,7 +288,7 @@ macro_rules! settings {
             /// The default settings.
             pub const DEFAULT: Self = Self::default_for($($stand_in),+);
 
-            /// Returns the default settings for other inputs.
+            /// The default settings for other inputs.
             #[must_use]
             pub const fn default_for($($given: $given_ty),+) -> Self {
                 $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
@@ -427,7 +422,7 @@ macro_rules! choice {
                 &$crate::settings::joined::<{ $crate::settings::count(GROUPS) }>(GROUPS)
             };
 
-            /// Returns the word of the kind.
+            /// The word of the kind.
             #[must_use]
             pub const fn word(&self) -> &'static str {
                 match self {

@@ -150,13 +150,12 @@ impl ActsFor {
         built
     }
 
-    /// Returns the words.
+    /// The words.
     #[must_use]
     pub fn words(&self) -> &[&'static str] {
         &self.words[..self.count]
     }
 
-    /// Joins the words of both.
     const fn and(mut self, other: Self) -> Self {
         let mut index = 0;
         while index < other.count {
@@ -260,46 +259,46 @@ pub trait KeySource {
     /// The error for a wrong value.
     type Error;
 
-    /// Returns the number of a key.
+    /// The number of a key.
     ///
     /// # Errors
     /// The key has no number.
     fn number(&self, key: &str) -> Result<f64, Self::Error>;
 
-    /// Returns the number of a key without a default.
+    /// The number of a key without a default.
     fn optional_number(&self, key: &str) -> Option<f64>;
 
     /// Returns the number of a key. If it is not given, sets it to the derived number.
     fn number_or(&mut self, key: &'static str, derived: impl FnOnce() -> f64) -> f64;
 
-    /// Returns the whole number of a key.
+    /// The whole number of a key.
     ///
     /// # Errors
     /// The key has no whole number.
     fn whole(&self, key: &str) -> Result<u64, Self::Error>;
 
-    /// Returns the truth value of a key.
+    /// The truth value of a key.
     ///
     /// # Errors
     /// The key is neither true nor false.
     fn flag(&self, key: &str) -> Result<bool, Self::Error>;
 
-    /// Returns the numbers of a key.
+    /// The numbers of a key.
     ///
     /// # Errors
     /// The key has no numbers.
     fn numbers(&self, key: &str) -> Result<&[f64], Self::Error>;
 
-    /// Returns the word of a key.
+    /// The word of a key.
     ///
     /// # Errors
     /// The key has no word.
     fn word(&self, key: &str) -> Result<&str, Self::Error>;
 
-    /// Returns the text of a key without a default.
+    /// The text of a key without a default.
     fn optional_word(&self, key: &str) -> Option<&str>;
 
-    /// Returns the error for a key with an unknown word.
+    /// The error for a key with an unknown word.
     fn unknown_word(&self, key: &str) -> Self::Error;
 
     /// Visits the items of a list of named tables with their names, in order. During a visit the keys of the item are
@@ -314,7 +313,7 @@ pub trait KeySource {
     ) -> Result<(), Self::Error>;
 }
 
-/// Returns the number of keys in all groups.
+/// The number of keys in all groups.
 #[must_use]
 pub const fn count(groups: &[&[Key]]) -> usize {
     let (mut count, mut group) = (0, 0);
@@ -325,7 +324,7 @@ pub const fn count(groups: &[&[Key]]) -> usize {
     count
 }
 
-/// Returns the keys of all groups, `COUNT` in total.
+/// The keys of all groups, `COUNT` in total.
 #[must_use]
 pub const fn joined<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];
@@ -341,7 +340,7 @@ pub const fn joined<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     all
 }
 
-/// Returns the keys of all groups, restricted to one kind of a choice.
+/// The keys of all groups, restricted to one kind of a choice.
 #[must_use]
 pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) -> [Key; COUNT] {
     let mut all = joined::<COUNT>(groups);
@@ -355,7 +354,7 @@ pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) ->
     all
 }
 
-/// Returns the number of different keys in all groups.
+/// The number of different keys in all groups.
 #[must_use]
 pub const fn count_distinct(groups: &[&[Key]]) -> usize {
     let (mut count, mut group) = (0, 0);

@@ -62,13 +62,13 @@ impl Range {
         Self { stated: Some(stated), ..Self::new(low, high, Meaning::Within(stated)) }
     }
 
-    /// Returns the lower bound, and true if the bound itself is excluded.
+    /// The lower bound, and true if the bound itself is excluded.
     #[must_use]
     pub fn low(&self) -> (f64, bool) {
         (self.low, self.low_is_open)
     }
 
-    /// Returns the upper bound.
+    /// The upper bound.
     #[must_use]
     pub fn high(&self) -> f64 {
         self.high

@@ -4,7 +4,7 @@
 pub struct Sentence<const LEN: usize>([u8; LEN]);
 
 impl<const LEN: usize> Sentence<LEN> {
-    /// Returns the text.
+    /// The text.
     #[must_use]
     pub const fn as_str(&self) -> &str {
         match core::str::from_utf8(&self.0) {
@@ -14,7 +14,7 @@ impl<const LEN: usize> Sentence<LEN> {
     }
 }
 
-/// Returns the length in bytes of the first paragraph of the lines, joined by spaces.
+/// The length in bytes of the first paragraph of the lines, joined by spaces.
 #[must_use]
 pub const fn sentence_len(lines: &[&str]) -> usize {
     let (mut len, mut line) = (0, 0);
@@ -26,7 +26,7 @@ pub const fn sentence_len(lines: &[&str]) -> usize {
     len.saturating_sub(1)
 }
 
-/// Returns the first paragraph of the lines, joined by spaces.
+/// The first paragraph of the lines, joined by spaces.
 #[must_use]
 pub const fn sentence<const LEN: usize>(lines: &[&str]) -> Sentence<LEN> {
     let mut bytes = [0; LEN];

@@ -28,7 +28,7 @@ trocar_core::settings! {
 }
 
 impl Irregularity {
-    /// Checks the ranges of the fields for ticks of `tick_s` (s).
+    /// Checks the ranges of the fields for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -38,7 +38,7 @@ impl Irregularity {
         require("channel.jitter_s", self.jitter_s, held, "at most 100000 ticks").map(drop)
     }
 
-    /// The maximum extra delay in ticks of `tick_s` (s).
+    /// The maximum extra delay in ticks of `tick_s`.
     #[must_use]
     pub fn jitter_ticks(&self, tick_s: f64) -> u64 {
         nearest_ticks(self.jitter_s, tick_s).min(MAX_JITTER_TICKS)
@@ -72,7 +72,6 @@ pub(super) struct Irregular<L, const N: usize> {
     streams: Box<[ChaCha8Rng]>,
 }
 
-/// Random draws for a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Draws {
     jitter_choices: f64,
@@ -105,7 +104,7 @@ pub struct SampleDelays {
 }
 
 impl SampleDelays {
-    /// Creates the delays around `delay_ticks` for ticks of `tick_s` (s), with random `(seed, stream)`.
+    /// Creates the delays around `delay_ticks` for ticks of `tick_s`, with random `(seed, stream)`.
     #[must_use]
     pub fn new(
         (irregularity, schedule): (&Irregularity, &Schedule),
@@ -127,7 +126,7 @@ impl SampleDelays {
         self.tick
     }
 
-    /// Returns the delay of the next sample in ticks; `None` if it is lost.
+    /// The delay of the next sample in ticks; `None` if it is lost.
     pub fn next_ticks(&mut self) -> Option<u64> {
         let delay = self.schedule.delay(self.tick, self.delay_ticks);
         let extra = self.draws.extra_ticks(&mut self.stream);
@@ -146,7 +145,7 @@ fn random_stream(seed: u64, stream: u64) -> ChaCha8Rng {
 const NEVER: f64 = -1.0;
 
 impl<L: Lane, const N: usize> Irregular<L, N> {
-    /// Creates a link on ticks of `tick_s` (s); lane `i` uses stream `first_stream + i` of `seed`.
+    /// Creates a link on ticks of `tick_s`; lane `i` uses stream `first_stream + i` of `seed`.
     pub(super) fn new(
         (irregularity, schedule): (&Irregularity, &Schedule),
         (delay_ticks, tick_s): (u64, f64),
@@ -168,7 +167,6 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
         }
     }
 
-    /// Maximum delay in ticks of a sample that arrives.
     pub(super) fn longest_ticks(&self) -> u64 {
         self.arriving.len() as u64 - 1
     }
@@ -236,7 +234,7 @@ mod tests {
 
     use super::*;
 
-    /// Returns the sample held at each tick if tick `k` sends `k`; -7 before the first arrival.
+    /// The sample held at each tick if tick `k` sends `k`; -7 before the first arrival.
     fn held(jitter_s: f64, loss: f64, delay_ticks: u64, seed: u64) -> Vec<f64> {
         scheduled(Irregularity { jitter_s, loss }, &Schedule::default(), delay_ticks, seed)
     }

@@ -10,7 +10,6 @@ pub use schedule::Schedule;
 use irregular::Irregular;
 use trocar_core::lane::{Lane, Mask};
 
-/// Maximum number of lanes with different delays.
 const MAX_LANES: usize = trocar_core::lane::LANES;
 
 /// Longest delay in ticks.
@@ -35,7 +34,7 @@ impl DelaySettings {
     /// The key of the delay each way.
     pub const BOTH: &str = "channel.delay_s";
 
-    /// Returns the key and the delay (s) of each way: forward, backward.
+    /// The key and the delay (s) of each way: forward, backward.
     #[must_use]
     pub fn of_each_way(&self) -> [(&'static str, f64); 2] {
         [("channel.forward_delay_s", self.forward_delay_s), ("channel.backward_delay_s", self.backward_delay_s)]
@@ -76,8 +75,8 @@ impl<L: Lane, const N: usize> Delay<L, N> {
         Self { line, next: 0, own_ticks: None, irregular: None }
     }
 
-    /// Adds random and scheduled delays and losses for ticks of `tick_s` (s). `random` is `(seed, first_stream)`; lane
-    /// `i` uses stream `first_stream + i`.
+    /// Adds random and scheduled delays and losses for ticks of `tick_s`. `random` is `(seed, first_stream)`; lane `i`
+    /// uses stream `first_stream + i`.
     #[must_use]
     pub fn irregular(
         mut self,

@@ -87,7 +87,6 @@ impl Schedule {
     }
 }
 
-/// The ticks of a delay; `None` for a lost sample.
 fn arriving(delay: u32) -> Option<u64> {
     (delay != Schedule::LOST).then(|| u64::from(delay).min(MAX_DELAY_TICKS))
 }

@@ -57,7 +57,7 @@ pub struct ExactPlants<L, C = L> {
 }
 
 impl<L: Lane> ExactPlants<L> {
-    /// Creates both plants at rest, with master and arm at `master_m` and the slave at the reference `reference_m` (m).
+    /// Creates both plants at rest, with master and arm at `master_m` and the slave at the reference `reference_m`.
     #[must_use]
     pub fn new(master: &MasterStep, slave: &SlaveStep, master_m: f64, reference_m: f64) -> Self {
         let motion =

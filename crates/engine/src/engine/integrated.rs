@@ -20,7 +20,6 @@ type LaggedState = SVector<f64, 11>;
 const RELATIVE_TOLERANCE: f64 = 1e-12;
 const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 
-/// The equations of both plants over one tick.
 #[derive(Debug, Clone)]
 struct Equations {
     master: MasterParameters,
@@ -67,7 +66,6 @@ impl Equations {
         self.proportional_gain * (self.reference - s[5]) - self.velocity_gain * damped
     }
 
-    /// The derivatives of the states under the commands `motor` (N) and `control`.
     fn derivatives(&self, s: &State, motor: f64, control: f64, derivative: &mut State) {
         let hand_force = self.hand_force(s);
         let desired = s[8];
@@ -136,7 +134,7 @@ pub struct IntegratedPlants {
 }
 
 impl IntegratedPlants {
-    /// Creates both plants at rest, with master and arm at `master_m` and the slave at the reference `reference_m` (m).
+    /// Creates both plants at rest, with master and arm at `master_m` and the slave at the reference `reference_m`.
     ///
     /// The parameters must be valid for `plant`.
     #[must_use]
@@ -188,7 +186,6 @@ impl IntegratedPlants {
         self
     }
 
-    /// Integrates over a part of the tick.
     fn integrate(&mut self, duration_s: f64) -> Result<(), IntegrationError> {
         let ActuatorLimits { master_lag_s, slave_lag_s, .. } = self.equations.limits;
         if self.equations.timing == ControlTiming::Sampled && (master_lag_s > 0.0 || slave_lag_s > 0.0) {
@@ -205,7 +202,6 @@ impl IntegratedPlants {
         Ok(())
     }
 
-    /// Integrates over a part of the tick, with lagging motors.
     fn integrate_lagged(&mut self, duration_s: f64) -> Result<(), IntegrationError> {
         let mut state = LaggedState::zeros();
         state.fixed_rows_mut::<9>(0).copy_from(&self.state);

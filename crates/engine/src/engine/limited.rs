@@ -50,8 +50,8 @@ pub struct LimitedPlants<L> {
 }
 
 impl<L: Lane> LimitedPlants<L> {
-    /// Creates both plants at rest for ticks of `tick_s` (s), with master and arm at `master_m` and the slave at the
-    /// reference `reference_m` (m).
+    /// Creates both plants at rest for ticks of `tick_s`, with master and arm at `master_m` and the slave at the
+    /// reference `reference_m`.
     ///
     /// # Errors
     /// [`PlantError`] for a parameter out of range or a computation that fails.

@@ -3,13 +3,10 @@
 use crate::plant::MotorStep;
 use trocar_core::lane::{Lane, by_index};
 
-/// The motor between a wanted command and the `N` states of a machine.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Motor<L, const N: usize> {
     range: L,
-    /// Maximum change from one tick to the next.
     change: L,
-    /// Command held over the last tick.
     command: L,
     /// `None` without a lag. The branch is always taken the same way in a run.
     lag: Option<Lag<L, N>>,

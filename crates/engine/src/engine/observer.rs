@@ -21,7 +21,6 @@ impl<L: Lane> Observer<L> for () {
     fn observe(&mut self, _signals: &Signals<L>) {}
 }
 
-/// A borrowed observer.
 impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<L>) {
@@ -40,7 +39,6 @@ pub trait EventObserver<L: Lane> {
     fn observe(&mut self, happening: &Happening<L>);
 }
 
-/// Observes nothing.
 impl<L: Lane> EventObserver<L> for () {
     fn observe(&mut self, _happening: &Happening<L>) {}
 }

@@ -130,7 +130,7 @@ setters! {
 }
 
 impl OwnParts {
-    /// Returns the roles with a user-defined part.
+    /// The roles with a user-defined part.
     #[must_use]
     pub fn roles(&self) -> Vec<&'static str> {
         let Self { operator, tissue, estimator, detector, distance, architecture, scheme, motion_law, force_law } =
@@ -151,7 +151,6 @@ impl OwnParts {
 }
 
 impl std::fmt::Debug for OwnParts {
-    /// Lists [`OwnParts::roles`].
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_set().entries(self.roles()).finish()
     }

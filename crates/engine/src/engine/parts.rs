@@ -21,10 +21,10 @@ pub trait Wiring {
     /// The number type of the tick.
     type Lane: Lane;
 
-    /// Returns the desired position at tick 0 in m.
+    /// The desired position at tick 0 in m.
     fn begin(&mut self) -> Self::Lane;
 
-    /// Runs one tick with the desired position `desired_m` (m). Returns the desired position at the next tick, or the
+    /// Runs one tick with the desired position `desired_m`. Returns the desired position at the next tick, or the
     /// outcome of the run.
     fn tick<P: Plants<Self::Lane>, O: Observer<Self::Lane>>(
         &mut self,
@@ -129,7 +129,7 @@ where
         FedBack { commanded_n, allowed_step_n, force_n: self.link.limit(commanded_n, at_master) }
     }
 
-    /// State of the operator at the tick of the desired position `desired_m` (m).
+    /// State of the operator at the tick of the desired position `desired_m`.
     #[inline(always)]
     pub(super) fn desired(&self, desired_m: L) -> Desired<L> {
         Desired {
@@ -139,7 +139,6 @@ where
         }
     }
 
-    /// Returns the desired position at the next tick, in m.
     #[inline(always)]
     pub(super) fn next_desired_m(&mut self, tick: u64, arrived_mode: Modes<L>, master: &MasterReading<L>) -> L {
         self.operator.cue(self.supervisor.cue(arrived_mode));

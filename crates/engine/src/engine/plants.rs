@@ -10,28 +10,28 @@ pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
 /// The outputs of the master side at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct MasterReading<L> {
-    /// Position `x_h` in m.
+    /// `x_h` in m.
     pub position_m: L,
-    /// Velocity `v_h` in m/s.
+    /// `v_h` in m/s.
     pub velocity_m_per_s: L,
-    /// Force of the hand `F_h` in N.
+    /// `F_h` in N.
     pub hand_force_n: L,
 }
 
 /// The outputs of the slave side at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct SlaveReading<L> {
-    /// Position `x_e` in m.
+    /// `x_e` in m.
     pub position_m: L,
-    /// Velocity `v_e` in m/s.
+    /// `v_e` in m/s.
     pub velocity_m_per_s: L,
 }
 
 /// The two machines with their controllers, stepped from tick to tick.
 pub trait Plants<L> {
-    /// Returns the present outputs of the master side.
+    /// The present outputs of the master side.
     fn master(&self) -> MasterReading<L>;
-    /// Returns the present outputs of the slave side.
+    /// The present outputs of the slave side.
     fn slave(&self) -> SlaveReading<L>;
     /// Steps to the next tick. The desired position is linear from `desired` to `desired_next` (m); the feedback force
     /// (N) and the slave's reference (m) are held. The tissue deflects the slave from its reference by `deflection` (m)

@@ -24,7 +24,6 @@ pub struct PortEnergies {
     last: Option<Last>,
 }
 
-/// Values of the last tick.
 #[derive(Debug, Clone, PartialEq)]
 struct Last {
     master_m: f64,

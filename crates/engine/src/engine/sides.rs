@@ -56,7 +56,6 @@ impl MasterSide {
     ///
     /// # Errors
     /// [`EngineError`].
-    /// [`EngineError`].
     pub fn step(&mut self, received: &Received<f64, 5>, observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
         let Engine { plants, parts, .. } = &mut self.engine;
         let master = plants.master();
@@ -121,7 +120,6 @@ impl SlaveSide {
     /// steps the slave to the next tick, and returns its message.
     ///
     /// # Errors
-    /// [`EngineError`].
     /// [`EngineError`].
     pub fn step(
         &mut self,

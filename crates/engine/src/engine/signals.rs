@@ -14,35 +14,35 @@ use trocar_core::lane::{Lane, Mask};
 pub struct Signals<L: Lane> {
     /// The tick's number `k`; its time is `k * tick_s`.
     pub tick: u64,
-    /// Desired position `x_d` in m.
+    /// `x_d` in m.
     pub desired_position_m: L,
     /// Position of the master that the operator intends, `x_v` in m.
     pub intended_position_m: L,
-    /// Position of the master, `x_h` in m.
+    /// `x_h` in m.
     pub master_position_m: L,
-    /// Velocity of the master, `v_h` in m/s.
+    /// `v_h` in m/s.
     pub master_velocity_m_per_s: L,
-    /// Force of the hand, `F_h` in N.
+    /// `F_h` in N.
     pub operator_force_n: L,
-    /// Reference of the slave, `x_ref` in m.
+    /// `x_ref` in m.
     pub slave_reference_m: L,
-    /// Position of the slave, `x_e` in m.
+    /// `x_e` in m.
     pub slave_position_m: L,
-    /// Velocity of the slave, `v_e` in m/s.
+    /// `v_e` in m/s.
     pub slave_velocity_m_per_s: L,
-    /// Tissue force, `f_e` in N.
+    /// `f_e` in N.
     pub tissue_force_n: L,
-    /// Measured force, `y` in N.
+    /// `y` in N.
     pub measured_force_n: L,
     /// Feedback force `F_ed` at the master, in N.
     pub feedback_force_n: L,
-    /// Estimated stiffness `K` in N/m.
+    /// `K` in N/m.
     pub stiffness_n_per_m: L,
-    /// Estimated damping `B` in N·s/m.
+    /// `B` in N·s/m.
     pub damping_n_s_per_m: L,
     /// The estimator's extra parameter, in the unit of its column; 0 without one.
     pub extra_parameter: L,
-    /// Prediction error `e` in N.
+    /// `e` in N.
     pub residual_n: L,
     /// Distance `s`, in its unit.
     pub distance: L,
@@ -71,9 +71,9 @@ pub struct Happening<L: Lane> {
     pub tick: u64,
     /// Position of the master that the operator intends, in m.
     pub intended_position_m: L,
-    /// Position of the slave, `x_e` in m.
+    /// `x_e` in m.
     pub slave_position_m: L,
-    /// Prediction error `e` in N.
+    /// `e` in N.
     pub residual_n: L,
     /// Decision function `g`, in the unit of the distance.
     pub decision: L,
@@ -124,9 +124,7 @@ pub(super) struct Sensed<L: Lane> {
     pub(super) at_slave: AtSlave<L>,
 }
 
-/// Values of a tick at the master.
 pub(super) type AtMasterSide<L> = (Desired<L>, MasterReading<L>, FedBack<L>);
-/// Values of a tick at the slave.
 pub(super) type AtSlaveSide<L> = (SlaveReading<L>, Sensed<L>, SlaveCommand<L>);
 
 /// Both sides with zeros everywhere, for a side whose values are unknown.
@@ -153,7 +151,6 @@ pub(super) fn at_rest() -> (AtMasterSide<f64>, AtSlaveSide<f64>) {
 }
 
 impl<L: Lane> Signals<L> {
-    /// Assembles the signals of a tick from both sides.
     #[inline(always)]
     pub(super) fn of_both(
         tick: u64,

@@ -56,7 +56,7 @@ macro_rules! trace {
                 }
             }
 
-            /// Returns the columns of [`COLUMNS`].
+            /// The columns of [`COLUMNS`].
             #[must_use]
             pub fn columns(&self) -> [ColumnValues<&[f64], &[u8]>; COLUMNS.len()] {
                 [$(trace!(@values $value &self.$name)),*]
@@ -68,7 +68,6 @@ macro_rules! trace {
             }
         }
 
-        /// The reader of each column.
         struct Read;
 
         #[allow(non_upper_case_globals, reason = "named as the columns")]
@@ -86,7 +85,6 @@ macro_rules! trace {
             }
         }
 
-        /// A block of consecutive ticks of every column.
         struct Ticks {
             $($name: [$value; AT_ONCE],)*
             extra_parameter: [f64; AT_ONCE],
@@ -217,7 +215,7 @@ impl Trace {
         self.time_s.is_empty()
     }
 
-    /// Returns the columns of numbers, in the order of [`COLUMNS`]: all but `mode`.
+    /// The columns of numbers, in the order of [`COLUMNS`]: all but `mode`.
     #[must_use]
     pub fn numbers(&self) -> Vec<&[f64]> {
         let numbers = |values| match values {

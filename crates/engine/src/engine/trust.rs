@@ -42,8 +42,8 @@ pub struct TrustColumns {
 }
 
 impl TrustColumns {
-    /// Computes the confidence in the estimates of samples `tick_s` (s) apart, for a contact at `contact_m` (m), from
-    /// positions (m), velocities (m/s), residuals (N), and estimates of K (N/m) and B (N·s/m), all of the same length.
+    /// Computes the confidence in the estimates of samples `tick_s` apart, for a contact at `contact_m`, from positions
+    /// (m), velocities (m/s), residuals (N), and estimates of K (N/m) and B (N·s/m), all of the same length.
     #[must_use]
     pub fn of(
         (contact_m, tick_s): (f64, f64),
@@ -70,7 +70,7 @@ impl TrustColumns {
         Self { stiffness_std_n_per_m, damping_std_n_s_per_m, excitation, estimate_flags }
     }
 
-    /// Returns the columns of [`TRUST_COLUMNS`].
+    /// The columns of [`TRUST_COLUMNS`].
     #[must_use]
     pub fn columns(&self) -> [ColumnValues<&[f64], &[u8]>; TRUST_COLUMNS.len()] {
         [
@@ -81,7 +81,7 @@ impl TrustColumns {
         ]
     }
 
-    /// Returns the columns of [`TRUST_COLUMNS`], owned.
+    /// The columns of [`TRUST_COLUMNS`], owned.
     #[must_use]
     pub fn into_columns(self) -> [ColumnValues<Vec<f64>, Vec<u8>>; TRUST_COLUMNS.len()] {
         [

@@ -37,7 +37,7 @@ impl Hand {
         f64::from_bits(self.position.load(Ordering::Relaxed))
     }
 
-    /// Moves towards the aim for `tick_s` (s): by a fraction of the distance, at most at the maximum speed.
+    /// Moves towards the aim for `tick_s`: by a fraction of the distance, at most at the maximum speed.
     pub fn step(&self, tick_s: f64) {
         let position = self.position_m();
         let way = f64::from_bits(self.aim.load(Ordering::Relaxed)) - position;

@@ -108,7 +108,7 @@ trocar_core::choice! {
 }
 
 impl MinimumJerkSettings {
-    /// Computes the positions in m at `ticks` ticks of `tick_s` (s).
+    /// Computes the positions in m at `ticks` ticks of `tick_s`.
     #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         minimum_jerk(self.start.start_m, self.end.end_m, self.movement.movement_s, tick_s, ticks)
@@ -116,7 +116,7 @@ impl MinimumJerkSettings {
 }
 
 impl InsertionExtractionSettings {
-    /// Computes the positions in m at `ticks` ticks of `tick_s` (s).
+    /// Computes the positions in m at `ticks` ticks of `tick_s`.
     #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         let way_in = (self.movement.movement_s, self.pushes);
@@ -126,7 +126,7 @@ impl InsertionExtractionSettings {
 }
 
 impl SineSettings {
-    /// Computes the positions in m at `ticks` ticks of `tick_s` (s).
+    /// Computes the positions in m at `ticks` ticks of `tick_s`.
     #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         sine(self.start.start_m, self.amplitude_m, self.frequency_hz, tick_s, ticks)

@@ -48,15 +48,15 @@ pub enum Motion<L> {
 
 /// Gives the operator's desired position of the master.
 ///
-/// A user-defined operator implements this trait for `f64`; [`HumanOperator`] and [`Replay`] implement it for any
-/// number of lanes.
+/// A user-defined operator implements it for `f64`; [`HumanOperator`] and [`Replay`] implement it for any number of
+/// lanes.
 pub trait Operator<L: Lane> {
-    /// Returns the desired position at `tick` in m, from the felt force `felt_n` (N) at the tick before. Called once
-    /// per tick, starting at 0.
+    /// Returns the desired position at `tick` in m, from the felt force `felt_n` at the tick before. Called once per
+    /// tick, starting at 0.
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L;
 
-    /// Returns the position in m that the operator intends, at the tick of the last desired position `desired_m` (m):
-    /// the desired position without involuntary motion, such as a tremor.
+    /// The position in m that the operator intends, at the tick of the last desired position `desired_m`: the desired
+    /// position without involuntary motion, such as a tremor.
     #[inline(always)]
     fn intended_position_m(&self, desired_m: L) -> L {
         desired_m
@@ -70,8 +70,7 @@ pub trait Operator<L: Lane> {
     #[inline(always)]
     fn cue(&mut self, _is_on: L::Mask) {}
 
-    /// Returns the lanes in which the operator noticed a change of the felt force, at the tick of the last desired
-    /// position.
+    /// The lanes in which the operator noticed a change of the felt force, at the tick of the last desired position.
     #[inline(always)]
     fn notices(&self) -> L::Mask {
         L::Mask::splat(false)
@@ -175,7 +174,6 @@ pub fn recorded<L: Lane>(positions: &[f64], tick: u64) -> L {
 }
 
 impl<L: Lane> Motion<L> {
-    /// The desired position in m at a time of the motion in ticks.
     #[inline(always)]
     fn at(&self, ticks: L) -> L {
         match self {
@@ -210,7 +208,7 @@ impl<L: Lane> HumanOperator<L> {
     }
 
     /// Adds stretch reflexes and a stiffening grip, if the settings contain them, for an arm of the static stiffness
-    /// `stiffness_n_per_m` (N/m) and ticks of `tick_s` (s).
+    /// `stiffness_n_per_m` and ticks of `tick_s`.
     #[must_use]
     pub fn tensing(
         mut self,
@@ -225,7 +223,7 @@ impl<L: Lane> HumanOperator<L> {
     }
 
     /// Adds the perception of force drops and the reaction to them, if the settings contain one of them, for ticks of
-    /// `tick_s` (s). Lane `i` uses stream `first_stream + i` of the seed.
+    /// `tick_s`. Lane `i` uses stream `first_stream + i` of the seed.
     #[must_use]
     pub fn reacting(
         mut self,
@@ -456,7 +454,7 @@ mod tests {
         ramp().reacting(&settings, &Perception::None, (1, 0), 1e-3)
     }
 
-    /// Returns the desired positions of an operator who feels a drop from 2 N to 1 N at tick 500.
+    /// The desired positions of an operator who feels a drop from 2 N to 1 N at tick 500.
     fn after_a_drop(mut operator: HumanOperator<f64>) -> Vec<f64> {
         (0..1500).map(|tick| operator.desired_position_m(tick, if tick < 501 { 2.0 } else { 1.0 })).collect()
     }

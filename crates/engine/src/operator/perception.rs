@@ -71,7 +71,7 @@ trocar_core::settings! {
 }
 
 impl Perception {
-    /// Returns the settings of a psychometric decision.
+    /// The settings of a psychometric decision.
     #[must_use]
     pub fn settings(&self) -> Option<&PerceptionSettings> {
         match self {
@@ -82,7 +82,7 @@ impl Perception {
 }
 
 impl PerceptionSettings {
-    /// Draws reaction times in ticks of `tick_s` (s): normally distributed, not below the minimum.
+    /// Draws reaction times in ticks of `tick_s`: normally distributed, not below the minimum.
     pub(super) fn reaction_ticks<const N: usize>(&self, seed: u64, stream: u64, tick_s: f64) -> [f64; N] {
         let mut rng = rng(seed ^ 1, stream);
         std::array::from_fn(|_| {
@@ -234,7 +234,7 @@ trocar_core::lane::gather!(Noticing {
 mod tests {
     use super::*;
 
-    /// Returns the share of `trials` sudden drops, by a share of the force, that is noticed within one interval.
+    /// The share of `trials` sudden drops, by a share of the force, that is noticed within one interval.
     fn noticed(settings: &PerceptionSettings, drop: f64, trials: u64) -> f64 {
         let is_noticed = |seed: &u64| {
             let mut person = Noticing::<f64>::new(settings, *seed, 0, 1e-3);

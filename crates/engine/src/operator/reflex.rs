@@ -112,7 +112,6 @@ pub(super) struct Reaction<L: Lane> {
     clock: L,
     withdrawn: L,
     withdrawn_before: L,
-    /// Lanes that noticed a drop at the last tick.
     noticed: L::Mask,
     noticing: Option<Noticing<L>>,
     /// 1 in lanes with a cue.
@@ -208,19 +207,16 @@ impl<L: Lane> Reaction<L> {
         (self.clock, self.withdrawn)
     }
 
-    /// Receives the state of the cue.
     #[inline(always)]
     pub(super) fn cue(&mut self, is_on: L::Mask) {
         self.cue = L::select(is_on, L::splat(1.0), L::zero());
     }
 
-    /// Returns the lanes that noticed a drop at the last tick.
     #[inline(always)]
     pub(super) fn has_noticed(&self) -> L::Mask {
         self.noticed
     }
 
-    /// Sets the tick of the reaction in the lanes that notice a drop.
     #[cold]
     #[inline(never)]
     fn notice(&mut self, notices: L::Mask, now: L) {
@@ -267,7 +263,7 @@ mod tests {
         }
     }
 
-    /// Returns the time of the motion and the withdrawal at each tick of a force.
+    /// The time of the motion and the withdrawal at each tick of a force.
     fn react_to(settings: &ReflexSettings, seed: u64, force: impl Fn(u64) -> f64) -> Vec<(f64, f64)> {
         let mut reaction = Reaction::<f64>::new(settings, &Perception::None, (seed, 0), 1e-3);
         (1..3000).map(|tick| reaction.step(tick, force(tick - 1), false)).collect()

@@ -10,7 +10,6 @@ use rand_chacha::rand_core::SeedableRng;
 use trocar_core::error::{InvalidValue, require};
 use trocar_core::lane::Lane;
 
-/// Number of sines of a tremor.
 const SINES: usize = 8;
 
 /// Time over which the tremor grows from 0, in s. A motion therefore starts at its intended position.
@@ -41,7 +40,7 @@ trocar_core::settings! {
 }
 
 impl TremorSettings {
-    /// Checks the ranges of the fields for ticks of `tick_s` (s).
+    /// Checks the ranges of the fields for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -125,7 +124,7 @@ mod tests {
         settings.displacements::<f64>(seed, 0, TICK_S, ticks).to_vec()
     }
 
-    /// Returns the power of the last 40 s between two frequencies (Hz), as a fraction of the power from 0.5 to 30 Hz.
+    /// The power of the last 40 s between two frequencies (Hz), as a fraction of the power from 0.5 to 30 Hz.
     fn share_between(signal: &[f64], low_hz: f64, high_hz: f64) -> f64 {
         let tail = &signal[signal.len() - 40_000..];
         let power = |bin: usize| {

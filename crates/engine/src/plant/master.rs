@@ -134,7 +134,7 @@ impl ArmParameters {
     }
 }
 
-/// Returns the master side in continuous time.
+/// The master side in continuous time.
 ///
 /// Inputs: `x_d` (m), its derivative (m/s), and `F_ed` (N). Outputs: `F_h` (N) and `F_ed - F_h` (N). States:
 /// `x_h, v_h, x_a, v_a` and, with continuous control, `∫(F_ed - F_h)`. With sampled control the third input is `U_m`,
@@ -209,7 +209,7 @@ pub struct MasterStep {
 }
 
 impl MasterStep {
-    /// Computes the step over `tick_s` (s).
+    /// Computes the step over `tick_s`.
     ///
     /// # Errors
     /// See [`master_system`]; also if the step's matrices overflow.
@@ -235,8 +235,8 @@ impl MasterStep {
         Self::open(master, arm, ControlTiming::Sampled, tick_s)
     }
 
-    /// Computes the step of the machine's motor over a tick with a lag of `lag_s` (s, at least 0). Without a lag it
-    /// equals the `feedback` of [`MasterStep::of_machine`].
+    /// Computes the step of the machine's motor over a tick with a lag of `lag_s` (at least 0). Without a lag it equals
+    /// the `feedback` of [`MasterStep::of_machine`].
     ///
     /// # Errors
     /// See [`MasterStep::new`].
@@ -303,7 +303,6 @@ mod tests {
         assert!((ArmParameters::default().static_stiffness_n_per_m() - 698.845).abs() < 5e-4);
     }
 
-    /// Returns the side's poles, the least negative first.
     fn poles(coupling: Coupling) -> Vec<(f64, f64)> {
         let master = MasterParameters { coupling, ..MasterParameters::default() };
         let system = master_system(&master, &ArmParameters::default(), ControlTiming::Continuous).expect("valid");

@@ -35,7 +35,7 @@ trocar_core::settings! {
 }
 
 impl SlaveParameters {
-    /// Returns the slave without its controller: input `U_s`, outputs and first states `x_e` (m) and `v_e` (m/s).
+    /// The slave without its controller: input `U_s`, outputs and first states `x_e` (m) and `v_e` (m/s).
     fn machine(&self) -> Result<StateSpace<Continuous>, PlantError> {
         self.validate()?;
         let function = TransferFunction::new(&self.numerator, &self.denominator).map_err(on("slave"))?;
@@ -77,8 +77,8 @@ impl SlaveParameters {
     }
 }
 
-/// Returns the slave side in continuous time: input `x_ref` (m), or `U_s` with sampled control; outputs and first
-/// states `x_e` (m) and `v_e` (m/s).
+/// The slave side in continuous time: input `x_ref` (m), or `U_s` with sampled control; outputs and first states `x_e`
+/// (m) and `v_e` (m/s).
 ///
 /// # Errors
 /// [`PlantError`] for a parameter out of range, a transfer function without position and velocity, or a computation
@@ -111,7 +111,7 @@ pub struct SlaveStep {
 }
 
 impl SlaveStep {
-    /// Computes the step over `tick_s` (s).
+    /// Computes the step over `tick_s`.
     ///
     /// # Errors
     /// See [`slave_system`]; also if the step's matrices overflow.
@@ -139,8 +139,8 @@ impl SlaveStep {
         Self::open(slave, ControlTiming::Sampled, tick_s)
     }
 
-    /// Computes the step of the machine's motor over a tick with a lag of `lag_s` (s, at least 0). Without a lag it
-    /// equals the `reference` of [`SlaveStep::of_machine`].
+    /// Computes the step of the machine's motor over a tick with a lag of `lag_s` (at least 0). Without a lag it equals
+    /// the `reference` of [`SlaveStep::of_machine`].
     ///
     /// # Errors
     /// See [`SlaveStep::new`].
@@ -164,7 +164,7 @@ impl SlaveStep {
     }
 }
 
-/// Returns the steady states under a unit reference; without a steady state only position 1.
+/// The steady states under a unit reference; without a steady state only position 1.
 fn rest(system: &StateSpace<Continuous>) -> [f64; SLAVE_STATES] {
     let settled = system.a().clone().lu().solve(&(-system.b()));
     let settled = settled.filter(|state| state.iter().all(|value| value.is_finite()));

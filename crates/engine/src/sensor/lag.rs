@@ -20,7 +20,7 @@ pub(super) struct Lag<L> {
 }
 
 impl<L: Lane> Lag<L> {
-    /// Creates the lag of `bandwidth_hz` (Hz, above 0) for ticks of `tick_s` (s), settled at `input`.
+    /// Creates the lag of `bandwidth_hz` (above 0) for ticks of `tick_s`, settled at `input`.
     pub(super) fn new(bandwidth_hz: f64, tick_s: f64, input: f64) -> Self {
         let ticks = std::f64::consts::TAU * bandwidth_hz * tick_s;
         let keep = libm::exp(-ticks);
@@ -35,7 +35,6 @@ impl<L: Lane> Lag<L> {
         }
     }
 
-    /// Returns the output at the tick of `input`.
     #[inline(always)]
     pub(super) fn update(&mut self, input: L) -> L {
         self.output = self.keep * self.output + self.before * self.input + self.now * input;

@@ -141,7 +141,7 @@ pub struct ForceSensor<L> {
 }
 
 impl<L: Lane> ForceSensor<L> {
-    /// Creates a sensor read every `tick_s` (s), with the noise of `seed`, starting at stream `first_stream`.
+    /// Creates a sensor read every `tick_s`, with the noise of `seed`, starting at stream `first_stream`.
     #[must_use]
     pub fn new(settings: &SensorSettings, tick_s: f64, seed: u64, first_stream: u64) -> Self {
         let SensorSettings { force_bias_n, force_bandwidth_hz, force_noise_std_n, .. } = *settings;

@@ -23,7 +23,6 @@ pub(super) struct WhiteNoise<L> {
     next: usize,
 }
 
-/// Source of a lane's numbers.
 #[derive(Debug, Clone)]
 struct Stream {
     rng: ChaCha8Rng,
@@ -54,7 +53,6 @@ impl<L: Lane> WhiteNoise<L> {
         }
     }
 
-    /// Returns the next number of each lane.
     #[inline(always)]
     pub(super) fn draw(&mut self) -> L {
         if self.next >= BLOCK {

@@ -6,20 +6,20 @@ use trocar_core::lane::Lane;
 /// The master's measurements at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct AtMaster<L> {
-    /// Position `x_h` in m.
+    /// `x_h` in m.
     pub position_m: L,
-    /// Velocity `v_h` in m/s.
+    /// `v_h` in m/s.
     pub velocity_m_per_s: L,
-    /// Hand force `F_h` in N.
+    /// `F_h` in N.
     pub hand_force_n: L,
 }
 
 /// The slave's measurements at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct AtSlave<L> {
-    /// Position `x_e` in m.
+    /// `x_e` in m.
     pub position_m: L,
-    /// Velocity `v_e` in m/s.
+    /// `v_e` in m/s.
     pub velocity_m_per_s: L,
     /// Measured force in N.
     pub force_n: L,
@@ -55,10 +55,10 @@ pub struct LinkReport {
 /// [`limit_reference`](Connection::limit_reference), [`to_master`](Connection::to_master) and
 /// [`limit`](Connection::limit) once each, in this order.
 pub trait Connection<L: Lane> {
-    /// Returns the slave motion per master motion.
+    /// The slave motion per master motion.
     fn position_scale(&self) -> L;
 
-    /// Returns the feedback force per measured force.
+    /// The feedback force per measured force.
     fn force_scale(&self) -> L;
 
     /// Transmits from the master to the slave. Returns the target of the slave's reference, in m.
@@ -74,12 +74,11 @@ pub trait Connection<L: Lane> {
     /// Limits the force law's `force_n`. Returns the feedback force (N).
     fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L;
 
-    /// Returns the deflection (m) of the slave from its reference by the tissue force (N), through the slave's
-    /// compliance.
+    /// The deflection (m) of the slave from its reference by the tissue force (N), through the slave's compliance.
     fn deflection_m(&self, tissue_force_n: L) -> L;
 
-    /// Returns the totals so far in lane `index`; `None` for a direct link (no delay, and no architecture or scheme
-    /// that changes the signals).
+    /// The totals so far in lane `index`; `None` for a direct link (no delay, and no architecture or scheme that
+    /// changes the signals).
     fn report(&self, index: usize) -> Option<LinkReport>;
 }
 

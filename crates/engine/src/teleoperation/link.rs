@@ -91,8 +91,7 @@ pub struct Link<L: Lane, A = AnyArchitecture<L>, P = AnyScheme<L>> {
 }
 
 impl<L: Lane> Link<L> {
-    /// Creates a link at rest, with the master at `start_m` (m), for a slave with this step over a tick of `tick_s`
-    /// (s).
+    /// Creates a link at rest, with the master at `start_m`, for a slave with this step over a tick of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -181,7 +180,7 @@ impl<L: Lane, A, P> Link<L, A, P> {
         self.is_plain && self.lines.forward.is_immediate() && self.lines.backward.is_immediate()
     }
 
-    /// Returns the equivalent stateless link, if it [is direct](Link::is_direct).
+    /// The equivalent stateless link, if it [is direct](Link::is_direct).
     #[must_use]
     pub fn as_direct(&self) -> Option<DirectLink<L>> {
         self.is_direct().then_some(self.scales)
@@ -189,7 +188,7 @@ impl<L: Lane, A, P> Link<L, A, P> {
 }
 
 impl<L: Lane, A, P> Link<L, A, P> {
-    /// Returns the slave's port, without the work since the last tick.
+    /// The slave's port, without the work since the last tick.
     #[inline(always)]
     fn port_of(&self, slave: &AtSlave<L>) -> SlavePort<L> {
         SlavePort {

@@ -35,7 +35,7 @@ trocar_core::settings! {
 }
 
 impl RecoverySettings {
-    /// Returns the settings for forces, which keep no offset.
+    /// The settings for forces, which keep no offset.
     pub(super) fn of_forces(&self) -> Self {
         let policy = if self.policy == Recovery::Hold { Recovery::Ramp } else { self.policy };
         Self { policy, ..*self }
@@ -82,7 +82,7 @@ pub(super) struct Receiver<L: Lane> {
 const NEVER: f64 = -1.0;
 
 impl<L: Lane> Receiver<L> {
-    /// Creates a receiver that holds `initial`, for ticks of `tick_s` (s), and recovers at `speed` per second.
+    /// Creates a receiver that holds `initial`, for ticks of `tick_s`, and recovers at `speed` per second.
     pub(super) fn new(settings: &RecoverySettings, speed: f64, tick_s: f64, initial: L) -> Self {
         let nowhere = L::Mask::splat(false);
         Self {
@@ -161,7 +161,6 @@ impl<L: Lane> Receiver<L> {
         self.last
     }
 
-    /// General path.
     #[inline(always)]
     fn recover(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -213,7 +212,7 @@ impl<L: Lane> Receiver<L> {
         self.last
     }
 
-    /// Returns the number of outages, the length of the longest in ticks, and the tick of giving up, in lane `index`.
+    /// The number of outages, the length of the longest in ticks, and the tick of giving up, in lane `index`.
     pub(super) fn outages(&self, index: usize) -> (f64, f64, Option<f64>) {
         let given_up = self.given_up_at.lane(index);
         (self.outages.lane(index), self.longest.lane(index), (given_up >= 0.0).then_some(given_up))

@@ -39,7 +39,7 @@ pub struct LinkSettings {
 }
 
 impl LinkSettings {
-    /// Checks the settings for a link on ticks of `tick_s` (s).
+    /// Checks the settings for a link on ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -47,7 +47,6 @@ impl LinkSettings {
         self.architecture::<f64>(tick_s).map(drop)
     }
 
-    /// Returns the checked architecture for ticks of `tick_s` (s).
     pub(super) fn architecture<L: Lane>(&self, tick_s: f64) -> Result<AnyArchitecture<L>, InvalidValue> {
         self.controller.validate()?;
         self.recovery.validate()?;

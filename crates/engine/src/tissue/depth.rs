@@ -98,7 +98,7 @@ impl DepthCurves {
         rises.fold(0.0, f64::max)
     }
 
-    /// Returns the forces of insertion and withdrawal in N, at depths 10 µm apart.
+    /// The forces of insertion and withdrawal in N, at depths 10 µm apart.
     #[must_use]
     pub fn tables_n(&self) -> [&[f64]; 2] {
         [&self.way_in.force_n, &self.way_out.force_n]
@@ -125,9 +125,9 @@ pub struct DepthReplay<L> {
 }
 
 impl<L: Lane> DepthReplay<L> {
-    /// Creates a tissue from a recording's curves, with layers that rupture at given depths (m). `presliding_m` (m,
-    /// above 0) is the travel over which the force changes to the force of the withdrawal. The needle starts at
-    /// `start_m` (m).
+    /// Creates a tissue from a recording's curves, with layers that rupture at given depths (m). `presliding_m`
+    /// (above 0) is the travel over which the force changes to the force of the withdrawal. The needle starts at
+    /// `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] for a presliding out of range.

@@ -29,7 +29,6 @@ trocar_core::settings! {
         force: String = "reaction.force_n",
         /// Name of the output that becomes true, or changes from 0 to another number, when a layer ruptures; when not
         /// given, reaction.ruptured if the unit has that output, otherwise no rupture is known.
-        /// the unit has that output, or no rupture is known.
         ruptured: Option<String>,
         /// Values of the unit's parameters, as in "stiffness = 300; damping = 4", in the units of the parameters; true
         /// is 1.
@@ -82,7 +81,7 @@ pub struct UnitTissue {
 }
 
 impl UnitTissue {
-    /// Opens the unit's file for ticks of `tick_s` (s). Executes nothing of the unit.
+    /// Opens the unit's file for ticks of `tick_s`. Executes nothing of the unit.
     ///
     /// # Errors
     /// [`UnfitUnit`] for a file that is not a unit, a missing variable, or an impossible step.
@@ -200,7 +199,6 @@ fn readable(unit: &Unit, name: &str) -> Result<Variable, FmuError> {
     }
 }
 
-/// Parses a parameter and its value.
 fn parameter(unit: &Unit, written: &str) -> Result<(Variable, f64), UnitProblem> {
     let wrong = || UnitProblem::Setting(format!("has {:?}, must be name = number; name = number", written.trim()));
     let (name, value) = written.rsplit_once('=').ok_or_else(wrong)?;
@@ -235,7 +233,6 @@ struct RunningUnit {
     was_ruptured: bool,
 }
 
-/// Outputs of a step of an instance.
 struct Step {
     force_n: f64,
     shaft_n: f64,
@@ -339,7 +336,6 @@ impl<L: Lane> Clone for Fmu<L> {
     }
 }
 
-/// Units run one by one.
 impl<L: Lane> Model for Fmu<L> {
     type Settings = FmuSettings;
 

@@ -118,7 +118,7 @@ impl LayerParameters {
         ("organ", Self { stiffness_n_per_m: 60.0, friction_n_per_m: 8.0, ..Self::DEFAULT }),
     ];
 
-    /// Returns the default layers by name, each with the values of all keys.
+    /// The default layers by name, each with the values of all keys.
     #[must_use]
     pub fn default_list() -> Vec<DefaultLayer> {
         let values = |layer: &Self| {
@@ -150,7 +150,7 @@ impl LayerParameters {
         (self.stiffness_n_per_m.powi(2) + 4.0 * self.stiffening_n_per_m2 * force_n).sqrt()
     }
 
-    /// Checks the fields for ticks of `tick_s` (s).
+    /// Checks the fields for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
@@ -162,7 +162,7 @@ impl LayerParameters {
         require("tissue.layer.*.relaxation_s", relaxation, resolved, requirement).map(drop)
     }
 
-    /// Returns the keys with their values and measured ranges.
+    /// The keys with their values and measured ranges.
     pub(super) fn measured(&self) -> [(&'static str, f64, &'static Bounds); 8] {
         [
             ("tissue.layer.*.thickness_m", self.thickness_m, &THICKNESS_M),

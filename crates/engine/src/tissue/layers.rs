@@ -209,7 +209,7 @@ impl<L: Lane> Layer<L> {
     }
 }
 
-/// Returns the friction of layers, from the surface down, on a shaft with its tip at `tip_m`.
+/// The friction of layers, from the surface down, on a shaft with its tip at `tip_m`.
 #[inline(always)]
 fn friction_of<L: Lane>(layers: &[Layer<L>], tip_m: L) -> ShaftContact<L> {
     let mut held = ShaftContact::none();
@@ -220,7 +220,7 @@ fn friction_of<L: Lane>(layers: &[Layer<L>], tip_m: L) -> ShaftContact<L> {
 }
 
 impl<L: Lane> Layers<L> {
-    /// Creates an undeformed tissue for ticks of `tick_s`, with the needle at `start_m` (m).
+    /// Creates an undeformed tissue for ticks of `tick_s`, with the needle at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] as in [`LayersParameters::validate`], or for a needle that starts inside.

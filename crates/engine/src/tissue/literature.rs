@@ -39,7 +39,7 @@ impl Bounds {
         (self.low..=self.high).contains(&value)
     }
 
-    /// Returns the range of a key: all meaningful values, from 0 on if the bounds begin at 0.
+    /// The range of a key: all meaningful values, from 0 on if the bounds begin at 0.
     #[must_use]
     pub const fn range(&self) -> Range {
         if self.low == 1.0 {
@@ -63,7 +63,7 @@ pub struct Outside {
     pub bounds: &'static Bounds,
 }
 
-/// Returns the properties whose values are outside their ranges.
+/// The properties whose values are outside their ranges.
 pub(super) fn outside<'a>(of: impl IntoIterator<Item = Measurable<'a>>) -> Vec<Outside> {
     of.into_iter()
         .filter(|(_, _, value, bounds)| !bounds.contains(*value))

@@ -59,14 +59,14 @@ pub struct Reaction<L: Lane> {
 
 /// Gives the tissue force for a position and velocity of the needle.
 ///
-/// A user-defined tissue implements this trait for `f64`, the built-in tissues for any number of lanes. A built-in
-/// tissue is one file of this folder and one row of the registry below.
+/// A user-defined tissue implements it for `f64`, the built-in tissues for any number of lanes. A built-in tissue is
+/// one file of this folder and one row of the registry below.
 pub trait Tissue<L: Lane> {
-    /// Returns the reaction at `tick` to a needle at `position_m` (m) moving at `velocity_m_per_s` (m/s). Called once
-    /// per tick, starting at 0.
+    /// Returns the reaction at `tick` to a needle at `position_m` moving at `velocity_m_per_s`. Called once per tick,
+    /// starting at 0.
     fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L>;
 
-    /// Returns the part in N of the last reaction's force that acts on the shaft and not on the tip.
+    /// The part in N of the last reaction's force that acts on the shaft and not on the tip.
     #[inline(always)]
     fn shaft_force_n(&self) -> L {
         L::zero()
@@ -122,20 +122,20 @@ impl TissueSettings {
         &distinct::<{ count_distinct(GROUPS) }>(GROUPS)
     };
 
-    /// Returns the default layers of the kind with this word; empty for a kind without layers.
+    /// The default layers of the kind with this word; empty for a kind without layers.
     #[must_use]
     pub fn default_layers(word: &str) -> Vec<DefaultLayer> {
         let all = of_kind!([WORD, Part] => (WORD, <Part<f64> as Model>::default_layers as fn() -> Vec<DefaultLayer>));
         all.into_iter().find(|(known, _)| *known == word).map_or_else(Vec::new, |(_, layers)| layers())
     }
 
-    /// Returns the layers from the surface down; empty for a tissue without layers.
+    /// The layers from the surface down; empty for a tissue without layers.
     #[must_use]
     pub fn layers(&self) -> Vec<StatedLayer<'_>> {
         of_kind!(self, Part(own) => Part::<f64>::layers(own))
     }
 
-    /// Returns the surface of the undeformed tissue in m; `None` for a recording and an FMU.
+    /// The surface of the undeformed tissue in m; `None` for a recording and an FMU.
     #[must_use]
     pub fn surface_m(&self) -> Option<f64> {
         of_kind!(self, Part(own) => Part::<f64>::surface_m(own))
@@ -147,7 +147,7 @@ impl TissueSettings {
         of_kind!(self, Part(own) => Part::<f64>::springs(own, depth_m))
     }
 
-    /// Returns the properties outside the range of the measurements.
+    /// The properties outside the range of the measurements.
     #[must_use]
     pub fn outside_measured(&self) -> Vec<Outside> {
         of_kind!(self, Part(own) => Part::<f64>::outside_measured(own))
@@ -161,7 +161,7 @@ impl TissueSettings {
         of_kind!(self, Part(own) => Part::<f64>::check(own, tick_s, start_m))
     }
 
-    /// Creates the tissue for ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
+    /// Creates the tissue for ticks of `tick_s`, with the needle tip initially at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range; also for a recording and an FMU, whose tissues need their

@@ -43,7 +43,7 @@ pub trait Model: Sized {
     /// Keys of a layer in the list of layers.
     const LIST_KEYS: &'static [Key] = &[];
 
-    /// Creates the tissue of the settings for ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
+    /// Creates the tissue of the settings for ticks of `tick_s`, with the needle tip initially at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range; also if the tissue needs a file.
@@ -57,7 +57,7 @@ pub trait Model: Sized {
         Self::build(settings, tick_s, start_m).map(drop)
     }
 
-    /// Returns the layers of a scenario that lists none.
+    /// The layers of a scenario that lists none.
     fn default_layers() -> Vec<DefaultLayer> {
         vec![]
     }
@@ -67,18 +67,17 @@ pub trait Model: Sized {
         vec![]
     }
 
-    /// Returns the surface of the undeformed tissue, in m; `None` if it is unknown.
+    /// The surface of the undeformed tissue, in m; `None` if it is unknown.
     fn surface_m(_settings: &Self::Settings) -> Option<f64> {
         None
     }
 
-    /// Returns the springs down to a depth in m below the surface; `None` if they are unknown, or depend on an unknown
-    /// depth.
+    /// The springs down to a depth in m below the surface; `None` if they are unknown, or depend on an unknown depth.
     fn springs(_settings: &Self::Settings, _depth_m: Option<f64>) -> Option<Springs> {
         None
     }
 
-    /// Returns the properties outside the range of the measurements.
+    /// The properties outside the range of the measurements.
     fn outside_measured(_settings: &Self::Settings) -> Vec<Outside> {
         vec![]
     }

@@ -39,7 +39,7 @@ impl OrganMotion {
         self.breathing_amplitude_m > 0.0 || self.heartbeat_amplitude_m > 0.0
     }
 
-    /// Lets a tissue move, for ticks of `tick_s` (s). A tissue at rest is unchanged.
+    /// Lets a tissue move, for ticks of `tick_s`. A tissue at rest is unchanged.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.

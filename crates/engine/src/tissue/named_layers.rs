@@ -21,7 +21,7 @@ pub type Named<T> = (Arc<str>, T);
 /// A property of a tissue and its measured range. A layer's property includes the layer's name.
 pub(super) type Measurable<'a> = (&'static str, Option<&'a str>, f64, &'static Bounds);
 
-/// Returns the path of a key with the name of a layer in place of the `*`.
+/// The path of a key with the name of a layer in place of the `*`.
 #[must_use]
 pub fn path_in_layer(path: &'static str, layer: Option<&str>) -> Cow<'static, str> {
     layer.map_or(Cow::Borrowed(path), |name| Cow::Owned(path.replacen('*', name, 1)))
@@ -49,7 +49,7 @@ pub(super) fn check_layers<T>(
     layers.iter().enumerate().try_for_each(|(index, (_, layer))| check(layer).map_err(|error| error.of_item(index)))
 }
 
-/// Returns the properties of all layers.
+/// The properties of all layers.
 pub(super) fn measured_layers<T, const N: usize>(
     layers: &[Named<T>],
     measured: impl Fn(&T) -> [(&'static str, f64, &'static Bounds); N],

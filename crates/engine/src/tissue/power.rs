@@ -21,8 +21,8 @@ const MIN_DEPTH_M: f64 = 5e-4;
 /// Number of depths at which the slope is computed.
 const DEPTHS: u32 = 1000;
 
-/// Returns the smallest and the largest slope in N/m of the force `μ(p) pⁿ` down to `depth_m` (m); `mu` returns μ and
-/// its derivative. With n above 1 the slope begins at 0 at the surface, so the range does too.
+/// Returns the smallest and the largest slope in N/m of the force `μ(p) pⁿ` down to `depth_m`; `mu` returns μ and its
+/// derivative. With n above 1 the slope begins at 0 at the surface, so the range does too.
 pub(super) fn slopes_n_per_m(mu: impl Fn(f64) -> (f64, f64), power: f64, depth_m: f64) -> (f64, f64) {
     let slope = |p: f64| {
         let (mu, change) = mu(p);

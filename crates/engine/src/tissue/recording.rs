@@ -20,7 +20,7 @@ pub struct RecordedForce {
 }
 
 impl RecordedForce {
-    /// Creates a replay of `force_n` (N, one per tick, positive when the tissue resists insertion) with ruptures at
+    /// Creates a replay of `force_n` (one per tick, positive when the tissue resists insertion) with ruptures at
     /// `rupture_ticks` (ascending). An empty recording gives a force of 0.
     #[must_use]
     pub fn new(force_n: Arc<[f64]>, rupture_ticks: Arc<[u64]>) -> Self {

@@ -30,7 +30,7 @@ trocar_core::settings! {
 }
 
 impl ShaftParameters {
-    /// Returns the keys with their values and measured ranges.
+    /// The keys with their values and measured ranges.
     pub(super) fn measured(&self) -> [Measurable<'static>; 4] {
         [
             ("tissue.shaft_stiffness_n_per_m", None, self.stiffness_n_per_m, &SHAFT_STIFFNESS_N_PER_M),
@@ -82,8 +82,7 @@ impl<L: Lane> Shaft<L> {
         self.force * self.compliance
     }
 
-    /// Returns the friction in N at a position (m), a velocity (m/s), a kinetic bound (N) and a length in the tissue
-    /// (m).
+    /// The friction in N at a position (m), a velocity (m/s), a kinetic bound (N) and a length in the tissue (m).
     #[inline(always)]
     pub(super) fn friction_n(&mut self, position: L, velocity: L, kinetic_n: L, length_m: L) -> L {
         let trial = self.force + self.stiffness * (position - self.position);

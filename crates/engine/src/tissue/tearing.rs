@@ -71,7 +71,7 @@ impl TearingSettings {
         check_layers(&self.layers, TearingLayer::validate)
     }
 
-    /// Checks all conditions for ticks of `tick_s` (s).
+    /// Checks all conditions for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
@@ -225,7 +225,7 @@ impl<L: Lane> Layer<L> {
 }
 
 impl<L: Lane> Tearing<L> {
-    /// Creates an undeformed tissue for ticks of `tick_s`, with the needle at `start_m` (m).
+    /// Creates an undeformed tissue for ticks of `tick_s`, with the needle at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] as in [`TearingSettings::validate`], or for no layer, or a needle that starts inside.

@@ -43,14 +43,13 @@ trocar_core::settings! {
 }
 
 impl TearingLayer {
-    /// Returns the force in N at which a slow insertion ruptures the layer, with a crack of `crack_width_m` (m):
-    /// `√(2 k₀ w ℓ R)`.
+    /// The force in N at which a slow insertion ruptures the layer, with a crack of `crack_width_m`: `√(2 k₀ w ℓ R)`.
     #[must_use]
     pub fn rupture_force_n(&self, crack_width_m: f64) -> f64 {
         (2.0 * self.stiffness_n_per_m * crack_width_m * self.release_length_m * self.toughness_j_per_m2).sqrt()
     }
 
-    /// Returns the force in N of steady cutting, with a crack of `crack_width_m` (m): `R w`.
+    /// The force in N of steady cutting, with a crack of `crack_width_m`: `R w`.
     #[must_use]
     pub fn cutting_force_n(&self, crack_width_m: f64) -> f64 {
         self.toughness_j_per_m2 * crack_width_m
@@ -71,7 +70,7 @@ impl TearingLayer {
         self.stiffness_n_per_m - slow + (slow * slow + 4.0 * self.stiffening_n_per_m2 * force_n).sqrt()
     }
 
-    /// Checks the ranges of the fields for ticks of `tick_s` (s).
+    /// Checks the ranges of the fields for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the key of the first number out of range.
@@ -87,7 +86,7 @@ impl TearingLayer {
         vec![("organ", vec![])]
     }
 
-    /// Returns the keys with their values and measured ranges.
+    /// The keys with their values and measured ranges.
     pub(super) fn measured(&self) -> [(&'static str, f64, &'static Bounds); 6] {
         [
             ("tissue.layer.*.thickness_m", self.thickness_m, &THICKNESS_M),

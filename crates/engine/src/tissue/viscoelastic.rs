@@ -66,7 +66,7 @@ impl<L: Lane> Viscoelastic<L> {
         TickEnd { inherited_m }
     }
 
-    /// Returns the deflection in m at which the force at the end of the tick is `force_n`, at least 0.
+    /// The deflection in m at which the force at the end of the tick is `force_n`, at least 0.
     ///
     /// At a force of 0 it is the deflection of the free surface, which recovers without the needle.
     #[inline(always)]

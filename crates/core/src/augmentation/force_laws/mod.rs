@@ -33,9 +33,9 @@ pub struct AugmentedTick<L: Lane> {
 /// Gives the feedback force while the slave is frozen.
 ///
 /// All laws return to the measured force by the same cross-fade, from the law's last force. A user-defined law
-/// implements this trait for `f64`, the built-in laws for any number of lanes.
+/// implements it for `f64`, the built-in laws for any number of lanes.
 pub trait ForceLaw<L: Lane> {
-    /// Returns the feedback force and its largest allowed change from the last tick, both in N.
+    /// The feedback force and its largest allowed change from the last tick, both in N.
     ///
     /// Called at ticks at which any lane is frozen; the results of the other lanes are ignored.
     fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L);
@@ -63,7 +63,7 @@ crate::registry! {
 }
 
 impl<L: Lane> AnyForceLaw<L> {
-    /// Creates the law of the settings for ticks of `tick_s` (s).
+    /// Creates the law of the settings for ticks of `tick_s`.
     #[must_use]
     pub fn new(settings: &ForceLawSettings, tick_s: f64) -> Self {
         of_kind!(settings, Part(own) => Part::<L>::build(own, tick_s).into())

@@ -28,7 +28,7 @@ pub struct HeldTick<L> {
 
 /// Gives the slave's reference during an event.
 pub trait Hold<L: Lane> {
-    /// Returns the slave's reference in m.
+    /// The slave's reference in m.
     fn reference_m(&self, now: &HeldTick<L>) -> L;
 }
 
@@ -50,7 +50,7 @@ crate::registry! {
 }
 
 impl<L: Lane> AnyHold<L> {
-    /// Creates the hold of the settings for ticks of `tick_s` (s).
+    /// Creates the hold of the settings for ticks of `tick_s`.
     #[must_use]
     pub fn new(settings: &HoldSettings, tick_s: f64) -> Self {
         of_kind!(settings, Part(own) => Part::<L>::build(own, tick_s).into())

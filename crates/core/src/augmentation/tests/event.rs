@@ -10,7 +10,6 @@ fn frozen_ticks(automaton: AutomatonSettings, timeline: impl Fn(Timeline) -> Tim
     (0..1500).filter(|&tick| (commands[tick].slave_reference_m - hand(tick)).abs() > 1e-12).collect()
 }
 
-/// Returns the first and the last frozen tick of a single event.
 fn freeze(automaton: AutomatonSettings, timeline: impl Fn(Timeline) -> Timeline) -> (usize, usize) {
     let ticks = frozen_ticks(automaton, timeline);
     let (first, last) = (ticks[0], ticks[ticks.len() - 1]);
@@ -132,7 +131,7 @@ fn at_the_release_the_force_fades_from_the_last_augmented_one_to_the_measured_on
     assert!((680..1000).all(|tick| commands[tick as usize].feedback_force_n == falling(tick)));
 }
 
-/// Returns the modes sent by the slave's side: 100 ticks of teleoperation, 50 frozen, then re-engaging.
+/// The modes sent by the slave's side: 100 ticks of teleoperation, 50 frozen, then re-engaging.
 fn sent() -> (AugmentationSettings, Vec<SlaveCommand<f64>>) {
     let automaton = AutomatonSettings { min_hold_s: 0.05, ..Default::default() };
     let force = ForceLawSettings::Decay(DecaySettings { ratio: 0.0, time_constant_s: 1e-3 });
@@ -146,7 +145,7 @@ fn sent() -> (AugmentationSettings, Vec<SlaveCommand<f64>>) {
     (settings, sent)
 }
 
-/// Returns the feedback forces for the modes of the given ticks, at a measured force of 4 N.
+/// The feedback forces for the modes of the given ticks, at a measured force of 4 N.
 fn received(ticks: impl IntoIterator<Item = usize>) -> Vec<f64> {
     let (settings, sent) = sent();
     let mut master = Supervisor::<f64>::new(&settings, THRESHOLD, TICK_S, 0.0);
@@ -206,7 +205,7 @@ fn a_cue_is_given_only_with_augmentation() {
     assert_eq!([gives(true, false), gives(false, true), gives(false, false)], [[false; 3]; 3]);
 }
 
-/// Returns the references of an event with a freeze of 50 ms from tick 100 on, for a hand position per tick.
+/// The references of an event with a freeze of 50 ms from tick 100 on, for a hand position per tick.
 fn references(reengage: Reengage, hand: impl Fn(u64) -> f64, force: impl Fn(u64) -> f64) -> Vec<f64> {
     let automaton = AutomatonSettings { min_hold_s: 0.05, ..Default::default() };
     let settings = AugmentationSettings { automaton, reengage, blend_s: 0.0, ..settings() };

@@ -46,7 +46,6 @@ impl Timeline {
     }
 }
 
-/// Returns the modes with the tick at which each begins.
 fn modes(commands: &[Command<f64>]) -> Vec<(usize, u8)> {
     let mut changes = vec![];
     for (tick, command) in commands.iter().enumerate() {

@@ -46,10 +46,8 @@ const LEAST_SHARE: f64 = 0.1;
 /// Smallest fall that counts, as a share of the largest recent force.
 const LEAST_RECENT_SHARE: f64 = 0.05;
 
-/// Memory of the largest recent force, in s.
 const LOAD_MEMORY_S: f64 = 0.3;
 
-/// Memory of the scales, in s.
 const SCALE_MEMORY_S: f64 = 1.0;
 
 /// Changes are clipped at this multiple of their scale before they update it.
@@ -58,22 +56,18 @@ const CLIP: f64 = 3.0;
 /// Smallest scale, as a share of the force sensor's step.
 const STEP_SHARE: f64 = 0.5;
 
-/// Smallest scale, in N.
 const LEAST_SCALE_N: f64 = 1e-9;
 
 /// Number of bins after which the scales are valid.
 const KNOWN_BINS: f64 = 50.0;
 
-/// Memory of the stiffness, in s.
 const STIFFNESS_MEMORY_S: f64 = 0.3;
 
-/// Interval over which the stiffness is measured, in s.
 const STIFFNESS_INTERVAL_S: f64 = 8e-3;
 
 /// Forces and rises above this multiple of their scale count as a load.
 const LOAD: f64 = 6.0;
 
-/// Memory of the stiffest load, in s.
 const STIFFEST_MEMORY_S: f64 = 5.0;
 
 /// Largest step of an encoder, in m.
@@ -219,13 +213,11 @@ impl<L: Lane> Distance<L> for Adaptive<L> {
 }
 
 impl<L: Lane> Adaptive<L> {
-    /// Returns the value `bins` ago.
     #[inline(always)]
     fn ago(&self, values: &[L; BINS], bins: usize) -> L {
         values[before(self.newest, bins)]
     }
 
-    /// Returns the change over the last `bins`.
     #[inline(always)]
     fn change(&self, values: &[L; BINS], bins: usize) -> L {
         values[self.newest] - self.ago(values, bins)
@@ -272,7 +264,7 @@ impl<L: Lane> Adaptive<L> {
         };
     }
 
-    /// Returns the stiffness in N/m, from a regression of force changes on position changes under load.
+    /// The stiffness in N/m, from a regression of force changes on position changes under load.
     #[inline(always)]
     fn stiffness(&mut self) -> L {
         let zero = L::zero();
@@ -287,7 +279,7 @@ impl<L: Lane> Adaptive<L> {
         L::select(squares.gt(zero), (products / squares).max(zero), zero)
     }
 
-    /// Returns the velocity over the reference that ends at the newest bin in m/s: the larger of the mean and the last
+    /// The velocity over the reference that ends at the newest bin in m/s: the larger of the mean and the last
     /// velocity.
     #[inline(always)]
     fn speed(&self) -> L {
@@ -298,7 +290,6 @@ impl<L: Lane> Adaptive<L> {
         mean.max(at_last)
     }
 
-    /// Returns the largest relative fall over all windows.
     #[inline(always)]
     fn largest_fall(&self, stiffness: L) -> L {
         let zero = L::zero();
@@ -324,7 +315,7 @@ impl<L: Lane> Adaptive<L> {
         L::select(is_at_rest, zero, largest)
     }
 
-    /// Returns the maximum over the longest window and the reference before it.
+    /// The maximum over the longest window and the reference before it.
     #[inline(always)]
     fn maximum(&self, maxima: &Extremes<L>) -> L {
         let reference = self.times.reference;
@@ -337,7 +328,7 @@ impl<L: Lane> Adaptive<L> {
         maximum
     }
 
-    /// Returns the fall over a window at a velocity (m/s), relative to its scale.
+    /// The fall over a window at a velocity (m/s), relative to its scale.
     #[inline(always)]
     fn relative_fall(&self, index: usize, velocity: L, released: L) -> L {
         let zero = L::zero();
@@ -399,7 +390,6 @@ crate::lane::gather!(Adaptive {
     bin, force, surplus, position, peak, low, high, speed, scales, moments, stiffest, recent_load, hold, tail, value
 } same { times, bins, newest } stored);
 
-/// Returns the index of the bin `bins` before `bin`.
 #[inline(always)]
 fn before(bin: usize, bins: usize) -> usize {
     (bin + BINS - bins) % BINS
@@ -451,7 +441,6 @@ impl<L: Lane> Extremes<L> {
 
 crate::lane::gather!(Extremes { twos, fours, eights, whole } stored);
 
-/// The times in bins, and the constants derived from them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Times {
     windows: [usize; WINDOWS_S.len()],
@@ -472,7 +461,6 @@ struct Times {
 }
 
 impl Times {
-    /// Converts the times to bins of `bin_s` (s).
     fn of(bin_s: f64) -> Self {
         // A bin is at least 1 ms long, so the longest window and the reference before it are at most 47 of the 64 bins.
         let bins = |time_s: f64| (libm::round(time_s / bin_s) as usize).max(1);
@@ -508,13 +496,10 @@ struct Bin<L> {
     samples: usize,
     filled: usize,
     has_any: bool,
-    /// Sums of the position and the force.
     sums: [L; 2],
-    /// The last sample.
     last: [L; 2],
     /// Smallest change between two samples: at most the step of the encoder (m) and of the sensor (N).
     steps: [L; 2],
-    /// Bins since the force changed.
     unchanged: L,
     /// Forces of the last three bins, and the position of the last one.
     forces: [L; MEDIAN_BINS],
@@ -574,15 +559,12 @@ crate::lane::gather!(Bin { sums, last, steps, unchanged, forces, position } same
 /// The fall after an alarm. It raises no further alarm.
 #[derive(Debug, Clone)]
 struct FallHold<L> {
-    /// The lowest force of the fall, in N.
     lowest: L,
     /// Bins since the lowest force; negative if no fall is held.
     since_lowest: L,
-    /// Bins since the alarm.
     bins: L,
 }
 
-/// State of the held fall at a bin.
 struct FallState<L: Lane> {
     was_holding: L::Mask,
     /// Lanes in which the fall has ended, if any.
@@ -590,7 +572,6 @@ struct FallState<L: Lane> {
 }
 
 impl<L: Lane> FallHold<L> {
-    /// Begins a fall at a force (N) in the lanes of the mask.
     #[inline(always)]
     fn begin(&mut self, mask: L::Mask, force: L) {
         self.lowest = L::select(mask, force, self.lowest);
@@ -625,8 +606,7 @@ crate::lane::gather!(FallHold { lowest, since_lowest, bins } stored);
 mod tests {
     use super::*;
 
-    /// Processes forces (N) and positions (m) `tick_s` (s) apart. Returns the times (s) at which the distance
-    /// exceeds 7.
+    /// Processes forces (N) and positions (m) `tick_s` apart. Returns the times (s) at which the distance exceeds 7.
     fn alarms_s(tick_s: f64, end_s: f64, signal: impl Fn(f64) -> (f64, f64)) -> [Option<f64>; 3] {
         let mut adaptive = Adaptive::<f64>::new(&DistanceSettings::DEFAULT, tick_s);
         let mut found = [None; 3];
@@ -656,7 +636,7 @@ mod tests {
         found
     }
 
-    /// An insertion at 10 mm/s into 500 N/m that ruptures at 1 s, within `fall_s` (s).
+    /// An insertion at 10 mm/s into 500 N/m that ruptures at 1 s, within `fall_s`.
     fn insertion(fall_s: f64) -> impl Fn(f64) -> (f64, f64) {
         move |time_s| {
             let (load_n, depth_m) = (5.0 * time_s.min(1.0), 0.01 * time_s);
@@ -707,7 +687,7 @@ mod tests {
     }
 
     /// The definition in the doc comment, computed from the whole history of a signal without alarms, on bins of
-    /// `bin_s` (s). Before the first bin the force and the position have their first values, and the surplus is 0.
+    /// `bin_s`. Before the first bin the force and the position have their first values, and the surplus is 0.
     struct Definition {
         bin_s: f64,
         force: Vec<f64>,
@@ -721,12 +701,12 @@ mod tests {
         load: f64,
     }
 
-    /// Returns the value of a signal `ago` bins before its end, or its first value before its beginning.
+    /// The value of a signal `ago` bins before its end, or its first value before its beginning.
     fn ago(signal: &[f64], ago: usize) -> f64 {
         signal[signal.len().saturating_sub(1 + ago)]
     }
 
-    /// Returns the value of a signal `ago` bins before its end, or 0 before its beginning.
+    /// The value of a signal `ago` bins before its end, or 0 before its beginning.
     fn ago_or_0(signal: &[f64], ago: usize) -> f64 {
         if ago < signal.len() { signal[signal.len() - 1 - ago] } else { 0.0 }
     }
@@ -740,7 +720,7 @@ mod tests {
             ago(signal, 0) - ago(signal, bins)
         }
 
-        /// Returns the distance at a bin, from the position of the next bin and the steps of encoder and sensor.
+        /// The distance at a bin, from the position of the next bin and the steps of encoder and sensor.
         fn update(&mut self, force: f64, position: f64, next_position: f64, steps: [f64; 2]) -> f64 {
             self.force.push(force);
             self.position.push(position);
@@ -983,7 +963,7 @@ mod tests {
         (FallHold { lowest: 0.0, since_lowest: -1.0, bins: 0.0 }, Times::of(1e-3))
     }
 
-    /// Returns the number of bins after which a fall that begins at 4 N ends, for the forces of the following bins.
+    /// The number of bins after which a fall that begins at 4 N ends, for the forces of the following bins.
     fn ends_after(scale: f64, force: impl Fn(u32) -> f64) -> u32 {
         let (mut hold, times) = hold();
         assert!(!hold.update(4.0, scale, &times).was_holding, "not before an alarm");

@@ -70,7 +70,6 @@ impl<L: Lane> LikelihoodRatio<L> {
         ratio
     }
 
-    /// Clears the window in the lanes of the mask.
     #[inline(always)]
     fn forget(&mut self, mask: L::Mask) {
         for sample in &mut self.window {
@@ -115,7 +114,6 @@ crate::lane::gather!(LikelihoodRatio { window, weight } same { samples, newest }
 mod tests {
     use super::*;
 
-    /// Evaluates the definition over all residuals.
     fn by_definition(residuals: &[f64], samples: usize, std: f64) -> f64 {
         let ratio = |n: usize| {
             let last = &residuals[residuals.len() - n..];

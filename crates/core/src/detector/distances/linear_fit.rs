@@ -5,10 +5,8 @@ use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
 
-/// Length of the window in s.
 const WINDOW_S: f64 = 20e-3;
 
-/// Shortest and longest window in samples.
 const MIN_SAMPLES: usize = 4;
 const MAX_SAMPLES: usize = 64;
 
@@ -37,7 +35,7 @@ impl<L: Lane> BuiltIn for LinearFit<L> {
 }
 
 impl<L: Lane> LinearFit<L> {
-    /// Returns the line's value one sample after the end of the window.
+    /// The line's value one sample after the end of the window.
     #[inline(always)]
     fn prediction(&self) -> L {
         let count = self.length as f64;

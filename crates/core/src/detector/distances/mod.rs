@@ -35,7 +35,7 @@ use crate::lane::Lane;
 
 /// Computes from the evidence of a sample the number to accumulate (eq. 27).
 ///
-/// A user-defined distance implements this trait for `f64`, the built-in distances for any number of lanes.
+/// A user-defined distance implements it for `f64`, the built-in distances for any number of lanes.
 pub trait Distance<L: Lane> {
     /// Returns `s_k`, in the unit of the distance.
     fn update(&mut self, evidence: &Evidence<L>) -> L;
@@ -78,7 +78,6 @@ impl<L: Lane, D: Distance<L> + ?Sized> Distance<L> for alloc::boxed::Box<D> {
     }
 }
 
-/// Properties of a built-in distance.
 trait BuiltIn {
     /// Unit of the distance, its threshold and its drift.
     const UNIT: &'static str;
@@ -91,10 +90,9 @@ trait BuiltIn {
     /// The condition that a distance with [`Distance::is_ready`] waits for; `None` if the distance does not arm itself.
     const WAITS_FOR: Option<&'static str> = None;
 
-    /// Returns the threshold γ and the drift ν for the hypotheses, in the unit of the distance.
+    /// The threshold γ and the drift ν for the hypotheses, in the unit of the distance.
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64);
 
-    /// Creates the distance for samples `tick_s` apart (s).
     fn new(settings: &DistanceSettings, tick_s: f64) -> Self;
 }
 
@@ -155,14 +153,14 @@ impl DistanceKind {
         of_kind!(self, Part => Part::<f64>::IS_BASELINE)
     }
 
-    /// Returns the condition that a self-arming distance waits for; `None` if [`ArmingSettings`](super::ArmingSettings)
-    /// arms the distance.
+    /// The condition that a self-arming distance waits for; `None` if [`ArmingSettings`](super::ArmingSettings) arms
+    /// the distance.
     #[must_use]
     pub fn waits_for(self) -> Option<&'static str> {
         of_kind!(self, Part => Part::<f64>::WAITS_FOR)
     }
 
-    /// Returns the unit of the distance, its threshold and its drift.
+    /// The unit of the distance, its threshold and its drift.
     #[must_use]
     pub fn unit(self) -> &'static str {
         of_kind!(self, Part => Part::<f64>::UNIT)
@@ -170,7 +168,7 @@ impl DistanceKind {
 }
 
 impl Hypotheses {
-    /// Returns the threshold γ and the drift ν for a kind of distance, in its unit.
+    /// The threshold γ and the drift ν for a kind of distance, in its unit.
     ///
     /// The drift is halfway between the two hypotheses. The threshold is the contribution of one sample after the
     /// change. For the squared residual `γ = (σ_1² - σ_0²)/2` and `ν = (σ_1² + σ_0²)/2` (4.6). A log-likelihood ratio
@@ -212,7 +210,7 @@ impl<L: Lane> Distance<L> for AnyDistance<L> {
 }
 
 impl DistanceSettings {
-    /// Returns the threshold γ and the drift ν by [`Hypotheses::tuning`].
+    /// The threshold γ and the drift ν by [`Hypotheses::tuning`].
     #[must_use]
     pub fn tuning(&self) -> (f64, f64) {
         self.hypotheses.tuning(self.kind)
@@ -258,7 +256,6 @@ mod tests {
         }
     }
 
-    /// Returns the distance of a kind at the first sample, for a residual in N.
     fn first(kind: DistanceKind, hypotheses: Hypotheses, residual_n: f64) -> f64 {
         let settings = DistanceSettings { kind, hypotheses, ..DistanceSettings::DEFAULT };
         AnyDistance::<f64>::new(&settings, 1e-3).update(&evidence(residual_n, 5.0))

@@ -40,7 +40,6 @@ impl<L: Lane> PageHinkley<L> {
         self.towards * (residual - self.mean)
     }
 
-    /// Restarts in the lanes of the mask.
     #[inline(always)]
     fn forget(&mut self, mask: L::Mask) {
         if mask.any() {

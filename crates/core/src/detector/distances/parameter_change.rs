@@ -47,7 +47,7 @@ mod tests {
     use super::super::super::fixtures::QUIET;
     use super::*;
 
-    /// Returns the distance of corrections under hypotheses of 10 N/m and 4 N·s/m.
+    /// The distance of corrections under hypotheses of 10 N/m and 4 N·s/m.
     fn of(correction: [f64; 2]) -> f64 {
         let hypotheses =
             Hypotheses { stiffness_change_n_per_m: 10.0, damping_change_n_s_per_m: 4.0, ..Hypotheses::DEFAULT };

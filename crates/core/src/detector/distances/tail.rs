@@ -46,11 +46,9 @@ pub(super) struct Tail<L> {
     bins: usize,
     block_s: f64,
     time_s: f64,
-    /// Largest value of the present block.
     peak: L,
     /// Number of peaks, and sums of `ln(peak / TAIL_FROM)` and of its square.
     sums: [L; 3],
-    /// Value that is exceeded at the target rate.
     level: L,
     beyond: [L; 2],
     /// Number of false alarms that the target rate still allows.
@@ -58,7 +56,7 @@ pub(super) struct Tail<L> {
 }
 
 impl<L: Lane> Tail<L> {
-    /// Creates the tail for bins of `bin_s` (s).
+    /// Creates the tail for bins of `bin_s`.
     pub(super) fn new(wanted_per_min: f64, bin_s: f64) -> Self {
         let block_bins = (libm::round(BLOCK_S / bin_s) as usize).max(1);
         let [first, second] = ASSUMED_MOMENTS;
@@ -79,12 +77,10 @@ impl<L: Lane> Tail<L> {
         tail
     }
 
-    /// Returns the value that is exceeded at the target rate.
     pub(super) fn level(&self) -> L {
         self.level
     }
 
-    /// Adds the distance of a bin.
     #[inline(always)]
     pub(super) fn add(&mut self, value: L) {
         self.peak = self.peak.max(value);
@@ -143,8 +139,8 @@ impl<L: Lane> Tail<L> {
     }
 }
 
-/// Returns the value that is exceeded by one of `times` peaks, from the means of the logarithm and of its square, and
-/// the mean logarithm and mean squared logarithm of larger peaks.
+/// The value that is exceeded by one of `times` peaks, from the means of the logarithm and of its square, and the mean
+/// logarithm and mean squared logarithm of larger peaks.
 fn level(times: f64, [first, second]: [f64; 2]) -> (f64, [f64; 2]) {
     let spread = 1.0 - first * first / second;
     let lower = 1.0 - 0.5 / spread;
@@ -222,7 +218,7 @@ mod tests {
         assert_eq!(level(0.2, [0.18, 0.062]).0, TAIL_FROM);
     }
 
-    /// Returns the expected level for the assumed peaks plus the given ones, after a time in s.
+    /// The expected level for the assumed peaks plus the given ones, after a time in s.
     fn expected(per_min: f64, time_s: f64, peaks: &[f64]) -> f64 {
         let logs = peaks.iter().map(|peak| (peak / TAIL_FROM).ln());
         let count = ASSUMED_PEAKS + peaks.len() as f64;

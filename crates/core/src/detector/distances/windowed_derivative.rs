@@ -12,10 +12,8 @@ const WINDOW_S: f64 = 3e-3;
 const KNOWN_S: f64 = 0.05;
 const MUTE_S: f64 = 0.1;
 
-/// Longest window in samples.
 const MAX_SAMPLES: usize = 64;
 
-/// Memory of the noise in s.
 const MEMORY_S: f64 = 1.0;
 
 /// Smallest noise in N. Without it a sensor without noise would cause a division by 0.

@@ -12,7 +12,6 @@ fn lanes<L: Lane>(of: [f64; 8]) -> L {
     L::from_lanes(|lane| of[lane])
 }
 
-/// Compares an operation of two numbers, bit for bit.
 fn two<L: Lane>(name: &str, wide: impl Fn(L, L) -> L, one: impl Fn(f64, f64) -> f64) {
     let result = wide(lanes(A), lanes(B));
     for lane in 0..8 {

@@ -19,7 +19,6 @@ fn exact(
     ExactPlants::new(&master, &slave, START_M, REFERENCE_M)
 }
 
-/// Returns desired position, feedback force and reference at a tick: ramps, steps and oscillations.
 fn inputs(tick: u32) -> [f64; 3] {
     let t = TICK_S * f64::from(tick);
     let force_n = if tick < 60 { 0.0 } else { 1.5 + (40.0 * t).sin() };

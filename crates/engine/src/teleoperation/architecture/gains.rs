@@ -9,7 +9,6 @@
 //! ```
 //! with `F_e` the measured force scaled to the master, `f_e` unscaled, and `P` the position scale. Signals of the other
 //! side are the received ones.
-//! side are those that the link delivers.
 
 /// The gains of the master's law; see the module.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

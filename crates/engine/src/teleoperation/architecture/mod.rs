@@ -24,13 +24,13 @@ use trocar_core::lane::Lane;
 /// The master's sample.
 #[derive(Debug, Clone, Copy)]
 pub struct MasterSample<L> {
-    /// Position `x_h` in m.
+    /// `x_h` in m.
     pub position_m: L,
-    /// Velocity `v_h` in m/s.
+    /// `v_h` in m/s.
     pub velocity_m_per_s: L,
-    /// Acceleration `a_h` in m/s².
+    /// `a_h` in m/s².
     pub acceleration_m_per_s2: L,
-    /// Hand force `F_h` in N.
+    /// `F_h` in N.
     pub hand_force_n: L,
 }
 
@@ -39,11 +39,11 @@ pub struct MasterSample<L> {
 pub struct SlaveSample<L> {
     /// Measured force scaled to the master, in N.
     pub force_n: L,
-    /// Position `x_e` in m.
+    /// `x_e` in m.
     pub position_m: L,
-    /// Velocity `v_e` in m/s.
+    /// `v_e` in m/s.
     pub velocity_m_per_s: L,
-    /// Acceleration `a_e` in m/s².
+    /// `a_e` in m/s².
     pub acceleration_m_per_s2: L,
 }
 
@@ -85,7 +85,7 @@ pub trait Architecture<L: Lane> {
         }
     }
 
-    /// Returns the target of the slave's reference in m, on the slave's scale.
+    /// The target of the slave's reference in m, on the slave's scale.
     fn slave_target(&mut self, arrived: &MasterSample<L>, slave: &AtSlave<L>) -> L;
 
     /// Returns the slave's sample, from the measured force scaled to the master (`force_n`, N). The default has an
@@ -95,7 +95,7 @@ pub trait Architecture<L: Lane> {
         SlaveSample::without_acceleration(slave, force_n)
     }
 
-    /// Returns the feedback force in N.
+    /// The feedback force in N.
     ///
     /// While the slave is frozen, the position coupling must keep its value. Otherwise the feedback force would grow as
     /// the hand moves away from the frozen needle.
@@ -126,13 +126,10 @@ pub(super) trait BuiltInArchitecture<L: Lane>: Architecture<L> + Sized {
     const COUPLES_POSITIONS: bool = false;
     /// True if the gains depend on the slave's dynamics.
     const MODELS_SLAVE: bool = false;
-    /// Groups of keys that the architecture reads.
     const KEYS: &'static [&'static [Key]];
 
-    /// Computes the gains for two machines.
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue>;
 
-    /// Creates the architecture at rest, for ticks of `tick_s` (s).
     fn build(settings: &ControllerSettings, machines: &Machines, tick_s: f64) -> Result<Self, InvalidValue>;
 }
 
@@ -166,7 +163,7 @@ trocar_core::settings! {
 }
 
 impl ControllerKind {
-    /// Returns the condition on the kinds that read these keys.
+    /// The condition on the kinds that read these keys.
     const fn reading(keys: &[Key]) -> ActsFor {
         let kinds = of_kind!([WORD, Part] => (WORD, <Part<f64> as BuiltInArchitecture<f64>>::KEYS));
         ActsFor::built_from(keys, Self::KEY.path, &kinds)
@@ -198,7 +195,6 @@ impl ControllerSettings {
 }
 
 impl<L: Lane> AnyArchitecture<L> {
-    /// Creates the chosen architecture for ticks of `tick_s` (s).
     pub(in crate::teleoperation) fn new(
         settings: &ControllerSettings,
         machines: &Machines,

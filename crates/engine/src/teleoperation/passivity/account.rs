@@ -48,14 +48,14 @@ impl<L: Lane> Account<L> {
         self.sent
     }
 
-    /// Returns this side's demand to hold `wanted_j` (J): a running total if energy in transit counts.
+    /// Returns this side's demand to hold `wanted_j`: a running total if energy in transit counts.
     #[inline(always)]
     pub(super) fn demand(&self, wanted_j: L, counts_under_way: bool) -> L {
         let short = wanted_j - self.energy_j;
         if counts_under_way { self.received + short } else { short }
     }
 
-    /// Returns the other side's demand beyond the energy in transit (J), from the received demand.
+    /// The other side's demand beyond the energy in transit (J), from the received demand.
     #[inline(always)]
     pub(super) fn open(&self, demand_j: L, counts_under_way: bool) -> L {
         let open = if counts_under_way { demand_j - self.sent } else { demand_j };

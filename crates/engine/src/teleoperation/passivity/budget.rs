@@ -64,8 +64,7 @@ impl<L: Lane> Budget<L> {
         Self { counts_under_way: false, ..self }
     }
 
-    /// Returns the energy to send from an account, of which `needed_j` is needed, to a side that demands `open_j` (all
-    /// in J).
+    /// The energy to send from an account, of which `needed_j` is needed, to a side that demands `open_j` (all in J).
     #[inline(always)]
     fn sent_j(&self, account_j: L, needed_j: L, open_j: L) -> L {
         let zero = L::zero();
@@ -76,7 +75,7 @@ impl<L: Lane> Budget<L> {
         over + even.min(max)
     }
 
-    /// Returns the master's running totals of sent and demanded energy, after a displacement (m).
+    /// The master's running totals of sent and demanded energy, after a displacement (m).
     #[inline(always)]
     pub(super) fn master_sends(&mut self, displacement_m: L) -> (L, L) {
         self.sides.master_moves(displacement_m);
@@ -94,7 +93,7 @@ impl<L: Lane> Budget<L> {
         self.open_at_slave = self.sides.slave.open(payload[DEMAND], self.counts_under_way);
     }
 
-    /// Returns the slave's running totals of sent and demanded energy.
+    /// The slave's running totals of sent and demanded energy.
     #[inline(always)]
     pub(super) fn slave_sends(&mut self) -> (L, L) {
         let Sides { wanted, reserve, reference, slave, .. } = &self.sides;
@@ -112,7 +111,6 @@ impl<L: Lane> Budget<L> {
         self.open_at_master = self.sides.master.open(payload[DEMAND], self.counts_under_way);
     }
 
-    /// Returns the feedback force for a command (N).
     #[inline(always)]
     pub(super) fn limit_force(&mut self, command_n: L, velocity_m_per_s: L) -> L {
         self.sides.limit_force(command_n, velocity_m_per_s, self.open_at_master)
@@ -134,7 +132,6 @@ mod tests {
         SlavePort { force_n: 0.0, cost_j_per_m: 0.0, work_j, position_m: 0.0, velocity_m_per_s: 0.0 }
     }
 
-    /// Creates a payload with running totals of energy and demand (J).
     fn payload(energy_j: f64, demand_j: f64) -> Payload<f64> {
         let mut payload = [0.0; 4];
         (payload[ENERGY], payload[DEMAND]) = (energy_j, demand_j);

@@ -18,7 +18,6 @@ pub(super) struct ForceLimit<L> {
     half_square_tick: L,
     inverse_mass: L,
     velocity: L,
-    /// Force (N) of the present tick.
     pub(super) force_n: L,
     /// Force (N) without the limit and without a scheme's damping.
     command_n: L,
@@ -44,21 +43,19 @@ impl<L: Lane> ForceLimit<L> {
         }
     }
 
-    /// Returns the work (J) since the last tick, for a displacement (m).
+    /// The work (J) since the last tick, for a displacement (m).
     #[inline(always)]
     pub(super) fn work_j(&mut self, displacement_m: L) -> L {
         self.dissipated_j = self.dissipated_j + (self.force_n - self.command_n) * displacement_m;
         self.force_n * displacement_m
     }
 
-    /// Records a received tissue force (N).
     #[inline(always)]
     pub(super) fn show(&mut self, force_n: L) {
         self.shown_n = self.shown_n.max(force_n.abs());
     }
 
-    /// Returns the force for a command (N) with added damping (N·s/m), at a velocity (m/s), with an available energy
-    /// (J).
+    /// The force for a command (N) with added damping (N·s/m), at a velocity (m/s), with an available energy (J).
     ///
     /// The damping never raises the force above the command or above the largest tissue force so far. The operator
     /// therefore pays for the slave's motion with a force of the tissue's size.

@@ -37,7 +37,7 @@ impl<L: Lane> HandYield<L> {
         }
     }
 
-    /// Returns the yielding in m on the master's scale, for a tissue force and the feedback force (N).
+    /// The yielding in m on the master's scale, for a tissue force and the feedback force (N).
     #[inline(always)]
     pub(super) fn update(&mut self, force_n: L, felt_n: L) -> L {
         let zero = L::zero();

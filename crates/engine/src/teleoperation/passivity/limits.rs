@@ -38,7 +38,6 @@ trocar_core::settings! {
 }
 
 impl DampingSettings {
-    /// Returns the key and its value.
     pub(super) fn with_key(&self) -> (&'static str, f64) {
         ("passivity.damping_limit_n_s_per_m", self.damping_limit_n_s_per_m)
     }

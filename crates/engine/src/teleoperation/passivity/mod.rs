@@ -77,45 +77,43 @@ pub trait PassivityScheme<L: Lane> {
         true
     }
 
-    /// Returns the master's payload, after a displacement of `displacement_m` (m) since the last tick.
+    /// The master's payload, after a displacement of `displacement_m` since the last tick.
     #[inline(always)]
     fn master_sends(&mut self, _displacement_m: L) -> Payload<L> {
         [L::zero(); PAYLOAD]
     }
 
-    /// Returns the master's position for the slave, on the master's scale, from the received `position_m` and payload.
+    /// The master's position for the slave, on the master's scale, from the received `position_m` and payload.
     #[inline(always)]
     fn receive_position(&mut self, position_m: L, _arrived: &Arrived<L>, _port: &SlavePort<L>) -> L {
         position_m
     }
 
-    /// Returns the slave's reference in m, from the supervisor's `reference_m`, which is frozen or re-engaging in an
-    /// event.
+    /// The slave's reference in m, from the supervisor's `reference_m`, which is frozen or re-engaging in an event.
     #[inline(always)]
     fn limit_reference(&mut self, reference_m: L, _port: &SlavePort<L>) -> L {
         reference_m
     }
 
-    /// Returns the slave's payload.
+    /// The slave's payload.
     #[inline(always)]
     fn slave_sends(&mut self) -> Payload<L> {
         [L::zero(); PAYLOAD]
     }
 
-    /// Returns the tissue force for the master in N, from the received `force_n` and payload and the master's velocity
-    /// (m/s).
+    /// The tissue force for the master in N, from the received `force_n` and payload and the master's velocity (m/s).
     #[inline(always)]
     fn receive_force(&mut self, force_n: L, _arrived: &Arrived<L>, _velocity_m_per_s: L) -> L {
         force_n
     }
 
-    /// Returns the feedback force in N, from the force law's `force_n` and the master's velocity (m/s).
+    /// The feedback force in N, from the force law's `force_n` and the master's velocity (m/s).
     #[inline(always)]
     fn limit_force(&mut self, force_n: L, _velocity_m_per_s: L) -> L {
         force_n
     }
 
-    /// Returns the guaranteed bound and the energies dissipated and withheld so far.
+    /// The guaranteed bound and the energies dissipated and withheld so far.
     fn energies(&self) -> SchemeEnergies<L> {
         SchemeEnergies { promised_j: None, dissipated_j: L::zero(), refused_j: L::zero() }
     }
@@ -158,7 +156,6 @@ impl<L: Lane, T: PassivityScheme<L> + ?Sized> PassivityScheme<L> for Box<T> {
 /// Inputs of a built-in scheme's constructor.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SchemeContext<L> {
-    /// Time between two ticks in s.
     pub(super) tick_s: f64,
     /// Initial position of the master in m.
     pub(super) start_m: L,
@@ -170,9 +167,7 @@ pub(super) struct SchemeContext<L> {
     pub(super) position_scale: f64,
     /// Energy at the master per energy at the slave.
     pub(super) energy_scale: L,
-    /// Mass of the master in kg.
     pub(super) master_mass_kg: f64,
-    /// The motion of the slave.
     pub(super) motion: SlaveMotion,
 }
 
@@ -199,15 +194,13 @@ impl SchemeContext<f64> {
 pub(super) trait BuiltInScheme<L: Lane>: PassivityScheme<L> + Sized {
     /// True if the slave's position reaches the master besides the payload.
     const CARRIES_POSITIONS: bool = true;
-    /// Groups of keys that the scheme reads.
     const KEYS: &'static [&'static [Key]];
 
-    /// Returns the keys and values of the dampings (N·s/m) that the scheme holds over a tick at the master.
+    /// The keys and values of the dampings (N·s/m) that the scheme holds over a tick at the master.
     fn held_dampings(_settings: &PassivitySettings) -> [Option<(&'static str, f64)>; 2] {
         [None, None]
     }
 
-    /// Creates the scheme at rest.
     fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self;
 }
 
@@ -245,7 +238,7 @@ trocar_core::settings! {
 }
 
 impl Scheme {
-    /// Returns the condition on the schemes that read these keys.
+    /// The condition on the schemes that read these keys.
     const fn reading(keys: &[Key]) -> ActsFor {
         let schemes = of_kind!([WORD, Part] => (WORD, <Part<f64> as BuiltInScheme<f64>>::KEYS));
         ActsFor::built_from(keys, Self::KEY.path, &schemes)
@@ -259,14 +252,13 @@ impl Scheme {
 }
 
 impl PassivitySettings {
-    /// Returns the keys and values of the dampings (N·s/m) that the scheme holds over a tick at the master.
+    /// The keys and values of the dampings (N·s/m) that the scheme holds over a tick at the master.
     pub fn held_dampings(&self) -> [Option<(&'static str, f64)>; 2] {
         of_kind!(self.scheme, Part => Part::<f64>::held_dampings(self))
     }
 }
 
 impl<L: Lane> AnyScheme<L> {
-    /// Creates the chosen scheme.
     pub(in crate::teleoperation) fn new(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self {
         of_kind!(settings.scheme, Part => Part::<L>::build(settings, context).into())
     }

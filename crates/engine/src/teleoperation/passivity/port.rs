@@ -2,12 +2,10 @@
 
 use trocar_core::lane::Lane;
 
-/// Force, position and transferred energy of a port.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::teleoperation) struct Port<L> {
     force: L,
     pub(in crate::teleoperation) position: L,
-    /// Energy transferred so far, in J.
     pub(in crate::teleoperation) energy_j: L,
 }
 
@@ -25,13 +23,12 @@ impl<L: Lane> Port<L> {
         displacement
     }
 
-    /// Sets the force held until the next call.
     #[inline(always)]
     pub(in crate::teleoperation) fn hold(&mut self, force: L) {
         self.force = force;
     }
 
-    /// Returns the work since the last tick of a force that is linear in position between ticks.
+    /// The work since the last tick of a force that is linear in position between ticks.
     #[inline(always)]
     pub(in crate::teleoperation) fn pushed(&mut self, position: L, force: L) -> L {
         let work = L::splat(0.5) * (force + self.force) * (position - self.position);

@@ -77,8 +77,7 @@ impl<L: Lane> ReferenceLimit<L> {
         }
     }
 
-    /// Returns the reference for a target, with an available energy (J), for a hand at `hand` (m, on the slave's
-    /// scale).
+    /// The reference for a target, with an available energy (J), for a hand at `hand` (m, on the slave's scale).
     #[inline(always)]
     pub(super) fn follow(&mut self, target: L, hand: L, port: &SlavePort<L>, energy_j: L) -> L {
         let zero = L::zero();

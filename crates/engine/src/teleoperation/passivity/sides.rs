@@ -18,7 +18,6 @@ pub(super) struct Sides<L> {
     /// Wanted energy of an account in J. Without a delay it is the fifth of `E_0` above the reserve.
     pub(super) wanted: L,
     inverse_wanted: L,
-    /// Reserve of each account, in J.
     pub(super) reserve: L,
     max_damping: L,
     pub(super) master: Account<L>,
@@ -28,7 +27,7 @@ pub(super) struct Sides<L> {
 }
 
 impl<L: Lane> Sides<L> {
-    /// Creates accounts with `level_j` (J) each, and a reference that catches up with its target at a speed (m/s).
+    /// Creates accounts with `level_j` each, and a reference that catches up with its target at a speed (m/s).
     pub(super) fn new(
         settings: &PassivitySettings,
         context: &SchemeContext<L>,
@@ -51,7 +50,6 @@ impl<L: Lane> Sides<L> {
         }
     }
 
-    /// Energies of a scheme with these accounts.
     pub(super) fn energies(&self) -> SchemeEnergies<L> {
         SchemeEnergies {
             promised_j: Some(self.promised),
@@ -80,13 +78,13 @@ impl<L: Lane> Sides<L> {
         self.master.receive(total_j);
     }
 
-    /// Returns the slave's reference for a target, for a hand at `hand_m` on the slave's scale (m).
+    /// The slave's reference for a target, for a hand at `hand_m` on the slave's scale (m).
     #[inline(always)]
     pub(super) fn limit_reference(&mut self, target_m: L, hand_m: L, port: &SlavePort<L>) -> L {
         self.reference.follow(target_m, hand_m, port, self.slave.energy_j - self.reserve)
     }
 
-    /// Returns the feedback force for a command (N), for an unpaid shortage of the slave (J).
+    /// The feedback force for a command (N), for an unpaid shortage of the slave (J).
     #[inline(always)]
     pub(super) fn limit_force(&mut self, command_n: L, velocity_m_per_s: L, unpaid_j: L) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));

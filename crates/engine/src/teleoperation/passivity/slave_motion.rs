@@ -24,7 +24,7 @@ pub(in crate::teleoperation) struct SlaveMotion {
     /// Travel per unit of the third state, in m.
     pub(super) per_state: f64,
     pub(super) per_lead: f64,
-    /// Time constant `β` of the brake in s.
+    /// `β` in s.
     pub(super) brake_s: f64,
     /// Position at rest per metre of reference.
     pub(super) gain: f64,
@@ -35,7 +35,7 @@ pub(in crate::teleoperation) struct SlaveMotion {
 }
 
 impl SlaveMotion {
-    /// Computes the motion of a slave with this step over a tick of `tick_s` (s).
+    /// Computes the motion of a slave with this step over a tick of `tick_s`.
     pub(in crate::teleoperation) fn new(step: &SlaveStep, tick_s: f64) -> Self {
         let gain = if step.rest[0] == 0.0 { 1.0 } else { step.rest[0] };
         let resting_state = step.rest[2] / gain;

@@ -53,8 +53,8 @@ pub struct Tank<L> {
 }
 
 impl<L: Lane> Tank<L> {
-    /// Discards a tank's energy above its capacity, and sends a share of the energy above `kept_j` (J). Returns the
-    /// running total.
+    /// Discards a tank's energy above its capacity, and sends a share of the energy above `kept_j`. Returns the running
+    /// total.
     #[inline(always)]
     fn share(tank: &mut Account<L>, max: L, share: L, kept_j: L) -> L {
         tank.energy_j = tank.energy_j.min(max);

@@ -28,8 +28,8 @@ struct Run {
 /// including friction.
 const BRISTLE_N_PER_M: f64 = 1e3;
 
-/// Returns the largest generated energy (J), the guaranteed bound (J), the distance left behind at the end (m), and the
-/// largest motion of the needle (m).
+/// The largest generated energy (J), the guaranteed bound (J), the distance left behind at the end (m), and the largest
+/// motion of the needle (m).
 fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
     let slave = SlaveParameters::default();
     let step = SlaveStep::new(&slave, ControlTiming::Continuous, TICK_S).expect("valid");

@@ -113,7 +113,7 @@ struct SupervisedWave<L> {
 }
 
 impl<L: Lane> SupervisedWave<L> {
-    /// Returns the wave over this tick.
+    /// The wave over this tick.
     #[inline(always)]
     fn receive(&mut self, arrived: &Arrived<L>) -> L {
         let zero = L::zero();

@@ -12,12 +12,12 @@ const TICK_S: f64 = 1e-3;
 const SHAFT: ShaftParameters =
     ShaftParameters { stiffness_n_per_m: 1e4, static_ratio: 1.0, stick_speed_m_per_s: 1e-3, damping_n_s_per_m2: 0.0 };
 
-/// Returns the forces in N on a needle at rest at each position (m) in turn.
+/// The forces in N on a needle at rest at each position (m) in turn.
 fn forces(tissue: &mut impl Tissue<f64>, positions_m: &[f64]) -> Vec<f64> {
     positions_m.iter().map(|&position_m| tissue.react(0, position_m, 0.0).force_n).collect()
 }
 
-/// Returns the indices of the positions (m) at which a layer ruptures.
+/// The indices of the positions (m) at which a layer ruptures.
 fn ruptures(tissue: &mut impl Tissue<f64>, positions_m: &[f64]) -> Vec<usize> {
     (0..positions_m.len()).filter(|&index| tissue.react(0, positions_m[index], 0.0).ruptured).collect()
 }
