@@ -10,7 +10,6 @@ use crate::error_text::ErrorText;
 use crate::settings::Settings;
 use crate::status::{Status, guarded};
 
-/// The version with a NUL at its end for C.
 const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
     Ok(version) => version,
     Err(_) => panic!("the version has no NUL inside"),

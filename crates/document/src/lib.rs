@@ -194,6 +194,5 @@ impl Verdict {
 
 /// A study with a document.
 pub trait Study {
-    /// Returns the content for all surfaces.
     fn document(&self) -> Document<'_>;
 }

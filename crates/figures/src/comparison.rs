@@ -6,7 +6,6 @@ use trocar_document::figure::{
     Axis, Events, Figure, HAND, Panel, Row, Sample, Series, Stroke, TISSUE, X_TICKS, of_runs,
 };
 
-/// A signal with its line style and its name in the legend.
 type Line<'a> = (&'a [f64], Stroke, &'static str);
 
 /// Draws the forces (left) and the positions (right) of each run. All rows have the same axes.

@@ -34,7 +34,6 @@ pub fn decision<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureError
     })
 }
 
-/// Returns axes for decision functions and their thresholds.
 pub(super) fn decision_panel<'a>(views: &[&EstimationView<'_>], time: Axis, events: Events) -> Panel<'a> {
     let unit = views.first().map(|view| view.decision_unit).filter(|unit| *unit != "1").unwrap_or_default();
     let caption = if unit.is_empty() { String::new() } else { format!(" ({unit})") };

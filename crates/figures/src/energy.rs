@@ -6,7 +6,6 @@ use trocar_document::figure::{
     Y_TICKS, extent, union,
 };
 
-/// An energy with its line and its name in the legend.
 type Line<'a> = (Vec<f64>, Stroke, &'a str);
 
 const AT_MASTER: Stroke = Stroke::dashed(GREY, 1.6, &[9.0, 3.0]);

@@ -30,7 +30,6 @@ pub(super) fn of_run(run: &RunView<'_>) -> Events {
     Events { shades, ruptures: run.rupture_times_s.to_vec(), alarms: run.alarm_times_s.to_vec() }
 }
 
-/// Returns the events of an estimation, which has no modes.
 pub(super) fn of_estimation(view: &EstimationView<'_>) -> Events {
     Events { shades: Vec::new(), ruptures: view.rupture_times_s.to_vec(), alarms: view.alarm_times_s.to_vec() }
 }

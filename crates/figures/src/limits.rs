@@ -2,7 +2,6 @@
 
 use trocar_document::figure::{Axis, Y_TICKS, quantile_extent, union};
 
-/// One signal of one run, with its plausible magnitude.
 pub(super) struct Signal<'a> {
     time_s: &'a [f64],
     values: &'a [f64],

@@ -80,7 +80,6 @@ pub fn signals<'a>(runs: &[(RunView<'a>, EstimationView<'a>)], window: (f64, f64
     Ok(Figure { name: String::new(), legend: sheet.legend(&views), rows })
 }
 
-/// The common content of all panels: a line for each run.
 struct Sheet<'a> {
     window: (f64, f64),
     times_s: Vec<&'a [f64]>,

@@ -135,7 +135,6 @@ fn axis(view: &MapAxisView<'_>, ticks: usize) -> Axis {
     Axis::over(range, view.is_logarithmic, ticks)
 }
 
-/// Returns the edges of the cells around the values, in axis coordinates.
 fn edges(view: &MapAxisView<'_>, axis: &Axis) -> Vec<f64> {
     let places: Vec<f64> = view.values.iter().map(|value| axis.place(*value)).collect();
     let inner = places.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));

@@ -72,7 +72,6 @@ impl Fmu {
     /// # Errors
     /// The errors of [`Fmu::open`].
     pub fn open_shared(path: &Path) -> Result<Arc<Self>, FmuError> {
-        /// The path, size and modification time of a file.
         type Identity = (PathBuf, u64, Option<SystemTime>);
         static OPEN: Mutex<Vec<(Identity, Weak<Fmu>)>> = Mutex::new(vec![]);
         let metadata = fs::metadata(path).map_err(|error| FmuError::File(error.to_string()))?;
@@ -147,7 +146,6 @@ fn read(path: &Path, max: u64) -> Result<Vec<u8>, FmuError> {
     Ok(bytes)
 }
 
-/// Returns the library for this machine.
 fn library_path(folder: &Path, description: &Description) -> Result<PathBuf, FmuError> {
     let file = format!("{}.{}", description.identifier, std::env::consts::DLL_EXTENSION);
     let platform = description.version.platform();

@@ -12,7 +12,6 @@ use crate::functions_2::{Callbacks, Functions2};
 use crate::functions_3::Functions3;
 use crate::version::Version;
 
-/// An instance in the calls of a library.
 pub(crate) type Handle = *mut c_void;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

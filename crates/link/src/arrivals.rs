@@ -22,7 +22,6 @@ pub struct Arrivals<const N: usize> {
     delays: Box<[u32]>,
 }
 
-/// The result of receiving a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fate {
     /// It is used at the next tick, or at its own tick if that is later.
@@ -49,7 +48,6 @@ impl<const N: usize> Arrivals<N> {
         }
     }
 
-    /// Receives the message that was sent at a tick.
     pub(super) fn take(&mut self, sent: u64, message: Message<f64, N>) -> Fate {
         let Some(delay) = usize::try_from(sent).ok().and_then(|sent| self.delays.get_mut(sent)) else {
             return Fate::OutOfRange;

@@ -66,7 +66,6 @@ impl Key {
         Session(Self::of(&code.finalize().into_bytes()))
     }
 
-    /// Returns a packet with its authentication code.
     pub(super) fn seal(&self, packet: &Packet) -> [u8; PACKET_BYTES] {
         let mut bytes = packet.bytes();
         let mut code = self.0.clone();

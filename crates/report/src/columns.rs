@@ -235,7 +235,6 @@ fn parquet_rows(table: &DataTable<'_>, file: &mut ParquetFile<'_>) -> Result<(),
     Ok(())
 }
 
-/// Converts to the signed integers of Parquet.
 fn signed(value: u64) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }
@@ -339,7 +338,6 @@ fn mat(columns: &[Sampled<'_>], out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Converts a size to the 32 bits of the MATLAB format.
 fn count(size: usize) -> io::Result<u32> {
     u32::try_from(size)
         .map_err(|_| io::Error::other("a column is longer than 4 GiB, the limit of MATLAB files; use Parquet"))

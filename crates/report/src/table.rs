@@ -42,7 +42,6 @@ impl Table {
 enum Broken {
     Nothing,
     Headings,
-    /// Headings and the cells of the text columns.
     Texts,
     Everything,
 }

@@ -216,7 +216,6 @@ impl Scenario {
         self.general(self.exact_plants()?, first_stream)
     }
 
-    /// Returns true if samples arrive between ticks.
     pub(super) fn is_split(&self) -> bool {
         self.forward.share > 0.0 || self.backward.share > 0.0
     }

@@ -427,13 +427,11 @@ fn list_of_tables(path: &str) -> ScenarioError {
     error.remedy(format!("write a section once, as [{path}]"))
 }
 
-/// Returns true if a text is a whole number of any size.
 fn is_digits(text: &str) -> bool {
     let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
     !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit() || byte == b'_')
 }
 
-/// Shortens a value's text to one line for a message.
 fn shorten(raw: &str) -> String {
     const MAX_CHARS: usize = 60;
     let line = raw.split_whitespace().collect::<Vec<_>>().join(" ");

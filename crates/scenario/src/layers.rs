@@ -37,7 +37,6 @@ pub(super) fn field(path: &str) -> &str {
     path.rsplit('.').next().unwrap_or(path)
 }
 
-/// Returns the key for a field of a layer.
 pub(super) fn key_of(wanted: &str) -> Option<&'static Key> {
     LAYER_KEYS.iter().find(|key| field(key.path) == wanted)
 }

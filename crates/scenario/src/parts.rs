@@ -24,7 +24,6 @@ use trocar_engine::tissue::{AnyTissue, DepthReplay, Fmu, RecordedForce, Recordin
 const FORWARD: u64 = 0x66_6f72_7761_7264;
 const BACKWARD: u64 = 0x6261_636b_7761_7264;
 
-/// The common settings of a link's delay lines.
 struct Line<'a> {
     tick_s: f64,
     irregularity: &'a Irregularity,

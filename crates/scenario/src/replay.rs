@@ -193,7 +193,6 @@ pub(super) fn limiting_key(problem: &Problem) -> Option<&'static str> {
     }
 }
 
-/// Returns the content of an embedded table.
 pub(super) fn embedded(values: &Values, key: &str, name: &str) -> Result<&'static [u8], ScenarioError> {
     builtin::content(name).ok_or_else(|| {
         let known: Vec<_> = builtin::recordings().collect();
@@ -248,7 +247,6 @@ fn no_recording(values: &Values) -> ScenarioError {
     values.error(FILE, "recording.file is missing").remedy("give the path of a CSV file as recording.file")
 }
 
-/// Returns the error for a missing recording that the scenario replays.
 pub(super) fn missing_recording(values: &Values) -> ScenarioError {
     let kinds = [
         (MotionSettings::KEY.path, replays_position(values), "minimum-jerk"),

@@ -222,7 +222,6 @@ impl Scenario {
     }
 }
 
-/// Checks that the name can be a folder's name.
 fn checked_name(values: &Values, name: String) -> Result<String, ScenarioError> {
     if harmless_name(&name) == name {
         return Ok(name);

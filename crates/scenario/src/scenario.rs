@@ -183,7 +183,6 @@ pub(super) struct Group {
 }
 
 impl Group {
-    /// Returns true if a key affects the group.
     pub(super) fn depends_on(&self, key: &Key) -> bool {
         has(self.keys, key) || self.also.iter().any(|keys| has(keys, key))
     }

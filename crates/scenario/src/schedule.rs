@@ -24,7 +24,6 @@ pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedul
     Ok((Schedule::new(forward, outages.clone()), Schedule::new(backward, outages)))
 }
 
-/// Returns the first tick at or after a time in s.
 fn first_tick(time_s: f64, tick_s: f64) -> u64 {
     whole_ticks(time_s, tick_s).unwrap_or((time_s / tick_s).ceil().max(0.0) as u64)
 }

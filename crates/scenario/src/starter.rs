@@ -205,7 +205,6 @@ fn every_key(name: &str) -> String {
     text
 }
 
-/// Returns a commented item of the list of layers.
 fn any_layer() -> String {
     let acts = LAYER_KEYS.first().and_then(|key| key.acts_for);
     let kinds = acts.map_or(String::new(), |acts| format!(", for {} = {}", acts.key, acts.words().join(", ")));

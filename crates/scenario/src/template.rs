@@ -124,7 +124,6 @@ impl Template {
 #[derive(Debug, Clone)]
 pub struct CaseFactory<'a> {
     template: &'a Template,
-    /// The values of the last scenario.
     values: Values,
     /// Keys whose values must be derived again.
     derived: Vec<&'static str>,

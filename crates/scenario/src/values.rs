@@ -25,7 +25,6 @@ pub(super) const STATED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.dampin
 
 const TISSUE: &str = "tissue";
 
-/// The key of the tick, which is the minimum of some times.
 const TICK: &str = "simulation.tick_s";
 
 /// The detector keys that the adaptive detector uses. Any other written detector key selects another detector.
@@ -179,7 +178,6 @@ impl Values {
         }
     }
 
-    /// Like `slot`, for a value to change.
     fn slot_mut(&mut self, path: &str) -> Option<&mut Given> {
         let Some((name, wanted)) = split(path) else { return self.given.get_mut(path) };
         self.of_layers.get_mut(name)?.get_mut(key_of(wanted)?.path)
@@ -654,7 +652,6 @@ fn replays_over_time(values: &Values) -> bool {
     replays_force(values) && values.word(ReplayIndex::KEY.path).is_ok_and(|word| word == ReplayIndex::Time.word())
 }
 
-/// Returns the keys of a section in the order of files.
 pub(super) fn keys_of(section: &str) -> impl Iterator<Item = &'static Key> {
     KEYS.iter().filter(move |key| key.path.rsplit_once('.').map_or("", |(parent, _)| parent) == section)
 }
@@ -663,7 +660,6 @@ fn similarity(a: &str, b: &str) -> f64 {
     strsim::jaro_winkler(a, b)
 }
 
-/// Returns the remedy for a misspelt key of a named layer.
 fn named_layer(path: &str) -> Option<String> {
     let (name, misspelt) = split(path)?;
     let fields = || LAYER_KEYS.iter().map(|key| field(key.path));

@@ -69,7 +69,6 @@ impl ClosedLoop {
         })
     }
 
-    /// Returns the same loop with other whole delays, in ticks.
     pub(super) fn with_delays(&self, forward: u64, backward: u64) -> Self {
         Self { forward, backward, ..self.clone() }
     }

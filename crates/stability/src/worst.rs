@@ -51,7 +51,6 @@ impl LinearLoop {
         if tissue.is_single() { Ok(stiffest) } else { stiffest.at_worst() }
     }
 
-    /// Returns the loop at the worst stiffness of its range.
     fn at_worst(self) -> Result<Self, StabilityError> {
         let (low, high) = self.tissue.stiffness_n_per_m;
         let machines = Machines::new(&self)?;

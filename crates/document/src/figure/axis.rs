@@ -131,7 +131,6 @@ impl Axis {
         all
     }
 
-    /// Returns the label of a tick, with a typographic minus sign.
     fn label(&self, tick: f64, step: f64) -> String {
         let largest = self.low.abs().max(self.high.abs());
         if largest >= 1e6 || step < 1e-4 {
@@ -145,7 +144,6 @@ impl Axis {
     }
 }
 
-/// Returns the label of a logarithmic axis's tick as a plain number.
 fn plain(tick: f64) -> String {
     let exponent = (tick + 1e-9).floor();
     if (-3.0..4.0).contains(&exponent) {

@@ -186,7 +186,6 @@ fn part(pixmap: &Pixmap, from: (u32, u32), to: (u32, u32)) -> Vec<u8> {
     within.map(|row| &row[columns.clone()]).collect::<Vec<_>>().concat()
 }
 
-/// Returns the rows of a picture, with four bytes per pixel.
 fn rows(pixmap: &Pixmap) -> impl Iterator<Item = &[u8]> {
     pixmap.data().chunks_exact(4 * pixmap.width() as usize)
 }

@@ -13,7 +13,6 @@ const DOTS_PER_INCH: f64 = 300.0;
 const POINTS_PER_INCH: f64 = 72.0;
 const METRES_PER_INCH: f64 = 0.0254;
 
-/// Returns a sheet as a PNG file with its resolution.
 pub(super) fn png(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
     let scale = DOTS_PER_INCH / POINTS_PER_INCH;
     let pixels = |points: f64| (scale * points).round().clamp(1.0, 30_000.0) as u32;
@@ -47,7 +46,6 @@ pub(crate) fn opaque(pixels: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A pixmap with the scale from units to pixels.
 pub(crate) struct Bitmap {
     pub(crate) pixmap: Pixmap,
     scale: Transform,

@@ -25,7 +25,6 @@ impl FigureFormat {
 }
 
 impl fmt::Display for FigureFormat {
-    /// Writes the name, which is also the suffix of the files.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Svg => "svg",

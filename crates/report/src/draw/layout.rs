@@ -96,7 +96,6 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// A row on the sheet: the panels side by side.
 struct Shelf<'a> {
     title: Option<&'a str>,
     height: f64,

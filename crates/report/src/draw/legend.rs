@@ -12,7 +12,6 @@ const SAMPLE: f64 = 18.0;
 const SAMPLE_GAP: f64 = 4.0;
 const ENTRY_GAP: f64 = 12.0;
 
-/// The positioned entries of a legend, and its height.
 pub(super) struct Flow {
     entries: Vec<(Point, Sample, Vec<String>)>,
     pub(super) height: f64,

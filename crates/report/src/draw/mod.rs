@@ -66,7 +66,6 @@ pub fn file(figure: &Figure<'_>, format: FigureFormat, width: FigureWidth) -> Re
     }
 }
 
-/// Converts a length in points to units.
 fn units(points: f64) -> i32 {
     (UNITS * points).round() as i32
 }

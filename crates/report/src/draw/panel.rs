@@ -41,7 +41,6 @@ pub(super) struct Place {
     pub(super) x_labelled: bool,
 }
 
-/// An axis for plotters, with the ticks that fit.
 struct Scale {
     range: RangedCoordf64,
     ticks: Ticks,
@@ -166,7 +165,6 @@ impl<'a, B: DrawingBackend> Axes<'a, B> {
         self.area.get_y_axis_pixel_range().end
     }
 
-    /// Returns the visible parts of a line, in units.
     fn lines(&self, samples: impl IntoIterator<Item = Point>) -> Vec<Vec<BackendCoord>> {
         let lines = visible(samples, &self.panel.x, &self.panel.y).into_iter();
         lines.map(|line| line.iter().map(|at| self.area.map_coordinate(at)).collect()).collect()

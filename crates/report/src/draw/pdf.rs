@@ -117,7 +117,6 @@ impl Canvas for PdfPage {
     }
 }
 
-/// A face with its used letters.
 struct Embedded {
     typeface: &'static Typeface,
     resource: Name<'static>,

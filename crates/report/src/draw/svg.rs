@@ -7,7 +7,6 @@ use plotters::prelude::SVGBackend;
 use super::layout::Sheet;
 use super::{DrawError, UNITS};
 
-/// Returns the SVG document of a sheet, with its size in points.
 pub(super) fn document(sheet: &Sheet<'_>) -> Result<String, DrawError> {
     let mut drawn = String::new();
     let (width, height) = sheet.size();

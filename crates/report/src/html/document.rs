@@ -54,7 +54,6 @@ pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, H
     .render()
 }
 
-/// Converts a part to a block, and collects its figures.
 fn block(part: &Part, document: &Document<'_>, drawn: &mut Drawn) -> Option<Block> {
     match part {
         Part::Text(line) => Some(Block::text(sentence(line))),

@@ -33,7 +33,6 @@ pub(super) struct Page {
     pub(super) drawn: Drawn,
 }
 
-/// The data for the script of a page.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Drawn {
     /// Descriptions of figures by the name of their block.
@@ -48,7 +47,6 @@ pub(super) struct Section {
     pub(super) blocks: Vec<Block>,
 }
 
-/// A row of a table with its meaning, which may be empty.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Row {
     pub(super) cells: Vec<String>,

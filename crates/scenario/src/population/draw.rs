@@ -26,7 +26,6 @@ pub struct Draw {
     pub delay_s: Option<f64>,
 }
 
-/// Interpolates a range logarithmically.
 fn between((low, high): (f64, f64), coordinate: f64) -> f64 {
     (low * libm::pow(high / low, coordinate)).clamp(low, high)
 }

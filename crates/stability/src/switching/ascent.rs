@@ -357,7 +357,6 @@ pub(super) fn farthest(steps: &Steps<'_>, dwell: u64, rows: &[DMatrix<f64>]) -> 
     farthest.into_iter().fold(0.0, f64::max)
 }
 
-/// Maximises the quantity for one sequence.
 fn push(modes: &Modes, plan: &[Choices], begin: usize, vertex: usize, rows: &[DMatrix<f64>]) -> f64 {
     let start = modes.after_step(vertex);
     let run = |chosen: &[usize]| {

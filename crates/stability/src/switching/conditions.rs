@@ -135,7 +135,6 @@ struct Builder<'a> {
     at_entry: f64,
 }
 
-/// The functions of one event.
 struct Roles {
     /// `P_T`.
     dropped: Vec<usize>,
@@ -336,7 +335,6 @@ impl Builder<'_> {
         if self.modes.has_unique_motion() { 0..1 } else { self.modes.vertices() }
     }
 
-    /// Adds the conditions from the beginning of an event to re-engaging.
     fn enter(&mut self, roles: &Roles) {
         let (space, first) = match (roles.fading_held.first(), roles.fading.first()) {
             (Some(&held), _) => (Space::FadingGap, held),

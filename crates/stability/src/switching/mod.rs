@@ -214,7 +214,6 @@ enum Proof {
     KeptGap(Box<KeptGap>),
 }
 
-/// The results with the refractory time between events.
 #[derive(Default)]
 struct AtRefractory {
     tightest: Option<Certificate>,

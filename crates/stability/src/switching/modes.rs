@@ -145,7 +145,6 @@ impl Modes {
         Ok((-largest.ln() / self.tick_s).max(0.0))
     }
 
-    /// Returns the same maps without a delay.
     pub(super) fn without_delay(&self) -> Self {
         Self { delay: 0, ..self.clone() }
     }
@@ -154,7 +153,6 @@ impl Modes {
         0..self.slaves.len()
     }
 
-    /// Returns name and unit of each state of a space, in order.
     pub(super) fn names(&self, space: Space) -> Vec<(String, &'static str)> {
         let own = |text: &str, unit| (text.to_owned(), unit);
         let mut of_loop = vec![own("x_h", "m"), own("v_h", "m/s"), own("x_a", "m"), own("v_a", "m/s")];
@@ -192,7 +190,6 @@ impl Modes {
         self.reengage != Reengage::Snap
     }
 
-    /// Returns true if the gap closes after an event.
     pub(super) fn gap_closes(&self) -> bool {
         self.reengage != Reengage::Clutch
     }
@@ -231,7 +228,6 @@ impl Modes {
         if matches!(space, Space::Number | Space::Start) { 1 } else { self.places(space).len() }
     }
 
-    /// Restricts a map over all states to two spaces.
     pub(super) fn between(&self, map: &DMatrix<f64>, from: Space, to: Space) -> DMatrix<f64> {
         map.select_rows(&self.places(to)).select_columns(&self.places(from))
     }
@@ -241,7 +237,6 @@ impl Modes {
         self.between(&DMatrix::identity(self.states() + EXTRA, self.states() + EXTRA), from, to)
     }
 
-    /// Restricts a row over all states to a space.
     pub(super) fn row(&self, row: &DMatrix<f64>, space: Space) -> DMatrix<f64> {
         row.select_columns(&self.places(space))
     }
@@ -426,7 +421,6 @@ impl Modes {
         self.slaves.iter().all(alike)
     }
 
-    /// Returns the map of the release.
     pub(super) fn release(&self, vertex: usize) -> DMatrix<f64> {
         let n = self.states();
         let mut map = DMatrix::identity(n + EXTRA, n + EXTRA);

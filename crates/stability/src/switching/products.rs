@@ -45,7 +45,6 @@ pub struct SimulatedGrowth {
     pub worst: Vec<SimulatedCycle>,
 }
 
-/// A product, with the minimum norm of its prefixes.
 struct Node {
     matrix: DMatrix<f64>,
     word: Vec<usize>,

@@ -160,7 +160,6 @@ fn max_norm(matrix: &Enclosure, states: usize) -> f64 {
     matrix[..states].iter().map(row).fold(0.0, f64::max)
 }
 
-/// Returns the largest magnitude of an entry.
 fn largest(vector: &[Interval]) -> f64 {
     vector.iter().map(|entry| magnitude(*entry)).fold(0.0, f64::max)
 }

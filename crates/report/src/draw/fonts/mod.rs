@@ -42,7 +42,6 @@ pub(super) fn typeface(is_bold: bool) -> &'static Typeface {
 }
 
 impl Typeface {
-    /// Returns the glyph of a character, or the glyph for missing characters.
     pub(super) fn glyph(&self, letter: char) -> GlyphId {
         self.face.glyph_index(letter).unwrap_or(GlyphId(0))
     }
@@ -58,7 +57,6 @@ pub(crate) fn width(text: &str, size: f64, is_bold: bool) -> f64 {
     text.chars().map(|letter| face.advance(face.glyph(letter))).sum::<f64>() * size
 }
 
-/// A text as placed by a backend.
 pub(crate) struct Placed {
     /// The start of the baseline.
     pub(super) start: (f32, f32),
@@ -128,7 +126,6 @@ pub(super) fn lines(text: &str, size: f64, is_bold: bool, max_width: f64) -> Vec
     lines.into_iter().map(|line| cut(line, size, is_bold, max_width)).collect()
 }
 
-/// Returns a text, cut with an ellipsis if it is too wide.
 fn cut(mut text: String, size: f64, is_bold: bool, max_width: f64) -> String {
     if width(&text, size, is_bold) <= max_width {
         return text;

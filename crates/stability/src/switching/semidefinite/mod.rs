@@ -78,7 +78,6 @@ const STEP: f64 = 0.98;
 /// Minimum step; below it the iterates stall.
 const MIN_STEP: f64 = 1e-4;
 
-/// A point of the search: the variables and their multipliers.
 struct Iterate {
     y: DVector<f64>,
     multiplier: f64,

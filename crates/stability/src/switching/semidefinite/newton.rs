@@ -114,7 +114,6 @@ impl<'a> Newton<'a> {
         self.direction(Some(&targets))
     }
 
-    /// Returns the mean of `Λ²`.
     fn complementarity(&self) -> f64 {
         let rows: usize = self.scalings.iter().map(|scaling| scaling.lambda.len()).sum();
         self.scalings.iter().map(|scaling| scaling.lambda.norm_squared()).sum::<f64>() / rows as f64
