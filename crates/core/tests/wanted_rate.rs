@@ -1,4 +1,4 @@
-//! A target rate of false alarms, on noise without ruptures.
+//! A wanted rate of false alarms, on noise without ruptures.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -58,7 +58,7 @@ fn alarms(noise: Noise, tick_s: f64, wanted_per_min: f64) -> usize {
 }
 
 #[test]
-fn the_target_rate_of_false_alarms_holds_within_a_factor_of_three() {
+fn the_wanted_rate_of_false_alarms_holds_within_a_factor_of_three() {
     const RATES_HZ: [f64; 4] = [100.0, 333.0, 1000.0, 2000.0];
     for noise in [Noise::Normal, Noise::Correlated, Noise::Heavy(5.0), Noise::Heavy(3.0)] {
         for wanted_per_min in [0.5, 2.0, 5.0] {

@@ -183,8 +183,8 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// Computes the feedback force and its largest allowed change from the last tick, both in N, on the master's side, from the
-    /// received mode, the force without augmentation (N) and the master's velocity (m/s).
+    /// Computes the feedback force and its largest allowed change from the last tick, both in N, on the master's side,
+    /// from the received mode, the force without augmentation (N) and the master's velocity (m/s).
     #[inline(always)]
     pub fn feedback_force(&mut self, mode: Modes<L>, force_n: L, velocity_m_per_s: L) -> (L, L) {
         self.feedback.update(mode, force_n, velocity_m_per_s)

@@ -42,7 +42,7 @@ crate::choice! {
 
 /// Gives the slave's reference in every mode.
 ///
-/// A user-defined law implements it for `f64`; [`HeldReference`] implements it for any number of lanes.
+/// A user-defined law implements this trait for `f64`; [`HeldReference`] implements it for any number of lanes.
 pub trait MotionLaw<L: Lane> {
     /// The slave's reference in m in teleoperation, for the hand's position `hand_m` (scaled to the slave) and the
     /// slave's measured position `slave_m`.

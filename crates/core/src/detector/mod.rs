@@ -111,7 +111,7 @@ pub struct Decision<L: Lane> {
 
 /// Detects ruptures from the evidence of one sample at a time.
 ///
-/// A user-defined detector implements it for `f64`; [`CusumDetector`] implements it for any number of lanes.
+/// A user-defined detector implements this trait for `f64`; [`CusumDetector`] implements it for any number of lanes.
 pub trait Detector<L: Lane> {
     /// Processes the evidence of one sample.
     fn update(&mut self, evidence: &Evidence<L>) -> Decision<L>;

@@ -25,7 +25,7 @@ pub struct Estimate<L> {
 
 /// Estimates the tissue's parameters from one sample at a time.
 ///
-/// A user-defined estimator implements it for `f64`, the built-in estimators for any number of lanes.
+/// A user-defined estimator implements this trait for `f64`, the built-in estimators for any number of lanes.
 pub trait Estimator<L: Lane> {
     /// Processes a sample: force `y` (N), depth `p` below the contact (m, negative outside), velocity `v` (m/s).
     ///

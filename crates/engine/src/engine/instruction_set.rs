@@ -86,7 +86,7 @@ pub trait Wide: Lane {
     /// [`Engine::run`] in this instruction set.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     fn run<P: Plants<Self>, W: Wiring<Lane = Self>, O: Observer<Self>>(
         engine: &mut Engine<P, W>,
         observer: &mut O,

@@ -33,7 +33,7 @@ impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     }
 }
 
-/// Receives the events of each tick. Called dynamically, so that the tick is compiled once for all of them.
+/// Receives the [`Happening`] of each tick. Called dynamically, so that the tick is compiled once for all of them.
 pub trait EventObserver<L: Lane> {
     /// See [`Observer::observe`].
     fn observe(&mut self, happening: &Happening<L>);
@@ -43,7 +43,7 @@ impl<L: Lane> EventObserver<L> for () {
     fn observe(&mut self, _happening: &Happening<L>) {}
 }
 
-/// An optional event observer.
+/// An optional [`EventObserver`].
 pub struct Additional<'a, L: Lane>(pub Option<&'a mut dyn EventObserver<L>>);
 
 impl<L: Lane> Observer<L> for Additional<'_, L> {

@@ -32,7 +32,7 @@ impl OwnEngine {
     /// [`Engine::run`] in the widest registers of the machine, if they are faster.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub fn run_wide(&mut self, mut observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
         self.run_compiled(&mut observer)
     }
@@ -40,7 +40,7 @@ impl OwnEngine {
     /// [`OwnEngine::run_wide`], compiled for the observer.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub fn run_compiled<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         instruction_set::run(self, observer)
     }

@@ -76,7 +76,7 @@ impl MasterSide {
         self.engine.parts.link.master_energy_j()
     }
 
-    /// Bound in J that the passivity scheme guarantees for the energy; `None` without a guarantee.
+    /// Bound in J that the passivity scheme promises for the energy; `None` without a promise.
     #[must_use]
     pub fn promised_j(&self) -> Option<f64> {
         self.engine.parts.link.promised_j()
@@ -140,7 +140,7 @@ impl SlaveSide {
         Ok(sent)
     }
 
-    /// Bound in J that the passivity scheme guarantees for the energy; `None` without a guarantee.
+    /// Bound in J that the passivity scheme promises for the energy; `None` without a promise.
     #[must_use]
     pub fn promised_j(&self) -> Option<f64> {
         self.engine.parts.link.promised_j()

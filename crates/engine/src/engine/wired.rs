@@ -44,7 +44,7 @@ impl<L: Lane, P: Plants<L>> Wired<L, P> {
     /// [`Engine::run`] in the registers that every machine has.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub fn run(&mut self, observer: &mut dyn Observer<L>) -> Result<(), EngineError> {
         each!(self, engine => instruction_set::run_portably(engine, observer))
     }
@@ -53,7 +53,7 @@ impl<L: Lane, P: Plants<L>> Wired<L, P> {
     /// faster, but the build takes longer by a copy of the tick for each wiring.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub fn run_compiled<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         each!(self, engine => instruction_set::run(engine, observer))
     }
@@ -61,7 +61,7 @@ impl<L: Lane, P: Plants<L>> Wired<L, P> {
     /// [`Engine::run`] in the instruction set of the lanes.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub fn run_wide<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), EngineError>
     where
         L: instruction_set::Wide,

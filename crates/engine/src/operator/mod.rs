@@ -48,8 +48,8 @@ pub enum Motion<L> {
 
 /// Gives the operator's desired position of the master.
 ///
-/// A user-defined operator implements it for `f64`; [`HumanOperator`] and [`Replay`] implement it for any number of
-/// lanes.
+/// A user-defined operator implements this trait for `f64`; [`HumanOperator`] and [`Replay`] implement it for any
+/// number of lanes.
 pub trait Operator<L: Lane> {
     /// Returns the desired position at `tick` in m, from the felt force `felt_n` at the tick before. Called once per
     /// tick, starting at 0.

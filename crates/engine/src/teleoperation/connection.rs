@@ -41,7 +41,7 @@ pub struct LinkReport {
     /// Largest energy in J that both ports together have delivered beyond the received energy, at any tick: the maximum
     /// of `E_s - E_m`, with the slave's energy scaled to the master.
     pub generated_j: f64,
-    /// Bound in J that the passivity scheme guarantees for the generated energy; `None` without a guarantee.
+    /// Bound in J that the passivity scheme promises for the generated energy; `None` without a promise.
     pub promised_j: Option<f64>,
     /// Distance in m by which the slave is deeper than the master, on the slave's scale; otherwise 0.
     pub left_behind_m: f64,

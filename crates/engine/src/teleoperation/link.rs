@@ -269,7 +269,7 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         self.energy_scale * self.slave_port.energy_j
     }
 
-    /// Bound in J that the scheme guarantees for the energy; `None` without a guarantee.
+    /// Bound in J that the scheme promises for the energy; `None` without a promise.
     #[must_use]
     pub fn promised_j(&self) -> Option<L> {
         self.scheme.energies().promised_j

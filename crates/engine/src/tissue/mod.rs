@@ -59,8 +59,8 @@ pub struct Reaction<L: Lane> {
 
 /// Gives the tissue force for a position and velocity of the needle.
 ///
-/// A user-defined tissue implements it for `f64`, the built-in tissues for any number of lanes. A built-in tissue is
-/// one file of this folder and one row of the registry below.
+/// A user-defined tissue implements this trait for `f64`, the built-in tissues for any number of lanes. A built-in
+/// tissue is one file of this folder and one row of the registry below.
 pub trait Tissue<L: Lane> {
     /// Returns the reaction at `tick` to a needle at `position_m` moving at `velocity_m_per_s`. Called once per tick,
     /// starting at 0.

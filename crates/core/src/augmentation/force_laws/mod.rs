@@ -33,7 +33,7 @@ pub struct AugmentedTick<L: Lane> {
 /// Gives the feedback force while the slave is frozen.
 ///
 /// All laws return to the measured force by the same cross-fade, from the law's last force. A user-defined law
-/// implements it for `f64`, the built-in laws for any number of lanes.
+/// implements this trait for `f64`, the built-in laws for any number of lanes.
 pub trait ForceLaw<L: Lane> {
     /// The feedback force and its largest allowed change from the last tick, both in N.
     ///

@@ -140,7 +140,7 @@ pub struct Adaptive<L> {
     /// The largest recent force, which decays, in N.
     recent_load: L,
     hold: FallHold<L>,
-    /// The tail of the values, for a target rate of false alarms.
+    /// The tail of the values, for a wanted rate of false alarms.
     tail: Option<Tail<L>>,
     value: L,
 }
@@ -1022,7 +1022,7 @@ mod tests {
     }
 
     #[test]
-    fn a_target_rate_scales_the_distance_by_the_threshold_over_its_level() {
+    fn a_wanted_rate_scales_the_distance_by_the_threshold_over_its_level() {
         let rate = |false_alarms_per_min| {
             let rate = super::super::RateSettings { false_alarms_per_min };
             Adaptive::<f64>::new(&DistanceSettings { rate, ..DistanceSettings::DEFAULT }, 1e-3)

@@ -35,7 +35,7 @@ use crate::lane::Lane;
 
 /// Computes from the evidence of a sample the number to accumulate (eq. 27).
 ///
-/// A user-defined distance implements it for `f64`, the built-in distances for any number of lanes.
+/// A user-defined distance implements this trait for `f64`, the built-in distances for any number of lanes.
 pub trait Distance<L: Lane> {
     /// Returns `s_k`, in the unit of the distance.
     fn update(&mut self, evidence: &Evidence<L>) -> L;
@@ -129,7 +129,7 @@ crate::settings! {
         hypotheses: Hypotheses,
         /// Window of the likelihood ratio.
         window: WindowSettings,
-        /// Target rate of false alarms of the adaptive distance.
+        /// Wanted rate of false alarms of the adaptive distance.
         rate: RateSettings,
     }
 }

@@ -1,4 +1,4 @@
-//! The tail of a distance without ruptures, which gives the threshold for a target rate of false alarms.
+//! The tail of a distance without ruptures, which gives the threshold for a wanted rate of false alarms.
 
 use crate::lane::Lane;
 
@@ -22,10 +22,10 @@ const ASSUMED_MOMENTS: [f64; 2] = [0.18, 0.062];
 const SHAPE: (f64, f64) = (-0.5, 1.0);
 
 crate::settings! {
-    /// The target rate of false alarms.
+    /// The wanted rate of false alarms.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RateSettings in "detector." {
-        /// Target rate of false alarms of the adaptive detector, per minute; its threshold of 7 then corresponds to
+        /// Wanted rate of false alarms of the adaptive detector, per minute; its threshold of 7 then corresponds to
         /// this rate.
         ///
         /// The peaks of the distance above 3 since the start, one per 0.1 s and without the peaks of alarms, give a
@@ -37,10 +37,10 @@ crate::settings! {
     }
 }
 
-/// The peaks of a distance above [`TAIL_FROM`], and the value that is exceeded at the target rate.
+/// The peaks of a distance above [`TAIL_FROM`], and the value that is exceeded at the wanted rate.
 #[derive(Debug, Clone)]
 pub(super) struct Tail<L> {
-    /// Target rate of exceedances, in 1/s.
+    /// Wanted rate of exceedances, in 1/s.
     wanted_hz: f64,
     block_bins: usize,
     bins: usize,
@@ -51,7 +51,7 @@ pub(super) struct Tail<L> {
     sums: [L; 3],
     level: L,
     beyond: [L; 2],
-    /// Number of false alarms that the target rate still allows.
+    /// Number of false alarms that the wanted rate still allows.
     credit: L,
 }
 
@@ -93,7 +93,7 @@ impl<L: Lane> Tail<L> {
     /// Counts the present block as one with an alarm, in the lanes of the mask.
     ///
     /// The alarm is a rupture or a false alarm. It counts as false, with the mean of larger peaks, only while the
-    /// target rate allows one. Without these peaks the tail would be cut off; with all of them ruptures would raise the
+    /// wanted rate allows one. Without these peaks the tail would be cut off; with all of them ruptures would raise the
     /// level.
     pub(super) fn take_alarm(&mut self, mask: L::Mask) {
         let zero = L::zero();
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_counts_as_false_while_the_target_rate_allows_it() {
+    fn an_alarm_counts_as_false_while_the_wanted_rate_allows_it() {
         // 300 per minute: 0.5 per block.
         let mut tail = Tail::<f64>::new(300.0, 0.1);
         tail.add(0.0);

@@ -29,7 +29,7 @@ const SHARE: f64 = 0.005;
 /// energy in transit and does not send it twice. The hand is not damped while it pays for the needle's work, however
 /// long the energy takes to arrive. It is damped for energy that is not paid, so the operator pays for a motion that
 /// costs energy, such as a withdrawal against friction. A shortage only sets damping and sharing, so a wrong shortage
-/// cannot break the guarantee.
+/// cannot break the promise.
 ///
 /// Without a delay each side sends all its energy at each tick, so the two accounts act as one. The hand is then damped
 /// only over the fifth of `E_0` above the reserve.

@@ -16,7 +16,7 @@ const HAND_DAMPING_N_S_PER_M: f64 = 41.0;
 /// ```
 /// A hand pushes on until the force has come back, a round trip after the contact, and the slave would push as far. The
 /// slave therefore stays behind the received position by `y`. At a constant force that the hand feels, `y` is 0. The
-/// slave only yields: it never goes deeper than the hand because a force has ended. The prediction guarantees nothing:
+/// slave only yields: it never goes deeper than the hand because a force has ended. The prediction promises nothing:
 /// the energy account limits the reference after it, and a wrong hand model only costs force or tracking.
 #[derive(Debug, Clone)]
 pub(super) struct HandYield<L> {

@@ -16,7 +16,7 @@ trocar_core::settings! {
     pub struct CatchUpSettings in "passivity." {
         /// Speed at which the slave catches up after it was held back.
         catch_up_speed_m_per_s: f64 [POSITIVE] = 0.03,
-        /// Largest stiffness of the tissue for which a scheme keeps its guarantee: the slave reserves the energy for
+        /// Largest stiffness of the tissue for which a scheme keeps its promise: the slave reserves the energy for
         /// braking against it.
         ///
         /// It limits the slave's speed to the speed that its account pays for at a sudden contact: with 8 mJ and 20
@@ -31,8 +31,8 @@ trocar_core::settings! {
     pub struct BudgetSettings in "passivity." {
         /// Energy that each port may deliver before it receives any (time-domain, wave-variables).
         ///
-        /// The scheme guarantees `E_m - E_s >= -2 budget_j`. The default pays for a round trip of 0.1 s in tissue: 2 N
-        /// at 30 mm/s take 6 mJ before the first energy of the hand arrives.
+        /// The scheme promises `E_m - E_s >= -2 budget_j`. The default pays for a round trip of 0.1 s in tissue: 2 N at
+        /// 30 mm/s take 6 mJ before the first energy of the hand arrives.
         budget_j: f64 [POSITIVE] = 1e-2,
     }
 }

@@ -5,7 +5,7 @@
 //! Energies use displacements instead of velocities, so a force held over a tick gives the integral exactly. The
 //! slave's energies are scaled to the master's by force scale over position scale.
 //!
-//! A scheme guarantees `E_m - E_s >= -E_0` at every tick. It keeps an energy account on each side ([`account`]): the
+//! A scheme promises `E_m - E_s >= -E_0` at every tick. It keeps an energy account on each side ([`account`]): the
 //! slave's pays for the motion of the needle, the master's for the force on the hand.
 
 mod account;
@@ -57,7 +57,7 @@ pub struct Arrived<L: Lane> {
 /// Energies of a scheme in J.
 #[derive(Debug, Clone, Copy)]
 pub struct SchemeEnergies<L> {
-    /// `E_0`, the bound of the guarantee `E_m - E_s >= -E_0` at every tick. `None` without a guarantee.
+    /// `E_0`, the bound of the promise `E_m - E_s >= -E_0` at every tick. `None` without a promise.
     pub promised_j: Option<L>,
     /// Energy dissipated at the master so far.
     pub dissipated_j: L,
@@ -113,7 +113,7 @@ pub trait PassivityScheme<L: Lane> {
         force_n
     }
 
-    /// The guaranteed bound and the energies dissipated and withheld so far.
+    /// The promised bound and the energies dissipated and withheld so far.
     fn energies(&self) -> SchemeEnergies<L> {
         SchemeEnergies { promised_j: None, dissipated_j: L::zero(), refused_j: L::zero() }
     }

@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn both_accounts_begin_with_the_level_and_guarantee_their_sum() {
+    fn both_accounts_begin_with_the_level_and_promise_their_sum() {
         let sides = sides(false);
         assert_eq!(
             (sides.master.energy_j, sides.slave.energy_j, sides.energies().promised_j),

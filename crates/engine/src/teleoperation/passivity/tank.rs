@@ -34,12 +34,12 @@ const MAX_LEVELS: f64 = 10.0;
 /// ```
 /// At each tick each tank sends a fraction of its energy, as a running total, so a lost sample loses no energy. Without
 /// a delay it sends all its energy, and the hand is damped only over the fifth of `E_0` above the reserve. Both tanks
-/// are full at the start. The guarantee, with `E_m = Σ F_ed Δx_h` and `E_s = ∫ f_e dx_e` scaled to the master:
+/// are full at the start. The promise, with `E_m = Σ F_ed Δx_h` and `E_s = ∫ f_e dx_e` scaled to the master:
 ///
 /// ```text
 /// E_m - E_s >= -2 tank_level_j    at every tick
 /// ```
-/// A tank pays for the motion to which a command commits the slave, including its lag. The guarantee therefore holds at
+/// A tank pays for the motion to which a command commits the slave, including its lag. The promise therefore holds at
 /// the physical ports, also from a preloaded contact. The slave yields to the tissue as the hand will when it feels the
 /// force ([`HandYield`]).
 #[derive(Debug, Clone)]

@@ -1,4 +1,4 @@
-//! The guarantee of the schemes, at any delay, for any hand and tissue.
+//! The promise of the schemes, at any delay, for any hand and tissue.
 
 use proptest::prelude::*;
 
@@ -24,11 +24,11 @@ struct Run {
     scales: [f64; 2],
 }
 
-/// Stiffness of the friction while it sticks, in N/m. A scheme's guarantee holds for tissues up to a stiffness,
-/// including friction.
+/// Stiffness of the friction while it sticks, in N/m. A scheme's promise holds for tissues up to a stiffness, including
+/// friction.
 const BRISTLE_N_PER_M: f64 = 1e3;
 
-/// The largest generated energy (J), the guaranteed bound (J), the distance left behind at the end (m), and the largest
+/// The largest generated energy (J), the promised bound (J), the distance left behind at the end (m), and the largest
 /// motion of the needle (m).
 fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
     let slave = SlaveParameters::default();
@@ -99,7 +99,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn no_scheme_generates_more_energy_than_it_guarantees(
+    fn no_scheme_generates_more_energy_than_it_promises(
         scheme in 0..3_usize,
         delays in [0..60_u64, 0..60_u64],
         loss in prop_oneof![Just(0.0), 0.0..0.5f64],
@@ -140,7 +140,7 @@ fn a_scheme_lets_the_needle_follow_the_hand_and_return() {
 }
 
 #[test]
-fn without_a_scheme_a_stiff_contact_over_a_delay_exceeds_every_guarantee() {
+fn without_a_scheme_a_stiff_contact_over_a_delay_exceeds_every_promise() {
     // The property above is meaningful only if these runs are not passive without a scheme.
     let contact = Run { stiffness_n_per_m: 5e3, ..steady(Scheme::None, [50, 50]) };
     let (generated_j, promised_j, ..) = run(&contact);

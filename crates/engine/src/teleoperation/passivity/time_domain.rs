@@ -11,7 +11,7 @@ use trocar_core::settings::Key;
 /// controller at each side of a delayed link (Ryu, Artigas and Preusche 2010, *A passive bilateral control scheme for a
 /// teleoperator with time-varying communication delay*).
 ///
-/// The guarantee, with `E_m = Σ F_ed Δx_h`, `E_s = ∫ f_e dx_e` scaled to the master and any passive or active tissue up
+/// The promise, with `E_m = Σ F_ed Δx_h`, `E_s = ∫ f_e dx_e` scaled to the master and any passive or active tissue up
 /// to `max_stiffness_n_per_m`:
 ///
 /// ```text

@@ -47,7 +47,7 @@ const WAVE_ENERGY: usize = 2;
 /// master  F_ed = b Δx_h / T - √(2b) v_arrived / T   u = (b Δx_h + F_ed T) / √(2b)
 /// slave   Δx_ref = √(2/b) u_arrived - f_e T / b     v = (b Δx_ref - f_e T) / √(2b)
 /// ```
-/// The guarantee equals the guarantee of the time-domain scheme, at the physical ports:
+/// The time-domain scheme makes the same promise, at the physical ports:
 ///
 /// ```text
 /// E_m - E_s >= -2 budget_j    at every tick
