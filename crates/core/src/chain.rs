@@ -74,8 +74,8 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         (Estimation { contact_m: self.contact_m, estimator: &mut self.estimator }, &mut self.detector)
     }
 
-    /// Handles a missing sample: the estimate does not change and no alarm is raised. The detector treats the sample as
-    /// a loss of contact with the given force (N) and velocity (m/s).
+    /// Handles a missing sample: the estimate does not change and no alarm is raised. The detector treats it as a loss
+    /// of contact.
     pub fn skip(&mut self, force_n: L, velocity_m_per_s: L) -> Decision<L> {
         self.estimator.skip();
         let zero = L::zero();

@@ -12,8 +12,8 @@ pub mod sensor;
 pub mod teleoperation;
 pub mod tissue;
 
-/// Lanes of wide instructions, for packages that run engines side by side. Values may be created only if
-/// [`engine::InstructionSet::is_available`] holds, so the package `trocar` does not re-export them.
+/// Lanes of wide instructions. Values may be created only if [`engine::InstructionSet::is_available`] holds, so the
+/// package `trocar` does not re-export them.
 #[cfg(target_arch = "x86_64")]
 #[doc(hidden)]
 pub mod wide_lanes {

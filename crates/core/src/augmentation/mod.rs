@@ -63,10 +63,8 @@ crate::settings! {
 
 /// A force law or a hold that is built from its settings.
 trait BuiltIn {
-    /// Settings of the part.
     type Settings;
 
-    /// Builds the part for ticks of `tick_s`.
     fn build(settings: &Self::Settings, tick_s: f64) -> Self;
 }
 
@@ -128,8 +126,7 @@ pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
 }
 
 impl<L: Lane> Supervisor<L> {
-    /// Creates a supervisor in teleoperation with the laws of the settings, for a detector with the threshold γ and
-    /// ticks of `tick_s`. The slave starts at the reference `reference_m`.
+    /// Creates a supervisor in teleoperation. `threshold` is the detector's γ; the slave starts at `reference_m`.
     #[must_use]
     pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64, reference_m: L) -> Self {
         let motion = HeldReference::new(settings.freeze, settings.reengage, tick_s, reference_m);
@@ -140,7 +137,7 @@ impl<L: Lane> Supervisor<L> {
 }
 
 impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
-    /// Like [`Supervisor::new`], with the given laws instead of the laws of the settings.
+    /// Like [`Supervisor::new`], with the given laws.
     #[must_use]
     pub fn with_laws(motion: M, force: F, settings: &AugmentationSettings, threshold: f64, tick_s: f64) -> Self {
         Self {
@@ -152,8 +149,8 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// Computes the commands of both sides without a link, from the measured force scaled to the master (N) and the
-    /// master's velocity (m/s).
+    /// Computes the commands of both sides without a link. `force_n` is scaled to the master; the velocity is the
+    /// master's.
     #[inline(always)]
     pub fn update(&mut self, now: &Situation<L>, force_n: L, velocity_m_per_s: L) -> Command<L> {
         let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.decide(now);
@@ -183,14 +180,14 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// Computes the feedback force and its largest allowed change from the last tick, both in N, on the master's side,
-    /// from the received mode, the force without augmentation (N) and the master's velocity (m/s).
+    /// On the master's side: computes the feedback force and its largest allowed change from the last tick (both in N),
+    /// from the received mode and the force without augmentation.
     #[inline(always)]
     pub fn feedback_force(&mut self, mode: Modes<L>, force_n: L, velocity_m_per_s: L) -> (L, L) {
         self.feedback.update(mode, force_n, velocity_m_per_s)
     }
 
-    /// The lanes in which a cue is on, on the master's side, from the received mode.
+    /// On the master's side: the lanes in which a cue is on.
     #[inline(always)]
     pub fn cue(&self, mode: Modes<L>) -> L::Mask {
         self.gives_cue & mode.is_augmented()

@@ -44,8 +44,7 @@ crate::choice! {
 ///
 /// A user-defined law implements this trait for `f64`; [`HeldReference`] implements it for any number of lanes.
 pub trait MotionLaw<L: Lane> {
-    /// The slave's reference in m in teleoperation, for the hand's position `hand_m` (scaled to the slave) and the
-    /// slave's measured position `slave_m`.
+    /// The slave's reference in m in teleoperation. `hand_m` is scaled to the slave, `slave_m` is measured.
     fn follow(&mut self, hand_m: L, slave_m: L) -> L;
 
     /// The slave's reference in m in any mode, from the same positions.

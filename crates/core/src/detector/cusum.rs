@@ -60,7 +60,6 @@ impl<L: Lane> Cusum<L> {
         (self.threshold, self.cap) = (threshold, cap);
     }
 
-    /// Resets `g` to 0 in the lanes of the mask.
     #[inline(always)]
     pub(super) fn reset(&mut self, mask: L::Mask) {
         self.value = L::select(mask, L::zero(), self.value);

@@ -82,7 +82,7 @@ pub struct Evidence<L: Lane> {
 }
 
 impl<L: Lane> Evidence<L> {
-    /// Creates the evidence of a sample from force (N), depth below the contact (m), velocity (m/s) and their estimate.
+    /// Creates the evidence of a sample. The depth is measured from the contact.
     #[inline(always)]
     #[must_use]
     pub fn new(force_n: L, depth_m: L, velocity_m_per_s: L, estimate: &Estimate<L>) -> Self {
@@ -133,7 +133,7 @@ pub struct CusumDetector<L: Lane, D = AnyDistance<L>> {
 }
 
 impl<L: Lane> CusumDetector<L> {
-    /// Creates a detector for samples `tick_s` apart (s), with the distance of the settings.
+    /// Creates a detector for samples `tick_s` apart.
     #[must_use]
     pub fn new(settings: &DetectorSettings, tick_s: f64) -> Self {
         Self::with_distance(AnyDistance::new(&settings.distance, tick_s), settings, tick_s)
@@ -141,15 +141,14 @@ impl<L: Lane> CusumDetector<L> {
 }
 
 impl<L: Lane, D> CusumDetector<L, D> {
-    /// Creates a detector for samples `tick_s` apart (s), with the given distance instead of the distance of the
-    /// settings.
+    /// Creates a detector for samples `tick_s` apart, with the given distance.
     #[must_use]
     pub fn with_distance(distance: D, settings: &DetectorSettings, tick_s: f64) -> Self {
         Self { distance, cusum: Cusum::new(&settings.cusum), arming: Arming::new(&settings.arming, tick_s) }
     }
 
-    /// Sets a threshold and a cap for each lane, in the unit of the distance, to run several detectors on the same
-    /// samples. Each cap is above its threshold.
+    /// Sets a threshold and a cap above it for each lane, in the unit of the distance, to run several detectors on the
+    /// same samples.
     #[must_use]
     pub fn with_thresholds(mut self, threshold: L, cap: L) -> Self {
         self.cusum.set_thresholds(threshold, cap);

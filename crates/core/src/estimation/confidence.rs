@@ -24,8 +24,8 @@ pub struct Trust {
 }
 
 impl Trust {
-    /// The problems of the estimates `K` and `B`, as a sum: 1 if 0 is within two standard errors of K, 2 if 0 is within
-    /// two standard errors of B, 4 if one of them is negative, which is impossible for a tissue.
+    /// Sum of flags: 1 if 0 is within two standard errors of K, 2 if within two of B, 4 if one of them is negative,
+    /// which is impossible for a tissue.
     #[inline]
     #[must_use]
     pub fn flags(&self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> u8 {

@@ -27,7 +27,7 @@ pub struct Estimate<L> {
 ///
 /// A user-defined estimator implements this trait for `f64`, the built-in estimators for any number of lanes.
 pub trait Estimator<L: Lane> {
-    /// Processes a sample: force `y` (N), depth `p` below the contact (m, negative outside), velocity `v` (m/s).
+    /// Processes a sample: `y`, the depth `p` below the contact (negative outside), and `v`.
     ///
     /// The residual refers to the prediction before the sample (eq. 6-7).
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L>;
@@ -50,7 +50,6 @@ impl<L: Lane, E: Estimator<L> + ?Sized> Estimator<L> for alloc::boxed::Box<E> {
 pub(super) trait BuiltIn {
     /// True for the paper's estimator, which a rig runs.
     const IS_BASELINE: bool = false;
-    /// Column name, with the unit, of the parameter besides stiffness and damping.
     const EXTRA_PARAMETER: Option<&'static str> = None;
 
     fn build(settings: &RlsSettings) -> Self;

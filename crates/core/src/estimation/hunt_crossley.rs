@@ -53,9 +53,7 @@ pub struct HuntCrossley<L> {
     power: L,
     power_gain: L,
     power_information: L,
-    /// `ln p̃` of the regressor.
     log_depth: L,
-    /// Smaller errors in N cause no correction, as in the first stage.
     dead_zone: L,
     /// Stiffness (N/m) and damping (N·s/m) at the needle's last depth in contact.
     local: [L; 2],

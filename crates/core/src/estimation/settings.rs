@@ -102,8 +102,9 @@ crate::settings! {
 }
 
 impl RlsSettings {
-    /// Creates settings by the rule of the type's documentation, from the depth beyond which the gain is constant (m),
-    /// `κ = F_0/β`, the number of updates between two restorations of the gain, and the dead zone (N).
+    /// Creates settings by the rule in the type's documentation. `full_gain_depth_m` is the depth beyond which the gain
+    /// is constant, `gain_ratio` is `κ = F_0/β`, and `memory_updates` is the number of updates between two
+    /// restorations.
     #[must_use]
     pub fn normalised(full_gain_depth_m: f64, gain_ratio: f64, memory_updates: f64, dead_zone_n: f64) -> Self {
         let normalisation = 1.0 / (full_gain_depth_m * full_gain_depth_m);

@@ -22,8 +22,8 @@ pub struct VelocityFilter<L> {
 }
 
 impl<L: Lane> VelocityFilter<L> {
-    /// Creates a filter for positions read every `tick_s` in steps of `resolution_m`. `acceleration_m_per_s2` is the
-    /// standard deviation of the hand's acceleration. All arguments are positive.
+    /// Creates a filter for positions in steps of `resolution_m`. `acceleration_m_per_s2` is the standard deviation of
+    /// the hand's acceleration.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the argument that is not a positive finite number.

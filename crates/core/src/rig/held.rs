@@ -36,7 +36,6 @@ impl HeldReading {
         self.value
     }
 
-    /// The reading plus the remaining gap to the held value.
     pub(super) fn recover(&mut self, reading: f64) -> f64 {
         if self.is_held {
             self.is_held = false;

@@ -119,8 +119,7 @@ impl HapticController {
         })
     }
 
-    /// Processes the sample of a tick and returns its command. Samples are [`Settings::tick_s`] apart. For a tick
-    /// without a sample pass [`Sample::MISSING`].
+    /// Processes the sample of a tick and returns its command. For a tick without a sample pass [`Sample::MISSING`].
     ///
     /// Every number of the command is finite, for any sample.
     #[inline]

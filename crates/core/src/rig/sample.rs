@@ -7,11 +7,11 @@ use crate::augmentation::Mode;
 pub struct Sample {
     /// `x_h` in m.
     pub master_position_m: f64,
-    /// Position of the slave `x_e` in m, increasing into the tissue.
+    /// `x_e` in m, increasing into the tissue.
     pub slave_position_m: f64,
-    /// Velocity of the slave `v_e` in m/s; ignored with [`VelocitySource::Filtered`](super::VelocitySource).
+    /// `v_e` in m/s; ignored with [`VelocitySource::Filtered`](super::VelocitySource).
     pub slave_velocity_m_per_s: f64,
-    /// Force `y` in N, positive when the tissue resists insertion.
+    /// `y` in N, positive when the tissue resists insertion.
     pub force_n: f64,
 }
 

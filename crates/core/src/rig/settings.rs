@@ -116,8 +116,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The keys of these settings, in order: keys of a scenario, and `rig.` keys for values that a scenario does not
-    /// have.
+    /// The keys in order: keys of a scenario, and `rig.` keys for values that a scenario does not have.
     pub const KEYS: &'static [Key] = {
         const GROUPS: &[&[Key]] = &[
             Machines::KEYS,
@@ -156,8 +155,7 @@ impl Settings {
         })
     }
 
-    /// Checks the stated ranges of the fields and of estimator, detector and supervisor, and that no good sample can
-    /// make a tick's numbers overflow.
+    /// Checks the ranges of all fields, and that no good sample can make a tick's numbers overflow.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.

@@ -37,7 +37,7 @@
 /// | `name: Option<String> [FILE]` | the path of a file, as it is written |
 /// | `name: Option<f64> [RANGE] => "ten intervals"`, `name: String => "the file's name"` | derived from other keys by the reader; the text states the rule |
 /// | `name: Other` | other settings or a choice, with their keys |
-/// | `name: Other [kinds last]` | a choice; the keys of its kinds follow those of all fields |
+/// | `name: Other [kinds last]` | a choice; the keys of its kinds follow the keys of all fields |
 ///
 /// - `for Motion::Any | Inserting` before a default names the kinds of a choice for which a key acts; `for (...)` gives
 ///   them as an [`ActsFor`](crate::settings::ActsFor).

@@ -135,7 +135,7 @@ impl ActsFor {
         built
     }
 
-    /// Creates a condition on the kinds that have the first of `keys`. Each kind is given with its groups of keys.
+    /// Creates a condition on the kinds whose groups of keys contain the first of `keys`.
     #[must_use]
     pub const fn built_from(keys: &[Key], key: &'static str, kinds: &[(&'static str, &[&[Key]])]) -> Self {
         let mut built = Self::new(key, &[]);

@@ -55,8 +55,7 @@ impl Range {
         Self { low, low_is_open: false, high, stated: None, meaning }
     }
 
-    /// Creates the range from `low` to `high`, both included; `stated` ends the sentence "must be …" and gives the
-    /// reason.
+    /// A range with both bounds included. `stated` ends the sentence "must be …" and gives the reason.
     #[must_use]
     pub const fn stated(low: f64, high: f64, stated: &'static str) -> Self {
         Self { stated: Some(stated), ..Self::new(low, high, Meaning::Within(stated)) }

@@ -1,4 +1,4 @@
-//! Extracts the first paragraph of a doc comment at compile time.
+//! The first paragraph of a doc comment, at compile time.
 
 /// A sentence of `LEN` bytes.
 pub struct Sentence<const LEN: usize>([u8; LEN]);
@@ -14,7 +14,7 @@ impl<const LEN: usize> Sentence<LEN> {
     }
 }
 
-/// The length in bytes of the first paragraph of the lines, joined by spaces.
+/// The length of [`sentence`] in bytes.
 #[must_use]
 pub const fn sentence_len(lines: &[&str]) -> usize {
     let (mut len, mut line) = (0, 0);

@@ -92,8 +92,8 @@ impl Draws {
     }
 }
 
-/// The delays of one direction's samples, tick by tick, without the samples. Equal to the delays of the first lane of a
-/// [`Delay`](super::Delay) with the same settings.
+/// The delays of one direction, tick by tick, equal to the delays of the first lane of a [`Delay`](super::Delay) with
+/// the same settings.
 #[derive(Debug, Clone)]
 pub struct SampleDelays {
     tick: u64,
@@ -141,7 +141,6 @@ fn random_stream(seed: u64, stream: u64) -> ChaCha8Rng {
     rng
 }
 
-/// Stamp of an empty entry.
 const NEVER: f64 = -1.0;
 
 impl<L: Lane, const N: usize> Irregular<L, N> {

@@ -57,7 +57,7 @@ pub struct ExactPlants<L, C = L> {
 }
 
 impl<L: Lane> ExactPlants<L> {
-    /// Creates both plants at rest, with master and arm at `master_m` and the slave at the reference `reference_m`.
+    /// Creates both plants at rest: master and arm at `master_m`, the slave at `reference_m`.
     #[must_use]
     pub fn new(master: &MasterStep, slave: &SlaveStep, master_m: f64, reference_m: f64) -> Self {
         let motion =
@@ -109,14 +109,12 @@ impl<L: Lane> ForceColumn<L> {
 }
 
 impl<L: Lane> ExactPlants<L> {
-    /// Adds the effect of a force (N) on the master.
     #[inline(always)]
     pub(super) fn add_force(&mut self, column: &ForceColumn<L>, force: L) {
         self.motion_state = by_index!(MOTION_ROWS, |i| self.motion_state[i] + column.motion[i] * force);
         self.force_state = by_index!(FORCE_ROWS, |i| self.force_state[i] + column.forces[i] * force);
     }
 
-    /// Adds the effect of a change of the reference (m) on the slave.
     #[inline(always)]
     pub(super) fn add_reference(&mut self, column: &[L; SLAVE_STATES], reference: L) {
         let [x_e, v_e, third] = by_index!(SLAVE_STATES, |i| self.slave_state[i] + column[i] * reference);

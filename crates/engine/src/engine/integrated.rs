@@ -134,7 +134,7 @@ pub struct IntegratedPlants {
 }
 
 impl IntegratedPlants {
-    /// Creates both plants at rest, with master and arm at `master_m` and the slave at the reference `reference_m`.
+    /// Creates both plants at rest: master and arm at `master_m`, the slave at `reference_m`.
     ///
     /// The parameters must be valid for `plant`.
     #[must_use]

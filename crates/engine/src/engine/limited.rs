@@ -50,8 +50,7 @@ pub struct LimitedPlants<L> {
 }
 
 impl<L: Lane> LimitedPlants<L> {
-    /// Creates both plants at rest for ticks of `tick_s`, with master and arm at `master_m` and the slave at the
-    /// reference `reference_m`.
+    /// Creates both plants at rest: master and arm at `master_m`, the slave at `reference_m`.
     ///
     /// # Errors
     /// [`PlantError`] for a parameter out of range or a computation that fails.

@@ -43,8 +43,7 @@ pub trait Wiring {
     /// Report of the link in lane `index`; `None` for a link that passes everything on in the same tick.
     fn link_report(&self, index: usize) -> Option<LinkReport>;
 
-    /// Takes the noise of `ticks` ticks from a bank that has it or has room. The numbers are the same as without a
-    /// bank.
+    /// Takes the noise of `ticks` ticks from a bank, if it has it or has room. The bank does not change the numbers.
     fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64);
 }
 

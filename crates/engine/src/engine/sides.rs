@@ -51,8 +51,8 @@ impl MasterSide {
         self.engine.parts.link.master_sends(&of_master(&self.engine.plants.master()))
     }
 
-    /// Second half of a tick: receives a message, observes the signals of this side (the signals of the other side are
-    /// 0), and steps the master to the next tick.
+    /// Second half of a tick: receives a message, shows this side's signals to the observer (the other side's are 0),
+    /// and steps the master.
     ///
     /// # Errors
     /// [`EngineError`].
@@ -116,8 +116,8 @@ impl SlaveSide {
         self.tick >= self.engine.grid.ticks()
     }
 
-    /// Runs a tick with the received message: observes the signals of this side (the signals of the other side are 0),
-    /// steps the slave to the next tick, and returns its message.
+    /// Runs a tick: receives a message, shows this side's signals to the observer (the other side's are 0), steps the
+    /// slave, and returns its message.
     ///
     /// # Errors
     /// [`EngineError`].

@@ -26,8 +26,8 @@ pub struct FractionalDelayPlants<L> {
 }
 
 impl<L: Lane> FractionalDelayPlants<L> {
-    /// Creates plants at rest without a feedback force, at the reference `reference_m`. `master` and `slave` are the
-    /// steps over the rest of a tick after the arrival of the force or the reference.
+    /// Creates plants at rest without a feedback force. `master` and `slave` are the steps over the rest of a tick
+    /// after the arrival of force or reference.
     #[must_use]
     pub fn new(exact: ExactPlants<L>, master: &MasterStep, slave: &SlaveStep, reference_m: f64) -> Self {
         Self {

@@ -42,8 +42,8 @@ pub struct TrustColumns {
 }
 
 impl TrustColumns {
-    /// Computes the confidence in the estimates of samples `tick_s` apart, for a contact at `contact_m`, from positions
-    /// (m), velocities (m/s), residuals (N), and estimates of K (N/m) and B (N·s/m), all of the same length.
+    /// Computes the confidence in the estimates `k` (N/m) and `b` (N·s/m) of samples `tick_s` apart. All slices have
+    /// the same length.
     #[must_use]
     pub fn of(
         (contact_m, tick_s): (f64, f64),

@@ -49,8 +49,8 @@ impl<L: Lane, P: Plants<L>> Wired<L, P> {
         each!(self, engine => instruction_set::run_portably(engine, observer))
     }
 
-    /// [`Wired::run`], compiled for the observer and, if available, for wider registers. Identical bit for bit and
-    /// faster, but the build takes longer by a copy of the tick for each wiring.
+    /// [`Wired::run`], compiled for the observer and, if available, for wider registers: the same bits, faster, but one
+    /// more copy of the tick per wiring to build.
     ///
     /// # Errors
     /// See [`Engine::run`].
@@ -75,7 +75,7 @@ impl<L: Lane, P: Plants<L>> Wired<L, P> {
         each!(self, engine => engine.parts.link_report(index))
     }
 
-    /// Takes the run's noise from a bank that has it or has room. The numbers are the same as without a bank.
+    /// See [`Wiring::share_noise`].
     pub fn share_noise(&mut self, bank: &mut NoiseBank) {
         each!(self, engine => engine.parts.share_noise(bank, engine.grid.ticks()));
     }

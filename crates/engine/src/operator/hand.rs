@@ -12,7 +12,6 @@ const MAX_SPEED_M_PER_S: f64 = 0.5;
 /// Position and aim of a hand in m, shared by the run and the code that moves the hand.
 #[derive(Debug)]
 pub struct Hand {
-    /// Bits of the numbers.
     position: AtomicU64,
     aim: AtomicU64,
 }
@@ -37,7 +36,7 @@ impl Hand {
         f64::from_bits(self.position.load(Ordering::Relaxed))
     }
 
-    /// Moves towards the aim for `tick_s`: by a fraction of the distance, at most at the maximum speed.
+    /// Moves towards the aim by a fraction of the distance, at most at the maximum speed.
     pub fn step(&self, tick_s: f64) {
         let position = self.position_m();
         let way = f64::from_bits(self.aim.load(Ordering::Relaxed)) - position;

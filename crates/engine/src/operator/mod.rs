@@ -38,7 +38,7 @@ pub const MAX_POSITION_M: f64 = 1.0;
 /// A motion of the operator. The desired position is linear between ticks.
 #[derive(Debug, Clone)]
 pub enum Motion<L> {
-    /// A recorded or computed motion, one position per tick. The last position is held after the end.
+    /// A recorded or computed motion, one position per tick. After the end the last one is held.
     Recording(Arc<[f64]>),
     /// A constant speed from a start to an end.
     Ramp(Ramp<L>),
@@ -51,12 +51,12 @@ pub enum Motion<L> {
 /// A user-defined operator implements this trait for `f64`; [`HumanOperator`] and [`Replay`] implement it for any
 /// number of lanes.
 pub trait Operator<L: Lane> {
-    /// Returns the desired position at `tick` in m, from the felt force `felt_n` at the tick before. Called once per
-    /// tick, starting at 0.
+    /// Returns the desired position at `tick` in m; `felt_n` is the felt force at the tick before. Called once per tick
+    /// from 0.
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L;
 
-    /// The position in m that the operator intends, at the tick of the last desired position `desired_m`: the desired
-    /// position without involuntary motion, such as a tremor.
+    /// The intended position in m at the tick of the last desired position `desired_m`: without involuntary motion such
+    /// as a tremor.
     #[inline(always)]
     fn intended_position_m(&self, desired_m: L) -> L {
         desired_m
@@ -70,7 +70,7 @@ pub trait Operator<L: Lane> {
     #[inline(always)]
     fn cue(&mut self, _is_on: L::Mask) {}
 
-    /// The lanes in which the operator noticed a change of the felt force, at the tick of the last desired position.
+    /// The lanes in which the operator noticed a change of the felt force at the tick of the last desired position.
     #[inline(always)]
     fn notices(&self) -> L::Mask {
         L::Mask::splat(false)
@@ -104,7 +104,7 @@ impl<L: Lane, O: Operator<L> + ?Sized> Operator<L> for Box<O> {
     }
 }
 
-/// A motion known in advance: one position per tick in m. The last position is held after the end.
+/// A motion known in advance: one position per tick in m. After the end the last one is held.
 #[derive(Debug, Clone)]
 pub struct Replay(pub Arc<[f64]>);
 
@@ -166,7 +166,7 @@ impl<L: Lane> Ramp<L> {
     }
 }
 
-/// The position of a recorded motion at `tick`, in m. The last position is held after the end.
+/// The recorded position at `tick` in m; after the end the last one.
 #[inline(always)]
 pub fn recorded<L: Lane>(positions: &[f64], tick: u64) -> L {
     let held = || positions.last().copied().unwrap_or(0.0);
@@ -185,7 +185,7 @@ impl<L: Lane> Motion<L> {
 }
 
 impl<L: Lane> HumanOperator<L> {
-    /// Creates an operator without tremor and without reaction to the felt force.
+    /// Creates an operator without tremor and reaction.
     #[must_use]
     pub fn new(motion: Motion<L>) -> Self {
         Self {
@@ -207,8 +207,7 @@ impl<L: Lane> HumanOperator<L> {
         self
     }
 
-    /// Adds stretch reflexes and a stiffening grip, if the settings contain them, for an arm of the static stiffness
-    /// `stiffness_n_per_m` and ticks of `tick_s`.
+    /// Adds the configured stretch reflexes and grip, for an arm of the static stiffness `stiffness_n_per_m`.
     #[must_use]
     pub fn tensing(
         mut self,
@@ -222,8 +221,8 @@ impl<L: Lane> HumanOperator<L> {
         self
     }
 
-    /// Adds the perception of force drops and the reaction to them, if the settings contain one of them, for ticks of
-    /// `tick_s`. Lane `i` uses stream `first_stream + i` of the seed.
+    /// Adds the configured perception of force drops and reaction to them. Lane `i` uses stream `first_stream + i` of
+    /// the seed.
     #[must_use]
     pub fn reacting(
         mut self,

@@ -169,8 +169,8 @@ impl<L: Lane> Reaction<L> {
         }
     }
 
-    /// Processes the felt force at the tick before `tick`; `withdraws` marks the lanes that withdraw. Returns the time
-    /// of the motion at `tick` in ticks, and the withdrawn distance in m.
+    /// Processes the felt force at the tick before `tick`. Returns the time of the motion at `tick` in ticks, and the
+    /// withdrawn distance in m.
     #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, felt: L, withdraws: L::Mask) -> (L, L) {
         let (zero, one, never) = (L::zero(), L::splat(1.0), L::splat(f64::INFINITY));

@@ -39,7 +39,7 @@ pub(super) struct Stiffening<L> {
 }
 
 impl<L: Lane> Stiffening<L> {
-    /// Creates a relaxed grip for ticks of `tick_s`; `None` for a grip that does not stiffen.
+    /// Creates a relaxed grip; `None` if it does not stiffen.
     pub(super) fn new(settings: &StiffeningSettings, tick_s: f64) -> Option<Self> {
         let keep = if settings.time_s > 0.0 { libm::exp(-tick_s / settings.time_s) } else { 0.0 };
         settings.acts().then(|| Self {

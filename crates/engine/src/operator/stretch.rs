@@ -59,8 +59,7 @@ pub(super) struct Stretch<L> {
 }
 
 impl<L: Lane> Stretch<L> {
-    /// Creates the reflexes of an arm of the static stiffness `stiffness_n_per_m` for ticks of `tick_s`; `None` without
-    /// a reflex.
+    /// Creates the reflexes of an arm of the static stiffness `stiffness_n_per_m`; `None` without a reflex.
     pub(super) fn new(settings: &StretchSettings, stiffness_n_per_m: f64, tick_s: f64) -> Option<Self> {
         // An arm without stiffness cannot pull.
         if !settings.acts() || stiffness_n_per_m <= 0.0 {

@@ -50,7 +50,7 @@ impl TremorSettings {
         require("operator.tremor_high_hz", self.high_hz, is_sampled, "below half the rate of the ticks").map(drop)
     }
 
-    /// Bounds of the displacement in m and of its speed in m/s, with all sines at their peak.
+    /// Bounds of the displacement (m) and its speed (m/s): all sines at their peak.
     #[must_use]
     pub fn largest(&self) -> [f64; 2] {
         let displacement_m = SINES as f64 * self.size_m();

@@ -52,13 +52,13 @@ impl ActuatorLimits {
         self.slave_command.unwrap_or(f64::INFINITY)
     }
 
-    /// Maximum change of the commanded `U_m` in N from one tick to the next, infinite without a limit.
+    /// Maximum change of the commanded `U_m` per tick in N, infinite without a limit.
     #[must_use]
     pub fn max_master_change_n(&self, tick_s: f64) -> f64 {
         self.master_force_rate_n_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
     }
 
-    /// Maximum change of the commanded `U_s` from one tick to the next, infinite without a limit.
+    /// Maximum change of the commanded `U_s` per tick, infinite without a limit.
     #[must_use]
     pub fn max_slave_change(&self, tick_s: f64) -> f64 {
         self.slave_command_rate_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
@@ -74,9 +74,9 @@ pub struct MotorStep<const STATES: usize> {
     pub from_actual: [f64; STATES],
     /// Effect of the command.
     pub from_command: [f64; STATES],
-    /// Fraction of the initial output that remains at the end of the tick.
+    /// Fraction of the output that remains after a tick.
     pub kept: f64,
-    /// Fraction of the command that is reached at the end of the tick.
+    /// Fraction of the command that is reached after a tick.
     pub gained: f64,
 }
 

@@ -92,8 +92,8 @@ pub trait Sensor<L: Lane> {
         false
     }
 
-    /// Takes the noise of `ticks` readings from a bank that has it or has room. The numbers are the same as without a
-    /// bank.
+    /// Takes the noise of `ticks` readings from a bank, if it has them or has room. The bank does not change the
+    /// numbers.
     fn share_noise(&mut self, _bank: &mut NoiseBank, _ticks: u64) {}
 }
 
@@ -141,7 +141,7 @@ pub struct ForceSensor<L> {
 }
 
 impl<L: Lane> ForceSensor<L> {
-    /// Creates a sensor read every `tick_s`, with the noise of `seed`, starting at stream `first_stream`.
+    /// Creates a sensor with the noise of `seed`, starting at stream `first_stream`.
     #[must_use]
     pub fn new(settings: &SensorSettings, tick_s: f64, seed: u64, first_stream: u64) -> Self {
         let SensorSettings { force_bias_n, force_bandwidth_hz, force_noise_std_n, .. } = *settings;

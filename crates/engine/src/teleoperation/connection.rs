@@ -38,8 +38,8 @@ pub struct LinkReport {
     pub master_port_j: f64,
     /// Energy from the needle into the tissue in J, `∫ f_e dx_e`, from the measured force.
     pub slave_port_j: f64,
-    /// Largest energy in J that both ports together have delivered beyond the received energy, at any tick: the maximum
-    /// of `E_s - E_m`, with the slave's energy scaled to the master.
+    /// Maximum of `E_s - E_m` in J, with the slave's energy scaled to the master: the largest energy that both ports
+    /// have delivered beyond the received energy.
     pub generated_j: f64,
     /// Bound in J that the passivity scheme promises for the generated energy; `None` without a promise.
     pub promised_j: Option<f64>,
@@ -61,24 +61,22 @@ pub trait Connection<L: Lane> {
     /// The feedback force per measured force.
     fn force_scale(&self) -> L;
 
-    /// Transmits from the master to the slave. Returns the target of the slave's reference, in m.
+    /// Transmits to the slave. Returns the target of its reference, in m.
     fn to_slave(&mut self, master: &AtMaster<L>, slave: &AtSlave<L>) -> L;
 
     /// Limits the supervisor's `reference_m`. Returns the slave's reference (m).
     fn limit_reference(&mut self, reference_m: L, slave: &AtSlave<L>) -> L;
 
-    /// Transmits from the slave, in `mode`, to the master. Returns the received mode, and the feedback force (N) before
-    /// the force law.
+    /// Transmits to the master. Returns the received mode, and the feedback force (N) before the force law.
     fn to_master(&mut self, mode: Modes<L>, slave: &AtSlave<L>, master: &AtMaster<L>) -> (Modes<L>, L);
 
     /// Limits the force law's `force_n`. Returns the feedback force (N).
     fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L;
 
-    /// The deflection (m) of the slave from its reference by the tissue force (N), through the slave's compliance.
+    /// The deflection (m) of the slave from its reference by the tissue force.
     fn deflection_m(&self, tissue_force_n: L) -> L;
 
-    /// The totals so far in lane `index`; `None` for a direct link (no delay, and no architecture or scheme that
-    /// changes the signals).
+    /// The totals so far in lane `index`; `None` for a direct link.
     fn report(&self, index: usize) -> Option<LinkReport>;
 }
 

@@ -13,7 +13,7 @@ pub struct DirectLink<L> {
 }
 
 impl<L: Lane> DirectLink<L> {
-    /// Creates a link from the slave motion per master motion and the feedback force per measured force.
+    /// Creates a link with these scales.
     #[must_use]
     pub fn new(position_scale: f64, force_scale: f64) -> Self {
         Self { position_scale: L::splat(position_scale), force_scale: L::splat(force_scale) }

@@ -20,7 +20,7 @@ pub type FromSlave<L> = Delay<L, 5>;
 pub type PayloadLine<L> = Delay<L, PAYLOAD>;
 
 /// The lines of both directions. A payload arrives with its sample, so both lines of a direction have the same delays
-/// and losses. A link without a scheme does not use the lines of the payloads.
+/// and losses. Without a scheme the payload lines are unused.
 #[derive(Debug, Clone)]
 pub struct Lines<L: Lane> {
     /// From the master to the slave.
@@ -70,8 +70,7 @@ impl<L: Lane, const N: usize> Received<L, N> {
     }
 }
 
-/// Both directions of the link, the architecture, the passivity scheme and a receiver on each side. By default all
-/// parts are built-in.
+/// Both directions of the link, the architecture, the passivity scheme and a receiver on each side.
 #[derive(Debug, Clone)]
 pub struct Link<L: Lane, A = AnyArchitecture<L>, P = AnyScheme<L>> {
     lines: Lines<L>,
@@ -91,7 +90,7 @@ pub struct Link<L: Lane, A = AnyArchitecture<L>, P = AnyScheme<L>> {
 }
 
 impl<L: Lane> Link<L> {
-    /// Creates a link at rest, with the master at `start_m`, for a slave with this step over a tick of `tick_s`.
+    /// Creates a link at rest, with the master at `start_m`, for a slave with this step.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.

@@ -54,15 +54,13 @@ impl LinkSettings {
         AnyArchitecture::new(&self.controller, &self.machines, tick_s)
     }
 
-    /// Returns true if position and force are transmitted unchanged: no other architecture and no passivity scheme
-    /// processes them.
+    /// Returns true if no architecture and no passivity scheme changes position and force.
     #[must_use]
     pub fn forwards_samples(&self) -> bool {
         self.controller.kind == ControllerKind::PositionForce && self.passivity.scheme == Scheme::None
     }
 
-    /// Returns true for the paper's link: position and force are transmitted unchanged, and the slave has no
-    /// compliance.
+    /// Returns true for the paper's link: unchanged position and force, and a slave without compliance.
     #[must_use]
     pub fn is_baseline(&self) -> bool {
         self.forwards_samples() && self.machines.compliance_m_per_n == 0.0

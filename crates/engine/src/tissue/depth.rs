@@ -67,8 +67,8 @@ pub struct DepthCurves {
 }
 
 impl DepthCurves {
-    /// Computes the curves from samples of position (m) and force (N) in time order. The force of the withdrawal is
-    /// limited to the force of the insertion.
+    /// Computes the curves from samples in time order. The force of the withdrawal is limited to the force of the
+    /// insertion.
     ///
     /// # Errors
     /// [`InvalidValue`] for a recording that spans more than 10 m.
@@ -88,8 +88,7 @@ impl DepthCurves {
         Ok(Self { way_in, way_out })
     }
 
-    /// Steepest rise of the insertion's force over [`RISE_M`], in N/m. Over shorter distances the recording's noise
-    /// dominates the slope.
+    /// Steepest rise of the insertion's force over [`RISE_M`], in N/m. Over shorter distances noise dominates.
     #[must_use]
     pub fn steepest_rise_n_per_m(&self) -> f64 {
         let entries = (RISE_M / STEP_M).round() as usize;
@@ -125,9 +124,8 @@ pub struct DepthReplay<L> {
 }
 
 impl<L: Lane> DepthReplay<L> {
-    /// Creates a tissue from a recording's curves, with layers that rupture at given depths (m). `presliding_m`
-    /// (above 0) is the travel over which the force changes to the force of the withdrawal. The needle starts at
-    /// `start_m`.
+    /// Creates a tissue with layers that rupture at the given depths. `presliding_m` (above 0) is the travel over which
+    /// the force changes to the force of the withdrawal. The needle starts at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] for a presliding out of range.

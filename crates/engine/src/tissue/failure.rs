@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// The reason why a tissue cannot continue, for example an error of third-party code that computes it.
+/// The reason why a tissue cannot continue, for example an error of third-party code.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{message}")]
 pub struct TissueFailure {

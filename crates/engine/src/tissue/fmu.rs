@@ -182,13 +182,11 @@ impl PartialEq for UnitTissue {
     }
 }
 
-/// Returns true if a step is a whole multiple of another step.
 fn is_multiple(step_s: f64, of_s: f64) -> bool {
     let count = step_s / of_s;
     count > 0.5 && (count - count.round()).abs() <= 1e-6 * count
 }
 
-/// Finds an output of any readable type.
 fn readable(unit: &Unit, name: &str) -> Result<Variable, FmuError> {
     let variable = unit.description().variable(name, Causality::Output)?;
     let refuse = |problem: &str| Err(FmuError::Variable { name: name.into(), problem: problem.into() });

@@ -162,7 +162,6 @@ impl LayerParameters {
         require("tissue.layer.*.relaxation_s", relaxation, resolved, requirement).map(drop)
     }
 
-    /// The keys with their values and measured ranges.
     pub(super) fn measured(&self) -> [(&'static str, f64, &'static Bounds); 8] {
         [
             ("tissue.layer.*.thickness_m", self.thickness_m, &THICKNESS_M),

@@ -167,7 +167,6 @@ impl<L: Lane> Layer<L> {
         }
     }
 
-    /// Starts the layer at `start` in the lanes of the mask.
     #[inline(always)]
     fn begin(&mut self, mask: L::Mask, start: L) {
         self.front = L::select(mask, start, self.front);
@@ -220,7 +219,7 @@ fn friction_of<L: Lane>(layers: &[Layer<L>], tip_m: L) -> ShaftContact<L> {
 }
 
 impl<L: Lane> Layers<L> {
-    /// Creates an undeformed tissue for ticks of `tick_s`, with the needle at `start_m`.
+    /// Creates an undeformed tissue, with the needle at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] as in [`LayersParameters::validate`], or for a needle that starts inside.

@@ -63,7 +63,6 @@ pub struct Outside {
     pub bounds: &'static Bounds,
 }
 
-/// The properties whose values are outside their ranges.
 pub(super) fn outside<'a>(of: impl IntoIterator<Item = Measurable<'a>>) -> Vec<Outside> {
     of.into_iter()
         .filter(|(_, _, value, bounds)| !bounds.contains(*value))

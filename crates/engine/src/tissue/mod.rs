@@ -161,7 +161,7 @@ impl TissueSettings {
         of_kind!(self, Part(own) => Part::<f64>::check(own, tick_s, start_m))
     }
 
-    /// Creates the tissue for ticks of `tick_s`, with the needle tip initially at `start_m`.
+    /// Creates the tissue, with the needle tip at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range; also for a recording and an FMU, whose tissues need their

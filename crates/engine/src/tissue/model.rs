@@ -43,7 +43,7 @@ pub trait Model: Sized {
     /// Keys of a layer in the list of layers.
     const LIST_KEYS: &'static [Key] = &[];
 
-    /// Creates the tissue of the settings for ticks of `tick_s`, with the needle tip initially at `start_m`.
+    /// Creates the tissue, with the needle tip at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range; also if the tissue needs a file.

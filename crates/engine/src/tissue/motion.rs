@@ -85,7 +85,6 @@ impl<L: Lane> Cycle<L> {
         (L::splat(0.5) * (L::splat(1.0) - self.cos), self.sin)
     }
 
-    /// Stops the motion at its present displacement.
     fn stop(&mut self) {
         (self.rate, self.step_cos, self.step_sin) = (L::zero(), L::splat(1.0), L::zero());
     }

@@ -27,7 +27,6 @@ pub fn path_in_layer(path: &'static str, layer: Option<&str>) -> Cow<'static, st
     layer.map_or(Cow::Borrowed(path), |name| Cow::Owned(path.replacen('*', name, 1)))
 }
 
-/// Reads every layer of the list.
 pub(super) fn read_layers<S: KeySource, T>(
     source: &mut S,
     mut read: impl FnMut(&mut S) -> Result<T, S::Error>,
@@ -49,7 +48,6 @@ pub(super) fn check_layers<T>(
     layers.iter().enumerate().try_for_each(|(index, (_, layer))| check(layer).map_err(|error| error.of_item(index)))
 }
 
-/// The properties of all layers.
 pub(super) fn measured_layers<T, const N: usize>(
     layers: &[Named<T>],
     measured: impl Fn(&T) -> [(&'static str, f64, &'static Bounds); N],

@@ -20,8 +20,8 @@ pub struct RecordedForce {
 }
 
 impl RecordedForce {
-    /// Creates a replay of `force_n` (one per tick, positive when the tissue resists insertion) with ruptures at
-    /// `rupture_ticks` (ascending). An empty recording gives a force of 0.
+    /// Creates a replay of one `force_n` per tick, with ruptures at the ascending `rupture_ticks`. An empty recording
+    /// gives a force of 0.
     #[must_use]
     pub fn new(force_n: Arc<[f64]>, rupture_ticks: Arc<[u64]>) -> Self {
         let last_force_n = force_n.last().copied().unwrap_or(0.0);

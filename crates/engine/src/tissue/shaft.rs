@@ -30,7 +30,6 @@ trocar_core::settings! {
 }
 
 impl ShaftParameters {
-    /// The keys with their values and measured ranges.
     pub(super) fn measured(&self) -> [Measurable<'static>; 4] {
         [
             ("tissue.shaft_stiffness_n_per_m", None, self.stiffness_n_per_m, &SHAFT_STIFFNESS_N_PER_M),
@@ -62,7 +61,6 @@ pub(super) struct Shaft<L: Lane> {
 }
 
 impl<L: Lane> Shaft<L> {
-    /// Creates a shaft at rest and without force at `start_m`.
     pub(super) fn new(parameters: &ShaftParameters, start_m: f64) -> Self {
         Self {
             stiffness: L::splat(parameters.stiffness_n_per_m),

@@ -183,7 +183,6 @@ impl<L: Lane> Layer<L> {
         }
     }
 
-    /// Starts the layer at `start` in the lanes of the mask.
     #[inline(always)]
     fn begin(&mut self, mask: L::Mask, start: L) {
         self.front = L::select(mask, start, self.front);
@@ -225,7 +224,7 @@ impl<L: Lane> Layer<L> {
 }
 
 impl<L: Lane> Tearing<L> {
-    /// Creates an undeformed tissue for ticks of `tick_s`, with the needle at `start_m`.
+    /// Creates an undeformed tissue, with the needle at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] as in [`TearingSettings::validate`], or for no layer, or a needle that starts inside.

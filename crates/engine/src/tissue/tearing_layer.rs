@@ -80,13 +80,12 @@ impl TearingLayer {
         require(key, relaxation, relaxation >= tick_s, "at least simulation.tick_s").map(drop)
     }
 
-    /// Returns the default layer by name. All of its values are the defaults of the keys.
+    /// Returns the default layer, whose values are the defaults of the keys.
     #[must_use]
     pub fn default_list() -> Vec<DefaultLayer> {
         vec![("organ", vec![])]
     }
 
-    /// The keys with their values and measured ranges.
     pub(super) fn measured(&self) -> [(&'static str, f64, &'static Bounds); 6] {
         [
             ("tissue.layer.*.thickness_m", self.thickness_m, &THICKNESS_M),

@@ -1,4 +1,4 @@
-//! The role of the force law, which gives the feedback force while the slave is frozen, and the built-in laws.
+//! The force law gives the feedback force while the slave is frozen.
 //!
 //! A built-in law is one file of this folder and one line of the registry below.
 

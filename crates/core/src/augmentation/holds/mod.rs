@@ -1,4 +1,4 @@
-//! The role of the hold, which gives the slave's reference during an event, and the built-in holds.
+//! The hold gives the slave's reference during an event.
 //!
 //! A built-in hold is one file of this folder and one line of the registry below.
 

@@ -279,8 +279,7 @@ impl<L: Lane> Adaptive<L> {
         L::select(squares.gt(zero), (products / squares).max(zero), zero)
     }
 
-    /// The velocity over the reference that ends at the newest bin in m/s: the larger of the mean and the last
-    /// velocity.
+    /// The entry of `speed` for the newest bin.
     #[inline(always)]
     fn speed(&self) -> L {
         let (reference, instant) = (self.times.reference, self.times.instant);
@@ -567,7 +566,6 @@ struct FallHold<L> {
 
 struct FallState<L: Lane> {
     was_holding: L::Mask,
-    /// Lanes in which the fall has ended, if any.
     ended: Option<L::Mask>,
 }
 

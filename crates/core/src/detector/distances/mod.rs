@@ -44,15 +44,15 @@ pub trait Distance<L: Lane> {
     #[inline(always)]
     fn reset(&mut self, _mask: L::Mask) {}
 
-    /// Returns true if the distance is accumulated over samples (eq. 27). A distance with a window is not accumulated:
-    /// `s_k - ν` is compared with the threshold.
+    /// Returns true if the distance is accumulated (eq. 27). Otherwise, with a window, `s_k - ν` is compared with the
+    /// threshold.
     #[inline(always)]
     fn accumulates(&self) -> bool {
         true
     }
 
-    /// Returns the lanes in which a distance that arms itself can judge a sample. It needs no contact position and no
-    /// quiet time. `None` if [`ArmingSettings`](super::ArmingSettings) arms the distance.
+    /// Returns the lanes in which a self-arming distance can judge a sample, without contact position and quiet time.
+    /// `None` if [`ArmingSettings`](super::ArmingSettings) arms the distance.
     #[inline(always)]
     fn is_ready(&self) -> Option<L::Mask> {
         None
@@ -79,27 +79,21 @@ impl<L: Lane, D: Distance<L> + ?Sized> Distance<L> for alloc::boxed::Box<D> {
 }
 
 trait BuiltIn {
-    /// Unit of the distance, its threshold and its drift.
     const UNIT: &'static str;
-    /// See [`Distance::accumulates`].
     const ACCUMULATES: bool = true;
-    /// True if only a shift of the mean with the sign of `m_1` counts.
     const IS_ONE_SIDED: bool = false;
-    /// True for a baseline: a simple distance without a model of the tissue, for comparison.
     const IS_BASELINE: bool = false;
-    /// The condition that a distance with [`Distance::is_ready`] waits for; `None` if the distance does not arm itself.
     const WAITS_FOR: Option<&'static str> = None;
 
-    /// The threshold γ and the drift ν for the hypotheses, in the unit of the distance.
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64);
 
     fn new(settings: &DistanceSettings, tick_s: f64) -> Self;
 }
 
 crate::registry! {
-    /// The distance: e², eq. 22, eq. 23, the parameters of eq. 26, the derivative, the
-    /// likelihood ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline:
-    /// moving average, windowed derivative, linear fit.
+    /// Distance: e², eq. 22, eq. 23, the parameters of eq. 26, the derivative, the likelihood ratio, Page-Hinkley,
+    /// adaptive (needs no settings and no contact position), or a baseline: moving average, windowed derivative, linear
+    /// fit.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum DistanceKind at "detector.distance" = SquaredResidual;
     /// Any of the built-in distances.

@@ -19,7 +19,6 @@ impl<L: Lane> Default for FrozenForce<L> {
 }
 
 impl<L: Lane> FrozenForce<L> {
-    /// The feedback force in N, from the law's `force_n`.
     #[inline(always)]
     pub(super) fn update(&mut self, force_n: L, arrived: &ArrivedAtMaster<L>) -> L {
         let is_frozen = arrived.mode.is_augmented();

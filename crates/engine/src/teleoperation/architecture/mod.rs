@@ -48,7 +48,7 @@ pub struct SlaveSample<L> {
 }
 
 impl<L: Lane> SlaveSample<L> {
-    /// Creates the sample of the slave's state with a force in N scaled to the master and an acceleration of 0.
+    /// Creates a sample with an acceleration of 0; `force_n` is scaled to the master.
     #[inline(always)]
     #[must_use]
     pub fn without_acceleration(slave: &AtSlave<L>, force_n: L) -> Self {
@@ -122,9 +122,7 @@ impl<L: Lane, T: Architecture<L> + ?Sized> Architecture<L> for Box<T> {
 
 /// Requirements of the registry besides the trait: the linear law, for the stability analysis, and a constructor.
 pub(super) trait BuiltInArchitecture<L: Lane>: Architecture<L> + Sized {
-    /// True if the feedback force depends on both machines' positions.
     const COUPLES_POSITIONS: bool = false;
-    /// True if the gains depend on the slave's dynamics.
     const MODELS_SLAVE: bool = false;
     const KEYS: &'static [&'static [Key]];
 
@@ -169,8 +167,7 @@ impl ControllerKind {
         ActsFor::built_from(keys, Self::KEY.path, &kinds)
     }
 
-    /// Returns true if the feedback force depends on both machines' positions, so that the slave must send its
-    /// position.
+    /// Returns true if the feedback force depends on both positions, so the slave must send its own.
     #[must_use]
     pub fn couples_positions(self) -> bool {
         of_kind!(self, Part => Part::<f64>::COUPLES_POSITIONS)

@@ -16,7 +16,6 @@ use trocar_core::lane::Lane;
 /// Energies are sent as running totals, so a late or lost sample loses no energy.
 #[derive(Debug, Clone)]
 pub(super) struct Account<L> {
-    /// Balance in J.
     pub(super) energy_j: L,
     sent: L,
     received: L,

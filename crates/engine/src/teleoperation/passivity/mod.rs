@@ -83,13 +83,13 @@ pub trait PassivityScheme<L: Lane> {
         [L::zero(); PAYLOAD]
     }
 
-    /// The master's position for the slave, on the master's scale, from the received `position_m` and payload.
+    /// The master's position for the slave, on the master's scale, from the received one.
     #[inline(always)]
     fn receive_position(&mut self, position_m: L, _arrived: &Arrived<L>, _port: &SlavePort<L>) -> L {
         position_m
     }
 
-    /// The slave's reference in m, from the supervisor's `reference_m`, which is frozen or re-engaging in an event.
+    /// The slave's reference in m, from the supervisor's, which is frozen or re-engaging in an event.
     #[inline(always)]
     fn limit_reference(&mut self, reference_m: L, _port: &SlavePort<L>) -> L {
         reference_m
@@ -101,13 +101,13 @@ pub trait PassivityScheme<L: Lane> {
         [L::zero(); PAYLOAD]
     }
 
-    /// The tissue force for the master in N, from the received `force_n` and payload and the master's velocity (m/s).
+    /// The tissue force for the master in N, from the received one and the master's velocity.
     #[inline(always)]
     fn receive_force(&mut self, force_n: L, _arrived: &Arrived<L>, _velocity_m_per_s: L) -> L {
         force_n
     }
 
-    /// The feedback force in N, from the force law's `force_n` and the master's velocity (m/s).
+    /// The feedback force in N, from the force law's and the master's velocity.
     #[inline(always)]
     fn limit_force(&mut self, force_n: L, _velocity_m_per_s: L) -> L {
         force_n
@@ -157,13 +157,10 @@ impl<L: Lane, T: PassivityScheme<L> + ?Sized> PassivityScheme<L> for Box<T> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SchemeContext<L> {
     pub(super) tick_s: f64,
-    /// Initial position of the master in m.
     pub(super) start_m: L,
-    /// Initial reference of the slave in m.
     pub(super) reference_m: L,
     /// True if samples arrive at the tick that sends them, in both directions.
     pub(super) is_immediate: bool,
-    /// Slave motion per master motion.
     pub(super) position_scale: f64,
     /// Energy at the master per energy at the slave.
     pub(super) energy_scale: L,
@@ -192,7 +189,6 @@ impl SchemeContext<f64> {
 
 /// Requirements of the registry besides the trait.
 pub(super) trait BuiltInScheme<L: Lane>: PassivityScheme<L> + Sized {
-    /// True if the slave's position reaches the master besides the payload.
     const CARRIES_POSITIONS: bool = true;
     const KEYS: &'static [&'static [Key]];
 

@@ -36,7 +36,6 @@ pub(super) struct ReferenceLimit<L> {
     inverse_gain: L,
     resting_state: L,
     next_state: [L; 4],
-    /// The slave's third state.
     state: L,
     target: L,
     reference: L,

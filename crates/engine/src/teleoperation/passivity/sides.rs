@@ -58,7 +58,6 @@ impl<L: Lane> Sides<L> {
         }
     }
 
-    /// Updates the master's account after a displacement (m).
     #[inline(always)]
     pub(super) fn master_moves(&mut self, displacement_m: L) {
         self.master.add(self.force.work_j(displacement_m));

@@ -85,10 +85,8 @@ pub struct Waves<L> {
     forward_energy: L,
     back_wave: L,
     back_energy: L,
-    /// Last displacement of the master in m.
     moved: L,
     filter_share: L,
-    /// Filtered returned wave.
     returned: L,
     /// Recent tissue force (N), the share of it that remains after a tick, and the largest force as a multiple of it.
     recent_n: L,
@@ -113,7 +111,6 @@ struct SupervisedWave<L> {
 }
 
 impl<L: Lane> SupervisedWave<L> {
-    /// The wave over this tick.
     #[inline(always)]
     fn receive(&mut self, arrived: &Arrived<L>) -> L {
         let zero = L::zero();
