@@ -14,7 +14,7 @@ use crate::detect::{Refusal, Samples};
 use crate::interrupt::interruptible_told;
 use crate::{convert, document, error};
 
-/// Calibrates. `tell` is called with the numbers of complete and of all steps. Returns the content of
+/// Calibrates. Calls `tell` with the numbers of completed steps and of all steps. Returns the content of
 /// `calibration.json`, the document, and the settings as TOML.
 #[pyfunction]
 #[pyo3(signature = (

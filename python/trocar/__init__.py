@@ -5,8 +5,8 @@
 >>> run["slave_position_m"].shape, len(run.events)
 ((17000,), 2)
 
-All quantities are in SI units (m, m/s, N, s); names end with the unit. Positions increase into the tissue. Forces are positive when
-they resist insertion. Computations release the global interpreter lock, and Ctrl-C ends them.
+All quantities are in SI units (m, m/s, N, s); names end with the unit. Positions increase into the tissue. Forces are
+positive when they resist insertion. Computations release the global interpreter lock, and Ctrl-C ends them.
 """
 
 import importlib.util as _util
@@ -155,7 +155,7 @@ __all__ = [
 
 
 def shipped() -> dict[str, str]:
-    """Returns the shipped scenarios, each with the question that it answers. Load one with :meth:`Scenario.load`.
+    """Returns the shipped scenarios with the question that each answers. Load one with :meth:`Scenario.load`.
 
     Returns
     -------
@@ -177,7 +177,8 @@ def keys() -> dict[str, tuple[str, str | None, str]]:
     Returns
     -------
     dict of str to (str, str or None, str)
-        For each dotted key: its type with the allowed range, its default in TOML (``None`` without a default), and its meaning.
+        For each dotted key: its type with the allowed range, its default in TOML (``None`` without a default), and
+        its meaning.
 
     >>> import trocar
     >>> trocar.keys()["scaling.force"]
@@ -187,13 +188,14 @@ def keys() -> dict[str, tuple[str, str | None, str]]:
 
 
 def metrics() -> dict[str, tuple[str, str, str, str, str]]:
-    """Returns every metric that :func:`sweep` can record. Metrics of ruptures and events have the number 1 in their names.
+    """Returns every metric that :func:`sweep` can record. The names of rupture and event metrics contain the number
+    1.
 
     Returns
     -------
     dict of str to (str, str, str, str, str)
-        For each metric: its scope (``run``, ``rupture``, ``event``, ``link``, ``loop``), its label in tables, its SI unit, which
-        values are better (``lower``, ``higher``, ``neither``), and its meaning.
+        For each metric: its scope (``run``, ``rupture``, ``event``, ``link``, ``loop``), its label in tables, its SI
+        unit, which values are better (``lower``, ``higher``, ``neither``), and its meaning.
 
     >>> import trocar
     >>> trocar.metrics()["detected_ruptures"]
@@ -205,7 +207,7 @@ def metrics() -> dict[str, tuple[str, str, str, str, str]]:
 
 
 def metric_names() -> list[str]:
-    """Returns the names of :func:`metrics`, as :func:`sweep` takes them.
+    """Returns the metric names that :func:`sweep` accepts; :func:`metrics` describes them.
 
     >>> import trocar
     >>> "detected_ruptures" in trocar.metric_names()

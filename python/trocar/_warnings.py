@@ -1,4 +1,4 @@
-"""Warnings: a class for each code, as ``warnings.filterwarnings`` and ``pytest.warns`` take them."""
+"""Warning classes, one per code, for ``warnings.filterwarnings`` and ``pytest.warns``."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ class TrocarWarning(UserWarning):
     Attributes
     ----------
     code : str
-        The code, which ``trocar explain`` explains.
+        The code; ``trocar explain`` explains it.
     place : str or None
-        The key or column that it concerns.
+        The key or column concerned.
     remedy : str or None
-        What to do.
+        The remedy.
     """
 
     code = ""
@@ -250,7 +250,7 @@ BY_CODE: dict[str, type[TrocarWarning]] = {kind.code: kind for kind in TrocarWar
 
 
 def warning_of(one: dict[str, Any]) -> TrocarWarning:
-    """Returns a warning of an answer."""
+    """Returns the warning object for a warning of an answer."""
     message, place, remedy = (None if one[key] is None else _core.in_python(one[key]) for key in ("message", "place", "remedy"))
     source = f"{one['source']}: " if one.get("source") else ""
     told = f"{source}{message} ({remedy})" if remedy else f"{source}{message}"
@@ -258,6 +258,6 @@ def warning_of(one: dict[str, Any]) -> TrocarWarning:
 
 
 def warn(found: Iterable[dict[str, Any]]) -> None:
-    """Issues the warnings of an answer, for the caller of the function that calls this one."""
+    """Issues the warnings of an answer, attributed to the caller of the calling function."""
     for one in found:
         warnings.warn(warning_of(one), stacklevel=3)

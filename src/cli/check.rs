@@ -39,13 +39,14 @@ pub(super) struct CheckArgs {
     /// Print errors only
     #[arg(long, short)]
     quiet: bool,
-    /// Print a list of the files as JSON, each with its name, its ticks or cases, and the verdict on its linear loop
+    /// Print the files as a JSON list, each with its name, its number of ticks or cases, and the verdict on its
+    /// linear loop
     #[arg(long, conflicts_with = "resolved")]
     json: bool,
 }
 
-/// Returns the verdict on the linear loop of a scenario, or why there is none. Nothing is run, so the tissue of a unit, whose
-/// code a check does not execute, is not known.
+/// Returns the verdict on the linear loop of a scenario, or the reason for having none. The check runs nothing, so it
+/// does not know the tissue of an FMU.
 fn verdict(scenario: &Scenario) -> Result<LoopVerdict, String> {
     let tissue = TissueRange::of_parameters(scenario)
         .ok_or("only a run shows how stiff its tissue is; `trocar stability` runs it")?;
@@ -115,7 +116,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         found.extend(outside_measured(&scenario));
         if !args.quiet && !args.json {
             for warning in &found {
-                // Standard error can be closed; the work continues.
+                // Ignores a closed standard error.
                 let _ = write!(anstream::stderr(), "{}", text(warning));
             }
         }

@@ -24,7 +24,8 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct ExplainArgs {
-    /// Code of a warning, key or section of a scenario, or name or printed label of a metric; without it, all warnings are listed
+    /// Code of a warning, key or section of a scenario, or name or printed label of a metric; without it, list all
+    /// warnings
     #[arg(value_name = "CODE|KEY|SECTION|METRIC|LABEL")]
     word: Option<String>,
 }
@@ -63,7 +64,6 @@ fn explained(word: &str) -> Result<String, CliError> {
     }
 }
 
-/// Replaces the number of a rupture or event by 1.
 fn number_one(word: &str) -> String {
     let mut parts = word.splitn(3, '_');
     match (parts.next(), parts.next(), parts.next()) {
@@ -74,7 +74,8 @@ fn number_one(word: &str) -> String {
     }
 }
 
-/// Explains the metrics that tables show with a label, with or without the prefix of their scope, as in `rupture 2: detection delay`.
+/// Explains the metrics with a table label, with or without the prefix of its scope, as in `rupture 2: detection
+/// delay`.
 fn of_label(word: &str) -> Option<String> {
     let word = word.trim().to_lowercase();
     let (scope, label) = word.split_once(": ").unwrap_or(("", &word));
@@ -88,7 +89,6 @@ fn of_label(word: &str) -> Option<String> {
     (!all.is_empty()).then(|| all.join("\n"))
 }
 
-/// Explains a section of scenarios: its keys, each with its meaning.
 fn of_section(word: &str) -> Option<String> {
     let word = word.trim().trim_start_matches('[').trim_end_matches(']');
     let (name, about) = SECTIONS.iter().find(|(name, _)| *name == word)?;
@@ -97,7 +97,7 @@ fn of_section(word: &str) -> Option<String> {
     Some(format!("[{name}]\n{}{}", paragraph(about), keys.collect::<String>()))
 }
 
-/// Lists the metrics of a scope, as in `stability` or `link`.
+/// Lists the metrics of a scope such as `stability` or `link`.
 fn of_scope(word: &str) -> Option<String> {
     let of_metric = |metric: &Declaration| format!("\n{}\n{}", metric.key(1), paragraph(metric.meaning));
     let scope = word.trim();
@@ -130,7 +130,6 @@ fn of_metric(metric: &Declaration) -> String {
     format!("{}\n{}\n{}", metric.key(1), paragraph(metric.meaning), paragraph(&facts))
 }
 
-/// Returns an indented paragraph.
 fn paragraph(text: &str) -> String {
     filled(text, WIDTH - 2, 0).iter().map(|line| format!("  {line}\n")).collect()
 }

@@ -21,14 +21,14 @@ Examples:
 pub(super) struct ScenariosArgs {
     #[command(subcommand)]
     action: Option<Action>,
-    /// Print name, question and path of each as JSON
+    /// Print the name, question and path of each as JSON
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Print the text of a scenario, to read or to copy from
+    /// Print the text of a scenario, for reading or copying
     #[command(after_help = "Example:\n  trocar scenarios show layers/epidural > my.toml")]
     Show {
         /// A shipped scenario, such as layers/epidural, or a scenario file
@@ -40,11 +40,11 @@ enum Action {
 /// A shipped scenario.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct ShippedScenario {
-    /// Its name, as commands accept it.
+    /// The name that commands accept.
     name: String,
-    /// The question that it answers.
+    /// The question that the scenario answers.
     question: &'static str,
-    /// Its path, for `base` of a scenario file.
+    /// The path for `base` in a scenario file.
     path: String,
 }
 
@@ -62,12 +62,12 @@ pub(super) fn run(args: &ScenariosArgs) -> Result<(), CliError> {
     }
 }
 
-/// The folder and the name of a shipped scenario.
+/// Splits a path into the folder and the name of a shipped scenario.
 fn parts(path: &str) -> (&str, &str) {
     path.trim_end_matches(".toml").split_once('/').unwrap_or(("", path))
 }
 
-/// The scenarios with their questions, folder by folder.
+/// Lists the scenarios with their questions, by folder.
 fn list() -> String {
     let widest = shipped_questions().map(|(path, _)| parts(path).1.len()).max().unwrap_or(0);
     let mut text = String::new();

@@ -24,10 +24,10 @@ Examples:
   trocar schema > trocar.schema.json
   trocar schema stability";
 
-/// A kind of file: its name, the files, and its schema.
+/// A kind of file: its name, a description of its files, and its schema.
 type FileKind = (&'static str, &'static str, fn() -> Json);
 
-/// The kinds of files. That of scenario files is the default.
+/// The kinds of files. The default is scenario files.
 const KINDS: &[FileKind] = &[
     (SCENARIO, "Scenario files", json_schema),
     (SWEEP, "Sweep files", sweep_schema),
@@ -63,7 +63,7 @@ pub(super) struct SchemaArgs {
     /// The kind of file
     #[arg(value_name = "KIND", default_value = SCENARIO, value_parser = kinds())]
     kind: String,
-    /// The former flag of the kind sweep-file
+    /// The former flag for the kind sweep-file
     #[arg(long, hide = true, conflicts_with = "kind")]
     sweep: bool,
 }

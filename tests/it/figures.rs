@@ -1,4 +1,4 @@
-//! Figures as the user asks for them, and those of the paper.
+//! The figures that a user requests, and the figures of the paper.
 
 use trocar_studies::compare::{FIGURES, PaperStudy};
 
@@ -42,7 +42,7 @@ fn figures_have_the_requested_width_and_formats() {
     let names: Vec<_> = folder.files("o").into_keys().collect();
     let count =
         |end: &str| names.iter().filter(|path| path.extension().is_some_and(|extension| extension == end)).count();
-    // Three of the pair and six of each run; the animation is a PNG in any case.
+    // Three of the pair and six of each run; the animation is always a PNG.
     assert_eq!((count("svg"), count("pdf"), count("png")), (15, 15, 1), "{names:?}");
     let told = folder.good(&["compare", "--out", "o", "--figure-format", "pdf"]);
     assert!(told.contains("figures: comparison.pdf, overlay.pdf, signals.pdf\nfiles: o\n"), "{told}");

@@ -1,4 +1,4 @@
-//! Delays of fractions of a tick: compared with exact solutions that do not share the engine's step.
+//! Delays of fractions of a tick agree with exact solutions that do not share the engine's step.
 
 use crate::support::difference;
 use nalgebra::{DMatrix, DVector};
@@ -24,7 +24,7 @@ fn trace(settings: &[&str]) -> Trace {
     run(scenario).expect("runs").trace
 }
 
-/// Returns `exp(A t)` and `∫₀ᵗ exp(A s) ds`, by a Taylor series in small steps, independent of the holds of `lti`.
+/// Returns `exp(A t)` and `∫₀ᵗ exp(A s) ds` by a Taylor series in small steps, independent of the holds of `lti`.
 fn flow(a: &DMatrix<f64>, t: f64) -> (DMatrix<f64>, DMatrix<f64>) {
     const HALVINGS: i32 = 12;
     let n = a.nrows();
@@ -59,7 +59,7 @@ impl Side {
 
 #[test]
 fn a_delay_of_a_fraction_of_a_tick_shifts_the_step_response_of_the_channel() {
-    // The slave with a stepped reference: after 3.7 ticks it moves as in its closed form, within a microsecond.
+    // With a stepped reference, the slave follows its closed form after 3.7 ticks, within a microsecond.
     let slave = slave_system(&SlaveParameters::default(), ControlTiming::Continuous).expect("valid");
     let (share, whole) = (0.7, 3);
     let trace = trace(&["channel.forward_delay_s=0.0037", "scaling.force=0"]);
@@ -77,14 +77,14 @@ fn a_delay_of_a_fraction_of_a_tick_shifts_the_step_response_of_the_channel() {
 }
 
 #[test]
-fn the_closed_loop_with_delays_of_3_7_and_1_25_ticks_is_that_of_its_parts() {
+fn the_closed_loop_with_delays_of_3_7_and_1_25_ticks_agrees_with_its_parts() {
     is_that_of_its_parts(0.0);
 }
 
 #[test]
-fn a_slave_that_yields_reads_a_delayed_sample_when_it_arrives_too() {
+fn a_compliant_slave_also_reads_a_delayed_sample_on_arrival() {
     is_that_of_its_parts(5e-4);
-    // 2.1 and 2.6 ticks are not both 3.
+    // Delays of 2.1 and 2.6 ticks must not both act as 3.
     let with = |delay: &str| trace(&[&format!("channel.delay_s={delay}"), "slave.compliance_m_per_n=5e-4"]);
     let [early, late, whole] = ["0.0021", "0.0026", "0.003"].map(with);
     for (a, b) in [(&early, &late), (&late, &whole)] {
@@ -92,7 +92,7 @@ fn a_slave_that_yields_reads_a_delayed_sample_when_it_arrives_too() {
     }
 }
 
-/// A loop with a slave that the tissue moves by `compliance` (m/N), against its parts between the arrivals of samples.
+/// Compares a loop with its parts between the arrivals of samples. The tissue moves the slave by `compliance` (m/N).
 fn is_that_of_its_parts(compliance: f64) {
     let trace = trace(&[
         "channel.forward_delay_s=0.0037",

@@ -18,8 +18,8 @@ fn link(settings: &[&str]) -> Link<f64> {
 
 const MODES: [Mode; 3] = [Mode::Teleoperation, Mode::Augmented, Mode::Reengaging];
 
-/// Returns the results of a tick: the target of the reference, the mode and the force that arrive, the feedback force,
-/// and the reference with the tissue force.
+/// Returns the results of a tick: the arriving mode, and the target of the reference, the arriving force, the
+/// feedback force, and the reference with the tissue force.
 fn tick(link: &mut impl Connection<f64>, mode: Mode, master: &AtMaster<f64>, slave: &AtSlave<f64>) -> (Mode, [u64; 4]) {
     let commanded_m = link.to_slave(master, slave);
     let target_m = link.limit_reference(commanded_m, slave);

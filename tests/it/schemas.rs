@@ -1,4 +1,4 @@
-//! The schema of every kind of file, against files that commands write.
+//! The schema of every kind of file agrees with files that commands write.
 
 use std::process::{Command, Stdio};
 
@@ -13,7 +13,7 @@ const SWEEP: &str = "name = \"s\"\nbase = \"x.toml\"\nmetrics = [\"max_excess_ad
 /// The kind of a file, the command that writes it, and its path.
 type Case = (&'static str, &'static str, &'static str);
 
-/// The files that `--json` prints too.
+/// The files whose content `--json` also prints.
 const PRINTED: &[Case] = &[
     ("run", "run x.toml", "out/x/summary.json"),
     ("run", "run layers/epidural --set channel.delay_s=0.2 --set scaling.force=1000", "out/epidural/summary.json"),
@@ -57,7 +57,7 @@ const OTHERS: &[Case] = &[
     ("scenarios", "scenarios --json", ""),
 ];
 
-/// The keys that an object need not have, and the objects whose keys are names or settings.
+/// The optional keys of objects, and the objects whose keys are names or settings.
 const OPTIONAL: [&str; 10] = [
     "also",
     "further_estimate",
@@ -92,14 +92,13 @@ fn schema(folder: &TestFolder, kind: &str) -> Json {
     parsed(&folder.good(&["schema", kind]))
 }
 
-/// The kinds that the help lists.
 fn kinds(folder: &TestFolder) -> Vec<String> {
     let help = folder.good(&["schema", "--help"]);
     let name = |line: &str| Some(line.trim_start().strip_prefix("- ")?.split_once(':')?.0.to_owned());
     help.lines().filter_map(name).collect()
 }
 
-/// The places of the objects of a value; of a list, those of the first entry.
+/// Returns the places of the objects of a value; for a list, those of its first entry.
 fn objects(value: &Json, place: &str, found: &mut Vec<String>) {
     match value {
         Json::Object(map) => {
@@ -115,7 +114,8 @@ fn object<'a>(value: &'a mut Json, place: &str) -> &'a mut serde_json::Map<Strin
     value.pointer_mut(place).and_then(Json::as_object_mut).expect("an object")
 }
 
-/// Checks that a file has the keys of its schema, and that the schema rejects the file with an unknown key, and without a key.
+/// Checks that a file has the keys of its schema, and that the schema rejects the file with an unknown key or without
+/// a key.
 fn check(case: &Case, schema: &Json, content: &Json) {
     let validator = jsonschema::validator_for(schema).expect("a schema");
     let errors: Vec<String> =
@@ -144,7 +144,7 @@ fn words(command: &str) -> Vec<&str> {
 }
 
 #[test]
-fn a_file_has_the_keys_of_its_schema_and_json_prints_its_bytes() {
+fn a_file_has_the_keys_of_its_schema_and_json_prints_the_same_bytes() {
     for case @ (kind, command, file) in PRINTED {
         let folder = folder();
         let printed = folder.trocar(&[&words(command)[..], &["--json"]].concat()).out;
@@ -219,7 +219,7 @@ fn every_kind_is_tested_and_every_key_has_a_meaning() {
     }
 }
 
-/// Checks that every property of a schema has a description, or is of a type that has one, or has one value.
+/// Checks that every property of a schema has a description, a type with a description, or a single value.
 fn check_meanings(schema: &Json, place: &str) {
     let Json::Object(map) = schema else {
         schema.as_array().into_iter().flatten().for_each(|part| check_meanings(part, place));

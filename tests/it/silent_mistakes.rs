@@ -1,4 +1,4 @@
-//! Mistakes that change results without an error: each has a warning, and correct inputs have none.
+//! Mistakes that change results without an error: each gives a warning, and correct inputs give none.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,8 @@ use trocar::scenario::shipped_questions;
 
 use crate::support::test_folder::TestFolder;
 
-/// An insertion at 10 mm/s and 1 kHz: free motion, a spring from 0 on, a rupture at 2.5 s at 15 mm, and a softer spring.
+/// Returns an insertion at 10 mm/s and 1 kHz: free motion, a spring from 0 on, a rupture at 2.5 s and 15 mm, and a
+/// softer spring.
 fn insertion(offset_n: f64) -> String {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut text = "time_s,position_m,force_n\n".to_owned();
@@ -26,7 +27,7 @@ fn insertion(offset_n: f64) -> String {
     text
 }
 
-/// The words of a text, with single spaces.
+/// Joins the words of a text with single spaces.
 fn words(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -37,7 +38,7 @@ fn folder() -> TestFolder {
     folder
 }
 
-/// The codes of the warnings of a command, and all of its words on standard error.
+/// Returns the codes of a command's warnings, and the words on standard error.
 fn warned(folder: &TestFolder, arguments: &[&str]) -> (Vec<String>, String) {
     let outcome = folder.trocar(arguments);
     assert_eq!(outcome.code, 0, "{arguments:?}: {}", outcome.err);
@@ -56,7 +57,7 @@ fn assert_warns(folder: &TestFolder, arguments: &[&str], code: &str, phrases: &[
 }
 
 #[test]
-fn position_and_force_that_are_swapped_are_told() {
+fn swapped_position_and_force_give_a_warning() {
     let folder = folder();
     let phrases = ["the columns of position and force seem to be swapped", "help: exchange --position and --force"];
     for command in ["detect", "calibrate"] {
@@ -72,7 +73,7 @@ fn position_and_force_that_are_swapped_are_told() {
 }
 
 #[test]
-fn a_force_in_the_wrong_unit_is_told() {
+fn a_force_in_the_wrong_unit_gives_a_warning() {
     let folder = folder();
     let phrases = ["the force stays within", "needle insertions reach at least 0.1 N", "check the unit of the force"];
     for command in ["detect", "calibrate"] {
@@ -83,7 +84,7 @@ fn a_force_in_the_wrong_unit_is_told() {
 }
 
 #[test]
-fn an_offset_of_the_force_is_told_and_tared() {
+fn an_offset_of_the_force_gives_a_warning_and_can_be_tared() {
     let folder = folder();
     let phrases = ["the force stays at 0.350 N, which is not 0", "not to be tared", "--tare-s 0.499"];
     for command in ["detect", "calibrate"] {
@@ -91,7 +92,7 @@ fn an_offset_of_the_force_is_told_and_tared() {
         assert_eq!(warned(&folder, &[command, "untared.csv", "--tare-s", "0.5"]).0, [""; 0], "{command}");
         assert_eq!(warned(&folder, &[command, "good.csv"]).0, [""; 0], "{command}");
     }
-    // The tare is in the calibrated settings, and both recordings give the same.
+    // The calibrated settings include the tare, and both recordings give the same settings.
     let calibrated = |name: &str, tare: &[&str]| {
         folder.good(&[&["calibrate", name, "--out", &format!("of-{name}")][..], tare].concat());
         let text = folder.text(&format!("of-{name}/{}/calibrated.toml", name.trim_end_matches(".csv")));
@@ -111,7 +112,7 @@ fn an_offset_of_the_force_is_told_and_tared() {
 }
 
 #[test]
-fn a_run_that_does_not_get_there_is_told() {
+fn a_run_that_is_too_short_gives_a_warning() {
     let folder = folder();
     let skin = "layers/through-the-skin";
     for (settings, code, phrases) in [
@@ -157,7 +158,7 @@ fn a_run_that_does_not_get_there_is_told() {
     );
     let ramp = ["run", skin, "--set", "operator.kind=ramp", "--set", "operator.speed_m_per_s=1e-4"];
     assert_warns(&folder, &ramp, "motion-beyond-run", &["operator.speed_m_per_s in m/s"]);
-    // A check foresees it, and the verdict of a run says it.
+    // A check foresees the problem, and the verdict of a run reports it.
     let (codes, _) = warned(&folder, &["check", skin, "--set", "operator.movement_s=5000"]);
     assert_eq!(codes, ["motion-beyond-run"]);
     let told = |settings: &str| words(&folder.good(&["run", skin, "--set", settings]));
@@ -166,7 +167,7 @@ fn a_run_that_does_not_get_there_is_told() {
 }
 
 #[test]
-fn a_layer_that_is_to_be_spared_is_no_warning() {
+fn a_layer_to_be_spared_gives_no_warning() {
     let folder = folder();
     let (codes, text) = warned(
         &folder,
@@ -180,9 +181,9 @@ fn a_layer_that_is_to_be_spared_is_no_warning() {
 }
 
 #[test]
-fn a_stray_alarm_is_no_detection() {
+fn a_stray_alarm_does_not_count_as_a_detection() {
     let folder = folder();
-    // The recording that the tutorial replays, at the force scale of the base, 1: the loop is far too strongly coupled.
+    // The recording of the tutorial, replayed with the base's force scale of 1. The loop is far too strongly coupled.
     folder.file(
         "strong.toml",
         "name = \"strong\"\nbase = \"paper/augmented\"\n[recording]\nfile = \"builtin:own_ctrl_pop.csv\"\nruptures_s = [1.779]\n\
@@ -211,7 +212,7 @@ fn a_stray_alarm_is_no_detection() {
 }
 
 #[test]
-fn a_key_that_changes_nothing_is_told() {
+fn a_key_without_effect_gives_a_warning() {
     let folder = folder();
     let unread = "key-without-effect";
     for (arguments, phrases) in [
@@ -250,7 +251,7 @@ fn a_key_that_changes_nothing_is_told() {
 }
 
 #[test]
-fn a_delay_that_acts_as_whole_ticks_is_told() {
+fn a_delay_that_is_rounded_to_whole_ticks_gives_a_warning() {
     let folder = folder();
     let sampled = ["run", "link/long-delay", "--set", "simulation.control=sampled", "--set", "channel.delay_s=19.1ms"];
     let phrases =
@@ -258,7 +259,7 @@ fn a_delay_that_acts_as_whole_ticks_is_told() {
     assert_warns(&folder, &sampled, "delay-rounded", &phrases);
     let other = ["run", "link/four-channel", "--set", "channel.delay_s=19.1ms"];
     assert_warns(&folder, &other, "delay-rounded", &["this architecture or passivity scheme computes on the tick"]);
-    // A slave that yields reads a sample when it arrives, as one that does not.
+    // A compliant slave reads a sample on arrival, like a slave without compliance.
     let yields =
         ["run", "link/long-delay", "--set", "slave.compliance_m_per_n=1e-4", "--set", "channel.delay_s=19.1ms"];
     let (codes, text) = warned(&folder, &yields);
@@ -266,7 +267,7 @@ fn a_delay_that_acts_as_whole_ticks_is_told() {
 }
 
 #[test]
-fn the_error_of_a_bad_sample_is_shown_with_guessed_columns() {
+fn the_error_of_a_bad_sample_is_reported_with_guessed_columns() {
     let folder = TestFolder::new();
     let rows = |bad: &str| {
         let row = |k: u32| {
@@ -303,9 +304,9 @@ fn explain_knows_labels_and_sections() {
     assert!(explained("stability").contains("stability_"));
 }
 
-/// What the shipped scenarios are warned of: nothing but what they show.
+/// The shipped scenarios give only the warnings that they demonstrate.
 #[test]
-fn correct_inputs_are_not_warned_of() {
+fn correct_inputs_give_no_warning() {
     let folder = TestFolder::new();
     let new = [
         "columns-swapped",

@@ -1,5 +1,3 @@
-//! The units in which quantities are displayed.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -30,7 +28,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// The SI unit of the values; `"1"` for numbers without unit.
+    /// Returns the SI unit of the values; `"1"` for numbers without a unit.
     #[must_use]
     pub fn si(self) -> &'static str {
         match self {
@@ -51,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_si_unit_is_that_of_the_name() {
+    fn the_si_unit_agrees_with_the_name() {
         let units = [Unit::Metre, Unit::MetrePerSecond, Unit::Second, Unit::Newton, Unit::NewtonPerSecond];
         assert_eq!(units.map(Unit::si), ["m", "m/s", "s", "N", "N/s"]);
         let units = [Unit::NewtonPerMetre, Unit::Joule, Unit::Share, Unit::Number, Unit::Count];

@@ -1,4 +1,4 @@
-//! Warnings: each has a stable code, a sentence, the key or column that it concerns, and a remedy.
+//! Warnings, each with a stable code, a sentence, the place (key or column) and a remedy.
 //!
 //! Terminal, JSON files, reports and Python show the same warnings.
 
@@ -8,7 +8,7 @@ use std::fmt::{self, Display, Formatter};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
-/// Defines the codes: the variant, its word, and what it means.
+/// Defines the codes: variant, word, meaning and explanation.
 macro_rules! codes {
     ($($Code:ident $word:literal: $meaning:literal, $more:literal;)*) => {
         /// The code of a warning.
@@ -21,7 +21,7 @@ macro_rules! codes {
             /// All codes.
             pub const ALL: &'static [Self] = &[$(Self::$Code),*];
 
-            /// Its word in files and messages.
+            /// Returns the word in files and messages.
             #[must_use]
             pub fn word(self) -> &'static str {
                 match self {
@@ -29,7 +29,7 @@ macro_rules! codes {
                 }
             }
 
-            /// What it says, in one sentence.
+            /// Returns the meaning in one sentence.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self {
@@ -37,7 +37,7 @@ macro_rules! codes {
                 }
             }
 
-            /// How it is told, and what to do.
+            /// Returns an explanation, and what to do.
             #[must_use]
             pub fn explanation(self) -> &'static str {
                 match self {
@@ -211,7 +211,7 @@ codes! {
 }
 
 impl Code {
-    /// The code of a word.
+    /// Parses the word of a code.
     #[must_use]
     pub fn parse(word: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|code| code.word() == word)
@@ -240,37 +240,37 @@ impl JsonSchema for Code {
 pub struct Warning {
     /// Its code.
     pub code: Code,
-    /// What was found, in one sentence.
+    /// The finding in one sentence.
     pub message: String,
     /// The scenario, recording or file, if there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
-    /// The key, column or flag that it concerns.
+    /// The key, column or flag.
     pub place: Option<String>,
-    /// What to do.
+    /// The remedy.
     pub remedy: Option<String>,
 }
 
 impl Warning {
-    /// A warning.
+    /// Creates a warning without a place or a remedy.
     #[must_use]
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Self { code, message: message.into(), source: None, place: None, remedy: None }
     }
 
-    /// The same with the key, column or flag that it concerns.
+    /// Sets the key, column or flag.
     #[must_use]
     pub fn at(self, place: impl Into<String>) -> Self {
         Self { place: Some(place.into()), ..self }
     }
 
-    /// The same with a remedy.
+    /// Sets the remedy.
     #[must_use]
     pub fn remedy(self, remedy: impl Into<String>) -> Self {
         Self { remedy: Some(remedy.into()), ..self }
     }
 
-    /// The same with the scenario, recording or file that it is about.
+    /// Sets the scenario, recording or file.
     #[must_use]
     pub fn of(self, source: impl Into<String>) -> Self {
         Self { source: Some(source.into()), ..self }

@@ -420,7 +420,7 @@ typedef struct trocar_rig_settings {
 } trocar_rig_settings;
 
 /**
- * What a call returns.
+ * The status of a call.
  */
 enum trocar_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -428,15 +428,15 @@ enum trocar_status
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Done.
+     * The call has succeeded.
      */
     TROCAR_STATUS_OK = 0,
     /**
-     * A pointer that is needed is null.
+     * A required pointer is null.
      */
     TROCAR_STATUS_NULL = 1,
     /**
-     * A structure has another struct_size than in this version of the library.
+     * The struct_size of a structure differs from this version of the library.
      */
     TROCAR_STATUS_STRUCT_SIZE = 2,
     /**
@@ -444,15 +444,15 @@ enum trocar_status
      */
     TROCAR_STATUS_MEMORY_SIZE = 3,
     /**
-     * The memory is not a multiple of trocar_rig_alignment().
+     * The memory is not aligned to trocar_rig_alignment().
      */
     TROCAR_STATUS_ALIGNMENT = 4,
     /**
-     * A setting is out of range; the error text names it.
+     * A setting is out of range; the error text contains its key.
      */
     TROCAR_STATUS_SETTING = 5,
     /**
-     * The scenario cannot be read; the error text names the place and the remedy.
+     * The scenario cannot be read; the error text contains the place and the remedy.
      */
     TROCAR_STATUS_SCENARIO = 6,
     /**
@@ -478,7 +478,7 @@ typedef int32_t trocar_status;
 typedef struct trocar_rig trocar_rig;
 
 /**
- * A rig's measurements at one tick. A number that is not finite or beyond its limit is a fault of its channel.
+ * A rig's measurements at one tick. A number that is not finite or exceeds its limit is a fault of its channel.
  */
 typedef struct trocar_sample {
     /**
@@ -486,7 +486,7 @@ typedef struct trocar_sample {
      */
     uint64_t struct_size;
     /**
-     * Position of the master, in m.
+     * Position of the master in m.
      */
     double master_position_m;
     /**
@@ -494,17 +494,17 @@ typedef struct trocar_sample {
      */
     double slave_position_m;
     /**
-     * Velocity of the slave, in m/s; not read if sensor_position_resolution_m is above 0.
+     * Velocity of the slave in m/s; not read if sensor_position_resolution_m is above 0.
      */
     double slave_velocity_m_per_s;
     /**
-     * Force on the needle, positive when it resists insertion, in N.
+     * Force on the needle in N, positive if it resists insertion.
      */
     double force_n;
 } trocar_sample;
 
 /**
- * A rig's commands at one tick, and the values that led to them. Every number is finite.
+ * A rig's commands at one tick, and intermediate values. Every number is finite.
  */
 typedef struct trocar_command {
     /**
@@ -512,31 +512,31 @@ typedef struct trocar_command {
      */
     uint64_t struct_size;
     /**
-     * For the slave's position controller, in m.
+     * Reference for the slave's position controller in m.
      */
     double slave_reference_m;
     /**
-     * For the master's force controller, in N.
+     * Command for the master's force controller in N.
      */
     double master_force_n;
     /**
-     * Largest change of master_force_n from the last tick that the active law allows, in N.
+     * Maximum change of master_force_n per tick that the active law allows, in N.
      */
     double allowed_force_step_n;
     /**
-     * Estimated stiffness of the tissue, in N/m.
+     * Estimated stiffness of the tissue in N/m.
      */
     double stiffness_n_per_m;
     /**
-     * Estimated damping of the tissue, in N·s/m.
+     * Estimated damping of the tissue in N·s/m.
      */
     double damping_n_s_per_m;
     /**
-     * Predicted force, in N; 0 if there is no prediction.
+     * Predicted force in N; 0 if there is no prediction.
      */
     double predicted_force_n;
     /**
-     * Measured minus predicted force, in N; 0 at a bad sample and at the next one.
+     * Measured minus predicted force in N; 0 at a bad sample and at the next one.
      */
     double residual_n;
     /**
@@ -548,7 +548,7 @@ typedef struct trocar_command {
      */
     double decision;
     /**
-     * Velocity of the slave as used by the estimator, in m/s.
+     * Velocity of the slave that the estimator uses, in m/s.
      */
     double slave_velocity_m_per_s;
     /**
@@ -556,15 +556,15 @@ typedef struct trocar_command {
      */
     uint32_t mode;
     /**
-     * 1 if the detector raises an alarm at this sample, or 0.
+     * 1 if the detector raises an alarm at this sample, otherwise 0.
      */
     uint32_t alarm;
     /**
-     * 1 if the supervisor acts on the alarm (with augmentation disabled: if there is one), or 0.
+     * 1 if the supervisor accepts the alarm (with augmentation disabled: if there is an alarm), otherwise 0.
      */
     uint32_t alarm_taken;
     /**
-     * Faults of the sample, a sum: 1 master position, 2 slave position, 4 slave velocity, 8 force.
+     * Faults of the sample as a sum: 1 master position, 2 slave position, 4 slave velocity, 8 force.
      */
     uint32_t faults;
     /**
@@ -572,7 +572,7 @@ typedef struct trocar_command {
      */
     uint32_t faulty_samples;
     /**
-     * 0.
+     * Always 0.
      */
     uint32_t reserved;
 } trocar_command;
@@ -582,27 +582,27 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * The version of the library, such as "1.2.3"; never freed.
+ * Returns the version of the library, for example "1.2.3". The text is never freed.
  */
 const char *trocar_version(void);
 
 /**
- * The memory that a rig needs, in bytes.
+ * Returns the size of a rig in bytes.
  */
 size_t trocar_rig_size(void);
 
 /**
- * What the address of a rig's memory must be a multiple of, in bytes. malloc aligns so.
+ * Returns the alignment of a rig's memory in bytes. Memory from malloc has it.
  */
 size_t trocar_rig_alignment(void);
 
 /**
- * Makes a rig in the given memory, in teleoperation, before the first sample. It may be called again to start anew.
+ * Initialises a rig in the given memory: in teleoperation, before the first sample. Another call restarts it.
  *
  * `memory` has `size` bytes, at least trocar_rig_size(), aligned to trocar_rig_alignment(). `rig` is set to the rig in
- * it, or to null. `error` is null or a buffer of `error_size` bytes for the text of an error.
+ * it, or to null. `error` is null or a buffer of `error_size` bytes for an error text.
  *
- * @pre Each pointer is null or valid as said, and no other thread uses the memory meanwhile.
+ * @pre Each pointer is null or valid as described, and no other thread uses the memory at the same time.
  */
 trocar_status trocar_rig_init(void *memory,
                               size_t size,
@@ -612,13 +612,13 @@ trocar_status trocar_rig_init(void *memory,
                               size_t error_size);
 
 /**
- * Processes the sample of a tick and gives its command. Samples are simulation_tick_s apart; for a tick without a
+ * Processes the sample of a tick and computes its command. Samples are simulation_tick_s apart; for a tick without a
  * sample pass NaN in every field.
  *
- * It neither allocates nor blocks, and takes the same time at every good sample outside of an event.
+ * It neither allocates nor blocks, and takes the same time at every good sample outside of events.
  *
- * @pre `rig` is null or from trocar_rig_init; `sample` and `command` are null or valid; no other thread uses the rig
- * meanwhile.
+ * @pre `rig` is null or from trocar_rig_init; `sample` and `command` are null or valid; no other thread uses the rig at the
+ * same time.
  */
 trocar_status trocar_rig_step(struct trocar_rig *rig,
                               const struct trocar_sample *sample,
@@ -629,24 +629,24 @@ trocar_status trocar_rig_step(struct trocar_rig *rig,
  *
  * `size` is `sizeof(trocar_rig_settings)`; struct_size is set to it.
  *
- * @pre `settings` is null, or points to `size` bytes, aligned as the structure, that may be written.
+ * @pre `settings` is null, or points to `size` writable bytes with the alignment of the structure.
  */
 trocar_status trocar_rig_settings_default(trocar_rig_settings *settings, size_t size);
 
 /**
- * The text of a status: one line, without a full stop, that is never freed. An unknown number has a text, too.
+ * Returns the text of a status: one line without a full stop, never freed. Unknown numbers also have a text.
  */
 const char *trocar_status_text(int32_t status);
 
 /**
- * Sets the settings to those of a scenario, a text in TOML: a rig then acts as the scenario's controller does.
+ * Sets the settings from a scenario, a text in TOML, so that a rig behaves like the scenario's controller.
  *
  * `text` has `text_size` bytes in UTF-8, without a NUL. `base = "builtin:augmented"` in it names a shipped scenario;
- * other paths are relative to the working directory. What only a rig has is at its default. `settings` has `size` bytes,
- * `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for the text of an error. It
- * allocates while it reads.
+ * other paths are relative to the working directory. Settings that only a rig has are at their defaults. `settings`
+ * has `size` bytes, `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for an error
+ * text. The function allocates while it reads.
  *
- * @pre Each pointer is null or valid as said.
+ * @pre Each pointer is null or valid as described.
  */
 trocar_status trocar_rig_settings_from_toml(const char *text,
                                             size_t text_size,
@@ -656,9 +656,9 @@ trocar_status trocar_rig_settings_from_toml(const char *text,
                                             size_t error_size);
 
 /**
- * As trocar_rig_init, with the settings of a scenario, as trocar_rig_settings_from_toml reads them.
+ * Like trocar_rig_init, with the settings of a scenario, as trocar_rig_settings_from_toml reads them.
  *
- * @pre Each pointer is null or valid as said.
+ * @pre Each pointer is null or valid as described.
  */
 trocar_status trocar_rig_init_toml(void *memory,
                                    size_t size,

@@ -1,4 +1,4 @@
-//! Whether the columns of a recording are exchanged, and whether its force is tared.
+//! Detects exchanged columns and an untared force in a recording.
 
 use super::calibration::noise_std;
 use super::plausibility::{Signals, range};
@@ -6,32 +6,32 @@ use super::position_step_m;
 use trocar_base::interrupt;
 use trocar_base::warning::{Code, Warning};
 
-/// Minimum number of samples for a judgement.
 const MIN_SAMPLES: usize = 100;
 
-/// Ratio of the roughness of the positions to that of the forces above which the columns are swapped.
+/// Minimum ratio of the roughness of the positions to the roughness of the forces at which the columns count as
+/// swapped.
 ///
-/// A needle has mass and a guide: in the recordings and scenarios of this project, 2.2 to 12,000 times *less* roughness than the
-/// force.
+/// A needle has mass and a guide: in the recordings and scenarios of this project, the positions are 2.2 to 12,000
+/// times *less* rough than the force.
 const SWAPPED_RATIO: f64 = 3.0;
 
-/// Roughness of positions, in steps of the encoder, that the encoder explains.
+/// Maximum roughness of positions that the encoder explains, in steps of the encoder.
 const ENCODER_STEPS: f64 = 5.0;
 
-/// Samples per block, whose mean force is compared with that of the beginning.
+/// Number of samples per block, whose mean force is compared with the force at the beginning.
 const BLOCK: usize = 20;
 
-/// Travel in m over which a constant force is that of a free needle, the smallest offset in N, and both tolerances of a constant
-/// force, in standard deviations of the noise and in N.
+/// Minimum travel in m over which a constant force indicates a free needle, smallest offset in N, and the tolerance of
+/// a constant force, in standard deviations of the noise and in N.
 const FREE_TRAVEL_M: f64 = 5e-4;
 const MIN_OFFSET_N: f64 = 0.05;
 const CONSTANT_STDS: f64 = 3.0;
 const CONSTANT_N: f64 = 0.02;
 
-/// Largest offset, as a share of the largest change of the force: a larger constant force is a load.
+/// Largest offset, as a share of the largest change of the force. A larger constant force is a load.
 const MAX_OFFSET_SHARE: f64 = 0.5;
 
-/// The root mean square of the second difference of a signal, and the range of the signal.
+/// Returns the root mean square of the second difference of a signal, and the range of the signal.
 fn roughness(values: &[f64]) -> Option<(f64, f64)> {
     let (low, high) = range(values)?;
     let mut sum = 0.0;
@@ -42,7 +42,7 @@ fn roughness(values: &[f64]) -> Option<(f64, f64)> {
     (high > low).then(|| ((sum / values.len().saturating_sub(2).max(1) as f64).sqrt(), high - low))
 }
 
-/// Position and force that are exchanged: of two columns, that of the force is the rough one.
+/// Warns of exchanged position and force: the force is the rougher of the two columns.
 pub(super) fn swapped(signals: &Signals<'_>) -> Option<Warning> {
     if signals.position_m.len() < MIN_SAMPLES {
         return None;
@@ -63,7 +63,7 @@ pub(super) fn swapped(signals: &Signals<'_>) -> Option<Warning> {
     })
 }
 
-/// A force that is constant and not 0 while the needle moves freely at the beginning.
+/// Warns of a force that is constant and not 0 while the needle moves freely at the beginning.
 pub(super) fn offset(signals: &Signals<'_>) -> Option<Warning> {
     let (force, position) = (signals.force_n, signals.position_m);
     if force.len() < MIN_SAMPLES {
@@ -74,7 +74,7 @@ pub(super) fn offset(signals: &Signals<'_>) -> Option<Warning> {
     let tolerance_n = (CONSTANT_STDS * noise_std(force)).max(CONSTANT_N);
     let blocks = force.chunks_exact(BLOCK).take_while(|block| (mean(block) - first_n).abs() <= tolerance_n).count();
     let end = blocks * BLOCK;
-    // A force that stays constant to the end says nothing about the contact.
+    // A force that stays constant to the end gives no information about the contact.
     if end + BLOCK > force.len() {
         return None;
     }

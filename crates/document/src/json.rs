@@ -5,34 +5,34 @@ use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 use serde_json::Value as Json;
 
-/// Returns a value as text, indented and with a line feed at the end: the content of a JSON file, which `--json` prints.
+/// Formats the content of a JSON file: indented, with a line feed at the end. `--json` prints the same text.
 #[must_use]
 pub fn to_json(value: &Json) -> String {
     format!("{value:#}\n")
 }
 
-/// Returns the content of a JSON file. A number that is not finite is `null`.
+/// Converts a value to JSON. A number that is not finite becomes `null`.
 ///
 /// # Panics
-/// If the keys of a map are no strings.
+/// If the keys of a map are not strings.
 #[must_use]
 pub fn json_of(content: &impl Serialize) -> Json {
     serde_json::to_value(content).expect("keys are strings")
 }
 
-/// Returns the JSON Schema (draft 2020-12) of a JSON file from the type of its content. The descriptions are the doc comments. An
-/// object has the keys of its type and no others.
+/// Returns the JSON Schema (draft 2020-12) of a type. The descriptions are the doc comments. Objects allow only the
+/// keys of their type.
 #[must_use]
 pub fn schema_of<T: JsonSchema>() -> Json {
     let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
     let mut schema = generator.into_root_schema_for::<T>().to_value();
     complete(&mut schema, true);
-    // A `Schema` writes its keywords in a fixed order.
+    // A `Schema` serialises its keywords in a fixed order.
     Schema::try_from(schema).map(|schema| json_of(&schema)).unwrap_or_default()
 }
 
-/// Forbids keys that a schema does not name, and words its descriptions for readers of JSON. A part of an object, which a schema
-/// combines with others, `is_whole` only with them.
+/// Forbids unknown keys and adapts descriptions to readers of JSON. A schema that is combined with others is not whole,
+/// so it must not forbid keys itself.
 fn complete(schema: &mut Json, is_whole: bool) {
     let Json::Object(map) = schema else { return };
     let has_properties = map.contains_key("properties");

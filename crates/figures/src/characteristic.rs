@@ -1,13 +1,12 @@
-//! Detection probability and delay against the false-alarm rate, one line per detector.
+//! Detection probability and delay over the false-alarm rate, one line per detector.
 
 use super::FigureError;
 use trocar_document::counted;
 use trocar_document::figure::{Axis, Figure, LINES, Panel, Point, Row, Sample, Series, Stroke, Y_TICKS};
 
-/// Height of a label with its distance from the line, as a share of the axis.
+/// Height of a label including the distance from its line, as a share of the axis.
 const LABEL_HEIGHT: f64 = 0.1;
 
-/// Minutes in an hour.
 const PER_HOUR: f64 = 60.0;
 
 /// A detector's points in order of the false-alarm rate. All columns have the same length.
@@ -23,10 +22,10 @@ pub struct CharacteristicView<'a> {
     pub delay_median_s: Vec<f64>,
 }
 
-/// Draws the share of ruptures that are missed or late (above) and the median delay (below) against the false-alarm rate, the shares and
-/// the rates on logarithmic axes.
+/// Draws the share of missed or late ruptures (above) and the median delay (below) over the false-alarm rate. Shares
+/// and rates have logarithmic axes.
 ///
-/// `min_per_minute` is the rate of a single false alarm in the whole observed time. The left edge is half of it.
+/// `min_per_minute` is the rate of a single false alarm in the whole observed time; the left edge is half of it.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without detectors or points, [`FigureError::Length`] for columns of unequal lengths.
@@ -51,7 +50,7 @@ pub fn characteristic(
         .map(|view| {
             let places: Vec<f64> =
                 view.false_alarms_per_minute.iter().map(|rate| x_axis.place((PER_HOUR * rate).max(floor))).collect();
-            // Each step has its place at its start and at its end, except the first. The last step ends at the edge.
+            // Each step except the first has a point at its start and its end. The last step ends at the edge.
             places
                 .iter()
                 .skip(1)
@@ -66,7 +65,8 @@ pub fn characteristic(
         series,
         ..Panel::new(x_axis.clone(), "False-alarm rate (1/h; left edge: no false alarm)", y, y_caption)
     };
-    // The misses differ where detections do not: on a logarithmic axis, whose lower edge is half of the smallest share above 0.
+    // Draw the misses on a logarithmic axis, because detections hardly differ. The lower edge is half of the smallest
+    // share above 0.
     let missed = |view: &CharacteristicView<'_>| view.detection.iter().map(|found| 1.0 - found).collect::<Vec<_>>();
     let shares = views.iter().flat_map(missed).filter(|share| *share > 1e-9);
     let least = 50.0 * shares.fold(1.0, f64::min);
@@ -81,7 +81,7 @@ pub fn characteristic(
         panel.notes = labels(panel, &names);
     }
     let legend = views.iter().zip(strokes()).map(|(view, line)| (Sample::Line(line), view.name.to_owned()));
-    // Thin lines are drawn over wide ones, so that both are visible where detectors agree.
+    // Draw thin lines over wide ones, so that both are visible where detectors agree.
     for panel in [&mut detection, &mut delay] {
         panel.series.sort_by(|a, b| b.stroke.width.total_cmp(&a.stroke.width));
     }
@@ -92,7 +92,7 @@ pub fn characteristic(
     })
 }
 
-/// Returns a line style for each detector. The styles repeat after the last.
+/// Returns a line style for each detector. The styles repeat.
 fn strokes() -> impl Iterator<Item = Stroke> {
     LINES.into_iter().cycle()
 }
@@ -102,7 +102,7 @@ fn lines(places: &[Vec<f64>], columns: impl Iterator<Item = Vec<f64>>, scale: f6
     places.iter().zip(columns).zip(strokes()).map(line).collect()
 }
 
-/// Names the lines in the middle of the axis, above them. Lines that are close there share a label.
+/// Places the names above the lines in the middle of the axis. Lines that are close there share a label.
 fn labels(panel: &Panel<'_>, names: &[&str]) -> Vec<(Point, String)> {
     let (x, y) = (&panel.x, &panel.y);
     let (middle, height) = (0.5 * (x.low + x.high), y.high - y.low);
@@ -124,7 +124,6 @@ fn labels(panel: &Panel<'_>, names: &[&str]) -> Vec<(Point, String)> {
     groups.iter().map(|(at, group)| ((middle, at + 0.5 * LABEL_HEIGHT * height), text(group))).collect()
 }
 
-/// Returns each value twice, for the start and the end of its step.
 fn twice(values: &[f64]) -> Vec<f64> {
     values.iter().flat_map(|value| [*value; 2]).collect()
 }
@@ -161,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn the_misses_are_the_rest_of_the_detections_and_none_is_on_the_lower_edge() {
+    fn misses_complement_detections_and_no_miss_is_drawn_on_the_lower_edge() {
         let figure = characteristic("study", &[view("a", 0.0)], 1e-3).expect("a figure");
         let panel = &figure.rows[0].panels[0];
         let placed: Vec<f64> = panel.samples(&panel.series[0], 100, &[]).map(|(_, y)| y).collect();
@@ -169,7 +168,7 @@ mod tests {
         assert!(placed[0].is_nan(), "undefined: {placed:?}");
         assert!(missed.iter().any(|percent| (percent - 50.0).abs() < 1e-9), "{missed:?}");
         assert!(missed.iter().any(|percent| (percent - 10.0).abs() < 1e-9), "{missed:?}");
-        // No miss at the highest rate: half of the smallest share.
+        // Without misses, the value at the highest rate is half of the smallest share.
         assert!((missed[missed.len() - 1] - 5.0).abs() < 1e-9, "{missed:?}");
         assert!((panel.y.low - 5_f64.log10()).abs() < 1e-9);
         // 1e3 per minute are 6e4 per hour.
@@ -177,20 +176,21 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_named_where_they_are_and_equal_ones_together() {
+    fn lines_have_labels_above_them_and_equal_lines_share_a_label() {
         let worse = CharacteristicView { detection: vec![f64::NAN, 0.1, 0.3, 1.0], ..view("c", 0.0) };
         let views = [view("a", 0.0), view("b", 0.0), worse];
         let figure = characteristic("study", &views, 1e-3).expect("a figure");
         let notes = &figure.rows[0].panels[0].notes;
         let texts: Vec<&str> = notes.iter().map(|(_, text)| &**text).collect();
         assert_eq!(texts, ["a, b", "c"]);
-        // At the middle of 0.03 to 9e4 per hour the rate of 1e-2 per minute is the last: half of the ruptures are missed.
+        // The middle of 0.03 to 9e4 per hour lies after the rate of 1e-2 per minute, at which half of the ruptures are
+        // missed.
         let panel = &figure.rows[0].panels[0];
         assert!((notes[0].0.1 - 50_f64.log10() - 0.05 * (panel.y.high - panel.y.low)).abs() < 1e-9, "{notes:?}");
     }
 
     #[test]
-    fn missing_or_ragged_data_is_an_error() {
+    fn empty_data_and_columns_of_unequal_lengths_are_errors() {
         assert!(matches!(characteristic("", &[], 1e-3), Err(FigureError::Empty { .. })));
         let short = CharacteristicView { detection: vec![1.0], ..view("a", 0.0) };
         assert!(matches!(characteristic("", &[short], 1e-3), Err(FigureError::Length { .. })));

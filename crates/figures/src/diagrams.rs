@@ -4,12 +4,10 @@ use trocar_document::figure::{
     AUGMENTED, Axis, COMPUTED, Color, Figure, GREY, GUIDE, Panel, Point, RUPTURE, Row, SKY, Stroke,
 };
 
-/// Height of the coordinates of a diagram; its width is 100.
+/// Height of a diagram's coordinates; the width is 100.
 const HEIGHT: f64 = 60.0;
-/// Distance of two lines of text.
 const LINE: f64 = 5.5;
 
-/// A diagram of boxes and arrows.
 struct Diagram {
     panel: Panel<'static>,
 }
@@ -20,7 +18,6 @@ impl Diagram {
         Self { panel: Panel { is_bare: true, ..axes } }
     }
 
-    /// Adds a box around a centre, with one or two lines of text.
     fn boxed(&mut self, (x, y): Point, (half_width, half_height): Point, text: &str, line: Stroke) {
         let (left, right) = (x - half_width, x + half_width);
         let (low, high) = (y - half_height, y + half_height);
@@ -32,7 +29,6 @@ impl Diagram {
         }
     }
 
-    /// Adds an arrow along horizontal and vertical pieces.
     fn arrow(&mut self, points: &[Point], line: Stroke) {
         self.panel.curves.push((points.to_vec(), line));
         let [.., (from_x, from_y), (x, y)] = *points else { return };
@@ -54,7 +50,7 @@ impl Diagram {
     }
 }
 
-/// Draws the principle of the detection: from the force and its estimate to the alarm, as in figure 10 of the paper.
+/// Draws the principle of the detection, from the force and its estimate to the alarm, as in figure 10 of the paper.
 #[must_use]
 pub fn principle() -> Figure<'static> {
     const HALF: Point = (21.0, 6.0);
@@ -68,7 +64,7 @@ pub fn principle() -> Figure<'static> {
     ] {
         diagram.boxed(at, HALF, text, COMPUTED);
     }
-    // The estimate goes around the middle to the residual.
+    // The estimate reaches the residual around the middle.
     let arrows: [&[Point]; 5] = [
         &[(22.0, 46.0), (22.0, 14.0)],
         &[(43.0, 54.0), (57.0, 54.0)],
@@ -83,8 +79,8 @@ pub fn principle() -> Figure<'static> {
     diagram.figure("Detection by a model of the force")
 }
 
-/// Draws the force-position controller with the adaptation at a rupture, as in figure 14 of the paper: classical parts in black, the
-/// adaptation in the colour of augmented runs.
+/// Draws the force-position controller with the adaptation at a rupture, as in figure 14 of the paper: classical parts
+/// in black, the adaptation in the colour of augmented runs.
 #[must_use]
 pub fn augmented_controller() -> Figure<'static> {
     const HALF: Point = (10.5, 8.0);
@@ -113,7 +109,7 @@ pub fn augmented_controller() -> Figure<'static> {
         (&[(11.0, 26.0), (11.0, 40.0)], COMPUTED),
     ];
     arrows.into_iter().for_each(|(arrow, line)| diagram.arrow(arrow, line));
-    // The measured force passes the detection on its way to the force law.
+    // The measured force passes the detection before the force law.
     diagram.arrow(&[(76.0, 10.0), (76.0, 26.0), (43.0, 26.0), (43.0, 18.0)], COMPUTED);
     for (at, text) in [
         ((11.0, 22.0), "X_h^d"),
@@ -133,10 +129,9 @@ pub fn augmented_controller() -> Figure<'static> {
 }
 
 const TISSUE_COLOR: Color = SKY.pale(0.45);
-/// Height of the surface of the undeformed tissue, and of the picture.
+/// Height of the undeformed tissue's surface, and of the picture.
 const SURFACE: f64 = 34.0;
 const TOP: f64 = 70.0;
-/// Half of the widths of a picture, and of the needle.
 const HALF_WIDTH: f64 = 15.5;
 const NEEDLE: f64 = 0.8;
 /// Width of the deformation of the surface.
@@ -147,7 +142,7 @@ const SPREAD: f64 = 5.0;
 pub fn insertion_phases() -> Figure<'static> {
     let axes = Panel::new(Axis::exact((0.0, 100.0), 0), "", Axis::exact((0.0, 80.0), 0), "");
     let mut panel = Panel { is_bare: true, ..axes };
-    // The middle, the name, the depth of the surface at the needle, that of the tip, and the direction of motion.
+    // The middle, the name, the depths of the surface at the needle and of the tip, and the direction of motion.
     for (middle, name, surface, tip, direction) in [
         (16.0, "1: deforms the tissue", 14.0, 14.0, -1.0),
         (50.0, "2: penetrates it", 6.0, 24.0, -1.0),
@@ -175,7 +170,6 @@ pub fn insertion_phases() -> Figure<'static> {
         panel.fills.push((needle.into(), GREY));
         panel.curves.push((line, COMPUTED));
         panel.curves.push((vec![(left, SURFACE), (right, SURFACE)], RUPTURE));
-        // The motion, beside the needle.
         let (x, from, to) = (middle + 5.0, 57.0 - 8.0 * direction, 57.0 + 8.0 * direction);
         panel.curves.push((vec![(x, from), (x, to - 3.0 * direction)], GUIDE));
         panel.fills.push((vec![(x, to), (x - 0.9, to - 5.0 * direction), (x + 0.9, to - 5.0 * direction)], GREY));

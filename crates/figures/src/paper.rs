@@ -1,4 +1,5 @@
-//! The figures that only the reproduction of the paper has: a force and a distance over time, and the parts of the estimated force.
+//! Figures only for the reproduction of the paper: a force and a distance over time, and the parts of the estimated
+//! force.
 
 use std::borrow::Cow;
 
@@ -39,7 +40,7 @@ fn over_time<'a>(
 ) -> Result<Figure<'a>, FigureError> {
     check("paper", run.name, run.time_s.len(), &[("values", values.len())])?;
     let window = extent(run.time_s.iter().copied()).unwrap_or((0.0, 1.0));
-    // Only the true ruptures: a detector would find its own alarms.
+    // Mark only true ruptures, because alarms would depend on the detector.
     let events = Events { ruptures: run.rupture_times_s.to_vec(), ..Events::default() };
     let panel = Panel {
         events: events.clone(),
@@ -50,8 +51,8 @@ fn over_time<'a>(
     Ok(Figure { name: run.name.to_owned(), legend, rows: vec![Row::of(140.0, panel)] })
 }
 
-/// Draws the estimated parameters, and below them the two parts of the estimated force in the paper's sign, `-K p` and `-B v`; given are
-/// `K p` and `B v` in N.
+/// Draws the estimated parameters, and below them the two parts of the estimated force with the paper's sign, `-K p`
+/// and `-B v`. The arguments are `K p` and `B v` in N.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.

@@ -5,15 +5,12 @@ use trocar_document::figure::{
     Axis, BLACK, Color, Figure, GREY, ORANGE, PURPLE, Panel, Point, Row, Sample, Stroke, WHITE, X_TICKS, Y_TICKS,
 };
 
-/// The stable region and its boundary.
 const STABLE: Color = GREY.pale(0.2);
 const BOUNDARY: Stroke = Stroke::solid(PURPLE, 1.3);
 /// A run whose motion decays, and a run whose motion grows.
 const DECAYS: Stroke = Stroke::solid(GREY, 1.2);
 const GROWS: Stroke = Stroke::solid(PURPLE, 1.8);
-/// A run that disagrees with the analysis.
 const DIFFERS: Stroke = Stroke::solid(ORANGE, 3.2);
-/// The scenario.
 const SCENARIO: Stroke = Stroke::solid(BLACK, 5.0);
 
 /// Distance of the scenario's text from its point, and from the left and right edges, as shares of the axes.
@@ -28,9 +25,9 @@ const RUNS_PER_AXIS: usize = 28;
 pub struct MapAxisView<'a> {
     /// Name and unit of the axis.
     pub caption: &'a str,
-    /// Its values, increasing.
+    /// The values, increasing.
     pub values: &'a [f64],
-    /// Whether the axis is logarithmic. Every value is then above 0.
+    /// True if the axis is logarithmic. Every value is then above 0.
     pub is_logarithmic: bool,
     /// The value of the scenario.
     pub scenario_value: f64,
@@ -45,16 +42,16 @@ pub struct MapView<'a> {
     pub x: MapAxisView<'a>,
     /// The vertical axis.
     pub y: MapAxisView<'a>,
-    /// Whether each point is stable, row by row.
+    /// True for each stable point, row by row.
     pub stable: &'a [bool],
     /// Segments of the boundary.
     pub boundary: &'a [[(f64, f64); 2]],
-    /// Whether the simulated motion grew, row by row; `None` without a run at a point, empty without any run.
+    /// True where the simulated motion grew, row by row; `None` at a point without a run, empty without any runs.
     pub grew: &'a [Option<bool>],
 }
 
-/// Draws the map: the stable region is shaded, the boundary is a line, and runs are dots. Runs that disagree with the analysis are
-/// larger and orange. A scenario beyond the map has its dot on the edge, and the legend says so.
+/// Draws the map: the stable region is shaded, the boundary is a line, and runs are dots. Runs that disagree with the
+/// analysis are larger and orange. A scenario outside the map has its dot on the edge, and the legend says so.
 ///
 /// # Errors
 /// [`FigureError::Empty`] for a map without points.
@@ -108,7 +105,7 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure<'static>, FigureError>
     Ok(Figure { name: view.name.to_owned(), legend, rows: vec![Row::of(240.0, panel)] })
 }
 
-/// Returns the place of the text for a point: above it, or below it near the upper edge, and within the axes.
+/// Returns the position of a point's text: above the point, or below it near the upper edge, and within the axes.
 fn beside((x, y): Point, x_axis: &Axis, y_axis: &Axis) -> Point {
     let (width, height) = (x_axis.high - x_axis.low, y_axis.high - y_axis.low);
     let above = y + NOTE_RISE * height;
@@ -117,7 +114,7 @@ fn beside((x, y): Point, x_axis: &Axis, y_axis: &Axis) -> Point {
     (middle, if is_inside { above } else { y - NOTE_RISE * height })
 }
 
-/// Returns the displayed runs: an even selection, and all runs that disagree.
+/// Returns the displayed runs: an even selection, and all runs that disagree with the analysis.
 fn dots<'a>(view: &'a MapView<'_>) -> impl Iterator<Item = (Point, Stroke)> + 'a {
     let (columns, rows) = (view.x.values.len(), view.y.values.len());
     let (every_column, every_row) = (columns.div_ceil(RUNS_PER_AXIS), rows.div_ceil(RUNS_PER_AXIS));
@@ -138,7 +135,6 @@ fn axis(view: &MapAxisView<'_>, ticks: usize) -> Axis {
     Axis::over(range, view.is_logarithmic, ticks)
 }
 
-/// Returns the edges of the cells around the values, in axis coordinates.
 fn edges(view: &MapAxisView<'_>, axis: &Axis) -> Vec<f64> {
     let places: Vec<f64> = view.values.iter().map(|value| axis.place(*value)).collect();
     let inner = places.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));

@@ -3,7 +3,6 @@
 use super::FigureError;
 use trocar_document::figure::{Axis, BLACK, Color, Figure, GREY, GUIDE, Panel, Point, Row, Sample, X_TICKS};
 
-/// Maximum number of bars in one figure.
 const MAX_BARS: usize = 100;
 
 /// The influence of an axis on a metric.
@@ -17,7 +16,6 @@ pub struct InfluenceBar {
     pub slope: Option<f64>,
 }
 
-/// The colours of the two bars.
 const SLOPE: Color = BLACK;
 const SHARE: Color = GREY.pale(0.45);
 

@@ -1,4 +1,4 @@
-//! What one side of a link says.
+//! The document of one side of a link.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -111,7 +111,7 @@ pub struct LinkFile<'a> {
     scenario: &'a str,
     /// The side: `master` or `slave`.
     side: &'static str,
-    /// Number of ticks that were done.
+    /// Number of completed ticks.
     ticks: u64,
     /// Number of ticks of the scenario.
     ticks_of_scenario: u64,
@@ -119,29 +119,29 @@ pub struct LinkFile<'a> {
     tick_s: f64,
     messages: Messages,
     packets: Packets,
-    /// Messages that a proxy in this process has dropped; `None` without a proxy.
+    /// Number of messages that a proxy in this process dropped; `None` without a proxy.
     proxy_lost: Option<ProxyLost>,
     /// The delay of the messages to this side, in ticks.
     delay_ticks: Spread,
     /// The time from sending to arrival in s, by the clocks of both sides.
     one_way_s: Spread,
-    /// The time there and back, in s.
+    /// The round-trip time in s.
     round_s: Spread,
-    /// The error of the difference of the clocks, in s: half of the shortest round trip of the greeting.
+    /// The error of the clock difference in s: half of the shortest round trip of the greeting.
     clock_s: f64,
-    /// How late the ticks began, in s.
+    /// The delay between the due time and the beginning of the ticks, in s.
     lateness_s: Lateness,
-    /// Number of ticks that began after the next was due.
+    /// Number of ticks that began after the next tick was due.
     ticks_missed: u64,
-    /// The priority that the scheduler gave.
+    /// The priority from the scheduler.
     priority: &'a str,
-    /// Largest energy that both ports delivered beyond what they received, in J.
+    /// Largest energy that both ports delivered in excess of the received energy, in J.
     generated_j: f64,
-    /// Energy that the passivity scheme promises not to exceed in that, in J; `None` without a scheme.
+    /// Limit of the generated energy from the passivity scheme in J; `None` without a scheme.
     promised_j: Option<f64>,
     /// Times of the ruptures in s; empty on the master's side.
     ruptures_s: &'a [f64],
-    /// Times of the alarms that opened an event in s; empty on the master's side.
+    /// Times of the accepted alarms in s; empty on the master's side.
     alarms_s: &'a [f64],
 }
 
@@ -152,11 +152,11 @@ struct Messages {
     sent: u64,
     /// Received from the other side.
     received: u64,
-    /// Received after a later one, and not used.
+    /// Received after a later one and not used.
     overtaken: u64,
-    /// Lost, or under way at the end.
+    /// Lost, or still on the way at the end.
     lost: u64,
-    /// Dropped because their tick is not near.
+    /// Dropped because their tick is too far away.
     out_of_range: u64,
 }
 
@@ -165,7 +165,7 @@ struct Messages {
 struct Packets {
     /// Not packets of trocar.
     malformed: u64,
-    /// Of another key or another session.
+    /// Of another key or session.
     foreign: u64,
     /// Repeated, or with an old number.
     replayed: u64,
@@ -180,7 +180,7 @@ struct ProxyLost {
     slave: u64,
 }
 
-/// The distribution of the lateness of the ticks, in s; undefined without ticks.
+/// The distribution of the lateness of the ticks in s; undefined without ticks.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Lateness {
     /// The median.

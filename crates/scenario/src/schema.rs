@@ -1,4 +1,4 @@
-//! A JSON Schema of scenarios, for completion and checks in editors.
+//! The JSON Schema of scenarios, for completion and checks in editors.
 
 use serde_json::{Map, Value as Json, json};
 use trocar_core::settings::{Fallback, Key, Kind};
@@ -9,7 +9,7 @@ use super::quantity::unit_of;
 use super::value::Value;
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
-/// The JSON Schema (draft 2020-12) of a scenario file.
+/// Returns the JSON Schema (draft 2020-12) of a scenario file.
 #[must_use]
 pub fn json_schema() -> Json {
     let mut root = table("A scenario of trocar: one simulated needle insertion.");
@@ -29,7 +29,7 @@ pub fn json_schema() -> Json {
     root
 }
 
-/// The list of layers; or some of the layers of a base, by their names.
+/// Returns the schema of the list of layers, or of named layers of a base.
 fn layers() -> Json {
     let mut layer = table("A layer.");
     for key in LAYER_KEYS {
@@ -51,7 +51,6 @@ fn table(about: &str) -> Json {
     json!({ "type": "object", "description": about, "additionalProperties": false, "properties": {} })
 }
 
-/// Inserts a property at a path of existing tables.
 fn insert(schema: &mut Json, path: &[&str], property: Json) {
     let Some((first, rest)) = path.split_first() else { return };
     let properties = &mut schema["properties"];
@@ -62,11 +61,11 @@ fn insert(schema: &mut Json, path: &[&str], property: Json) {
     }
 }
 
-/// A number with its unit as a text, as in "30ms" or "-2.5e-1 N/mm": what [`parse_quantity`](super::parse_quantity) reads, without a
-/// check of the unit.
+/// A number with a unit, for example "30ms" or "-2.5e-1 N/mm", as [`parse_quantity`](super::parse_quantity) reads it.
+/// The unit is not checked.
 const QUANTITY_PATTERN: &str = r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*[^0-9\s.].*$";
 
-/// The schema of a number at a key: a number, or for a key with a unit a text of a number and a unit.
+/// Returns the schema of a number. A key with a unit also accepts a text with a number and a unit.
 #[must_use]
 pub fn number_schema(path: &str) -> Map<String, Json> {
     let mut map = Map::new();

@@ -1,4 +1,4 @@
-//! The layer that a scenario means to spare.
+//! The layer that the needle must not rupture.
 
 use super::error::ScenarioError;
 use super::keys::nearest_of;
@@ -6,19 +6,18 @@ use super::scenario::Scenario;
 use super::values::Values;
 use trocar_core::settings::{ActsFor, KeySource as _};
 
-/// The kinds of tissue that have layers.
+/// The kinds of tissue with layers.
 const LAYERED: ActsFor = ActsFor::new("tissue.kind", &["layers", "tearing"]);
 
 trocar_core::settings! {
     /// The aim of the insertion.
     #[derive(Debug, Clone, PartialEq)]
     pub struct AimSettings in "tissue." no const {
-        /// Name of a layer that the needle must not rupture: that it and the layers below it stay whole is then no warning.
+        /// Name of a layer that the needle must not rupture. No warning is given if it and the layers below stay whole.
         spared_layer: Option<String> for (LAYERED),
     }
 }
 
-/// Checks that the spared layer is one that can rupture, in a tissue that has such layers.
 pub(super) fn check_spared(values: &mut Values, scenario: &Scenario) -> Result<(), ScenarioError> {
     let Some(name) = AimSettings::read(values)?.spared_layer else { return Ok(()) };
     let layers = scenario.rupturing_layers();
@@ -33,7 +32,7 @@ pub(super) fn check_spared(values: &mut Values, scenario: &Scenario) -> Result<(
 }
 
 impl Scenario {
-    /// The names of the layers that are meant to rupture, from the surface down: those above `tissue.spared_layer`.
+    /// Returns the names of the layers that should rupture, from the surface down: all above `tissue.spared_layer`.
     #[must_use]
     pub fn layers_to_rupture(&self) -> Vec<&str> {
         let spared = self.values().optional_word(AimSettings::KEYS[0].path);

@@ -1,4 +1,4 @@
-//! Keys that a command is given and does not read.
+//! Warnings about given keys that a command does not read.
 
 use super::document::parse_setting;
 use super::key_table::KEYS;
@@ -7,30 +7,28 @@ use super::scenario::Scenario;
 use super::values::{Values, replays_force, replays_position};
 use trocar_base::warning::{Code, Warning};
 
-/// The keys of the sensor that estimate the velocity from recorded positions.
+/// The sensor keys for estimating the velocity from recorded positions.
 const OF_VELOCITY: [&str; 2] = ["sensor.position_resolution_m", "sensor.acceleration_std_m_per_s2"];
 
-/// The key of the seed.
 const SEED: &str = "simulation.seed";
 
 /// The key of the surface, which a calibration keeps if it is given.
 const CONTACT: &str = "estimator.contact_m";
 
-/// What reads keys about a recording.
+/// A command that reads keys about a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reader {
     /// A detection in a file.
     Detection,
-    /// A detection in a live stream, which is not tared and has no labels.
+    /// A detection in a live stream, which has no labels and no tare.
     Stream,
-    /// A calibration, which computes estimator and detector.
+    /// A calibration, which computes the settings of estimator and detector.
     Calibration,
     /// A study of detectors, which computes or varies their settings.
     Roc,
 }
 
 impl Reader {
-    /// Why a key changes nothing, and what to do instead; `None` if the key is read.
     fn refusal(self, path: &str) -> Option<(&'static str, &'static str)> {
         let is_in = |section: &str| path.starts_with(section);
         if self == Self::Calibration && is_in("recording.ruptures_s") || OF_VELOCITY.contains(&path) {
@@ -73,7 +71,7 @@ impl Reader {
 /// The name of the command line in places.
 const COMMAND_LINE: &str = "--set";
 
-/// The warnings about keys of the command line that change nothing in a run of a scenario: those of a recording that it does not
+/// Returns warnings about command-line keys without effect in a run: keys of a recording that the scenario does not
 /// replay, and the seed of a scenario without random numbers.
 #[must_use]
 pub fn idle_keys(scenario: &Scenario) -> Vec<Warning> {
@@ -97,10 +95,10 @@ pub fn idle_keys(scenario: &Scenario) -> Vec<Warning> {
     KEYS.iter().map(|key| key.path).filter(|path| is_given(path)).filter_map(of).collect()
 }
 
-/// The sections that the linear loop does not have.
+/// The sections without effect on the linear loop.
 const NOT_OF_LOOP: [&str; 5] = ["estimator.", "detector.", "perception.", "simulation.seed", "recording.ruptures_s"];
 
-/// The warnings about settings (`section.key=value`) that change nothing in the analysis of the linear loop.
+/// Returns warnings about settings (`section.key=value`) without effect in the analysis of the linear loop.
 #[must_use]
 pub fn keys_outside_loop(settings: &[String]) -> Vec<Warning> {
     let of = |path: String| {
@@ -112,7 +110,6 @@ pub fn keys_outside_loop(settings: &[String]) -> Vec<Warning> {
     paths(settings).into_iter().filter_map(of).collect()
 }
 
-/// The keys of settings, each once.
 fn paths(settings: &[String]) -> Vec<String> {
     let entries = settings.iter().filter_map(|setting| parse_setting(setting).ok()).flatten();
     let mut paths: Vec<String> = entries.map(|entry| entry.path).collect();
@@ -121,8 +118,8 @@ fn paths(settings: &[String]) -> Vec<String> {
     paths
 }
 
-/// The warnings about settings (`section.key=value`) that change nothing for a reader: it does not read the key, or the key does not
-/// act for the kinds in `values`.
+/// Returns warnings about settings (`section.key=value`) without effect for a reader: it does not read the key, or the
+/// key has no effect for the kinds in `values`.
 #[must_use]
 pub fn keys_without_effect(values: &Values, settings: &[String], reader: Reader) -> Vec<Warning> {
     let of = |path: &String| {
@@ -136,7 +133,7 @@ pub fn keys_without_effect(values: &Values, settings: &[String], reader: Reader)
     paths(settings).iter().filter_map(of).collect()
 }
 
-/// Why a key of estimator or detector does not act for the present kinds, and what to do.
+/// Returns the reason why a key of estimator or detector has no effect for the present kinds, and a remedy.
 fn inert(values: &Values, key: &KeyAt) -> Option<(String, String)> {
     let is_judged = ["estimator.", "detector."].iter().any(|section| key.path.starts_with(section));
     let unmet = is_judged.then(|| values.unmet(key).next()).flatten()?;
@@ -160,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_of_the_simulated_sensor_changes_no_recording() {
+    fn a_key_of_the_simulated_sensor_has_no_effect_on_a_recording() {
         let found =
             warned(Reader::Detection, &["sensor.force_bias_n=-0.35", "detector.threshold=2", "recording.tare_s=1"]);
         assert_eq!(
@@ -189,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_reads_neither_a_recording_that_it_does_not_replay_nor_a_seed_without_noise() {
+    fn a_run_reads_neither_an_unused_recording_nor_a_seed_without_noise() {
         let warned = |name: &str, settings: &[&str]| {
             let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
             let scenario = Scenario::load(&super::super::Source::parse(name), &settings).expect("loads");
@@ -216,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_of_another_kind_says_for_which_it_acts() {
+    fn a_warning_names_the_kind_for_which_the_key_has_an_effect() {
         let found = warned(Reader::Detection, &["detector.insertion_speed_m_per_s=0.01"]);
         assert!(found.len() == 1 && found[0].contains("detector.motion"), "{found:?}");
         assert!(

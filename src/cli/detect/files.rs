@@ -24,7 +24,7 @@ const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.sc
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     if is_collection(args) {
-        // An invalid flag is reported once, not for each recording.
+        // Check the flags first, so that an invalid flag is reported once and not for each recording.
         Values::from_settings("recording", &args.settings(None)).map_err(recorded::of_flags)?;
     }
     let inputs = inputs(args)?;
@@ -40,7 +40,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     work.into_iter().try_for_each(|(input, labels)| single(args, &out, input, labels))
 }
 
-/// Returns whether the output has the format of many recordings. A folder is a collection, even with a single file.
+/// Returns true if the output has the format of many recordings. A folder counts as many, even with a single file.
 fn is_collection(args: &DetectArgs) -> bool {
     args.recordings.len() > 1 || args.recordings.iter().any(|recording| Path::new(recording).is_dir())
 }
@@ -69,7 +69,7 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
         bar.inc(1);
         (file, name, detected)
     };
-    // The outcomes have the order of the arguments, independent of the threads.
+    // Collecting keeps the order of the arguments, whatever the threads do.
     let outcomes: Vec<_> = work.into_par_iter().map(of).collect();
     bar.finish_and_clear();
 
@@ -97,13 +97,12 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
     warnings.finish()
 }
 
-/// Returns how the detection in recordings is done again.
 fn again(args: &DetectArgs, files: Vec<(String, String)>, recordings: &[String]) -> Again {
     let note = "Run this command in the folder of the recordings.";
     Again { command: "trocar detect", files, line: args.line(recordings), note }
 }
 
-/// Returns how the detection in one recording ends.
+/// Returns the final output of the detection in one recording.
 fn finish<'a>(args: &'a DetectArgs, folder: Folder, study: &DetectionStudy) -> Finish<'a> {
     let name = study.values.name();
     let settings = || vec![(format!("{name}.toml"), study.values.sections_toml(SETTINGS))];
@@ -113,11 +112,10 @@ fn finish<'a>(args: &'a DetectArgs, folder: Folder, study: &DetectionStudy) -> F
 
 fn folder_of(out: &Folder, input: &Input) -> Folder {
     let folder = out.folder(&input.folder);
-    // A separate folder keeps the summary and figures of a run of the same scenario.
+    // A separate folder keeps the summary and the figures of a run of the same scenario.
     if input.is_scenario() { folder.folder("detection") } else { folder }
 }
 
-/// Detects in one recording.
 fn one(args: &DetectArgs, input: Input, labels: Option<LabelRows>) -> Result<DetectionStudy, CliError> {
     let Input { given, folder: name, values, guess } = input;
     let mut values = values?.with_adaptive_detector();
@@ -132,13 +130,12 @@ fn one(args: &DetectArgs, input: Input, labels: Option<LabelRows>) -> Result<Det
     Ok(study)
 }
 
-/// Prints the warnings about a recording.
 fn warn(warnings: &Warnings, given: &str, of_recording: &[Warning]) {
     warnings.print(&of_recording.iter().map(|warning| warning.clone().of(given)).collect::<Vec<_>>());
 }
 
-/// Returns the labels of a recording: from `--labels`, or from its scenario or `--rupture-s`, or from the label file in the same
-/// folder.
+/// Returns the labels of a recording. The source is `--labels`; without it the scenario or `--rupture-s`; without
+/// these the label file in the recording's folder.
 fn labels_of(given: &str, spec: &DetectionSpec, rows: Option<LabelRows>) -> Result<Option<Vec<Label>>, CliError> {
     let time_s = spec.recording.recording.time_s();
     let from_s = time_s.first().copied().unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! What a calibration says.
+//! The document of a calibration.
 
 use std::fmt::Write as _;
 
@@ -15,13 +15,12 @@ use trocar_document::{
 };
 use trocar_metrics::Unit;
 
-/// Number of alarms that are listed.
 const MAX_LISTED: usize = 6;
 
-/// The folder of the figures, within that of the recording: a detection has figures of the same names there.
+/// The folder of the figures, within the folder of the recording, where a detection has figures of the same names.
 const FIGURES: &str = "calibration/";
 
-/// A calibration on a recording, with the detection in the whole recording with the calibrated settings.
+/// A calibration on a recording, and the detection in the whole recording with the calibrated settings.
 #[derive(Debug)]
 pub struct CalibrationStudy<'a> {
     /// The name of the recording.
@@ -35,7 +34,7 @@ pub struct CalibrationStudy<'a> {
 }
 
 impl<'a> CalibrationStudy<'a> {
-    /// The study of a calibration. `ruptures_s` are the labels, in s after the first sample.
+    /// Creates the study of a calibration. `ruptures_s` are the labels, in s after the first sample.
     #[must_use]
     pub fn new(
         name: &'a str,
@@ -51,7 +50,7 @@ impl<'a> CalibrationStudy<'a> {
 impl Study for CalibrationStudy<'_> {
     fn document(&self) -> Document<'_> {
         let mut document = self.calibration.document(self.name);
-        // Of the detection with the new settings, only what does not follow from the labels.
+        // Missed ruptures depend on the labels. The other warnings of the detection with the new settings are kept.
         let found = self.report.warnings.iter().filter(|warning| warning.code != Code::MissedRupture);
         document.warnings.extend(found.cloned());
         let mut alarms = Section::new("alarms", "Alarms");
@@ -67,7 +66,6 @@ impl Study for CalibrationStudy<'_> {
     }
 }
 
-/// The alarms in the whole recording with the calibrated settings.
 fn alarms_line(report: &DetectionReport) -> String {
     let number = match report.alarms.len() {
         0 => return "with these settings: no alarm in the whole recording".into(),
@@ -84,7 +82,8 @@ fn alarms_line(report: &DetectionReport) -> String {
 }
 
 impl Calibration {
-    /// What the calibration says of a recording by its name: the measured quantities, the candidate memories, and the chosen settings.
+    /// Returns the document of a calibration on the recording `name`: the measured quantities, the candidate memories
+    /// and the chosen settings.
     #[must_use]
     pub fn document(&self, name: &str) -> Document<'static> {
         let settings = self.rounded_settings();
@@ -94,7 +93,7 @@ impl Calibration {
         candidates.table(self.candidates_table());
         let mut chosen = Section::new("chosen", "Chosen");
         chosen.table(self.chosen_table(&settings));
-        // A report shows the file.
+        // Reports show the file itself.
         let mut toml = Section::new("settings", "Settings").shown(Shown::OnTerminal);
         toml.text(self.toml().trim_end());
         let mut sections = vec![measured];
@@ -110,8 +109,8 @@ impl Calibration {
         }
     }
 
-    /// Returns the chosen settings as they are shown and written: computed numbers have four significant digits, which is more than a
-    /// few seconds of a recording determine. A given contact position stays as it is.
+    /// Returns the chosen settings as they are shown and written. Computed numbers have four significant digits, more
+    /// than a few seconds of a recording determine. A given contact position is not rounded.
     #[must_use]
     pub fn rounded_settings(&self) -> Candidate {
         let four = |value: &mut f64| *value = rounded(*value, 4);
@@ -139,11 +138,11 @@ impl Calibration {
     pub fn toml(&self) -> String {
         let Candidate { contact_m, estimator, detector, .. } = self.rounded_settings();
         let (cusum, arming, hypotheses) = (&detector.cusum, &detector.arming, &detector.distance.hypotheses);
-        // Small numbers with a power of ten, as in 2.02e-5.
+        // Small numbers have a power of ten, as in 2.02e-5.
         let number = |value: f64| format!("{value:?}");
         let mut text = String::from("[estimator]\n");
         let mut line = |name: &str, value: String| {
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             let _ = writeln!(text, "{name} = {value}");
         };
         line("normalisation", number(estimator.normalisation));
@@ -194,7 +193,6 @@ impl Calibration {
         table
     }
 
-    /// What the chosen settings rest on too little.
     fn doubts(&self) -> impl Iterator<Item = Section> {
         let short = (self.quiet_blocks == 0).then_some(
             "The recording has too little quiet contact. σ_0 is set to the noise σ_n and may be too small. Use a longer part \
@@ -308,7 +306,7 @@ impl Calibration {
     }
 }
 
-/// `calibration.json`: what was measured in a recording, and the settings that follow.
+/// `calibration.json`: the quantities measured in a recording, and the resulting settings.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct CalibrationFile<'a> {
     /// Version of trocar.
@@ -326,7 +324,7 @@ pub struct CalibrationFile<'a> {
     contact_rule: ContactRule,
     /// Standard deviation of the residual without a rupture, in N.
     quiet_std_n: f64,
-    /// Number of blocks that give `quiet_std_n`; 0 if there were too few, and it follows from the noise.
+    /// Number of blocks that give `quiet_std_n`; 0 if there were too few and the noise gives it.
     quiet_blocks: usize,
     /// The longest interval without a rupture, in contact and settled, in s after the first sample.
     quiet_segment_s: Option<(f64, f64)>,
@@ -344,7 +342,7 @@ pub struct CalibrationFile<'a> {
     predicted_false_alarm_s: Option<f64>,
     /// Lower bound of the time between false alarms in s, with 95 % confidence, from the quiet time without an alarm.
     least_false_alarm_s: f64,
-    /// Time of quiet contact in s, in which the chosen settings raise no alarm.
+    /// Time of quiet contact without an alarm with the chosen settings, in s.
     quiet_s: f64,
     /// Predicted delay of the slowest rupture, in s.
     predicted_delay_s: Option<f64>,
@@ -368,7 +366,7 @@ struct CandidateEntry {
     run_length_threshold: f64,
     /// The largest harmless excursion of the decision, in N².
     harmless_peak: f64,
-    /// Share of the added slowest ruptures that are detected; `None` if there is room for too few probes.
+    /// Share of the added slowest ruptures that are detected; `None` if too few probes fit into the recording.
     found_share: Option<f64>,
     /// Median delay of these detections, in s.
     delay_s: Option<f64>,
@@ -394,14 +392,13 @@ impl CandidateEntry {
     }
 }
 
-/// Returns a number rounded to some significant digits.
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
-/// Returns an order of magnitude of a duration in seconds, in hours, or as "over a year".
+/// Formats the order of magnitude of a duration in s, in hours, or as "over a year".
 fn duration(seconds: f64) -> String {
-    // Two significant digits without zeros at the end, of a number of at least 0.1.
+    // Two significant digits without trailing zeros, for a number of at least 0.1.
     let two_digits = |value: f64| rounded(value, 2).to_string();
     let hours = seconds / 3600.0;
     match hours {
@@ -415,7 +412,7 @@ fn probability(p: f64) -> String {
     if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
 }
 
-/// What predicted and simulated run lengths say.
+/// Returns the document of predicted and simulated run lengths.
 #[must_use]
 pub fn run_lengths_document(lengths: &[RunLength]) -> Document<'static> {
     let columns = [

@@ -1,4 +1,4 @@
-//! What detections in many recordings say.
+//! The document of detections in many recordings.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -16,7 +16,7 @@ use trocar_metrics::Unit;
 pub struct DetectionEntry {
     /// The path of the file as the user gave it.
     pub file: String,
-    /// The folder of its output files, and its name in tables.
+    /// The folder of its output files, which is also its name in tables.
     pub name: String,
     /// The report and its JSON, or the error message.
     pub outcome: Result<(DetectionReport, Json), String>,
@@ -52,9 +52,9 @@ pub struct DetectionsFile<'a> {
 /// One recording of many.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Recording<'a> {
-    /// The path of the file, as it was given.
+    /// The path of the file as the user gave it.
     file: &'a str,
-    /// The folder of its output files, and its name in tables.
+    /// The folder of its output files, which is also its name in tables.
     folder: &'a str,
     #[serde(flatten)]
     outcome: Outcome<'a>,
@@ -116,7 +116,6 @@ impl Study for Detections {
     }
 }
 
-/// The delays of all alarms that match a rupture.
 fn delays_s(reports: &[(&str, &DetectionReport)]) -> Vec<f64> {
     reports.iter().flat_map(|(_, report)| &report.alarms).filter_map(|alarm| alarm.delay_s).collect()
 }
@@ -126,7 +125,6 @@ impl Detections {
         self.entries.iter().filter_map(|entry| Some((&*entry.name, entry.report()?)))
     }
 
-    /// The scores over all labelled recordings, or `None` if no recording has labels.
     fn scores(&self) -> Option<Scores> {
         let tallies: Vec<&Tally> = self.named().filter_map(|(_, report)| report.tally.as_ref()).collect();
         let mut all = Tally::default();
@@ -139,7 +137,6 @@ impl Detections {
         Phase::ALL.map(of).to_vec()
     }
 
-    /// The events, a row per recording and a total, the scores of labelled recordings, and the estimates by phase.
     fn sections(&self, reports: &[(&str, &DetectionReport)]) -> Vec<Section> {
         let mut pages = Section::new("pages", "Pages").shown(Shown::InReports);
         pages.text("Each recording has its own page in the folder with its name.");
@@ -183,7 +180,6 @@ impl Detections {
         sections
     }
 
-    /// A row per recording, without numbers if it cannot be read, and a total.
     fn recordings_table(&self) -> Table {
         let columns = [
             ("recording", "recording"),
@@ -234,7 +230,6 @@ impl Detections {
         table
     }
 
-    /// The scores of each labelled recording and of all of them.
     fn scores_table(&self, total: &Scores) -> Table {
         let within_s = self.named().next().map(|(_, report)| report.within_s);
         let columns = [
@@ -272,7 +267,6 @@ impl Detections {
     }
 }
 
-/// Why ruptures were missed, for reports.
 fn missed(reports: &[(&str, &DetectionReport)]) -> Table {
     let columns = [("rupture", "missed rupture"), ("reason", "reason")];
     let mut table = Table::new("misses", "Why ruptures were missed", columns).of_text().shown(Shown::InReports);

@@ -1,4 +1,4 @@
-//! What a detection says.
+//! The document of a detection.
 
 mod data;
 mod figures;
@@ -22,10 +22,10 @@ use trocar_engine::engine::TrustColumns;
 use trocar_metrics::Unit;
 use trocar_scenario::{Values, json_schema};
 
-/// Maximum number of alarms with a part of the time axis that a page offers to show.
+/// Maximum number of alarms for which a page offers a part of the time axis.
 const MAX_WINDOWS: usize = 6;
 
-/// Maximum number of alarms whose times are in the first sentence.
+/// Maximum number of alarms whose times the first sentence contains.
 const MAX_TIMES: usize = 5;
 
 const MEANINGS: &str = "The residual e is the measured minus the estimated force. σ is its standard deviation. The robust σ is 1.4826 \
@@ -40,7 +40,7 @@ const MEANINGS: &str = "The residual e is the measured minus the estimated force
 pub struct DetectionStudy {
     /// The name of the recording.
     pub name: String,
-    /// Its path, by which its events name it.
+    /// The path of the recording, by which its events refer to it.
     pub file: String,
     /// The settings.
     pub values: Values,
@@ -52,7 +52,7 @@ pub struct DetectionStudy {
 }
 
 impl DetectionStudy {
-    /// The study of a detection, with figures.
+    /// Creates the study of a detection, with figures.
     #[must_use]
     pub fn new(name: String, file: String, values: Values, (detection, report): (Detection, DetectionReport)) -> Self {
         let samples = Samples::of(detection);
@@ -60,7 +60,6 @@ impl DetectionStudy {
     }
 }
 
-/// The samples of a detection, and what its figures show of them.
 #[derive(Debug)]
 pub(crate) struct Samples {
     detection: Detection,
@@ -91,12 +90,12 @@ impl Study for DetectionStudy {
     }
 }
 
-/// Adds the recording's phases, ruptures and alarms over time.
+/// Adds a timeline of the recording's phases, ruptures and alarms.
 pub fn add_timeline(document: &mut Document<'_>, name: &str, report: &DetectionReport) {
     document.figure("timeline", trocar_figures::timeline(&[figures::row(name, report, report.start_s)]));
 }
 
-/// What a detection says, without its samples and figures.
+/// Returns the document of a detection, without its samples and figures.
 #[must_use]
 pub fn report_document(name: &str, report: &DetectionReport, values: &Values) -> Document<'static> {
     let (detector, threshold, unit) = report.detector;
@@ -164,7 +163,6 @@ fn meanings() -> Section {
     section
 }
 
-/// The sections with the figures.
 fn signals(report: &DetectionReport) -> [Section; 2] {
     let mut signals = Section::new("signals", "Signals").shown(Shown::InReports);
     signals.text(format!(
@@ -198,7 +196,7 @@ pub struct DetectionFile<'a> {
     report: &'a DetectionReport,
 }
 
-/// The settings of estimator and detector, as in a scenario file.
+/// The settings of estimator and detector, with the keys of a scenario file.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ChainSettings {
     #[schemars(schema_with = "estimator_schema")]
@@ -215,7 +213,6 @@ fn detector_schema(_: &mut SchemaGenerator) -> Schema {
     section_schema("detector")
 }
 
-/// Returns the schema of a section, from the declarations of its keys.
 fn section_schema(name: &str) -> Schema {
     json_schema()["properties"][name].take().try_into().unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! The signals of a file.
+//! The document of the signals in a file.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -7,7 +7,7 @@ use trocar_document::{Cell, Document, Section, Table, Verdict, command_line, cou
 use trocar_recording::{Quantity, Roles, Signal};
 use trocar_scenario::parse_quantity;
 
-/// What a file has: its signals with their roles, and the command that detects in it.
+/// Returns the signals of a file with their roles, and the command that detects ruptures in it.
 #[must_use]
 pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
     let mut section = Section::new("signals", "Signals");
@@ -32,7 +32,7 @@ pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
     }
 }
 
-/// Returns the sampling rate of a signal in Hz: that of the first time with as many samples.
+/// Returns the sampling rate of a signal in Hz, from the first time signal with as many samples.
 fn rate_hz(signal: &Signal, signals: &[Signal]) -> Option<f64> {
     let is_time = |other: &&Signal| other.role == Some(Quantity::Time) && other.samples == signal.samples;
     let time = signals.iter().find(is_time)?;
@@ -41,7 +41,8 @@ fn rate_hz(signal: &Signal, signals: &[Signal]) -> Option<f64> {
     (duration_s > 0.0).then(|| (signal.samples - 1) as f64 / duration_s)
 }
 
-/// Returns the command that detects in a file, with the first signal of each role, or a capital word.
+/// Returns the command that detects in a file, with the first signal of each role; a capital word stands for a missing
+/// signal.
 fn command(file: &str, signals: &[Signal]) -> String {
     let roles = Roles::of(signals);
     let mut words = vec!["detect".to_owned(), file.to_owned()];
@@ -78,7 +79,6 @@ fn table(signals: &[Signal]) -> Table {
     table
 }
 
-/// Returns the quantities without a signal, and those with several.
 fn choices(signals: &[Signal]) -> Vec<String> {
     let roles = Roles::of(signals);
     let of = |quantity: Quantity| match roles.candidates[quantity as usize].as_slice() {
@@ -101,13 +101,13 @@ fn choices(signals: &[Signal]) -> Vec<String> {
 pub struct SignalsFile<'a> {
     /// Version of trocar.
     trocar_version: &'static str,
-    /// The path of the file, as it was given.
+    /// The path of the file as the user gave it.
     file: &'a str,
     /// The signals, in the order of the file.
     signals: Vec<ListedSignal<'a>>,
     /// True if time, position and force have exactly one candidate each.
     roles_are_unique: bool,
-    /// The command that detects in the file; a word in capitals stands for a signal to be chosen.
+    /// The command that detects in the file; a word in capitals stands for a missing signal.
     command: String,
 }
 
@@ -116,9 +116,9 @@ pub struct SignalsFile<'a> {
 struct ListedSignal<'a> {
     /// Its name.
     name: &'a str,
-    /// A text that the file has for it.
+    /// The label of the signal in the file, if any.
     label: Option<&'a str>,
-    /// Its unit, if the file names it.
+    /// Its unit, if the file states it.
     unit: Option<&'a str>,
     /// Its dimensions.
     shape: &'a [usize],
@@ -126,15 +126,15 @@ struct ListedSignal<'a> {
     samples: usize,
     /// Number of samples without a value.
     undefined: usize,
-    /// Its sampling rate in Hz, from the first time with as many samples.
+    /// Its sampling rate in Hz, from the first time signal with as many samples.
     rate_hz: Option<f64>,
     /// Its minimum, in its unit.
     min: Option<f64>,
     /// Its maximum, in its unit.
     max: Option<f64>,
-    /// The quantity that it seems to be: `time`, `position`, `velocity` or `force`.
+    /// The probable quantity: `time`, `position`, `velocity` or `force`.
     role: Option<&'static str>,
-    /// The column that chooses it on the command line.
+    /// The column that selects the signal on the command line.
     column: String,
 }
 

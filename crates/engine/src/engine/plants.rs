@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// The integrator failed, as it does when a run diverges.
+/// The integrator failed, for example because the run diverges.
 #[derive(Debug, Error)]
 #[error("the numerical integration failed within a tick: {0}; use simulation.engine = \"exact\"")]
 pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
@@ -33,9 +33,9 @@ pub trait Plants<L> {
     fn master(&self) -> MasterReading<L>;
     /// The present outputs of the slave side.
     fn slave(&self) -> SlaveReading<L>;
-    /// Steps to the next tick: the desired position is linear from `desired` to `desired_next` (m), the feedback force
-    /// (N) and the slave's reference (m) are held. The tissue moves the slave off its reference by `deflection` (m), which
-    /// acts for the whole tick, also where the reference arrives within it.
+    /// Steps to the next tick. The desired position is linear from `desired` to `desired_next` (m); the feedback force
+    /// (N) and the slave's reference (m) are held. The tissue deflects the slave from its reference by `deflection` (m)
+    /// for the whole tick, also if the reference arrives within it.
     ///
     /// # Errors
     /// [`IntegrationError`] if a numerical integrator fails.

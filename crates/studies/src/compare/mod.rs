@@ -1,5 +1,5 @@
-//! Comparison of scenarios: the table of their metrics, their detection in noise, the passivity schemes and the
-//! strategies side by side, and the paper's facts.
+//! Comparisons of scenarios: their metrics, their detection in noise, the passivity schemes, the strategies, and the
+//! paper's facts.
 
 mod document;
 mod facts;
@@ -51,7 +51,7 @@ pub struct Comparison {
     pub noise: Vec<NoiseCheck>,
 }
 
-/// The numbers of a comparison: the metrics side by side, and the detection in noise.
+/// The numbers of a comparison: the metrics of each scenario, and the detection in noise.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ComparisonTable {
     /// Names of the scenarios.
@@ -64,7 +64,7 @@ impl Comparison {
     /// Runs scenarios in parallel, without and with added noise. The results do not depend on the number of threads.
     ///
     /// # Errors
-    /// The first scenario's [`RunError`].
+    /// The [`RunError`] of the first scenario that fails.
     pub fn of(scenarios: Vec<Scenario>) -> Result<Self, RunError> {
         let noise = || try_map(scenarios.len(), |index| check_in_noise(&scenarios[index]));
         let runs = || try_map(scenarios.len(), |index| run(scenarios[index].clone()));
@@ -72,13 +72,13 @@ impl Comparison {
         Ok(Self { runs: runs?, noise: noise? })
     }
 
-    /// Returns the warnings about the runs, in their order.
+    /// The warnings about the runs, in their order.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         self.runs.iter().flat_map(Run::warnings).collect()
     }
 
-    /// Returns the table of the metrics.
+    /// The table of the metrics.
     #[must_use]
     pub fn table(&self) -> ComparisonTable {
         let scenarios = self.runs.iter().map(|run| run.scenario.name.clone()).collect();

@@ -1,4 +1,4 @@
-//! What a run says.
+//! The document of a run.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -13,14 +13,11 @@ use trocar_document::{Document, Section, Shown, Study, TextFile, Window, json_of
 use trocar_figures::{self as figures, EnergyView, EstimationView, RunView};
 use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Unit};
 
-/// Displayed time before and after a rupture, in s.
 const BEFORE_S: f64 = 0.2;
 const AFTER_S: f64 = 1.0;
 
-/// Maximum number of ruptures with a window.
 const MAX_WINDOWS: usize = 6;
 
-/// Name of the figure of positions and forces.
 const TELEOPERATION: &str = "teleoperation";
 
 impl Study for Run {
@@ -50,7 +47,6 @@ impl Study for Run {
     }
 }
 
-/// Adds the figures of a run.
 pub fn add_figures<'a>(
     document: &mut Document<'a>,
     run: RunView<'a>,
@@ -88,11 +84,9 @@ fn sections(run: &Run) -> Vec<Section> {
     vec![metrics, signals, events, further, about]
 }
 
-/// What a chart leaves out.
 pub(crate) const REDUCED: &str = "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around \
     ruptures and alarms is kept. trace.csv has every tick.";
 
-/// Returns the windows around the first ruptures.
 pub(crate) fn windows(ruptures: &[RuptureMetrics]) -> Vec<Window> {
     let window = |(index, rupture): (usize, &RuptureMetrics)| Window {
         label: format!("rupture {}", index + 1),
@@ -101,7 +95,7 @@ pub(crate) fn windows(ruptures: &[RuptureMetrics]) -> Vec<Window> {
     ruptures.iter().take(MAX_WINDOWS).enumerate().map(window).collect()
 }
 
-/// Returns a run's outcome with its name.
+/// The outcome of a run with the name of its scenario.
 #[must_use]
 pub fn outcome(run: &Run) -> String {
     format!("{}: {}", run.scenario.name, state(run))
@@ -120,7 +114,7 @@ fn state(run: &Run) -> String {
     }
 }
 
-/// Returns a sentence about a run: outcome, tick, seed and supervisor.
+/// A sentence about a run: outcome, tick, seed and supervisor.
 pub(crate) fn about(run: &Run) -> String {
     let scenario = &run.scenario;
     format!(
@@ -132,7 +126,6 @@ pub(crate) fn about(run: &Run) -> String {
     )
 }
 
-/// Returns the ruptures of named layers; nothing for other tissues.
 fn ruptures_line(run: &Run) -> String {
     let of_layer = |rupture: &RuptureMetrics| Some(format!("{:.3} s ({})", rupture.time_s, rupture.layer.as_deref()?));
     let ruptures: Vec<String> = run.metrics.ruptures.iter().filter_map(of_layer).collect();
@@ -169,7 +162,6 @@ pub struct RunFile<'a> {
 }
 
 impl<'a> RunFile<'a> {
-    /// The summary of a run.
     pub(crate) fn of(run: &'a Run) -> Self {
         Self {
             trocar_version: env!("CARGO_PKG_VERSION"),

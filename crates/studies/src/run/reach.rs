@@ -1,4 +1,4 @@
-//! What a run does not reach: the tissue, a layer, the end of the operator's movement.
+//! Reports what a run does not reach: the tissue, a layer, the end of the operator's movement.
 
 use super::Run;
 use trocar_base::warning::{Code, Warning};
@@ -10,13 +10,13 @@ use trocar_engine::operator::MotionSettings;
 use trocar_metrics::{ALARM_WINDOW_S, Metrics, Outcome, RUPTURE_WINDOW_S, RuptureMetrics};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
-/// Longest part of a movement, as a share of its way, that may be left at the end of a run without a warning.
+/// Maximum remaining share of a movement at the end of a run without a warning.
 const MAX_LEFT_SHARE: f64 = 0.01;
 
 /// How far the needle got in a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
-    /// Its deepest position, in m.
+    /// Deepest position, in m.
     pub deepest_m: f64,
     /// True if the tissue force is 0 in the whole run.
     pub is_untouched: bool,
@@ -25,7 +25,7 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// From the ticks, the metrics and the trace of a run; `None` without a trace.
+    /// Computes the reach from the ticks, the metrics and the trace of a run; `None` without a trace.
     pub(super) fn of(grid: &TickGrid, metrics: &Metrics, trace: &Trace) -> Option<Self> {
         let tick_after = |rupture: &RuptureMetrics| nearest_ticks(rupture.time_s, grid.tick_s()) as usize + 1;
         let first = metrics.ruptures.last().map_or(0, tick_after);
@@ -37,18 +37,16 @@ impl Reach {
     }
 }
 
-/// Ruptures of a scenario that do not occur in its run.
 enum Unreached<'a> {
     /// The first layer that does not rupture.
     Layer(&'a str),
-    /// The first label of a recording by time after the end of the run, in s.
+    /// The first label by time that lies after the end of the run, in s.
     Label(f64),
-    /// The first depth of a recording by depth that the needle does not reach, in m.
+    /// The first label by depth that the needle does not reach, in m.
     Depth(f64),
 }
 
 impl Run {
-    /// The warnings about what the run does not reach.
     pub(super) fn unreached(&self) -> Vec<Warning> {
         let Some(reach) = self.completed_reach() else { return vec![] };
         let motion = if self.is_own("operator") { None } else { motion_beyond_run(&self.scenario) };
@@ -56,7 +54,6 @@ impl Run {
         motion.into_iter().chain(tissue).collect()
     }
 
-    /// The sentence about what the run does not reach, for its verdict.
     pub(super) fn unreached_sentence(&self) -> Option<String> {
         let reach = self.completed_reach()?;
         if reach.is_untouched {
@@ -71,7 +68,6 @@ impl Run {
         })
     }
 
-    /// How far the needle got, unless the run diverged.
     fn completed_reach(&self) -> Option<Reach> {
         self.reach.filter(|_| !matches!(self.metrics.outcome, Outcome::Diverged { .. }))
     }
@@ -154,7 +150,6 @@ impl Run {
         })
     }
 
-    /// Alarms near a rupture that are not its detection.
     pub(super) fn stray_alarms(&self) -> Vec<Warning> {
         let ruptures = &self.metrics.ruptures;
         let of = |time_s: f64| {
@@ -186,7 +181,6 @@ impl Run {
     }
 }
 
-/// A movement of the operator that takes longer than the run.
 pub(super) fn motion_beyond_run(scenario: &Scenario) -> Option<Warning> {
     let motion = MotionSettings::read(&mut scenario.values().clone()).ok()?;
     let (key, needed_s, [start_m, end_m]) = match motion {
@@ -206,7 +200,7 @@ pub(super) fn motion_beyond_run(scenario: &Scenario) -> Option<Warning> {
             } else if in_s + motion.hold_s < run_s {
                 ("operator.withdrawal_s", in_s + motion.hold_s + motion.withdrawal_s, [ends[1], ends[0]])
             } else {
-                // A run without the withdrawal is a choice.
+                // A run without the withdrawal is intended.
                 return None;
             }
         }

@@ -14,17 +14,17 @@ use trocar_engine::tissue::literature::Outside;
 use trocar_metrics::{Miss, MissReason, Outcome, RuptureMetrics};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec, idle_keys};
 
-/// Mean power between hand and master in W that no person exceeds for the length of a run.
+/// Mean power between hand and master in W that no person sustains for the length of a run.
 ///
-/// Trained people sustain about 100 W with one arm at a crank; a hand at a needle gives a fraction of a watt.
+/// Trained people sustain about 100 W with one arm at a crank; a hand at a needle delivers a fraction of a watt.
 const MAX_HAND_POWER_W: f64 = 100.0;
 
-/// Energy in J that a run may give to the hand without a warning, and the same as a share of the work on the tissue:
-/// the controllers' lag stores and returns some.
+/// Energy that a run may deliver to the hand without a warning, in J and as a share of the work on the tissue. The
+/// controllers' lag stores and returns some energy.
 const MAX_GIVEN_J: f64 = 1e-3;
 const MAX_GIVEN_SHARE: f64 = 0.1;
 
-/// Rounding of the energies of a run in J, and as a share of the energy that has moved.
+/// Rounding error of the energies of a run, in J and as a share of the transferred energy.
 const ROUNDING_J: f64 = 1e-9;
 const ROUNDING_SHARE: f64 = 1e-9;
 
@@ -48,12 +48,11 @@ impl Run {
         all.into_iter().map(|warning| warning.of(&self.scenario.name)).collect()
     }
 
-    /// Whether a role has a part of the user's own.
     pub(super) fn is_own(&self, role: &str) -> bool {
         self.own_parts.contains(&role)
     }
 
-    /// True if a rupture has no alarm but one that no rupture has, which has a warning of its own.
+    /// Returns true if a rupture was missed because of an unmatched alarm, which has a separate warning.
     fn is_of_stray_alarm(&self, miss: &Miss) -> bool {
         let MissReason::AlarmOfAnother { alarm_s } = miss.reason else { return false };
         let half_tick_s = 0.5 * self.scenario.grid.tick_s();
@@ -127,7 +126,6 @@ impl Run {
 }
 
 impl Run {
-    /// A scheme that has generated more energy than it promises.
     fn broken_promise(&self) -> Option<Warning> {
         let (link, ports) = (self.metrics.link.as_ref()?, self.metrics.ports.as_ref()?);
         let promised_j = link.promised_energy_j?;
@@ -148,7 +146,7 @@ impl Run {
     }
 }
 
-/// The warnings about a scenario that need no run: its motion, its delays and the samples that it replays.
+/// The warnings about a scenario that need no run: its motion, its delays and its replayed samples.
 #[must_use]
 pub fn foreseen(scenario: &Scenario) -> Vec<Warning> {
     let mut all: Vec<Warning> = motion_beyond_run(scenario).into_iter().collect();
@@ -158,19 +156,17 @@ pub fn foreseen(scenario: &Scenario) -> Vec<Warning> {
     all
 }
 
-/// The warnings about the samples that a scenario replays over time.
 fn replayed(scenario: &Scenario) -> Vec<Warning> {
     let replays_position = scenario.values().optional_word("operator.kind") == Some("recording");
     match (&scenario.operator, &scenario.tissue) {
         (OperatorSpec::Recording(position_m), TissueSpec::Recording { force_n, .. }) if replays_position => {
-            // Positions of the slave, which the recording's needle is.
+            // The recorded positions are those of the needle, hence of the slave.
             recorded_warnings(scenario.grid.tick_s(), position_m, force_n)
         }
         _ => vec![],
     }
 }
 
-/// A delay that is longer than the run.
 fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
     let ticks = scenario.grid.ticks();
     let beyond = [("channel.forward_delay_s", scenario.forward), ("channel.backward_delay_s", scenario.backward)];
@@ -187,13 +183,13 @@ fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
     )
 }
 
-/// The delays that act as a larger number of whole ticks.
+/// Warns of delays that are rounded up to whole ticks.
 #[must_use]
 pub fn delays_rounded(scenario: &Scenario) -> Vec<Warning> {
     let tick_s = scenario.grid.tick_s();
     let acting = [scenario.forward, scenario.backward].map(|delay| delay.whole as f64 + delay.share);
     let of = |(key, delay_s): (&'static str, f64), ticks: f64| {
-        // Less than a billionth of a tick is the rounding of the division.
+        // A difference below a billionth of a tick is a rounding error of the division.
         (ticks - delay_s / tick_s > 1e-9 * ticks.max(1.0)).then(|| {
             let why = if scenario.timing == ControlTiming::Sampled {
                 "sampled controllers read samples at their ticks"
@@ -219,7 +215,7 @@ pub fn delays_rounded(scenario: &Scenario) -> Vec<Warning> {
     each.into_iter().flatten().collect()
 }
 
-/// The properties of the tissue outside the range of the measurements.
+/// Warns of properties of the tissue outside the measured range.
 #[must_use]
 pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
     let found = scenario.tissue.settings().map_or(vec![], TissueSettings::outside_measured);
@@ -231,7 +227,7 @@ pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
     found.iter().map(warning).collect()
 }
 
-/// A warning for several seeds of scenarios of which some have no random numbers.
+/// Warns of several seeds for scenarios without random numbers.
 #[must_use]
 pub fn seeds_without_effect<'a>(scenarios: impl IntoIterator<Item = &'a Scenario>, seeds: u64) -> Vec<Warning> {
     let copies = scenarios.into_iter().filter(|scenario| seeds > 1 && !scenario.has_random_numbers());

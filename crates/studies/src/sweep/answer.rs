@@ -1,4 +1,4 @@
-//! What a sweep answers about the metrics in focus, in sentences.
+//! The answers of a sweep about the metrics in focus, in sentences.
 
 use super::{Findings, Influence, Influences, LevelMean, Spread, Summary, number as number_of};
 use trocar_document::{plain, show};
@@ -6,17 +6,17 @@ use trocar_figures::InfluenceBar;
 use trocar_metrics::Unit;
 use trocar_scenario::unit_of;
 
-/// Maximum number of metrics with a sentence.
 const MAX_METRICS: usize = 4;
 
-/// Smallest share of the variance for which an axis is said to decide a metric.
+/// Minimum share of the variance for which an axis is reported as decisive for a metric.
 const MIN_SHARE: f64 = 0.1;
 
-/// Largest difference of a metric between cases, as a share of its largest magnitude, for which it is said to hardly change.
+/// Maximum difference of a metric between cases, relative to its largest magnitude, for which it is reported as hardly
+/// changing.
 const SMALL_CHANGE: f64 = 0.01;
 
-/// Returns a sentence for each of the first metrics in focus that varies: the axis with the largest influence, and the means of the
-/// metric at the values of that axis where they are smallest and largest.
+/// A sentence for each of the first varying metrics in focus: the axis with the largest influence, and the values of
+/// that axis with the smallest and largest mean of the metric.
 pub(super) fn sentences(findings: &Findings) -> Vec<String> {
     let varies = |of: &&Influences| !findings.summaries[of.column].is_unchanged(findings.cases);
     let sentence = |of: &Influences| of_metric(&findings.summaries[of.column], of);
@@ -48,7 +48,7 @@ fn of_metric(summary: &Summary, influences: &Influences) -> Option<String> {
     ))
 }
 
-/// The range of a metric that is nearly the same in all cases; `None` if it is not.
+/// The range of a metric that is nearly equal in all cases; `None` for other metrics.
 pub(super) fn constancy(summary: &Summary) -> Option<String> {
     let Spread { min, max, .. } = summary.spread?;
     let is_constant = max - min < SMALL_CHANGE * min.abs().max(max.abs());
@@ -56,7 +56,6 @@ pub(super) fn constancy(summary: &Summary) -> Option<String> {
 }
 
 impl Influence {
-    /// Its bar, with the smallest and the largest mean of the metric along the axis.
     pub(super) fn bar(&self, summary: &Summary) -> InfluenceBar {
         let range = |[low, high]: &[LevelMean; 2]| {
             format!(" (on average {} to {})", number(low.mean, summary), number(high.mean, summary))
@@ -70,7 +69,7 @@ impl Influence {
     }
 }
 
-/// A value of a metric, or the mean of one that is true or false as a share.
+/// Formats a value of a metric; the mean of a Boolean metric is formatted as a share.
 fn number(value: f64, summary: &Summary) -> String {
     let is_flag = summary.unit == Unit::Count && summary.metric.contains("is_");
     if is_flag {
@@ -79,7 +78,6 @@ fn number(value: f64, summary: &Summary) -> String {
     if summary.unit == Unit::Count { plain(value) } else { show(Some(value), summary.unit) }
 }
 
-/// The value of an axis with its unit.
 fn value(mean: &LevelMean, axis: &str) -> String {
     let unit = unit_of(axis).map_or(String::new(), |unit| format!(" {unit}"));
     number_of(&mean.at).map_or_else(|| mean.at.to_toml().to_string(), |number| format!("{}{unit}", plain(number)))

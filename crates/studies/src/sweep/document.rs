@@ -1,4 +1,4 @@
-//! What a complete sweep says.
+//! The document of a complete sweep.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -21,11 +21,11 @@ use trocar_scenario::unit_of;
 pub struct SweepReport<'a> {
     /// The design of the sweep.
     pub design: &'a Design,
-    /// The hash of its inputs.
+    /// Hash of the inputs.
     pub hash: &'a str,
     /// The findings.
     pub findings: &'a Findings,
-    /// The drawn cases, for a report.
+    /// The cases to draw, for a report.
     pub cases: Option<&'a DrawnCases>,
 }
 
@@ -47,7 +47,7 @@ impl Study for SweepReport<'_> {
             document.figure("tornado", tornado(design, findings));
             document.data.push(tornado_columns(design, findings));
         }
-        // A report begins with the picture of the answer.
+        // A report begins with the maps, which show the answer.
         let mut maps = Section::new("maps", "Maps over two axes").shown(Shown::InReports);
         for map in &findings.heat_maps {
             let name = format!("heat_{}", design.columns[map.column].name);
@@ -81,17 +81,17 @@ pub struct SweepFile<'a> {
     trocar_version: &'static str,
     /// Name of the sweep.
     sweep: &'a str,
-    /// SHA-256 of the `sweep.toml` in the folder, which has all inputs of the sweep.
+    /// SHA-256 of the folder's `sweep.toml`, which contains all inputs of the sweep.
     sweep_sha256: &'a str,
     /// Number of cases.
     cases: u64,
-    /// Number of points, each with a case per seed.
+    /// Number of points, each with one case per seed.
     points: Option<u64>,
     /// Number of seeds of each point.
     seeds: u64,
     /// Number of cases that diverged.
     diverged: u64,
-    /// Number of cases that could not be integrated.
+    /// Number of cases with a failed integration.
     failed: u64,
     /// The distribution of each metric.
     metrics: &'a [Summary],
@@ -195,7 +195,7 @@ fn summary_row(summary: &Summary) -> [Cell; 6] {
         let digits = if is_whole { Digits::All } else { Digits::Four };
         Number { value, factor, unit: unit.into(), digits }
     };
-    // One value has no interval.
+    // A single value has no interval.
     if summary.defined == 1 {
         return [name, defined, number(spread.median).into(), undefined(), undefined(), undefined()];
     }
@@ -243,7 +243,7 @@ fn tornado(design: &Design, findings: &Findings) -> Result<Figure<'static>, Figu
     let bars = |of_metric: &Influences| {
         let summary = &findings.summaries[of_metric.column];
         match answer::constancy(summary) {
-            // Shares of a negligible difference would look like large influences.
+            // Shares of a negligible variance would look like large influences.
             Some(range) => {
                 vec![InfluenceBar {
                     title: format!("{}: hardly changes{range}", summary.label),
@@ -258,7 +258,6 @@ fn tornado(design: &Design, findings: &Findings) -> Result<Figure<'static>, Figu
     figures::tornado(&design.name, &bars)
 }
 
-/// Describes a metric's mean over two axes.
 fn heat_map(design: &Design, map: &HeatMap) -> Result<Figure<'static>, FigureError> {
     let column = &design.columns[map.column];
     let (factor, unit) = readable(column.unit);
@@ -287,7 +286,7 @@ fn heat_map(design: &Design, map: &HeatMap) -> Result<Figure<'static>, FigureErr
     figures::heat_map(&HeatView { name: &design.name, caption: &caption, axes, x, y, means: &means })
 }
 
-/// Returns `summary.csv`: a row per metric, in SI units.
+/// `summary.csv`: a row per metric, in SI units.
 fn summary_columns(findings: &Findings) -> DataTable<'_> {
     let summaries = || findings.summaries.iter();
     type Read = fn(&Spread) -> f64;
@@ -317,7 +316,7 @@ fn summary_columns(findings: &Findings) -> DataTable<'_> {
     data
 }
 
-/// Returns `tornado.csv`: the influence of each axis on each metric in focus.
+/// `tornado.csv`: the influence of each axis on each metric in focus.
 fn tornado_columns<'a>(design: &'a Design, findings: &'a Findings) -> DataTable<'a> {
     let rows = || findings.influences.iter().flat_map(|of| of.of_axes.iter().map(move |influence| (of, influence)));
     DataTable::new("tornado")
@@ -329,7 +328,6 @@ fn tornado_columns<'a>(design: &'a Design, findings: &'a Findings) -> DataTable<
         .with("ranked", Values::Whole(rows().map(|(of, _)| of.ranked).collect()))
 }
 
-/// Returns the cells of a heat map.
 fn map_columns<'a>(design: &'a Design, map: &'a HeatMap, name: String) -> DataTable<'a> {
     let [x, y] = [map.x_axis, map.y_axis].map(|axis| design.axes[axis].key.path.to_string());
     let cells = || map.cells.iter();

@@ -9,7 +9,7 @@ use trocar_core::settings::{Key, Kind};
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 use trocar_scenario::{KEYS, json_schema, number_schema};
 
-/// Returns the JSON Schema (draft 2020-12) of a sweep file.
+/// The JSON Schema (draft 2020-12) of a sweep file.
 #[must_use]
 pub fn sweep_schema() -> Json {
     let about = |key: &str| SWEEP_KEYS.iter().find(|(known, _)| *known == key).map_or("", |(_, about)| *about);
@@ -106,7 +106,7 @@ fn insert(schema: &mut Json, path: &[&str], property: Json) {
 
 fn axis(key: &Key) -> Json {
     let (kind, meaning) = (key.kind, key.meaning);
-    // A quantity may have its unit, as in "30ms".
+    // A quantity may have a unit, as in "30ms".
     let number = || Json::Object(number_schema(key.path));
     let list = |items: Json| json!({ "type": "array", "minItems": 1, "items": items });
     let mut ways = vec![list(match kind {

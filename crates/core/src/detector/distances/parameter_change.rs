@@ -5,15 +5,15 @@ use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
 
-/// `s_k = |(ΔK_k / K_1, ΔB_k / B_1)|`, dimensionless: the length of `H_k` (eq. 25), the vector by which the sample
-/// corrects stiffness and damping, each component relative to its correction by a rupture.
+/// `s_k = |(ΔK_k / K_1, ΔB_k / B_1)|`, dimensionless: the length of `H_k` (eq. 25), the correction of stiffness and
+/// damping by the sample, each component relative to its correction by a rupture.
 ///
-/// The earlier proposal of Barbé et al. (2006). Eq. 26 takes the vector itself, but eq. 27 accumulates one number: the
-/// paper does not say how the components are combined. The length, in units of the corrections to be detected, lets each
-/// parameter raise the alarm by itself. It does not depend on the units of the parameters.
+/// This is the earlier proposal of Barbé et al. (2006). Eq. 26 uses the vector, but eq. 27 accumulates one number, and
+/// the paper does not say how the components are combined. With the length each parameter can raise the alarm alone,
+/// and the distance does not depend on the units of the parameters.
 #[derive(Debug, Clone)]
 pub struct ParameterChange<L> {
-    /// Reciprocals of the corrections by a rupture.
+    /// Reciprocals of the corrections by a rupture, in m/N and m/(N·s).
     scale: [L; 2],
 }
 
@@ -47,7 +47,7 @@ mod tests {
     use super::super::super::fixtures::QUIET;
     use super::*;
 
-    /// The distance of corrections with hypotheses of 10 N/m and 4 N·s/m.
+    /// The distance of corrections under hypotheses of 10 N/m and 4 N·s/m.
     fn of(correction: [f64; 2]) -> f64 {
         let hypotheses =
             Hypotheses { stiffness_change_n_per_m: 10.0, damping_change_n_s_per_m: 4.0, ..Hypotheses::DEFAULT };
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_length_of_the_vector_of_relative_corrections() {
+    fn the_distance_is_the_length_of_the_vector_of_relative_corrections() {
         let close = |correction, length: f64| assert!((of(correction) - length).abs() < 1e-12, "{correction:?}");
         close([-30.0, 0.0], 3.0);
         close([0.0, 8.0], 2.0);
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn it_does_not_depend_on_the_units_of_the_parameters() {
+    fn the_distance_does_not_depend_on_the_units_of_the_parameters() {
         let in_mm =
             Hypotheses { stiffness_change_n_per_m: 10.0e-3, damping_change_n_s_per_m: 4.0e-3, ..Hypotheses::DEFAULT };
         let settings = DistanceSettings { hypotheses: in_mm, ..DistanceSettings::DEFAULT };

@@ -7,20 +7,16 @@ use super::{NOISE_SEEDS, PAPER_VARIANCE_N2, PaperStudy, Statement, quiet_residua
 use crate::run::Run;
 use trocar_detect::calibration::Whiteness;
 
-/// Largest mean of the residual that counts as zero, as a share of the paper's standard deviation.
+/// A mean residual below this share of the paper's standard deviation counts as zero.
 const ZERO_SHARE: f64 = 0.1;
-/// Least contrast of a distinct peak.
 const DISTINCT: f64 = 2.0;
-/// Time after a rupture, in s, over which the variance of a transient phase is taken.
+/// Time after a rupture over which the variance of a transient phase is taken, in s.
 const PHASE_S: f64 = 0.02;
-/// Least probability of a residual that passes a test.
 const PASSES: f64 = 0.01;
-/// Largest detection delay, in s (4.6).
 const DELAY_S: f64 = 0.010;
 
 const PUT_IN: &str = "Put in: the recording was generated from this number.";
 
-/// The detection delays of a run, in s; `None` for a missed rupture.
 fn delays(run: &Run) -> Vec<Option<f64>> {
     run.metrics.ruptures.iter().map(|rupture| rupture.detection_delay_s).collect()
 }
@@ -29,12 +25,10 @@ fn delay_text(delay_s: Option<f64>) -> String {
     delay_s.map_or_else(|| "missed".to_owned(), |delay_s| format!("{:.0} ms", 1e3 * delay_s))
 }
 
-/// A difference, which may be zero.
 fn shown(difference: f64) -> String {
     if difference == 0.0 { "0".to_owned() } else { format!("{difference:.0e}") }
 }
 
-/// A probability; those that underflow are shown as a bound.
 fn probability(p: f64) -> String {
     if p < 1e-99 { "< 1e-99".to_owned() } else { format!("{p:.0e}") }
 }
@@ -46,13 +40,12 @@ fn detection_text(run: &Run) -> String {
 }
 
 impl PaperStudy {
-    /// The number of seeds with a property, for each fall of the force.
     fn seeds(&self, is_so: impl Fn(&NoisySeed) -> bool) -> Vec<usize> {
         self.noisy_seeds.0.iter().map(|seeds| seeds.iter().filter(|seed| is_so(seed)).count()).collect()
     }
 
-    /// A statement about the seeds of the noise, which the fall of the force may decide: section, subject, the paper's words, the
-    /// condition, and a sentence.
+    /// A statement about the seeds of the noise, which may depend on the fall of the force: section, subject, the
+    /// paper's words, the condition, and a reason.
     fn of_seeds(
         &self,
         [section, what, paper, condition, why]: [&'static str; 5],
@@ -389,7 +382,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_noise_is_compared_over_seeds_that_differ() {
+    fn the_noise_is_compared_over_different_seeds() {
         let study = PaperStudy::new().expect("runs");
         for seeds in &study.noisy_seeds.0 {
             let contrasts = seeds.iter().map(|seed| seed.derivative_contrast.to_bits());

@@ -1,4 +1,4 @@
-//! What the reproduction of the paper says.
+//! The document of the reproduction of the paper.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -62,14 +62,14 @@ impl Study for PaperStudy {
 pub struct PaperFile<'a> {
     /// Version of trocar.
     trocar_version: &'static str,
-    /// The figures of the paper, and last what no figure shows.
+    /// The figures of the paper, followed by the statements that no figure shows.
     figures: Vec<FigureStatements<'a>>,
 }
 
 /// The statements that a figure of the paper shows.
 #[derive(Debug, Serialize, JsonSchema)]
 struct FigureStatements<'a> {
-    /// Its number in the paper; `None` for the statements that no figure shows.
+    /// Number of the figure in the paper; `None` for the statements that no figure shows.
     number: Option<u8>,
     /// The statements with the results.
     statements: &'a [Statement],
@@ -98,14 +98,12 @@ fn verdict(figures: &[PaperFigure]) -> Verdict {
     }
 }
 
-/// Returns the condition of a statement and the reason of its judgement.
 fn explanation(statement: &Statement) -> String {
     let Statement { number, condition, why, .. } = statement;
     let condition = if condition.is_empty() { String::new() } else { format!("Reproduced if {condition}. ") };
     format!("{number}: {condition}{why}")
 }
 
-/// Returns the statements of a figure with the results.
 fn statements_table(heading: &str, statements: &[Statement]) -> Table {
     let columns = [("statement", "statement"), ("paper", "paper"), ("result", "here"), ("judgement", "judgement")];
     let mut table = Table::new("statements", format!("Statements of the paper: {heading}"), columns).of_text();

@@ -1,4 +1,4 @@
-//! The figures of the paper, drawn with its signs and on its time axes.
+//! The figures of the paper, drawn with its signs and time axes.
 
 use super::measures::terms;
 use super::{PAPER_VARIANCE_N2, PaperStudy, quiet_residual_n};
@@ -9,8 +9,8 @@ use trocar_figures::{self as figures, EstimationView, FigureError};
 /// Time of the puncture in figures 4 and 5 of the paper, in s (3.2.1).
 pub(super) const PUNCTURE_S: f64 = 4.6;
 
-/// Returns a run for figures of the paper: forces have its sign, in which a force that resists insertion is negative, and times are
-/// later by a shift in s.
+/// A run for figures of the paper. Forces have the paper's sign: a force that resists insertion is negative. Times are
+/// later by `shift_s`.
 pub(super) fn in_the_papers_terms(run: &Run, shift_s: f64) -> Run {
     let mut run = run.clone();
     let trace = &mut run.trace;
@@ -28,13 +28,12 @@ pub(super) fn in_the_papers_terms(run: &Run, shift_s: f64) -> Run {
     run
 }
 
-/// The estimation of a run as the paper draws it: without standard errors.
+/// The estimation of a run without standard errors, as drawn in the paper.
 fn estimation(run: &Run) -> EstimationView<'_> {
     EstimationView { standard_errors: None, ..run.estimation() }
 }
 
 impl PaperStudy {
-    /// Describes a figure of the paper.
     pub(super) fn drawn(&self, number: u8) -> Result<Figure<'_>, FigureError> {
         let Self { noisy, drawn: [direct, classical, augmented], .. } = self;
         let parameters = |run, of| figures::parameters_with_terms(&estimation(run), terms(of));

@@ -9,11 +9,11 @@ use super::{PaperStudy, Statement, TRANSIENT_S};
 use crate::run::Run;
 use trocar_engine::tissue::TissueSettings;
 
-/// A sudden change is at least this multiple of the change before it.
+/// Minimum ratio of a sudden change to the change before it.
 const DISCONTINUITY: f64 = 3.0;
-/// A change is clear if it is at least this multiple of the largest one elsewhere.
+/// Minimum ratio of a clear change to the largest one elsewhere.
 const CLEAR: f64 = 2.0;
-/// The condition of a number of the paper that settings decide.
+/// The condition for a number of the paper that depends on settings.
 const WITHIN: &str = "within a factor of 1.5 with each setting of the estimator";
 
 const PUT_IN: &str = "Put in: the simulated tissue was made from this number.";
@@ -32,12 +32,13 @@ fn range_text((low, high): (f64, f64)) -> String {
 /// The viscous share of the true force of the first layer that a needle enters at a velocity; `None` for other tissues.
 fn true_viscous_share(run: &Run, velocity: f64) -> Option<f64> {
     let Some(TissueSettings::Layers(tissue)) = run.scenario.tissue.settings() else { return None };
-    // The force of a layer is that of its spring times 1 + damping v.
+    // The force of a layer is its spring force times 1 + damping v.
     let factor = tissue.layers.first()?.1.damping_s_per_m * velocity;
     Some(factor / (1.0 + factor))
 }
 
-/// A statement about an error in N, which the settings of the estimator decide: section, subject, the paper's number.
+/// A statement about an error in N, which depends on the settings of the estimator: section, subject, the paper's
+/// number.
 fn of_settings(
     [section, what, text]: [&'static str; 3],
     paper: f64,
@@ -287,7 +288,6 @@ impl PaperStudy {
         ]
     }
 
-    /// Section 2.1 on what K and B are, between the ruptures.
     fn meaning_of_the_parameters(&self) -> Statement {
         let run = &self.classical;
         let trace = &run.trace;
@@ -319,7 +319,7 @@ impl PaperStudy {
         )
     }
 
-    /// The estimator of section 2, and the experiment of section 3.1, which no figure shows.
+    /// The estimator of section 2 and the experiment of section 3.1, which no figure shows.
     pub(super) fn estimator(&self) -> Vec<Statement> {
         let [with_reset, without] = [&self.classical, &self.no_reset].map(|run| Errors::of(run).mean_n);
         let [with_zone, without_zone] = [&self.classical, &self.no_dead_zone].map(|run| self.wandering(run));
@@ -354,7 +354,7 @@ impl PaperStudy {
         ]
     }
 
-    /// The root mean square of the changes of the stiffness from sample to sample in the quiet stretches, in N/m.
+    /// The root mean square of the sample-to-sample changes of the stiffness in the quiet stretches, in N/m.
     fn wandering(&self, run: &Run) -> f64 {
         let stiffness = &run.trace.stiffness_n_per_m;
         let squares = self.quiet.iter().flat_map(|stretch| {
@@ -365,18 +365,15 @@ impl PaperStudy {
     }
 }
 
-/// The estimates of K and B of a run.
 fn parameters(run: &Run) -> [&[f64]; 2] {
     [&run.trace.stiffness_n_per_m, &run.trace.damping_n_s_per_m]
 }
 
-/// The smallest sudden change of a column at a rupture of a run, and the largest one elsewhere.
 fn changes(run: &Run, column: &[f64]) -> [f64; 2] {
     let least = jumps(run, column).iter().map(|jump| jump.1.abs()).fold(f64::INFINITY, f64::min);
     [least, largest_change_elsewhere(run, column)]
 }
 
-/// The ticks of a run between the transient of its first rupture and the second rupture.
 fn between_ruptures(run: &Run) -> std::ops::Range<usize> {
     match ruptures_s(run)[..] {
         [first_s, second_s, ..] => tick(run, first_s + TRANSIENT_S)..tick(run, second_s),
@@ -384,12 +381,10 @@ fn between_ruptures(run: &Run) -> std::ops::Range<usize> {
     }
 }
 
-/// The mean of B between the ruptures, in N·s/m.
 fn damping_between(run: &Run) -> f64 {
     mean_and_variance(run.trace.damping_n_s_per_m[between_ruptures(run)].iter().copied()).0
 }
 
-/// The tick at which the needle is deepest.
 fn deepest_tick(run: &Run) -> usize {
     let depths = run.trace.slave_position_m.iter().enumerate();
     depths.max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(tick, _)| tick)

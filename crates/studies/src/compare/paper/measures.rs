@@ -1,24 +1,19 @@
-//! Quantities of a run that the paper's statements are compared with.
+//! Quantities of a run that are compared with the paper's statements.
 
 use super::TRANSIENT_S;
 use crate::run::Run;
 use trocar_base::moments::Moments;
 
-/// Time in s over which a sudden change of a parameter is taken.
+/// Time over which a sudden change of a parameter is measured, in s.
 pub(super) const CHANGE_S: f64 = 0.02;
-/// Time in s before a puncture in which depth and velocity are compared.
+/// Time before a puncture in which depth and velocity are compared, in s.
 const BEFORE_S: f64 = 0.1;
 
-/// The absolute prediction error of a run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Errors {
-    /// Its mean, in N.
     pub(super) mean_n: f64,
-    /// Its standard deviation, in N.
     pub(super) std_n: f64,
-    /// Its maximum, in N.
     pub(super) max_n: f64,
-    /// The time of the maximum, in s.
     pub(super) max_at_s: f64,
 }
 
@@ -32,13 +27,12 @@ impl Errors {
     }
 }
 
-/// The two parts of the estimated force at a time, and what an estimator can know of them.
+/// The two parts of the estimated force at a time, and how well they can be distinguished.
 pub(super) struct Terms {
     /// `K p`, in N.
     pub(super) elastic_n: f64,
     /// `B v`, in N.
     pub(super) viscous_n: f64,
-    /// The measured force, in N.
     pub(super) force_n: f64,
     /// The share of `B` in a correction of eq. 12 with `F = F_0`, which is along `(p, v)`: `v² / (p² + v²)`.
     pub(super) viscous_share: f64,
@@ -68,7 +62,7 @@ impl Terms {
     }
 }
 
-/// The two parts of the estimated force of a run, at each tick: `K p` and `B v`, in N.
+/// The two parts of the estimated force of a run at each tick: `K p` and `B v`, in N.
 pub(super) fn terms(run: &Run) -> [Vec<f64>; 2] {
     let trace = &run.trace;
     let elastic = trace.stiffness_n_per_m.iter().zip(&trace.slave_position_m);
@@ -77,23 +71,22 @@ pub(super) fn terms(run: &Run) -> [Vec<f64>; 2] {
     [elastic.map(|(k, x)| k * depth(*x)).collect(), viscous.map(|(b, v)| b * v).collect()]
 }
 
-/// Returns the first tick of a run at or after a time in s, at most the last one.
+/// The first tick of a run at or after a time in s, at most the last one.
 pub(super) fn tick(run: &Run, time_s: f64) -> usize {
-    // Half a tick earlier: the times of ticks are rounded.
+    // Half a tick earlier, because the times of ticks are rounded.
     let from_s = time_s - 0.5 * run.scenario.grid.tick_s();
     run.trace.time_s.partition_point(|time| *time < from_s).min(run.trace.len().saturating_sub(1))
 }
 
-/// Returns the times of the ruptures of a run, in s.
 pub(super) fn ruptures_s(run: &Run) -> Vec<f64> {
     run.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect()
 }
 
-/// Time in s after a rupture in which its sudden change begins.
+/// A sudden change begins within this time after a rupture, in s.
 const SUDDEN_S: f64 = 0.1;
 
-/// Returns the changes of a column over [`CHANGE_S`] at each rupture of a run: just before it, and the largest one that begins within
-/// [`SUDDEN_S`] after it.
+/// The changes of a column over [`CHANGE_S`] at each rupture of a run: the last change before it, and the largest
+/// change that begins within [`SUDDEN_S`] after it.
 pub(super) fn jumps(run: &Run, column: &[f64]) -> Vec<(f64, f64)> {
     let ticks = tick(run, CHANGE_S);
     let change = |from: usize| column[(from + ticks).min(column.len() - 1)] - column[from];
@@ -105,8 +98,8 @@ pub(super) fn jumps(run: &Run, column: &[f64]) -> Vec<(f64, f64)> {
     ruptures_s(run).into_iter().map(of).collect()
 }
 
-/// Returns the largest magnitude of a change of a column over [`CHANGE_S`] that neither begins in the [`TRANSIENT_S`] after a rupture
-/// nor contains one.
+/// The largest change of a column over [`CHANGE_S`] that neither begins in the [`TRANSIENT_S`] after a rupture nor
+/// contains a rupture.
 pub(super) fn largest_change_elsewhere(run: &Run, column: &[f64]) -> f64 {
     let ruptures_s = ruptures_s(run);
     let ticks = tick(run, CHANGE_S);
@@ -117,7 +110,7 @@ pub(super) fn largest_change_elsewhere(run: &Run, column: &[f64]) -> f64 {
     elsewhere.map(|(_, window)| (window[ticks] - window[0]).abs()).fold(0.0, f64::max)
 }
 
-/// Returns the smaller of the peaks of a distance at the ruptures of a run, over its largest value elsewhere.
+/// The smaller of the peaks of a distance at the ruptures of a run, divided by its largest value elsewhere.
 pub(super) fn contrast(run: &Run, distance: &[f64]) -> f64 {
     let ruptures_s = ruptures_s(run);
     let mut at_ruptures = vec![0.0_f64; ruptures_s.len()];
@@ -130,27 +123,26 @@ pub(super) fn contrast(run: &Run, distance: &[f64]) -> f64 {
     at_ruptures.into_iter().reduce(f64::min).unwrap_or(0.0) / elsewhere
 }
 
-/// Returns the squared changes of the measured force from sample to sample, in N²: the distance of figure 9.
+/// The squared sample-to-sample changes of the measured force in N²: the distance of figure 9.
 pub(super) fn squared_changes_n2(run: &Run) -> Vec<f64> {
     let force = &run.trace.measured_force_n;
     let changes = force.windows(2).map(|pair| (pair[1] - pair[0]).powi(2));
     std::iter::once(0.0).take(force.len()).chain(changes).collect()
 }
 
-/// The smallest and largest of values, the infinities without values.
 pub(super) fn range(values: &[f64]) -> (f64, f64) {
     let ends = (f64::INFINITY, f64::NEG_INFINITY);
     values.iter().fold(ends, |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
-/// The mean of values and their variance about it; 0 without values.
 pub(super) fn mean_and_variance(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let mut moments = Moments::default();
     values.into_iter().for_each(|value| moments.add(value));
     (moments.mean, moments.squares / moments.count.max(1) as f64)
 }
 
-/// The largest difference of the positions, in m, of master and slave of a run at ticks of teleoperation from a time to another (s).
+/// The largest difference between the positions of master and slave in m, at ticks of teleoperation between two times
+/// (s).
 pub(super) fn tracking_error_m(run: &Run, (from_s, to_s): (f64, f64)) -> f64 {
     let trace = &run.trace;
     let ticks = tick(run, from_s)..=tick(run, to_s);

@@ -1,4 +1,4 @@
-//! The figures of the paper with results: the runs behind them, and what each shows.
+//! The figures of the paper with results: the runs, and the content of each figure.
 
 mod detection;
 mod document;
@@ -24,7 +24,7 @@ use trocar_detect::{Phase, PhaseRule};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 use variations::{NoisySeed, OfSettings, Varied};
 
-/// The figures of the paper that are drawn. Figures 2 and 3 are photographs.
+/// The reproduced figures of the paper. Figures 2 and 3 are photographs.
 pub const FIGURES: [u8; 14] = [1, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16];
 
 /// The runs and their settings, in the order of the fields of [`PaperStudy`].
@@ -33,7 +33,7 @@ const RUNS: [(&str, &[&str]); 12] = [
     ("layers/direct-access", &["estimator.parameters=stiffness"]),
     ("paper/classical", &[]),
     ("paper/classical", &["estimator.parameters=stiffness"]),
-    // α_0 is never reached.
+    // This threshold α_0 is never reached.
     ("paper/classical", &["estimator.reset_threshold=1e9"]),
     ("paper/classical", &["estimator.dead_zone_n=0"]),
     ("paper/classical", &["detector.distance=parameter-change"]),
@@ -44,21 +44,22 @@ const RUNS: [(&str, &[&str]); 12] = [
     ("paper/classical", &["slave.damping=as-printed"]),
 ];
 
-/// Time after a rupture, in s, until the estimate has converged again: its peak is there, and a quiet stretch is not.
+/// Time after a rupture until the estimate has converged again, in s. It contains the peak of the rupture, and is not
+/// part of a quiet stretch.
 const TRANSIENT_S: f64 = 0.5;
 /// Variance of the residual without changes in the paper, in N² (4.3).
 pub const PAPER_VARIANCE_N2: f64 = 4e-4;
 
-/// A figure of the paper, or what no figure shows, with its statements.
+/// A figure of the paper with its statements, or the statements that no figure shows.
 #[derive(Debug, Clone)]
 pub struct PaperFigure {
-    /// Its number in the paper; `None` for the statements that no figure shows.
+    /// Number of the figure in the paper; `None` for the statements that no figure shows.
     pub number: Option<u8>,
-    /// What the paper's figure shows.
+    /// Description of the paper's figure.
     pub shows: &'static str,
-    /// What ours shows.
+    /// Description of the reproduced figure.
     pub ours: &'static str,
-    /// What differs, and why.
+    /// The differences and their reasons.
     pub differs: &'static str,
     /// Statements of the paper with the results.
     pub statements: Vec<Statement>,
@@ -67,11 +68,11 @@ pub struct PaperFigure {
 /// A part of an insertion without a sudden change.
 #[derive(Debug, Clone)]
 pub struct QuietStretch {
-    /// Its first and last time, in s.
+    /// Start and end, in s.
     pub from_to_s: (f64, f64),
-    /// Its residuals, in N.
+    /// Residuals, in N.
     pub residual_n: Vec<f64>,
-    /// Its tests; `None` for a stretch that is too short.
+    /// Tests of the residuals; `None` for a stretch that is too short.
     pub tests: Option<Whiteness>,
 }
 
@@ -96,18 +97,17 @@ pub struct PaperStudy {
     /// The classical run with the paper's noise: figures 9 and 12.
     noisy: Run,
     noisy_changes_n2: Vec<f64>,
-    /// The seeds of the noise for each fall of the force.
+    /// Results of the seeds of the noise, for each fall of the force.
     noisy_seeds: Varied<Vec<NoisySeed>>,
     falls: Varied<Run>,
     direct_settings: Varied<OfSettings>,
     classical_settings: Varied<OfSettings>,
-    /// The mean absolute errors of direct access with the default estimator, with K and B and with K alone, in N.
+    /// Mean absolute errors of direct access with the default estimator, with K and B and with K alone, in N.
     direct_default_n: [f64; 2],
-    /// The factors of the thresholds that work, of the squared residual and of eq. 26.
+    /// The factors of the working thresholds, for the squared residual and for eq. 26.
     thresholds: [Varied<Option<(f64, f64)>>; 2],
-    /// The quiet stretches of the classical run.
     quiet: Vec<QuietStretch>,
-    /// The direct access, the classical and the augmented run with the signs and the time of the paper.
+    /// The direct access, the classical and the augmented run, with the signs and times of the paper.
     drawn: [Run; 3],
 }
 
@@ -186,7 +186,7 @@ impl PaperStudy {
         })
     }
 
-    /// Returns every figure of [`FIGURES`], then the statements that no figure shows, each with its statements.
+    /// Every figure of [`FIGURES`] with its statements, then the statements that no figure shows.
     #[must_use]
     pub fn figures(&self) -> Vec<PaperFigure> {
         let figure = |number: Option<u8>| {
@@ -222,7 +222,7 @@ impl PaperStudy {
     }
 }
 
-/// Returns the parts of an insertion that are away from its ruptures.
+/// The parts of an insertion away from its ruptures.
 fn quiet_stretches(run: &Run) -> Vec<QuietStretch> {
     let trace = &run.trace;
     let phases =
@@ -253,7 +253,6 @@ fn quiet_stretches(run: &Run) -> Vec<QuietStretch> {
     stretches
 }
 
-/// Returns the residuals of all quiet stretches, in N.
 fn quiet_residual_n(quiet: &[QuietStretch]) -> Vec<f64> {
     quiet.iter().flat_map(|stretch| &stretch.residual_n).copied().collect()
 }
@@ -262,7 +261,6 @@ fn quiet_residual_n(quiet: &[QuietStretch]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// The statements with a judgement, by number.
     fn numbers(figures: &[PaperFigure], judgement: Judgement) -> Vec<&str> {
         let statements = figures.iter().flat_map(|figure| &figure.statements);
         statements.filter(|statement| statement.judgement == judgement).map(|statement| &*statement.number).collect()
@@ -274,7 +272,7 @@ mod tests {
         let figures = study.figures();
         let drawn: Vec<u8> = figures.iter().filter_map(|figure| figure.number).collect();
         assert_eq!(drawn, FIGURES);
-        // The sentences beside them explain these judgements: if one changes, so must its sentence.
+        // The reasons beside the judgements explain them; a changed judgement needs a new reason.
         let reproduced = numbers(&figures, Judgement::Reproduced);
         assert_eq!(
             reproduced,

@@ -1,18 +1,18 @@
-//! A statement of the paper beside the result, and the judgement.
+//! A statement of the paper with the result and the judgement.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// What the comparison of a statement with the result gives.
+/// The result of comparing a statement with the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Judgement {
-    /// The result meets the stated condition, and was not put in.
+    /// The result meets the stated condition, and was not an input.
     Reproduced,
     /// The result does not meet the stated condition.
     Contradicted,
-    /// There is no independent result: the number was put in, what the paper does not state decides it, the simulation lacks what the
-    /// statement is about, or the statement names no criterion.
+    /// There is no independent result: the number was an input, it depends on details that the paper does not state,
+    /// the simulation lacks the subject of the statement, or the statement names no criterion.
     NotCheckable,
 }
 
@@ -38,8 +38,8 @@ impl From<bool> for Judgement {
 }
 
 impl Judgement {
-    /// The judgement of a condition that is met or not with each variation of what the paper does not state: if some meet it, and some
-    /// do not, that decides, and the statement is not checkable.
+    /// Judges a condition over variations of the details that the paper does not state. If only some variations meet
+    /// it, the statement is not checkable.
     pub(super) fn over(met: impl IntoIterator<Item = bool>) -> Self {
         let met: Vec<bool> = met.into_iter().collect();
         if met.iter().all(|met| *met) {
@@ -55,26 +55,26 @@ impl Judgement {
 /// A statement of the paper, the corresponding result, and the judgement.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Statement {
-    /// Its number: that of the figure and a letter, as in `5b`; `A` instead of a figure for what no figure shows.
+    /// Number: the figure and a letter, as in `5b`; `A` instead of a figure for statements that no figure shows.
     pub number: String,
-    /// The section, and the equation if the statement is about one.
+    /// Section, and the equation if the statement is about one.
     pub section: &'static str,
     /// The subject.
     pub what: &'static str,
     /// The paper's number or words.
     pub paper: &'static str,
-    /// The condition for *reproduced*; empty if no result can meet it.
+    /// Condition for *reproduced*; empty if no result can meet it.
     pub condition: &'static str,
     /// The result.
     pub ours: String,
     /// The judgement.
     pub judgement: Judgement,
-    /// Why, in one sentence.
+    /// Reason, in one sentence.
     pub why: String,
 }
 
 impl Statement {
-    /// A statement that the result meets or not: section, subject, the paper's number, the condition for *reproduced*.
+    /// A statement with a condition: section, subject, the paper's number, the condition for *reproduced*.
     pub(super) fn checked(
         [section, what, paper, condition]: [&'static str; 4],
         ours: impl Into<String>,
@@ -96,10 +96,10 @@ impl Statement {
     }
 }
 
-/// The largest factor, up or down, between the paper's number and a reproduced one.
+/// Maximum ratio, in either direction, of a reproduced number to the paper's.
 const FACTOR: f64 = 1.5;
 
-/// True if a number is that of the paper, within [`FACTOR`].
+/// Returns true if a number agrees with the paper's within [`FACTOR`].
 pub(super) fn is_within(ours: f64, paper: f64) -> bool {
     (paper / FACTOR..=paper * FACTOR).contains(&ours)
 }
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_checked_has_no_condition_and_no_tick() {
+    fn a_statement_that_cannot_be_checked_has_no_condition_and_no_tick() {
         let open = Statement::open(["4.6", "what", "5 s"], "6 s", "why");
         assert_eq!((open.judgement, open.condition), (Judgement::NotCheckable, ""));
         let met = |is_met: bool| Statement::checked(["4.6", "what", "5 s", "equal"], "6 s", is_met, "why").judgement;

@@ -7,11 +7,10 @@ use crate::run::Run;
 use trocar_core::augmentation::ForceLawSettings;
 use trocar_metrics::{EventMetrics, Outcome, RuptureMetrics};
 
-/// Time before and after the first rupture that figures 15 and 16 show, in s.
+/// Time before and after the first rupture in figures 15 and 16, in s.
 const BEFORE_S: f64 = 0.4;
 const AFTER_S: f64 = 1.6;
 
-/// The condition of a jump.
 const ALSO_AT_REST: &str = "within a factor of 1.5, and also without the motion of the hand";
 
 const NO_CRITERION: &str = "The paper names no criterion for good.";
@@ -24,7 +23,6 @@ fn first_event(run: &Run) -> Option<&EventMetrics> {
     run.metrics.events.first()
 }
 
-/// The window of figures 15 and 16, in s.
 fn window_s(run: &Run) -> (f64, f64) {
     let rupture_s = ruptures_s(run).first().copied().unwrap_or(0.0);
     (rupture_s - BEFORE_S, rupture_s + AFTER_S)
@@ -34,7 +32,7 @@ fn milliseconds(time_s: Option<f64>) -> String {
     time_s.map_or_else(|| "never".to_owned(), |time_s| format!("{:.0} ms", 1e3 * time_s))
 }
 
-/// The setting of a run's force law that decides how fast the force falls.
+/// The setting of a run's force law that determines how fast the force falls.
 fn force_law_text(run: &Run) -> String {
     match &run.scenario.augmentation.force {
         ForceLawSettings::Decay(decay) => format!("a time constant of {:.0} ms", 1e3 * decay.time_constant_s),
@@ -126,7 +124,7 @@ impl PaperStudy {
         ]
     }
 
-    /// The spring-back of the arm when the force at the first rupture is gone, in mm: `F (1/k_a + 1/k_h)`.
+    /// The spring-back of the arm when the force at the first rupture vanishes, in mm: `F (1/k_a + 1/k_h)`.
     fn arm_release_mm(&self) -> f64 {
         let run = &self.classical;
         let arm = &run.scenario.arm;

@@ -1,9 +1,10 @@
-//! What each figure of the paper shows, what ours shows, and what differs.
+//! The descriptions of the paper's figures, of the reproduced figures, and of their differences.
 
 const GENERATED: &str =
     "The paper's recording was never published; a generator makes one from the facts that the paper states.";
 
-/// Returns what the paper's figure shows, what ours shows, and what differs; without a figure, of the statements that no figure shows.
+/// Describes the paper's figure, the reproduced figure and their differences; without a number, the statements that no
+/// figure shows.
 pub(super) fn texts(figure: Option<u8>) -> [&'static str; 3] {
     match figure {
         Some(1) => [

@@ -1,4 +1,5 @@
-//! What the paper does not state, varied: the settings of the estimator, the fall of the force at a rupture, thresholds.
+//! Variations of details that the paper does not state: the settings of the estimator, the fall of the force at a
+//! rupture, thresholds.
 
 use std::sync::Arc;
 
@@ -14,53 +15,44 @@ use trocar_scenario::{Scenario, TissueSpec};
 
 use super::super::ADDED_NOISE_STD_N;
 
-/// Factors of `F_0` and `N_0`: those of the scenario, and the corners around them.
+/// Factors of `F_0` and `N_0`: the scenario's values, and the corners around them.
 const SETTINGS: [(f64, f64); 5] = [(1.0, 1.0), (1.0 / 3.0, 0.5), (1.0 / 3.0, 2.0), (3.0, 0.5), (3.0, 2.0)];
-/// The settings that are varied, in words.
 pub(super) const SETTINGS_TEXT: &str = "with F_0 times 1/3 to 3 and N_0 times 1/2 to 2";
 
-/// Time constants of the fall at a rupture, in s: of the shipped recording, half, and double.
+/// Time constants of the fall at a rupture in s: the shipped recording's, half of it, and double.
 pub(super) const FALLS_S: [f64; 3] = [0.045, 0.0225, 0.09];
-/// The seed of the shipped recording.
 const RECORDING_SEED: u64 = 1;
 
 /// Number of seeds of the added noise.
 pub const NOISE_SEEDS: usize = 20;
 
-/// Factors of the threshold and the drift: powers of the square root of two.
+/// The factors of threshold and drift are powers of the square root of two, up to this power.
 const THRESHOLD_STEPS: i32 = 10;
 
-/// A quantity for each of several variations, that of the shipped scenario first.
+/// A quantity for each of several variations; the shipped scenario is the first.
 #[derive(Debug, Clone)]
 pub(super) struct Varied<T>(pub(super) Vec<T>);
 
 impl<T> Varied<T> {
-    /// The judgement of a condition.
     pub(super) fn judge(&self, is_met: impl Fn(&T) -> bool) -> Judgement {
         Judgement::over(self.0.iter().map(is_met))
     }
 
-    /// The smallest and the largest of a quantity.
     pub(super) fn range(&self, of: impl Fn(&T) -> f64) -> (f64, f64) {
         let values: Vec<f64> = self.0.iter().map(of).collect();
         super::measures::range(&values)
     }
 }
 
-/// An insertion with the settings of the estimator varied.
 #[derive(Debug, Clone)]
 pub(super) struct OfSettings {
-    /// The run, with K and B.
     pub(super) run: Run,
-    /// With K and B.
     pub(super) both: Errors,
-    /// With K alone.
     pub(super) alone: Errors,
-    /// The variance of the residual in the quiet stretches, in N², with K and B.
+    /// Variance of the residual in the quiet stretches, in N², with K and B.
     pub(super) quiet_variance_n2: f64,
 }
 
-/// Runs a scenario with the settings of the estimator varied.
 pub(super) fn over_settings(name: &str) -> Result<Varied<OfSettings>, PaperError> {
     let base = load(name, &[])?;
     let of = |index: usize| {
@@ -69,7 +61,7 @@ pub(super) fn over_settings(name: &str) -> Result<Varied<OfSettings>, PaperError
             let mut scenario = base.clone();
             let settings = &mut scenario.estimator;
             let scaled = settings.initial_gain * gain;
-            // α_0 stays as far above tr(F_0⁻¹).
+            // Keeps the distance of α_0 from tr(F_0⁻¹).
             settings.reset_threshold += 2.0 / scaled - 2.0 / settings.initial_gain;
             settings.initial_gain = scaled;
             settings.dead_zone_n *= zone;
@@ -99,7 +91,7 @@ pub(super) fn with_default_estimator(name: &str) -> Result<[f64; 2], PaperError>
     Ok([with(Parameters::StiffnessAndDamping)?, with(Parameters::Stiffness)?])
 }
 
-/// The classical scenario with the recording of another fall.
+/// The classical scenario with a recording whose force falls with another time constant.
 fn with_fall(scenario: &Scenario, fall_s: f64) -> Scenario {
     let variant = InVivoLikeVariant { fall_s: Some(fall_s), ..InVivoLikeVariant::default() };
     let text = in_vivo_like_variant_csv(RECORDING_SEED, &variant);
@@ -120,31 +112,24 @@ fn with_fall(scenario: &Scenario, fall_s: f64) -> Scenario {
     scenario
 }
 
-/// Runs the classical scenario with each of [`FALLS_S`].
 pub(super) fn over_falls(classical: &Scenario) -> Result<Varied<Run>, PaperError> {
     let of = |index: usize| run(with_fall(classical, FALLS_S[index]));
     Ok(Varied(try_map(FALLS_S.len(), of)?))
 }
 
-/// The insertion with the added noise of one seed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NoisySeed {
-    /// The smaller peak of the squared change at the ruptures over its largest value elsewhere.
+    /// The smaller peak of the squared change at the ruptures, divided by its largest value elsewhere.
     pub(super) derivative_contrast: f64,
-    /// The same of the squared residual.
     pub(super) residual_contrast: f64,
-    /// True if the detector announces both ruptures and nothing else.
     pub(super) residual_detects: bool,
-    /// The same of the force less its moving average.
     pub(super) moving_average_detects: bool,
 }
 
-/// True if a run announces both ruptures and nothing else.
 pub(super) fn detects_both(metrics: &Metrics) -> bool {
     metrics.ruptures.len() == 2 && metrics.missed_ruptures + metrics.false_alarms == 0
 }
 
-/// Runs the classical scenario with each of [`FALLS_S`] in the noise of each seed.
 pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
     let noise = format!("sensor.force_noise_std_n={ADDED_NOISE_STD_N}");
     let with = |further: &str| load("paper/classical", &[noise.clone(), further.to_owned()]);
@@ -171,8 +156,8 @@ pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
     Ok(Varied(FALLS_S.into_iter().map(of_fall).collect::<Result<_, _>>()?))
 }
 
-/// The factors of threshold and drift with which a distance announces both ruptures, and nothing else: the smallest and the largest, for
-/// each of [`FALLS_S`]; `None` if there is none.
+/// The smallest and largest factor of threshold and drift with which a distance detects both ruptures without a false
+/// alarm, for each of [`FALLS_S`]; `None` if there is none.
 pub(super) fn working_thresholds(distance: &str) -> Result<Varied<Option<(f64, f64)>>, PaperError> {
     let base = load("paper/classical", &[format!("detector.distance={distance}")])?;
     let steps = -THRESHOLD_STEPS..=THRESHOLD_STEPS;
@@ -199,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_fall_is_that_of_the_shipped_recording_and_the_first_settings_are_those_of_the_scenario() {
+    fn the_first_fall_and_the_first_settings_are_the_shipped_ones() {
         let classical = load("paper/classical", &[]).expect("shipped");
         assert_eq!(with_fall(&classical, FALLS_S[0]).tissue, classical.tissue);
         assert_ne!(with_fall(&classical, FALLS_S[1]).tissue, classical.tissue);

@@ -1,4 +1,4 @@
-//! What a study of strategies says.
+//! The document of a study of strategies.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -65,7 +65,7 @@ pub struct StrategiesFile<'a> {
     study: &'a StrategyStudy,
 }
 
-/// Compares the strategies that reach the ruptures, and names the price of the others.
+/// Compares the strategies that reach the ruptures, and names the costs of the others.
 fn verdict(study: &StrategyStudy) -> Verdict {
     let compared = || study.rows.iter().filter(|row| row.is_compared());
     let mut sentences = vec![];
@@ -133,7 +133,6 @@ fn verdict(study: &StrategyStudy) -> Verdict {
     Verdict { sentences, left_out: vec!["\"settles\" is a result of these runs, not a proof".to_owned()] }
 }
 
-/// Tells who was studied, how fast they move, and whether the loop between events is stable.
 fn about(study: &StrategyStudy) -> String {
     let mut studied = format!(
         "{}, {}, {} ({})",
@@ -209,7 +208,6 @@ fn table(study: &StrategyStudy) -> Table {
     table
 }
 
-/// Returns the share of the ruptures without an alarm.
 fn missed_share(row: &StrategyRow) -> Option<f64> {
     (row.ruptures > 0).then(|| row.missed_ruptures as f64 / row.ruptures as f64)
 }
@@ -226,7 +224,7 @@ fn correlations(study: &StrategyStudy) -> String {
     format!("Rank correlation of the excess with that of the 2 s after a rupture: {}.", correlations.join(", "))
 }
 
-/// Returns `strategies.csv`: a row per strategy, in SI units.
+/// `strategies.csv`: a row per strategy, in SI units.
 fn columns(study: &StrategyStudy) -> DataTable<'_> {
     type Read = fn(&StrategyRow) -> Option<f64>;
     let columns: [(&str, Read); 21] = [

@@ -13,7 +13,6 @@ fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|value| value.is_finite())
 }
 
-/// A range in words, or its only value.
 fn range((low, high): (f64, f64), unit: &str) -> String {
     if low == high {
         format!("{} {unit}", significant(low))
@@ -22,7 +21,8 @@ fn range((low, high): (f64, f64), unit: &str) -> String {
     }
 }
 
-/// The damping of a hand that is needed with the tissues of the range at each frequency, and that of the scenario's arm.
+/// The damping of the hand needed with the tissues of the range at each frequency, and the damping of the scenario's
+/// arm.
 pub(super) fn hand_damping(analysis: &Analysis, bounded: &Bounded) -> DataTable<'static> {
     let needed = &bounded.needed;
     let arm = |hertz: f64| arm_impedance(&analysis.settings.arm, hertz).re;
@@ -32,7 +32,7 @@ pub(super) fn hand_damping(analysis: &Analysis, bounded: &Bounded) -> DataTable<
         .numbers("arm_n_s_per_m", needed.iter().map(|point| arm(point.frequency_hz)))
 }
 
-/// A line about the hands and tissues of the ranges; empty without a two-port.
+/// Describes the stability with the ranges of hands and tissues; empty without a two-port.
 pub(super) fn bounded_line(analysis: &Analysis, bounded: &Bounded) -> String {
     let (Some(most), Some(needed), Some(is_stable)) = (bounded.most(), bounded.needed_damping(), bounded.is_stable())
     else {
@@ -67,11 +67,11 @@ pub(super) struct BoundedPart {
     stiffness_n_per_m: (f64, f64),
     /// Minimum and maximum damping of the tissue, in N·s/m.
     damping_n_s_per_m: (f64, f64),
-    /// True if the loop is stable with every such hand and tissue.
+    /// True if the loop is stable with every hand and tissue of these ranges.
     is_stable: Option<bool>,
-    /// The damping of the hand that is needed, in N·s/m.
+    /// The needed damping of the hand, in N·s/m.
     needed_hand_damping_n_s_per_m: Option<f64>,
-    /// The frequency at which it is needed, in Hz.
+    /// The frequency at which this damping is needed, in Hz.
     frequency_hz: Option<f64>,
     /// The damping of the scenario's arm at this frequency, in N·s/m.
     arm_damping_n_s_per_m: Option<f64>,
@@ -93,7 +93,7 @@ impl BoundedPart {
     }
 }
 
-/// The absolute stability over a parameter. A needed damping of `inf` is more than any.
+/// The absolute stability over a parameter. A needed damping of `inf` means that no damping is enough.
 pub(super) fn table(absolute: &AbsoluteOver) -> DataTable<'static> {
     let points = &absolute.points;
     let bounded = || points.iter().map(|point| &point.bounded);
@@ -109,24 +109,24 @@ pub(super) fn table(absolute: &AbsoluteOver) -> DataTable<'static> {
 /// Absolute stability over a parameter.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct AbsolutePart {
-    /// The key of the parameter.
+    /// Key of the parameter.
     parameter: &'static str,
-    /// Its values, increasing.
+    /// Values of the parameter, increasing.
     points: Vec<PointPart>,
 }
 
 /// Absolute stability at a value of a parameter.
 #[derive(Debug, Serialize, JsonSchema)]
 struct PointPart {
-    /// The value, in the unit of the key.
+    /// Value, in the unit of the key.
     value: f64,
-    /// The minimum of Llewellyn's parameter over frequency; absolutely stable from 1 on.
+    /// Minimum of Llewellyn's parameter over frequency; the loop is absolutely stable from 1 on.
     min_llewellyn: Option<f64>,
     /// True if the loop is stable with any passive hand and tissue.
     is_absolutely_stable: bool,
-    /// The damping of the hand that the tissues of the range need, in N·s/m; `None` if no damping is enough.
+    /// Needed damping of the hand with the tissues of the range, in N·s/m; `None` if no damping is enough.
     needed_hand_damping_n_s_per_m: Option<f64>,
-    /// The frequency at which it is needed, in Hz.
+    /// The frequency at which this damping is needed, in Hz.
     frequency_hz: Option<f64>,
     /// True if the loop is stable with every hand and tissue of the ranges.
     is_stable_with_ranges: Option<bool>,
@@ -146,7 +146,7 @@ impl AbsolutePart {
     }
 }
 
-/// A line about the absolute stability over a parameter: up to which value it holds.
+/// States up to which value of a parameter the loop is absolutely stable.
 pub(super) fn line(absolute: &AbsoluteOver) -> String {
     let key = absolute.parameter.key();
     let unit = unit_of(key).map_or(String::new(), |unit| format!(" {unit}"));

@@ -1,4 +1,4 @@
-//! `certificate.json`: all that is needed to verify the certificates again.
+//! The file `certificate.json`.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use super::switching::{rows, seconds};
 use trocar_document::json_of;
 use trocar_stability::{Certificate, Inequality, KeptGap, Lyapunov, StateMap, StateSpace, Summand, Switching};
 
-/// `certificate.json`: all that is needed to verify the certificates again. A matrix is a list of rows.
+/// `certificate.json`: all data for an independent verification of the certificates. A matrix is a list of rows.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct CertificateFile<'a> {
     /// Length of a tick, in s.
@@ -35,25 +35,26 @@ struct Certificates<'a> {
     /// The certificate of the smallest growth at the refractory time of the supervisor.
     #[serde(skip_serializing_if = "Option::is_none")]
     growth_at_refractory: Option<CertificateEntry<'a>>,
-    /// The certificate of the bound of the needle's position.
+    /// The certificate that bounds the needle's position.
     #[serde(skip_serializing_if = "Option::is_none")]
     needle: Option<CertificateEntry<'a>>,
-    /// The certificate of the bound of the feedback force.
+    /// The certificate that bounds the feedback force.
     #[serde(skip_serializing_if = "Option::is_none")]
     feedback_force: Option<CertificateEntry<'a>>,
 }
 
-/// A certificate: functions `V = zᵀ P z` on scaled states z, maps on states, and inequalities. An inequality is a sum of
-/// `factor · Mᵀ P M` that is positive definite, with M the product of maps between scaled states, the first one applied last.
+/// A certificate: functions `V = zᵀ P z` on scaled states z, maps on states, and inequalities. An inequality states
+/// that a sum of `factor · Mᵀ P M` is positive definite. M is a product of maps between scaled states, the first of
+/// which is applied last.
 #[derive(Debug, Serialize, JsonSchema)]
 struct CertificateEntry<'a> {
     /// Required time between two events, in s.
     dwell_s: f64,
-    /// Bound of the ratio of V at the beginnings of consecutive events.
+    /// Bound of the ratio of V between the beginnings of consecutive events.
     contraction: f64,
-    /// The bound that it proves; `None` for a certificate of the decay.
+    /// The proved bound; `None` for a certificate of the decay.
     bound: Option<Bound>,
-    /// Index of the function at the beginning of events, from 0.
+    /// Index of the function at the beginnings of events, from 0.
     at_events: usize,
     /// The states of each phase, by name.
     #[schemars(with = "BTreeMap<String, Space<'a>>")]
@@ -66,26 +67,26 @@ struct CertificateEntry<'a> {
     inequalities: Vec<InequalityEntry<'a>>,
 }
 
-/// The proof for a gap that is kept after the event: the states at a release are `along · gap`, each within `rest · |gap|`, all
-/// scaled.
+/// The proof for a gap that remains after the event. The scaled states at a release deviate from `along · gap` by at
+/// most `rest · |gap|`.
 #[derive(Debug, Serialize, JsonSchema)]
 struct KeptGapEntry<'a> {
     /// Required time between two events, in s.
     dwell_s: f64,
     /// Required time between two events, and the refractory time of the supervisor, in ticks.
     dwell_ticks: [u64; 2],
-    /// Bound of the growth per event with these times between events.
+    /// Bounds of the growth per event for these times between events.
     #[schemars(with = "[Option<f64>; 2]")]
     growth: [f64; 2],
     /// Minimum and maximum time for which the slave is held, in ticks.
     held_ticks: [u64; 2],
     /// Time of the cross-fade, in ticks.
     blend_ticks: u64,
-    /// Number of ticks that are bounded one by one.
+    /// Number of ticks with individual bounds.
     ticks: u64,
     /// The scaled states at a release per scaled gap.
     along: &'a [f64],
-    /// The bounds of the deviation from these, and of the scaled feedback force.
+    /// The bounds of the deviation from these states, and of the scaled feedback force.
     rest: &'a [f64],
     /// The states of each phase, by name.
     #[schemars(with = "BTreeMap<String, Space<'a>>")]
@@ -121,14 +122,14 @@ struct StateEntry<'a> {
     unit: &'static str,
 }
 
-/// A map from the states of one space to those of another.
+/// A map from the states of one space to the states of another.
 #[derive(Debug, Serialize, JsonSchema)]
 struct MapEntry<'a> {
     /// Its name.
     name: &'a str,
-    /// The space that it leads from.
+    /// The source space.
     from: &'a str,
-    /// The space that it leads to.
+    /// The target space.
     to: &'a str,
     /// The matrix.
     matrix: Vec<Vec<f64>>,
@@ -145,14 +146,14 @@ struct FunctionEntry<'a> {
     p: Vec<Vec<f64>>,
 }
 
-/// A sum of terms that is positive definite.
+/// A positive definite sum of terms.
 #[derive(Debug, Serialize, JsonSchema)]
 struct InequalityEntry<'a> {
-    /// The property that it ensures.
+    /// The property that follows from it.
     name: &'static str,
     /// The space of its rows.
     rows: &'a str,
-    /// The first and the last power for which it holds; `None` without a power.
+    /// The first and last power for which it holds; `None` without a power.
     powers: Option<(u64, u64)>,
     /// The terms.
     terms: Vec<TermEntry>,
@@ -165,11 +166,11 @@ struct TermEntry {
     factor: f64,
     /// Index of the function, from 0.
     function: usize,
-    /// The maps, the first one applied last.
+    /// The maps; the first one is applied last.
     maps: Vec<Factor>,
 }
 
-/// A map of a product.
+/// A map in a product.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Factor {
     /// Index of the map, from 0.
@@ -178,7 +179,6 @@ struct Factor {
     is_power: bool,
 }
 
-/// Returns `certificate.json`; `None` without a certificate.
 pub(super) fn certificate_json(switching: &Switching) -> Option<String> {
     let shortest_dwell = switching.certificate.as_ref();
     let kept_gap = switching.kept_gap.as_ref().filter(|_| shortest_dwell.is_none());
@@ -206,7 +206,6 @@ pub(super) fn certificate_json(switching: &Switching) -> Option<String> {
     serde_json::to_string(&whole).ok().map(|text| text + "\n")
 }
 
-/// Returns spaces by name, in their order.
 fn named(spaces: &[StateSpace]) -> Map<String, Json> {
     let space = |space: &StateSpace| {
         let states = space.states.iter().map(|(name, unit)| StateEntry { name, unit }).collect();

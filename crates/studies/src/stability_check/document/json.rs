@@ -1,4 +1,4 @@
-//! `stability.json`.
+//! The file `stability.json`.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -16,8 +16,8 @@ use trocar_stability::{
     Analysis, Axis, Limit, LinearLoop, PortPoint, SampledBound, Sensitivity, Spacing, is_passive_impedance,
 };
 
-/// `stability.json`: everything except the points of the map and the ports, which are columns. An undefined value is `None`, and so is a
-/// limit beyond the search range, for which `is_beyond_search` is true.
+/// `stability.json`: everything except the columns (points of the map, ports). An undefined value is `None`, and so is
+/// a limit beyond the search range, for which `is_beyond_search` is true.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct StabilityFile<'a> {
     /// Version of trocar.
@@ -37,43 +37,45 @@ pub struct StabilityFile<'a> {
     /// The sensitivity of each finite limit to each parameter.
     sensitivities: Vec<SensitivityPart>,
     ports: PortsPart,
-    /// The condition of Colgate and Schenkel for passivity; `None` if it does not apply.
+    /// Colgate and Schenkel's condition for passivity; `None` if it does not apply.
     sampled_data: Option<SampledPart>,
     switching: SwitchingPart,
     map: MapPart,
-    /// The comparison of the map with simulated runs, if it was requested.
+    /// The comparison of the map with simulated runs, if requested.
     simulated: Option<CheckPart>,
 }
 
 /// The stability limit of a parameter, in the unit of its key.
 #[derive(Debug, Serialize, JsonSchema)]
 struct LimitPart<'a> {
-    /// The key of the parameter.
+    /// Key of the parameter.
     parameter: &'static str,
-    /// Its value in the scenario.
+    /// Value in the scenario.
     value: f64,
-    /// The upper end of the stable range with this value, or of the last range below it; `None` without a stable range.
+    /// Upper end of the stable range that contains this value, or of the last range below it; `None` without a stable
+    /// range.
     largest_stable: Option<f64>,
-    /// True if the range reaches the end of the search.
+    /// True if the range extends to the end of the search.
     is_beyond_search: bool,
-    /// The end of the search.
+    /// End of the search.
     searched_to: f64,
-    /// The ranges in which the loop is stable, increasing.
+    /// The ranges with a stable loop, increasing.
     stable_ranges: &'a [(f64, f64)],
 }
 
 /// The sensitivity of a limit.
 #[derive(Debug, Serialize, JsonSchema)]
 struct SensitivityPart {
-    /// The key of the limited parameter.
+    /// Key of the limited parameter.
     limit: &'static str,
-    /// The key of the changed parameter.
+    /// Key of the changed parameter.
     parameter: &'static str,
-    /// The relative change of the limit per relative change of the parameter.
+    /// Relative change of the limit per relative change of the parameter.
     relative: Option<f64>,
 }
 
-/// The two-port of the teleoperator. True if a property holds at every frequency; `None` if the two-port has no hybrid matrix.
+/// The two-port of the teleoperator. A property is true if it holds at every frequency, and `None` without a hybrid
+/// matrix.
 #[derive(Debug, Serialize, JsonSchema)]
 struct PortsPart {
     /// Absolutely stable: stable with any passive hand and tissue (Llewellyn).
@@ -88,18 +90,18 @@ struct PortsPart {
     needle_port_is_passive: Option<bool>,
     /// Absolute stability with bounded hands and tissues.
     bounded: BoundedPart,
-    /// Absolute stability over a parameter, if it was requested.
+    /// Absolute stability over a parameter, if requested.
     over: Option<AbsolutePart>,
 }
 
 /// The sampled-data passivity of the master.
 #[derive(Debug, Serialize, JsonSchema)]
 struct SampledPart {
-    /// The damping that passivity requires, in N·s/m.
+    /// The required damping, in N·s/m.
     min_damping_n_s_per_m: f64,
     /// The damping of the master, in N·s/m.
     damping_n_s_per_m: f64,
-    /// True if the damping of the master is enough.
+    /// True if the damping of the master is sufficient.
     is_passive: bool,
 }
 
@@ -110,16 +112,16 @@ struct MapPart {
     x: AxisPart,
     /// The vertical axis.
     y: AxisPart,
-    /// The share of the points at which the loop is stable.
+    /// Share of the points with a stable loop.
     stable_share: f64,
 }
 
 /// An axis of the map, in the unit of its key.
 #[derive(Debug, Serialize, JsonSchema)]
 struct AxisPart {
-    /// The key of the parameter.
+    /// Key of the parameter.
     parameter: &'static str,
-    /// Its value in the scenario.
+    /// Value in the scenario.
     value: f64,
     /// First value.
     low: f64,
@@ -136,9 +138,9 @@ struct AxisPart {
 struct CheckPart {
     /// Number of runs.
     runs: usize,
-    /// Number of runs that are more than 0.5 % from the boundary.
+    /// Number of runs more than 0.5 % away from the boundary.
     judged: usize,
-    /// Share of these at which analysis and simulation agree; `None` without any.
+    /// Share of these runs in which analysis and simulation agree; `None` without any.
     agreement: Option<f64>,
     /// The points at which analysis and simulation disagree.
     disagreements: Vec<DisagreementPart>,
@@ -246,7 +248,7 @@ impl CheckPart {
     }
 }
 
-/// True if a condition holds at every frequency; `None` without frequencies.
+/// Returns true if a condition holds at every frequency; `None` without frequencies.
 pub(super) fn all(ports: &[PortPoint], holds: impl Fn(&PortPoint) -> bool) -> Option<bool> {
     (!ports.is_empty()).then(|| ports.iter().all(holds))
 }

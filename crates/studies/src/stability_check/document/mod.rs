@@ -1,4 +1,4 @@
-//! What a stability study says.
+//! The document of a stability study.
 
 mod absolute;
 mod certificate;
@@ -66,7 +66,7 @@ fn sections(study: &StabilityStudy) -> Vec<Section> {
     let mut limits = Section::new("limits", "Limits and sensitivities");
     limits.table(tables::limit_table(analysis));
     limits.table(tables::sensitivity_table(analysis));
-    // The map comes first: it shows the answer, with the point of the scenario.
+    // The map comes first, because it answers the question and shows the point of the scenario.
     let mut sections = vec![of_map, of_loop, limits];
     if let Some(population) = &study.population {
         let mut section = Section::new("population", "Population");

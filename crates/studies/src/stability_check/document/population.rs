@@ -9,7 +9,6 @@ use trocar_scenario::population::{Arms, Delays, Draw, Tissues};
 use trocar_scenario::unit_of;
 use trocar_stability::{LIMITED, LimitQuantiles, Parameter, Population, Quantile};
 
-/// The names of the factors that are drawn, of the arm first.
 const FACTORS: [&str; 7] = [
     "k_a_factor",
     "b_a_factor",
@@ -20,8 +19,8 @@ const FACTORS: [&str; 7] = [
     "tissue_damping_factor",
 ];
 
-/// A row per member. A limit is 0 if no value is stable, and `inf` beyond the search range; a delay that is the scenario's is
-/// empty.
+/// A row per member. A limit is 0 if no value is stable, and `inf` beyond the search range. The delay is empty if the
+/// scenario gives it.
 pub(super) fn members(population: &Population) -> DataTable<'static> {
     let members = &population.members;
     let factors = |draw: &Draw| {
@@ -41,7 +40,6 @@ pub(super) fn members(population: &Population) -> DataTable<'static> {
     table
 }
 
-/// The share of members that is stable, with its 95 % interval.
 pub(super) fn map(population: &Population) -> DataTable<'static> {
     let map = &population.map;
     let points: Vec<(usize, usize)> = map_points(&map.x, &map.y).collect();
@@ -54,7 +52,6 @@ pub(super) fn map(population: &Population) -> DataTable<'static> {
         .numbers("high", points.iter().map(|point| share(point).1.1))
 }
 
-/// What is drawn, in words.
 fn drawn(population: &Population) -> String {
     let settings = &population.settings;
     let parts = [
@@ -78,7 +75,6 @@ fn limit(value: f64) -> String {
     if value.is_finite() { significant(value) } else { "beyond search".to_owned() }
 }
 
-/// The quantiles of the limits.
 pub(super) fn table(population: &Population) -> Table {
     let limits = &population.limits;
     let of_limit = |parameter: Parameter| (parameter.key(), format!("{}{}", parameter.key(), unit(parameter)));
@@ -100,7 +96,6 @@ pub(super) fn table(population: &Population) -> Table {
     table
 }
 
-/// The lines about a population: the share that is stable, and the smallest limit.
 pub(super) fn lines(population: &Population) -> [String; 2] {
     let (share, (low, high)) = population.stable_share;
     let of = population.members.len();
@@ -116,7 +111,7 @@ pub(super) fn lines(population: &Population) -> [String; 2] {
     [stable, format!("smallest maximum stiffness found in the whole range: {worst}")]
 }
 
-/// The limits over a population. A limit beyond the search range is `None`, with `is_beyond_search`.
+/// The limits over the population. A limit beyond the search range is `None`, with `is_beyond_search`.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct PopulationPart {
     /// Number of members.
@@ -127,7 +122,7 @@ pub(super) struct PopulationPart {
     smallest_found: WorstPart,
 }
 
-/// The share of the members with which the loop is stable.
+/// The share of members with a stable loop.
 #[derive(Debug, Serialize, JsonSchema)]
 struct SharePart {
     /// The share.
@@ -139,7 +134,7 @@ struct SharePart {
 /// The limit of a parameter over the members.
 #[derive(Debug, Serialize, JsonSchema)]
 struct LimitQuantilesPart {
-    /// The key of the parameter.
+    /// Key of the parameter.
     parameter: &'static str,
     /// Quantiles of the limit, increasing, in the unit of the key.
     quantiles: Vec<QuantilePart>,
@@ -166,7 +161,7 @@ struct WorstPart {
     arm_factors: ArmFactors,
     /// Factor on the damping of the tissue.
     tissue_damping_factor: f64,
-    /// The delay of each way in s; `None` if the scenario gives it.
+    /// Delay of each direction in s; `None` if the scenario gives it.
     delay_s: Option<f64>,
 }
 

@@ -17,18 +17,15 @@ fn policy(reengage: Reengage) -> &'static str {
     }
 }
 
-/// Returns a number of ticks in s.
 pub(super) fn seconds(switching: &Switching, ticks: u64) -> f64 {
-    // Rounded, because the product of a tick of 0.001 s has rounding errors in its last digits.
+    // Rounded, because a multiple of a tick of 0.001 s has rounding errors in its last digits.
     (ticks as f64 * switching.settings.of_loop.tick_s * 1e12).round() / 1e12
 }
 
-/// Returns a number of ticks as text in ms.
 fn milliseconds(switching: &Switching, ticks: u64) -> String {
     format!("{} ms", significant(1e3 * seconds(switching, ticks)))
 }
 
-/// The findings, a line each.
 pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String> {
     let ms = |ticks| milliseconds(switching, ticks);
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
@@ -103,7 +100,6 @@ pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String
     lines
 }
 
-/// Returns what a certificate says about the scenario.
 fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
     let range = format!("{} to {} N/m", significant(softest), significant(stiffest));
@@ -124,7 +120,6 @@ fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
     )
 }
 
-/// The end of one event, by re-engagement policy.
 pub(super) fn event_table(events: &[EventBound]) -> Table {
     let columns = [
         ("reengage", format!("released {} mm from the hand", significant(1e3 * GAP_M))),
@@ -135,7 +130,7 @@ pub(super) fn event_table(events: &[EventBound]) -> Table {
         ("force_step_n", "max step per tick".to_owned()),
     ];
     let mut table = Table::new("released", "The end of one event, by re-engagement policy", columns);
-    // A motion below a nanometre and a force below a nanonewton are rounding errors.
+    // A motion below a nanometre or a force below a nanonewton is a rounding error.
     let shown = |value: f64, unit: Unit| Number::new(if value < 1e-9 { 0.0 } else { value }, unit);
     for event in events {
         table.row([
@@ -150,7 +145,6 @@ pub(super) fn event_table(events: &[EventBound]) -> Table {
     table
 }
 
-/// The rows of a matrix.
 pub(super) fn rows(matrix: &nalgebra::DMatrix<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
@@ -185,14 +179,15 @@ pub(super) struct AnalysedPart {
     is_certified_for_range: bool,
     /// True if the range covers the tissue of the scenario.
     covers_tissue: Option<bool>,
-    /// True if the same is certified with a needle that may lose contact at any tick; `None` if it is not certified in contact.
+    /// True if the certificate also holds for a needle that may lose contact at any tick; `None` if there is no
+    /// certificate in contact.
     covers_lost_contact: Option<bool>,
     /// The certificate with the shortest time between events; `None` without one.
     certificate: Option<CertificatePart>,
-    /// The proof for a gap that is kept after the event (`clutch`); `None` for other policies.
+    /// The proof for a gap that remains after the event (`clutch`); `None` for other policies.
     kept_gap: Option<KeptGapPart>,
     growth_per_event: GrowthPart,
-    /// Bounds of the motion after the hand is released at a distance; `None` if it is not certified, or with a delay.
+    /// Bounds of the motion after the hand is released at a distance; `None` without a certificate, or with a delay.
     reach: Option<ReachPart>,
     /// The gap between slave and hand at the end of an event in `released`, in m.
     gap_m: f64,
@@ -200,12 +195,12 @@ pub(super) struct AnalysedPart {
     released: Vec<ReleasedPart>,
 }
 
-/// A certificate; `certificate.json` has all that is needed to verify it.
+/// A certificate; `certificate.json` contains all data to verify it.
 #[derive(Debug, Serialize, JsonSchema)]
 struct CertificatePart {
     /// Required time between two events, in s.
     dwell_s: f64,
-    /// Bound of the ratio of the Lyapunov function at the beginnings of consecutive events.
+    /// Bound of the ratio of the Lyapunov function between the beginnings of consecutive events.
     contraction: f64,
     /// Number of verified conditions.
     conditions: u64,
@@ -213,7 +208,7 @@ struct CertificatePart {
     p_at_events: Vec<Vec<f64>>,
 }
 
-/// The proof for a kept gap.
+/// The proof for a remaining gap.
 #[derive(Debug, Serialize, JsonSchema)]
 struct KeptGapPart {
     /// Required time between two events, in s.
@@ -227,36 +222,36 @@ struct KeptGapPart {
 struct GrowthPart {
     /// Time between the events, in s.
     dwell_s: f64,
-    /// The largest factor per event that was found, with a tissue that changes at every tick.
+    /// Largest factor per event that was found, with a tissue that changes at every tick.
     found: f64,
     /// Number of changes of the stiffness per event in this sequence.
     found_changes_of_stiffness: usize,
     /// Proved bound of the factor; `None` without a certificate.
     certified: Option<f64>,
-    /// The largest factor that was found on a constant stiffness.
+    /// Largest factor that was found with a constant stiffness.
     found_on_one_stiffness: f64,
-    /// The longest time between events at which a sequence grows, in s; `None` if none was found.
+    /// Longest time between events with which a sequence was found to grow, in s; `None` if none was found.
     growing_dwell_s: Option<f64>,
 }
 
-/// Bounds of motion and force per distance at which the hand is released.
+/// Bounds of motion and force per distance of the released hand.
 #[derive(Debug, Serialize, JsonSchema)]
 struct ReachPart {
     /// Proved bound of the position of the slave, in m/m.
     slave_bound_m_per_m: f64,
-    /// The largest position that was found, in m/m.
+    /// Largest position that was found, in m/m.
     slave_found_m_per_m: f64,
     /// Proved bound of the feedback force, in N/m.
     force_bound_n_per_m: f64,
-    /// The largest feedback force that was found, in N/m.
+    /// Largest feedback force that was found, in N/m.
     force_found_n_per_m: f64,
-    /// The largest position that was found on a constant stiffness, in m/m.
+    /// Largest position that was found with a constant stiffness, in m/m.
     slave_on_one_stiffness_m_per_m: f64,
-    /// The stiffness of this sequence, in N/m.
+    /// Stiffness of this sequence, in N/m.
     worst_stiffness_n_per_m: f64,
-    /// The times of its events after the release, in s.
+    /// Times of its events after the release, in s.
     worst_events_s: Vec<f64>,
-    /// The time for which it holds the slave, in s.
+    /// Time for which it holds the slave, in s.
     worst_held_s: f64,
 }
 
@@ -339,7 +334,6 @@ impl ReleasedPart {
     }
 }
 
-/// A row per analysed time between events.
 pub(super) fn growth(switching: &Switching) -> DataTable<'static> {
     let points = &switching.by_dwell;
     DataTable::new("switching")
@@ -348,7 +342,6 @@ pub(super) fn growth(switching: &Switching) -> DataTable<'static> {
         .numbers("found_growth", points.iter().map(|point| point.found))
 }
 
-/// The end of one event, by re-engagement policy.
 pub(super) fn released(events: &[EventBound]) -> DataTable<'static> {
     DataTable::new("released")
         .texts("reengage", events.iter().map(|event| policy(event.reengage)))

@@ -1,4 +1,4 @@
-//! The verdict on a linear loop, in a sentence and in JSON files.
+//! The verdict on a linear loop, as a sentence and in JSON files.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -7,7 +7,7 @@ use crate::stability_check::LoopVerdict;
 use trocar_document::significant;
 use trocar_stability::{DelayRange, LeftOut, LinearLoop, LoopLimit, TissueRange, TissueSource, VaryingDelays};
 
-/// The verdict on the loop in a sentence, with the tissue that it stands for.
+/// The verdict on the loop in one sentence, with the tissue for which it holds.
 pub(crate) fn sentence(verdict: &LoopVerdict) -> String {
     let settings = &verdict.settings;
     let tissue = in_tissue(settings);
@@ -35,7 +35,7 @@ pub(crate) fn sentence(verdict: &LoopVerdict) -> String {
     }
 }
 
-/// Returns the tissue of a loop, as it follows "stable".
+/// The tissue of a loop, as a continuation of "stable".
 fn in_tissue(settings: &LinearLoop) -> String {
     let TissueRange { source, stiffness_n_per_m: (low, high), .. } = settings.tissue;
     let (stiffness, damping) = (significant(settings.stiffness_n_per_m), significant(settings.damping_n_s_per_m));
@@ -56,7 +56,6 @@ fn in_tissue(settings: &LinearLoop) -> String {
     }
 }
 
-/// Returns the ranges of delays that vary.
 fn ranges(delays: &VaryingDelays) -> String {
     let range = |way: DelayRange| format!("{} to {} ticks", way.min_ticks, way.max_ticks);
     format!("delays of {} to the slave and of {} to the master", range(delays.forward), range(delays.backward))
@@ -65,39 +64,39 @@ fn ranges(delays: &VaryingDelays) -> String {
 /// The verdict on a linear loop, with its tissue and the parts of the scenario that it leaves out.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct LoopPart<'a> {
-    /// The verdict in a sentence.
+    /// The verdict in one sentence.
     verdict: String,
-    /// True if the loop is stable, in contact and out of it, for every order of delays that vary; `None` if the analysis leaves out a
-    /// part of the scenario.
+    /// True if the loop is stable in contact and in free motion, for every order of varying delays; `None` if the
+    /// analysis leaves out a part of the scenario.
     is_stable: Option<bool>,
     /// True if the loop is stable at the worst stiffness, without the parts that the analysis leaves out.
     is_linear_loop_stable: bool,
     tissue: TissuePart,
-    /// The worst stiffness of the tissue, in N/m, for which the following numbers hold.
+    /// Worst stiffness of the tissue, in N/m, for which the following numbers hold.
     stiffness_n_per_m: f64,
-    /// The damping of the tissue, in N·s/m.
+    /// Damping of the tissue, in N·s/m.
     damping_n_s_per_m: f64,
     mode: ModePart,
-    /// The margins of the loop; `None` for a loop that is not stable, and where there is no limit.
+    /// The margins of the loop; `None` for an unstable loop, and for a margin without a limit.
     pub(super) margins: MarginsPart,
-    /// Everything that the linear loop leaves out, with tissue and augmentation.
+    /// Everything that the linear loop leaves out, including tissue and augmentation.
     unmodelled: &'a [String],
     /// The parts of the scenario without which the verdict holds.
     left_out: Vec<LeftOutPart>,
     /// The limits of motors and force sensor that the loop never reaches.
     never_reached: Vec<UnreachedPart>,
-    /// The delays that vary from tick to tick; `None` if they are constant, or if nothing bounds them.
+    /// Delays that vary from tick to tick; `None` if they are constant or unbounded.
     varying_delays: Option<DelaysPart>,
 }
 
-/// The range of stiffness that the needle meets.
+/// The range of stiffness that the needle encounters.
 #[derive(Debug, Serialize, JsonSchema)]
 struct TissuePart {
-    /// The source of the range.
+    /// Source of the range.
     source: &'static str,
-    /// The smallest and the largest stiffness, in N/m.
+    /// Minimum and maximum stiffness, in N/m.
     stiffness_n_per_m: (f64, f64),
-    /// The damping, in N·s/m.
+    /// Damping, in N·s/m.
     damping_n_s_per_m: f64,
 }
 
@@ -106,9 +105,9 @@ struct TissuePart {
 struct ModePart {
     /// Real and imaginary part of z.
     pole: [f64; 2],
-    /// The modulus of z; the loop is stable below 1.
+    /// Modulus of z; the loop is stable below 1.
     spectral_radius: f64,
-    /// -Re s / |s|; 1 does not oscillate, below 0 it grows.
+    /// -Re s / |s|; the mode does not oscillate at 1, and grows below 0.
     #[schemars(with = "Option<f64>")]
     damping_ratio: f64,
     /// |Im s| / 2π, in Hz.
@@ -121,50 +120,50 @@ struct ModePart {
 /// The smallest changes that make the loop unstable.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct MarginsPart {
-    /// The smallest factor above 1 on the gain.
+    /// Smallest destabilising factor above 1 on the gain.
     gain: Option<f64>,
-    /// Its frequency, in Hz.
+    /// Frequency of this gain margin, in Hz.
     gain_frequency_hz: Option<f64>,
-    /// The largest factor below 1 on the gain, for a conditionally stable loop.
+    /// Largest destabilising factor below 1 on the gain, for a conditionally stable loop.
     gain_below: Option<f64>,
-    /// The smallest phase in either direction, in rad.
+    /// Smallest destabilising phase in either direction, in rad.
     phase_rad: Option<f64>,
-    /// Its frequency, in Hz.
+    /// Frequency of this phase margin, in Hz.
     phase_frequency_hz: Option<f64>,
-    /// The smallest additional delay around the loop, in s.
+    /// Smallest destabilising additional delay around the loop, in s.
     delay_s: Option<f64>,
     #[serde(flatten)]
     pub(super) jitter: Option<JitterPart>,
 }
 
-/// The jitter margin, in `stability.json` alone.
+/// The jitter margin, which only `stability.json` contains.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct JitterPart {
-    /// The largest jitter of both ways, in ticks, for which the loop is proved to be stable in every order of the delays.
+    /// Largest jitter of both directions, in ticks, for which stability is proved in every order of the delays.
     pub(super) jitter_ticks: Option<u64>,
-    /// The same in s.
+    /// The same jitter in s.
     pub(super) jitter_s: Option<f64>,
 }
 
 /// A part of the scenario that the analysis leaves out.
 #[derive(Debug, Serialize, JsonSchema)]
 struct LeftOutPart {
-    /// The key that switches it on.
+    /// The key that enables it.
     key: &'static str,
-    /// Its name.
+    /// Name.
     what: &'static str,
-    /// For a limit: the largest magnitude in the loop, in the unit of the key, if it is known.
+    /// For a limit: the largest magnitude in the loop, in the unit of the key, if known.
     largest: Option<f64>,
 }
 
 /// A limit that the loop never reaches.
 #[derive(Debug, Serialize, JsonSchema)]
 struct UnreachedPart {
-    /// Its key.
+    /// Key of the limit.
     key: &'static str,
     /// The limit, in the unit of the key.
     limit: f64,
-    /// The largest magnitude in the loop, in the unit of the key.
+    /// Largest magnitude in the loop, in the unit of the key.
     largest: Option<f64>,
 }
 
@@ -175,14 +174,14 @@ struct DelaysPart {
     forward_ticks: [u64; 2],
     /// Minimum and maximum delay from the slave to the master, in ticks.
     backward_ticks: [u64; 2],
-    /// True if the loop is proved to be stable for every order of these delays.
+    /// True if stability is proved for every order of these delays.
     is_proved_stable: bool,
-    /// True if a receiver can be without a new sample for so long that it detects an outage.
+    /// True if a receiver can lack new samples long enough to detect an outage.
     can_be_outage: bool,
 }
 
 impl<'a> LoopPart<'a> {
-    /// The verdict, without the jitter margin.
+    /// Creates the verdict without the jitter margin.
     #[must_use]
     pub fn of(verdict: &'a LoopVerdict) -> Self {
         let LoopVerdict { settings, mode, margins, .. } = verdict;

@@ -6,7 +6,6 @@ use serde::Serialize;
 use trocar_document::{DataTable, significant};
 use trocar_stability::{Walls, ZWidth};
 
-/// The kinds of walls with their limits.
 fn kinds(z_width: &ZWidth) -> Vec<(&'static str, &[Walls])> {
     let virtual_walls = z_width.virtual_walls.as_deref().map(|walls| ("virtual", walls));
     std::iter::once(("tissue", z_width.tissue.as_slice())).chain(virtual_walls).collect()
@@ -35,15 +34,15 @@ pub(super) fn table(z_width: &ZWidth) -> DataTable<'static> {
 pub(super) struct ZWidthPart {
     /// Walls in the tissue.
     tissue: Vec<WallPart>,
-    /// Walls that the master computes; `None` if the force does not depend on the sampled position only.
+    /// Walls computed by the master; `None` if the force does not depend on the sampled position only.
     #[serde(rename = "virtual")]
     virtual_walls: Option<Vec<WallPart>>,
 }
 
-/// Walls of a damping.
+/// Walls with one damping.
 #[derive(Debug, Serialize, JsonSchema)]
 struct WallPart {
-    /// The damping, in N·s/m.
+    /// Damping, in N·s/m.
     damping_n_s_per_m: f64,
     /// The stiffest wall that is stable with the scenario's arm.
     stable: WallLimit,
@@ -54,7 +53,7 @@ struct WallPart {
 /// The stiffest wall with a property.
 #[derive(Debug, Serialize, JsonSchema)]
 struct WallLimit {
-    /// Its stiffness, in N/m; `None` without such a wall, and beyond the search range.
+    /// Stiffness, in N/m; `None` without such a wall, and beyond the search range.
     max_n_per_m: Option<f64>,
     /// True if every searched wall has the property.
     is_beyond_search: bool,
@@ -76,7 +75,7 @@ impl ZWidthPart {
     }
 }
 
-/// The largest stiffness of each kind of wall, a line each.
+/// The largest stiffness of each kind of wall, one per line.
 pub(super) fn lines(z_width: &ZWidth) -> Vec<String> {
     let newtons = |value: f64| {
         if value.is_finite() { format!("{} N/m", significant(value)) } else { "the search range".to_owned() }
