@@ -170,7 +170,7 @@ enum Command {
     /// marked as an example.
     /// Without a flag, the starter is --layers: a tissue of your own, which needs no other file.
     Init(init::InitArgs),
-    /// Print the JSON Schema of scenario files for editors, or of a JSON file: its keys with units and meaning
+    /// Print the JSON Schema of scenario files, or of a JSON file, with units and meanings
     Schema(schema::SchemaArgs),
     /// Write the in-vivo-like recording, or a variant with another seed
     ///
