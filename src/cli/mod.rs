@@ -180,7 +180,7 @@ enum Command {
     /// is the default or marked as an example.
     /// Without a flag, the starter is --layers: a user-defined tissue, which needs no other file.
     Init(init::InitArgs),
-    /// Print the JSON Schema of scenario files for editors, or of a JSON file, with units and meanings of its keys
+    /// Print the JSON Schema of scenario files, or of a JSON file, with units and meanings
     Schema(schema::SchemaArgs),
     /// Write the in-vivo-like recording, or a variant with another seed
     ///

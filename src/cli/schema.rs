@@ -60,8 +60,8 @@ const SWEEP: &str = "sweep-file";
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct SchemaArgs {
-    /// The kind of file
-    #[arg(value_name = "KIND", default_value = SCENARIO, value_parser = kinds())]
+    /// The kind of file [default: scenario]
+    #[arg(value_name = "KIND", default_value = SCENARIO, hide_default_value = true, value_parser = kinds())]
     kind: String,
     /// The former flag for the kind sweep-file
     #[arg(long, hide = true, conflicts_with = "kind")]

@@ -36,7 +36,7 @@ use trocar_core::lane::Lane;
 /// Share of an account that is reserved for effects that its limits cannot foresee: hand force and tissue force may
 /// change within the motion to which a command commits a machine.
 ///
-/// A friction of 2 N that reverses within 0.5 mm takes 1 mJ, a fifth of the default budget.
+/// A friction of 2 N that reverses within 0.5 mm takes 1 mJ, half of the reserve of the default budget of 10 mJ.
 const RESERVE: f64 = 0.2;
 
 /// Length of a [`Payload`].
