@@ -1,3 +1,5 @@
+//! The units in which quantities are displayed.
+
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -194,5 +194,6 @@ impl Verdict {
 
 /// A study with a document.
 pub trait Study {
+    /// Returns all that any surface may show of the result.
     fn document(&self) -> Document<'_>;
 }

@@ -5,6 +5,7 @@ use trocar_document::figure::{
     Axis, BLACK, Entry, Figure, GREY, GUIDE, Panel, Point, Row, Sample, Stroke, VERMILION, extent,
 };
 
+/// A strategy beside those with which it is compared.
 #[derive(Clone, Copy, Debug)]
 pub struct StrategyView<'a> {
     /// The name.

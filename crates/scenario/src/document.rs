@@ -37,6 +37,7 @@ pub enum Source {
     Text {
         /// The name in messages.
         name: Arc<str>,
+        /// The text in TOML.
         text: Arc<str>,
     },
     /// A recording in memory, by the name that [`keep`](trocar_recording::keep) returned.

@@ -120,6 +120,7 @@ impl System<f64, LaggedState> for Lagged<'_> {
     }
 }
 
+/// Both plants between ticks, integrated numerically.
 #[derive(Debug, Clone)]
 pub struct IntegratedPlants {
     equations: Equations,

@@ -47,6 +47,7 @@ impl Study for Run {
     }
 }
 
+/// Adds the figures of a run to a document.
 pub fn add_figures<'a>(
     document: &mut Document<'a>,
     run: RunView<'a>,

@@ -124,6 +124,7 @@ impl Layout {
 pub struct PackRows(Vec<u64>);
 
 impl PackRows {
+    /// Removes all rows.
     pub fn clear(&mut self) {
         self.0.clear();
         self.0.push(0);
