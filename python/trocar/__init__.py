@@ -226,6 +226,6 @@ def trace_columns() -> dict[str, tuple[str, str]]:
 
     >>> import trocar
     >>> trocar.trace_columns()["slave_position_m"]
-    ('m', 'Position of the slave, x_e; it increases into the tissue.')
+    ('m', 'Position of the slave, x_e, increasing into the tissue.')
     """
     return {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}
