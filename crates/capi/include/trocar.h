@@ -153,7 +153,7 @@ typedef struct trocar_rig_settings {
      */
     double rig_recovery_speed_m_per_s;
     /**
-     * rig.recovery_force_rate_n_per_s: Rate at which the feedback force returns to the measured one after bad
+     * rig.recovery_force_rate_n_per_s: Rate at which the feedback force returns to the measured force after bad
      * samples. In N/s; a number, at least 1e-12 and at most 1e12; default 50.0.
      */
     double rig_recovery_force_rate_n_per_s;
@@ -163,9 +163,9 @@ typedef struct trocar_rig_settings {
      */
     double estimator_contact_m;
     /**
-     * estimator.parameters: K and B; K alone, as the paper tries in 3.2.1; with friction; μ, λ and n of eq. 2; or
-     * with and without friction, where the smaller error counts. One of enum trocar_estimator_parameters; default
-     * TROCAR_ESTIMATOR_PARAMETERS_STIFFNESS_AND_DAMPING.
+     * estimator.parameters: Estimated parameters: K and B; K alone, as the paper tries in 3.2.1; K, B and
+     * friction; μ, λ and n of eq. 2; or K and B with and without friction, where the smaller error counts. One of
+     * enum trocar_estimator_parameters; default TROCAR_ESTIMATOR_PARAMETERS_STIFFNESS_AND_DAMPING.
      */
     uint64_t estimator_parameters;
     /**
@@ -192,7 +192,7 @@ typedef struct trocar_rig_settings {
     double estimator_forgetting_factor;
     /**
      * estimator.normalisation: β of eq. 14 in 1/m²: beyond the depth 1/sqrt(β) the gain does not depend on the
-     * depth; 0: constant weighting. A number, at least 0 and at most 1e12; default 1000000.0.
+     * depth; 0 gives constant weighting. A number, at least 0 and at most 1e12; default 1000000.0.
      */
     double estimator_normalisation;
     /**
@@ -212,9 +212,9 @@ typedef struct trocar_rig_settings {
      */
     double estimator_dead_zone_n;
     /**
-     * detector.distance: The distance: e², eq. 22, eq. 23, the parameters of eq. 26, the derivative, the
-     * likelihood ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline:
-     * moving average, windowed derivative, linear fit. One of enum trocar_detector_distance; default
+     * detector.distance: Distance: e², eq. 22, eq. 23, the parameters of eq. 26, the derivative, the likelihood
+     * ratio, Page-Hinkley, adaptive (needs no settings and no contact position), or a baseline: moving average,
+     * windowed derivative, linear fit. One of enum trocar_detector_distance; default
      * TROCAR_DETECTOR_DISTANCE_SQUARED_RESIDUAL.
      */
     uint64_t detector_distance;
@@ -251,7 +251,7 @@ typedef struct trocar_rig_settings {
     uint64_t detector_window_samples;
     /**
      * detector.false_alarms_per_min: Wanted rate of false alarms of the adaptive detector, per minute; its
-     * threshold of 7 then stands for it. A number, at least 1e-12 and at most 1e12; default NaN: none.
+     * threshold of 7 then corresponds to this rate. A number, at least 1e-12 and at most 1e12; default NaN: none.
      */
     double detector_false_alarms_per_min;
     /**
@@ -276,11 +276,11 @@ typedef struct trocar_rig_settings {
      */
     double detector_settle_s;
     /**
-     * detector.drop_only: Whether only a force below a predicted resisting force counts. 0 or 1; default 1.
+     * detector.drop_only: Ignores changes other than a force below a predicted resisting force. 0 or 1; default 1.
      */
     uint64_t detector_drop_only;
     /**
-     * detector.motion: The motion of the needle during which a drop counts. One of enum trocar_detector_motion;
+     * detector.motion: Motion of the needle during which a drop counts. One of enum trocar_detector_motion;
      * default TROCAR_DETECTOR_MOTION_NOT_WITHDRAWN.
      */
     uint64_t detector_motion;
@@ -297,12 +297,12 @@ typedef struct trocar_rig_settings {
      */
     double detector_insertion_speed_m_per_s;
     /**
-     * detector.minimum_depth_m: A drop counts only from this depth below estimator.contact_m. In m; a number, at
-     * least 0 and at most 1e12; default 0.0.
+     * detector.minimum_depth_m: Smallest depth below estimator.contact_m at which a drop counts. In m; a number,
+     * at least 0 and at most 1e12; default 0.0.
      */
     double detector_minimum_depth_m;
     /**
-     * augmentation.enabled: Whether augmentation is enabled; false gives the classical scheme. 0 or 1; default 1.
+     * augmentation.enabled: Enables augmentation; false gives the classical scheme. 0 or 1; default 1.
      */
     uint64_t augmentation_enabled;
     /**
@@ -312,9 +312,9 @@ typedef struct trocar_rig_settings {
      */
     uint64_t augmentation_freeze;
     /**
-     * augmentation.hold: What holds the slave during an event: a freeze, a speed limit, a region that it must not
-     * enter, or nothing. One of enum trocar_augmentation_hold; default TROCAR_AUGMENTATION_HOLD_FREEZE. It applies
-     * to augmentation.enabled = true.
+     * augmentation.hold: Hold the slave during an event: by a freeze, a speed limit, a forbidden region, or not at
+     * all. One of enum trocar_augmentation_hold; default TROCAR_AUGMENTATION_HOLD_FREEZE. It applies to
+     * augmentation.enabled = true.
      */
     uint64_t augmentation_hold;
     /**
@@ -372,8 +372,8 @@ typedef struct trocar_rig_settings {
      */
     double augmentation_amplification;
     /**
-     * augmentation.damp_damping_n_s_per_m: Damping that the damp law adds to the master; 0: the feedback force is
-     * the measured one. In N·s/m; a number, at least 0 and at most 1e12; default 100.0. It applies to
+     * augmentation.damp_damping_n_s_per_m: Damping that the damp law adds to the master; with 0 the feedback force
+     * is the measured force. In N·s/m; a number, at least 0 and at most 1e12; default 100.0. It applies to
      * augmentation.force_law = damp.
      */
     double augmentation_damp_damping_n_s_per_m;
@@ -383,13 +383,13 @@ typedef struct trocar_rig_settings {
      */
     double augmentation_damp_time_constant_s;
     /**
-     * augmentation.cue: Whether a vibration on the operator's skin marks the event. 0 or 1; default 0. It applies
-     * to augmentation.enabled = true.
+     * augmentation.cue: Marks the event by a vibration on the operator's skin. 0 or 1; default 0. It applies to
+     * augmentation.enabled = true.
      */
     uint64_t augmentation_cue;
     /**
-     * augmentation.blend_s: Length of the cross-fade back to the measured force. In s; a number, at least 0 and at
-     * most 1e12; default 0.1. It applies to augmentation.enabled = true.
+     * augmentation.blend_s: Duration of the cross-fade back to the measured force. In s; a number, at least 0 and
+     * at most 1e12; default 0.1. It applies to augmentation.enabled = true.
      */
     double augmentation_blend_s;
     /**
@@ -408,8 +408,8 @@ typedef struct trocar_rig_settings {
      */
     double augmentation_exit_ratio;
     /**
-     * augmentation.exit_quiet_s: How long g must be quiet before the slave is released. In s; a number, at least 0
-     * and at most 1e12; default 0.05. It applies to augmentation.enabled = true.
+     * augmentation.exit_quiet_s: Time for which g must be quiet before the slave is released. In s; a number, at
+     * least 0 and at most 1e12; default 0.05. It applies to augmentation.enabled = true.
      */
     double augmentation_exit_quiet_s;
     /**
