@@ -205,7 +205,7 @@ def sweep(
     executor
         Runs the shards on other workers: an executor of ``concurrent.futures``, a ``dask.distributed.Client``, a
         ``joblib.Parallel``, a ``multiprocessing.Pool``, or the module ``ray``. The workers need the same version of
-        trocar, and the files of the scenario at the same paths.
+        trocar; the files of the scenario are sent along, except imported FMI units, which need the same paths.
     client
         The same as ``executor``.
     shards
