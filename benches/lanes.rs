@@ -1,8 +1,8 @@
 //! The cost of a tick per case with eight cases side by side, in each available instruction set.
 //!
-//! From resolved scenarios to metrics, including the construction of the engines and their lanes; compared with the
-//! same cases one after the other. Criterion gives the throughput in ticks of one case (elements) per second;
-//! `cargo bench --bench table` gives ns.
+//! Measures from resolved scenarios to metrics, including the construction of the engines and their lanes, and
+//! compares with the same cases one after the other. Criterion reports the throughput in ticks of one case (elements)
+//! per second; `cargo bench --bench table` reports ns.
 
 #[path = "table/shipped.rs"]
 mod shipped;

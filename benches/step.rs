@@ -1,8 +1,8 @@
 //! The cost of a step of the rig's controller, on the signals of the shipped insertion.
 //!
-//! The table gives the best and the median of many passes over the insertion in ns per step, without the clock:
-//! `augmented` with its events, `classical` without their effect, `motionless` with noise that makes the estimator
-//! correct at most samples.
+//! The table shows the best and the median of many passes over the insertion, in ns per step, without the time to
+//! read the clock. `augmented` includes the events, `classical` lacks their effect, and `motionless` has noise that
+//! makes the estimator correct at most samples.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -13,7 +13,7 @@ use trocar::scenario::{Scenario, Source};
 
 const PASSES: usize = 300;
 
-/// A shipped scenario's controller and the samples of its run.
+/// Returns the controller of a shipped scenario and the samples of its run.
 fn replay(name: &str) -> (HapticController, Vec<Sample>) {
     let scenario = Scenario::load(&Source::parse(name), &[]).expect("loads");
     let controller = HapticController::new(&scenario.rig_settings()).expect("valid");
@@ -27,7 +27,7 @@ fn replay(name: &str) -> (HapticController, Vec<Sample>) {
     (controller, (0..trace.len()).map(sample).collect())
 }
 
-/// A needle at rest in the tissue, with a force that varies by ±0.1 N.
+/// Returns a needle at rest in the tissue, with a force that varies by ±0.1 N.
 fn motionless() -> (HapticController, Vec<Sample>) {
     let varying = |k: u32| 5.0 + 0.1 * f64::from(k).sin();
     let sample = |k| Sample {
@@ -44,7 +44,7 @@ fn cases() -> [(&'static str, (HapticController, Vec<Sample>)); 3] {
     [("classical", replay("paper/classical")), ("augmented", replay("paper/augmented")), ("motionless", motionless())]
 }
 
-/// Every command passes `black_box`, so that no part of it is optimised away.
+/// Runs the controller over the samples. `black_box` keeps the compiler from removing any part of a command.
 fn pass(controller: &mut HapticController, samples: &[Sample]) {
     for sample in samples {
         black_box(controller.step(black_box(sample)));

@@ -1,8 +1,8 @@
-//! The cost of a tick, and of the exact step against numerical integration.
+//! The cost of a tick, and of the exact step compared with numerical integration.
 //!
-//! `full` is a run with its metrics, `bare` one without an observer, `baseline` the two matrix products alone: the
-//! ratio full / baseline gives the cost of the rest of the tick, independent of the machine. Criterion gives the
-//! throughput in ticks (elements) per second; `cargo bench --bench table` gives ns.
+//! `full` is a run with its metrics, `bare` a run without an observer, and `baseline` only the two matrix products.
+//! The ratio full / baseline shows the cost of the rest of the tick, independent of the machine. Criterion reports
+//! the throughput in ticks (elements) per second; `cargo bench --bench table` reports ns.
 
 #[path = "table/shipped.rs"]
 mod shipped;
@@ -35,13 +35,12 @@ fn full(engine: &mut Wired<f64, ExactPlants<f64>>, observer: &mut MetricsObserve
 
 /// The plants alone: two matrices times their states and inputs, in plain code.
 struct Baseline {
-    /// Row by row: states, then `x_d` now and next, and `F_ed`.
+    /// Rows; the columns are the states, `x_d` now and at the next tick, and `F_ed`.
     master: [[f64; MASTER_STATES + 3]; MASTER_STATES],
-    /// Row by row: states, then `x_ref`.
+    /// Rows; the columns are the states and `x_ref`.
     slave: [[f64; SLAVE_STATES + 1]; SLAVE_STATES],
 }
 
-/// A matrix times a vector.
 #[inline(always)]
 fn times<const ROWS: usize, const COLUMNS: usize>(
     matrix: &[[f64; COLUMNS]; ROWS],
@@ -117,7 +116,7 @@ fn plants(criterion: &mut Criterion) {
         for tick in 0..ticks {
             let (now, next) = (1e-5 * tick as f64, 1e-5 * (tick + 1) as f64);
             let (force, reference) = (100.0 * plants.slave().position_m, plants.master().position_m);
-            plants.step(now, next, force, reference).expect("steps");
+            plants.step(now, next, force, reference, 0.0).expect("steps");
         }
         plants.slave().position_m
     }

@@ -9,8 +9,8 @@ use trocar::scenario::{Scenario, Source};
 /// Number of seeds of the sensor's noise in the table of gates.
 const SEEDS: u64 = 40;
 
-/// Force noise added to the recordings for the gates, which otherwise do not depend on the seed: the paper's 6.25e-4 N²
-/// (4.1).
+/// Force noise added to the recordings in the table of gates, because the recordings alone do not depend on the seed.
+/// Its variance is the paper's 6.25e-4 N² (4.1).
 const NOISE: &str = "sensor.force_noise_std_n=0.025";
 
 /// An estimator's name and its settings.
@@ -40,7 +40,7 @@ fn scenario(name: &str, settings: &[&str]) -> Scenario {
     Scenario::load(&Source::parse(name), &settings).expect("a good scenario")
 }
 
-/// Mean |e| and standard deviation of e, in N, over a run.
+/// Returns the mean of |e| and the standard deviation of e over a run, in N.
 fn errors(name: &str, settings: &[&str]) -> (f64, f64) {
     let run = run(scenario(name, settings)).expect("runs");
     let residual = &run.trace.residual_n;
@@ -50,7 +50,7 @@ fn errors(name: &str, settings: &[&str]) -> (f64, f64) {
     (residual.iter().map(|e| e.abs()).sum::<f64>() / count, variance.sqrt())
 }
 
-/// The prediction errors of the estimators.
+/// Returns the table of the estimators' prediction errors.
 pub fn estimators() -> String {
     const DATA: [(&str, &str); 4] = [
         ("paper/classical", "in-vivo-like recording"),
@@ -75,7 +75,7 @@ pub fn estimators() -> String {
     text
 }
 
-/// The detections and false alarms by gate, over [`SEEDS`] seeds.
+/// Returns the table of detections and false alarms by gate, over [`SEEDS`] seeds.
 pub fn gates() -> String {
     const DATA: [(&str, &str, &[&str]); 5] = [
         ("paper/classical", "in-vivo-like recording", &[NOISE]),

@@ -8,8 +8,8 @@ use trocar::engine::OwnParts;
 use trocar::run::{Run, run_with};
 use trocar::scenario::{Scenario, Source};
 
-/// Raises an alarm if the force falls below its exponential moving average by more than a threshold, after some quiet
-/// samples in contact.
+/// Raises an alarm if the force falls below its exponential moving average by more than a threshold. Requires some
+/// quiet samples in contact before an alarm.
 struct FallDetector {
     weight: f64,
     threshold_n: f64,

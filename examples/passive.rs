@@ -1,10 +1,11 @@
-//! Many random cases of the passivity schemes, and what each scheme makes of them.
+//! Runs the passivity schemes on many random cases and compares their results.
 //!
 //! ```sh
 //! cargo run --release --example passive -- 2000
 //! ```
-//! For each scheme: the number of cases in which it breaks its promise `E_m - E_s >= -E_0` at the ports of hand and needle, the
-//! smallest margin, and the number of cases whose peak force exceeds 1.5 times that of the plain loop without delay.
+//! It prints for each scheme the number of cases that violate the promise `E_m - E_s >= -E_0` at the ports of hand
+//! and needle, the smallest margin, and the number of cases whose peak force exceeds 1.5 times the peak force of the
+//! plain loop without delay.
 
 #[allow(dead_code, reason = "shared with the tests")]
 #[path = "../tests/it/support/passive_cases.rs"]

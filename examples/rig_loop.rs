@@ -1,12 +1,13 @@
-//! The controller of a rig in a 1 kHz loop on this machine: the time of a step, and the wake-up latency.
+//! Runs a rig's controller in a 1 kHz loop on this machine, and measures the time of a step and the wake-up latency.
 //!
 //! ```sh
 //! cargo run --release --example rig_loop                                  # 10 s at 1 kHz
 //! cargo run --release --example rig_loop -- --free-running --steps 1e8    # without pause
 //! cargo run --release --example rig_loop -- --free-running --steps 1e8 --signal motionless
 //! ```
-//! The signals are those of the shipped augmented insertion, forwards and backwards in turn; or an artificial one
-//! (`motionless`, `tiny-depth`, `huge-depth`, `sine`), with noise that leaves the estimator's dead zone.
+//! The samples come from the shipped augmented insertion, played forwards and backwards in turn, or from an
+//! artificial signal (`motionless`, `tiny-depth`, `huge-depth`, `sine`) with noise that leaves the estimator's dead
+//! zone.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -17,13 +18,13 @@ use std::time::{Duration, Instant};
 use trocar::rig::{HapticController, Sample, Settings};
 use trocar::scenario::{Scenario, Source};
 
-/// Samples that are generated in advance.
+/// Number of samples generated in advance.
 const BLOCK: usize = 10_000;
-/// Steps between two readings of the clock for a step's mean time.
+/// Number of steps between two readings of the clock, for the mean time of a step.
 const INTERVAL: usize = 100;
-/// Every so many blocks, intervals are timed too.
+/// Number of blocks of which one also times its intervals.
 const MEAN_EVERY: u64 = 10;
-/// Times from here on fall into the last bin, in ns.
+/// Times from this value on fall into the last bin, in ns.
 const LONGEST_NS: usize = 1_000_000;
 
 /// A histogram of times in ns.
@@ -45,7 +46,7 @@ impl Histogram {
         self.total += 1;
     }
 
-    /// The quantile of the times in ns.
+    /// Returns the quantile of the times, in ns.
     fn quantile_ns(&self, share: f64) -> u64 {
         let target = (share * self.total as f64).ceil().max(1.0) as u64;
         let mut counted = 0;
@@ -53,11 +54,11 @@ impl Histogram {
             counted += count;
             counted >= target
         });
-        // The times of the last bin are not resolved: the worst bounds them.
+        // The last bin has no resolution, so return the longest time as a bound.
         index.filter(|ns| *ns < LONGEST_NS).map_or(self.worst_ns, |ns| ns as u64)
     }
 
-    /// A line of the table, in µs or in ns.
+    /// Prints a line of the table, in µs or in ns.
     fn print(&self, name: &str, unit_ns: f64) {
         let cell = |ns: u64| format!("{:>10.*}", if unit_ns > 1.0 { 2 } else { 0 }, ns as f64 / unit_ns);
         let quantiles = [0.0, 0.5, 0.99, 0.999, 0.99999].map(|share| cell(self.quantile_ns(share))).concat();
@@ -74,9 +75,9 @@ fn print_head(title: &str) {
 
 /// An endless source of samples.
 enum Signal {
-    /// The insertion, forwards and backwards in turn: the present sample, and the direction.
+    /// The insertion, played forwards and backwards in turn, with the index of the present sample.
     Insertion { samples: Vec<Sample>, at: usize, is_forward: bool },
-    /// A needle in a Kelvin-Voigt tissue (N/m, N·s/m), at a depth (m) with a swing of 1 Hz (m), and bounded noise (N).
+    /// A needle in a Kelvin-Voigt tissue, at a depth (m) with a 1 Hz oscillation (m) and bounded noise (N).
     Needle { depth_m: f64, swing_m: f64, offset_n: f64, noise_n: f64, tick: u64, random: u64 },
 }
 
@@ -84,7 +85,7 @@ const NEEDLE_STIFFNESS_N_PER_M: f64 = 300.0;
 const NEEDLE_DAMPING_N_S_PER_M: f64 = 10.0;
 
 impl Signal {
-    /// The signal of a name, with the settings of a controller for it.
+    /// Returns the signal with a name, and the settings of a controller for it.
     fn named(name: &str) -> Result<(Self, Settings), Box<dyn Error>> {
         let scenario = Scenario::load(&Source::parse("paper/augmented"), &[])?;
         let settings = scenario.rig_settings();
@@ -133,7 +134,7 @@ impl Signal {
                 sample
             }
             Self::Needle { depth_m, swing_m, offset_n, noise_n, tick, random } => {
-                // Xorshift (Marsaglia 2003), sufficient for this noise.
+                // Xorshift (Marsaglia 2003) is sufficient for this noise.
                 *random ^= *random << 13;
                 *random ^= *random >> 7;
                 *random ^= *random << 17;
@@ -186,7 +187,7 @@ impl Outcome {
     }
 }
 
-/// Runs at 1 kHz: sleeps until the next deadline, on a fixed grid without accumulated sleeps.
+/// Runs at 1 kHz. Sleeps until the next deadline on a fixed grid, so that errors of the sleep do not accumulate.
 fn paced(controller: &mut HapticController, signal: &mut Signal, tick_s: f64, steps: u64) -> Outcome {
     let (mut steps_taken, mut lateness, mut outcome) = (Histogram::new(), Histogram::new(), Outcome::default());
     let start = Instant::now();
@@ -208,8 +209,7 @@ fn paced(controller: &mut HapticController, signal: &mut Signal, tick_s: f64, st
     outcome
 }
 
-/// Runs without pause. Times each step, and the clock alone as often: what both times have in common is due to the
-/// machine.
+/// Runs without pauses. Times each step, and the clock alone equally often: delays in both come from the machine.
 fn free_running(controller: &mut HapticController, signal: &mut Signal, tick_s: f64, steps: u64) -> Outcome {
     let (mut one, mut intervals, mut clock) = (Histogram::new(), Histogram::new(), Histogram::new());
     let mut outcome = Outcome::default();
@@ -222,7 +222,7 @@ fn free_running(controller: &mut HapticController, signal: &mut Signal, tick_s: 
         samples.extend((0..count).map(|_| signal.next(tick_s)));
         commands.clear();
         if (done / BLOCK as u64).is_multiple_of(MEAN_EVERY) {
-            // On a copy, so that the controller processes each sample once.
+            // Use a copy, so that the controller processes each sample only once.
             let mut copy = controller.clone();
             for interval in samples.chunks(INTERVAL) {
                 let start = Instant::now();

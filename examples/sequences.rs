@@ -1,11 +1,12 @@
-//! Random sequences of events on the engine, against the bounds of the certificate.
+//! Compares random sequences of events on the engine with the bounds of the certificate.
 //!
 //! ```text
 //! cargo run --release --example sequences -- 1000000
 //! ```
-//! Eight of ten sequences are of 0.24 s, with short events. One of ten is of 2.5 s with the events of the shipped scenario, and one
-//! of ten with those of a clutch. The needle rests in a spring from 50 to 600 N/m, and the hand is released 1 um to 10 mm from its desired
-//! position. Fails if a needle or a feedback force exceeds its bound.
+//! Eight of ten sequences last 0.24 s and have short events. One of ten lasts 2.5 s with the events of the shipped
+//! scenario, and one of ten lasts 2.5 s with the events of a clutch. The needle rests in a spring of 50 to 600 N/m,
+//! and the hand is released 1 µm to 10 mm from its desired position. Fails if a needle position or a feedback force
+//! exceeds its bound.
 
 use std::process::ExitCode;
 
@@ -13,7 +14,7 @@ use trocar::scenario::Source;
 use trocar::stability::{Switching, SwitchingSettings};
 use trocar::stability_check::{linear_loop, random_sequences, without_alarms};
 
-/// Range of stiffness in N/m.
+/// Range of the tissue stiffness, in N/m.
 const TISSUE: (f64, f64) = (50.0, 600.0);
 
 /// Short events, many of which fit into a short run.
@@ -25,10 +26,10 @@ const SHORT: [&str; 5] = [
     "augmentation.refractory_s=0.15",
 ];
 
-/// The gap is kept.
+/// Settings that keep the gap.
 const KEPT: [&str; 1] = ["augmentation.reengage=clutch"];
 
-/// Runs the sequences of some settings; returns whether all stay within the bounds.
+/// Runs the sequences with these settings. Returns true if all stay within the bounds.
 fn compare(settings: &[&str], count: u64, ticks: u64) -> Result<bool, Box<dyn std::error::Error>> {
     let tissue = ["tissue.stiffness_n_per_m=200", "tissue.damping_n_s_per_m=5"];
     let settings: Vec<String> = tissue.iter().chain(settings).map(|&setting| setting.to_owned()).collect();

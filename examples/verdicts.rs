@@ -1,4 +1,4 @@
-//! How often a verdict is false: random scenarios of 60 s, each analysed and run.
+//! Counts wrong verdicts: random scenarios of 60 s, each analysed and run.
 //!
 //! ```text
 //! cargo run --release --example verdicts -- 2000
@@ -6,19 +6,21 @@
 //! cargo run --release --example verdicts -- map 200
 //! cargo run --release --example verdicts -- delays 1000
 //! ```
-//! The first counts the scenarios that `stability` calls stable or certified and whose run swings or diverges, and the runs that
-//! settle and are called oscillating. Whether a run swings or settles is judged here from its last 30 s, with another
-//! rule than the program's, on a copy without noise and tremor: a stable loop forgets what disturbed it. Noise can raise false
-//! alarms for ever, and the needle then swings from one event to the next: such a run does not settle, though its loop is stable,
-//! and is counted by itself. It can also still a swing, as when the needle is left in softer tissue: such a run is not counted.
-//! Only what swings is analysed, since the analysis takes nearly all of the time; `all` analyses every scenario, and so tells how
-//! many verdicts there are.
+//! The first command counts the scenarios that `stability` calls stable or certified although the run oscillates or
+//! diverges, and the runs that settle although they are called oscillating. This program judges independently whether
+//! a run oscillates or settles: from its last 30 s, with another rule than `trocar`, on a copy without noise and
+//! tremor, because a stable loop forgets its disturbances.
 //!
-//! `map` runs every point of two stability maps of 200 by 200 points, and counts the points that are stable and called
-//! oscillating or diverged, and those that are unstable and called completed.
+//! Noise can cause repeated false alarms, so that the needle oscillates from one event to the next although the loop
+//! is stable; such runs do not settle and are counted separately. Noise can also end an oscillation, for example if
+//! it leaves the needle in softer tissue; such runs are not counted. The analysis takes nearly all of the time, so
+//! only oscillating runs are analysed; `all` analyses every scenario and so shows the total number of verdicts.
 //!
-//! `delays` counts as the first does, on loops whose delays vary: with jitter, and with delays that jump between the ends of
-//! the same range.
+//! `map` runs every point of two stability maps of 200 by 200 points. It counts the stable points that are called
+//! oscillating or diverged, and the unstable points that are called completed.
+//!
+//! `delays` counts like the first command on loops with varying delays: with jitter, and with delays that jump
+//! between the ends of the same range.
 
 use std::process::ExitCode;
 
@@ -32,15 +34,16 @@ use trocar::scenario::{Scenario, Source};
 use trocar::stability::{Axis, ClosedLoop, LeftOut, left_out, map};
 use trocar::stability_check::{StabilityStudy, linear_loop};
 
-/// Distance of a spectral radius from 1 within which a swing takes longer than the run to show whether it grows or decays.
+/// Distance of a spectral radius from 1 below which a run is too short to show whether an oscillation grows or
+/// decays.
 const NEAR: f64 = 2e-4;
 
-/// What a run does at its end.
+/// The behaviour of a run at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Truth {
-    /// It diverged, or the swing of the last 10 s is above 0.1 mm and not smaller than in the 10 s before.
+    /// The run diverged, or the amplitude of the last 10 s is above 0.1 mm and not smaller than in the 10 s before.
     Swings,
-    /// The swing of the last 10 s is below 10 µm, or less than half of that before.
+    /// The amplitude of the last 10 s is below 10 µm, or less than half of the amplitude in the 10 s before.
     Settles,
     /// Neither.
     Between,
@@ -49,17 +52,17 @@ pub enum Truth {
 /// The verdicts on one scenario.
 #[derive(Debug, Clone)]
 pub struct Judged {
-    /// The settings that were drawn.
+    /// The drawn settings.
     pub settings: Vec<String>,
-    /// Whether it is called stable.
+    /// True if the analysis calls the loop stable.
     pub is_stable: Option<bool>,
-    /// Whether its events are called certified.
+    /// True if the analysis calls the events certified.
     pub is_certified: Option<bool>,
-    /// Whether its run is called oscillating or diverged.
+    /// True if the run is called oscillating or diverged.
     pub is_called_unstable: bool,
-    /// What it does without noise and tremor.
+    /// The behaviour without noise and tremor.
     pub truth: Truth,
-    /// What it does with them, if it settles without them.
+    /// The behaviour with noise and tremor, if the run settles without them.
     pub with_events: Truth,
 }
 
@@ -145,7 +148,7 @@ fn drawn(random: &mut ChaCha8Rng) -> Vec<String> {
     all
 }
 
-/// How far hand or needle swings between two times, in seconds of a run of 60 s.
+/// Returns the larger peak-to-peak motion (m) of hand and needle between two times, in seconds of a run of 60 s.
 fn swing_m(run: &Run, from: usize, to: usize) -> f64 {
     let ticks = run.trace.len();
     [&run.trace.slave_position_m, &run.trace.master_position_m]
@@ -158,7 +161,6 @@ fn swing_m(run: &Run, from: usize, to: usize) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// What a run does at its end.
 fn truth(run: &Run) -> Truth {
     if matches!(run.metrics.outcome, Outcome::Diverged { .. }) {
         return Truth::Swings;
@@ -173,20 +175,22 @@ fn truth(run: &Run) -> Truth {
     }
 }
 
-/// What a run does with the noise and tremor, without which it settles, held against the same without augmentation: events swing
-/// it, if it swings by more than twice what the noise does.
+/// Judges a run with noise and tremor that settles without them, by comparison with the same run without
+/// augmentation. The events make it oscillate if its amplitude is more than twice the amplitude that the noise
+/// causes.
 fn truth_with_events(run: &Run, plain: &Run) -> Truth {
     if swing_m(run, 50, 60) > 2.0 * swing_m(plain, 50, 60) { truth(run) } else { Truth::Settles }
 }
 
-/// What a run does whose copy without noise and tremor swings: events can leave the needle where the loop is stable.
+/// Judges a run whose copy without noise and tremor oscillates. Events can leave the needle at a place where the loop
+/// is stable.
 fn truth_of_swinging(run: &Run, quiet: &Run) -> Truth {
     let diverged = |run: &Run| matches!(run.metrics.outcome, Outcome::Diverged { .. });
     let is_stilled = !diverged(quiet) && !diverged(run) && swing_m(run, 50, 60) < swing_m(quiet, 50, 60) / 3.0;
     if is_stilled { Truth::Between } else { truth(run) }
 }
 
-/// Draws the settings of a scenario of which only the delays vary.
+/// Draws the settings of a scenario in which only the delays vary.
 fn drawn_with_jitter(random: &mut ChaCha8Rng) -> Vec<String> {
     let mut all = drawn(random);
     let jitter_s = 1e-3 * 50.0_f64.powf(random.random::<f64>());
@@ -204,7 +208,8 @@ fn drawn_with_jitter(random: &mut ChaCha8Rng) -> Vec<String> {
     all
 }
 
-/// The scenario with delays that jump between the ends of its jitter, each way with a phase of its own.
+/// Returns the scenario with delays that jump between the ends of its jitter, with a separate phase for each
+/// direction.
 fn jumping(scenario: &Scenario, random: &mut ChaCha8Rng) -> Scenario {
     let tick_s = scenario.grid.tick_s();
     let jitter = scenario.irregularity.jitter_ticks(tick_s) as u32;
@@ -223,7 +228,7 @@ fn jumping(scenario: &Scenario, random: &mut ChaCha8Rng) -> Scenario {
     other
 }
 
-/// Analyses and runs a random scenario with jitter, and with delays that jump; `None` for settings that are refused.
+/// Analyses and runs a random scenario with jitter and with jumping delays; `None` if the settings are refused.
 fn judged_with_jitter(seed: u64) -> Option<Judged> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let settings = drawn_with_jitter(&mut random);
@@ -247,7 +252,7 @@ fn judged_with_jitter(seed: u64) -> Option<Judged> {
     })
 }
 
-/// Runs a random scenario, and analyses it if it swings or `is_analysed`; `None` for settings that are refused.
+/// Runs a random scenario, and analyses it if it oscillates or `is_analysed`; `None` if the settings are refused.
 fn judged(seed: u64, is_analysed: bool) -> Option<Judged> {
     let settings = drawn(&mut ChaCha8Rng::seed_from_u64(seed));
     let load = |settings: &[String]| Scenario::load(&Source::parse("hand/reflex"), settings);
@@ -270,7 +275,7 @@ fn judged(seed: u64, is_analysed: bool) -> Option<Judged> {
     } else {
         Truth::Settles
     };
-    // Both verdicts are unknown where something else than delays that vary is left out.
+    // Both verdicts are unknown if the analysis leaves out anything other than varying delays.
     let varies = |part: &LeftOut| matches!(part.key, "channel.jitter_s" | "channel.delays_file");
     let is_wanted = is_analysed || quiet == Truth::Swings;
     let study = if is_wanted && left_out(&scenario, None).iter().all(varies) {
@@ -288,7 +293,7 @@ fn judged(seed: u64, is_analysed: bool) -> Option<Judged> {
     })
 }
 
-/// The verdicts on `count` scenarios that can be run.
+/// Returns the verdicts on `count` scenarios that can be run.
 #[must_use]
 pub fn verdicts(count: usize, judged: impl Fn(u64) -> Option<Judged> + Sync) -> Vec<Judged> {
     let mut all = vec![];
@@ -302,7 +307,7 @@ pub fn verdicts(count: usize, judged: impl Fn(u64) -> Option<Judged> + Sync) -> 
     all
 }
 
-/// Compares the outcomes of a map's points with the linear analysis, and prints the counts.
+/// Compares the outcomes of a map's points with the linear analysis. Prints the counts.
 fn compare_map(count: usize, keys: [&str; 2], ranges: [&str; 2], settings: &[&str]) -> Option<()> {
     let base: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
     let load = |settings: &[String]| Scenario::load(&Source::parse("paper/classical"), settings);

@@ -1,24 +1,26 @@
 //! Bilateral teleoperation of needle insertions, with event-based haptic augmentation.
 //!
-//! An operator moves a master, a slave drives a needle, and the tissue force is fed back to the operator. When a layer ruptures,
-//! the needle overshoots. trocar estimates the tissue online, detects the rupture, freezes the slave and amplifies the drop of the
-//! felt force, after Barbé, Bayle, de Mathelin and Gangi, *In Vivo Model Estimation and Haptic Characterization of Needle
-//! Insertions*. Equation numbers in this documentation refer to that paper.
+//! An operator moves a master, a slave drives a needle, and the tissue force is fed back to the operator. When a
+//! layer ruptures, the needle overshoots. trocar estimates the tissue online, detects the rupture, freezes the slave
+//! and amplifies the drop of the felt force. The method is that of Barbé, Bayle, de Mathelin and Gangi, *In Vivo
+//! Model Estimation and Haptic Characterization of Needle Insertions*. Equation numbers in this documentation refer
+//! to that paper.
 //!
 //! # Signs and units
-//! All quantities are in SI units: m, m/s, N, s. Positions increase into the tissue. Forces are positive when they resist
-//! insertion (the paper plots the opposite sign). The force of the operator on the master is positive in the direction of insertion.
+//! All quantities are in SI units: m, m/s, N, s. Positions increase into the tissue. Forces are positive when they
+//! resist insertion (the paper plots the opposite sign). The operator's force on the master is positive in the
+//! direction of insertion.
 //!
 //! # Entry points
 //! | task | start with |
 //! |---|---|
 //! | run a scenario | [`scenario::Scenario::load`], [`run::run`], [`run::measure`] |
 //! | compare scenarios | [`compare::Comparison`] |
-//! | run many, vary keys | [`sweep`], [`run::run_pack`] |
+//! | run many cases, vary keys | [`sweep`], [`run::run_pack`] |
 //! | detect ruptures in a recording | [`detect`]; [`roc`] evaluates detectors |
 //! | analyse stability | [`stability`] |
 //! | control a rig | [`rig::HapticController`] (the package `trocar-core`: `no_std`, no allocation) |
-//! | use your own part in the loop | [`engine::OwnParts`] with [`run::run_with`] |
+//! | run a user-defined part in the loop | [`engine::OwnParts`] with [`run::run_with`] |
 //! | write results | [`report`] |
 //!
 //! # Run and compare
@@ -57,12 +59,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Your own parts
+//! # User-defined parts
 //! Every role in the loop is a trait: [`Operator`](operator::Operator), [`Tissue`](tissue::Tissue),
 //! [`Estimator`](estimation::Estimator), [`Detector`](detector::Detector), [`Distance`](detector::Distance),
 //! [`ForceLaw`](augmentation::ForceLaw), [`MotionLaw`](augmentation::MotionLaw),
-//! [`Architecture`](teleoperation::Architecture) and [`PassivityScheme`](teleoperation::PassivityScheme). A type that implements
-//! one of them for `f64` runs in any scenario.
+//! [`Architecture`](teleoperation::Architecture) and [`PassivityScheme`](teleoperation::PassivityScheme). A type that
+//! implements one of them for `f64` runs in any scenario.
 //! ```
 //! use trocar::engine::OwnParts;
 //! use trocar::scenario::{Scenario, Source};

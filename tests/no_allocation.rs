@@ -1,4 +1,4 @@
-//! No allocation from the first to the last tick of a run, nor in the controller of a rig.
+//! Neither a run, from its first to its last tick, nor the controller of a rig allocates memory.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -1,4 +1,4 @@
-//! A tick by component: each alone, with its recorded inputs of a whole run.
+//! A tick by component: each runs alone, with its recorded inputs of a whole run.
 
 use std::hint::black_box;
 
@@ -15,7 +15,7 @@ use crate::shipped::scenario;
 use crate::timing::{Cost, elapsed_s, time_ns};
 use crate::whole::{bare_ns, full_ns, ready};
 
-/// Ticks per batch: their inputs fit into the first-level cache, as in a run.
+/// Ticks per batch. Their inputs fit into the first-level cache, as in a run.
 const BATCH: usize = 128;
 
 /// Runs a part, in the instruction set of the engine's single run.
@@ -23,7 +23,7 @@ const BATCH: usize = 128;
 fn run<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the machine has the instructions that the function is compiled for, as was just checked.
+        // SAFETY: the check above ensures that the machine has the instructions of the function.
         return unsafe { run_avx2(part, inputs) };
     }
     run_inline(part, inputs)
@@ -44,13 +44,13 @@ fn run_inline<P: Part>(part: &mut P, inputs: &[P::Input]) -> u64 {
     bits
 }
 
-/// The cost of a part, in ns per tick.
+/// Measures the cost of a part, in ns per tick.
 fn cost_ns<P: Part>(part: &P, inputs: &[P::Input]) -> Cost {
     time_ns(inputs.len() as f64, || {
         let mut part = part.clone();
         let mut spent_s = 0.0;
         for inputs in inputs.chunks(BATCH) {
-            // Loads the inputs before the timing.
+            // Load the inputs before the timing.
             for input in inputs {
                 black_box(*input);
             }
@@ -62,7 +62,7 @@ fn cost_ns<P: Part>(part: &P, inputs: &[P::Input]) -> Cost {
     })
 }
 
-/// The components of a shipped scenario, and its whole run.
+/// Measures the components of a shipped scenario, and its whole run.
 fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
     let scenario = scenario(name);
     let (_, observer) = ready(&scenario);
@@ -90,7 +90,6 @@ fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
     ]
 }
 
-/// A tick by component.
 pub fn section() -> String {
     let header = ["ns per tick", "augmented, best", "median", "through the skin, best", "median"];
     let mut table = Table::new(1, &header);

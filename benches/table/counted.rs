@@ -5,22 +5,18 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use trocar::lane::{Lane, Mask};
 
-/// Numbers of operations; an operation on all lanes counts once.
+/// Numbers of operations. An operation on all lanes counts once.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Counts {
     /// Additions and subtractions.
     pub add: u64,
-    /// Multiplications.
     pub mul: u64,
-    /// Divisions and square roots.
     pub div: u64,
     /// Minima and maxima.
     pub extreme: u64,
     /// Absolute values and changes of sign.
     pub sign: u64,
-    /// Comparisons and selections.
     pub select: u64,
-    /// Logical operations on masks.
     pub mask: u64,
 }
 
@@ -29,7 +25,7 @@ thread_local! {
 }
 
 impl Counts {
-    /// The counts of this thread since the last call; resets them.
+    /// Returns the counts of this thread since the last call, and resets them.
     pub fn take() -> Self {
         COUNTS.take()
     }
@@ -41,11 +37,9 @@ fn count(one: impl FnOnce(&mut Counts)) {
     COUNTS.set(counts);
 }
 
-/// Numbers in lanes.
 #[derive(Debug, Clone, Copy)]
 pub struct Counted<const N: usize>([f64; N]);
 
-/// Truth values in lanes.
 #[derive(Debug, Clone, Copy)]
 pub struct Truth<const N: usize>([bool; N]);
 

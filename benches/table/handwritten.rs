@@ -1,8 +1,8 @@
-//! The baseline: the same experiment written by hand, for this scenario only.
+//! The baseline: the same experiment, written by hand for this scenario only.
 //!
-//! A plain loop over `f64`: the recorded force replayed over time, both plants by constant matrices, recursive least
-//! squares with dead zone, normalisation and resetting, CUSUM with arming and cap, the automaton, and the force that
-//! decays. The scenario's numbers are read once; the kinds of parts are fixed in the code. No metrics.
+//! A plain loop over `f64`: the recorded force replayed over time, both plants as constant matrices, recursive least
+//! squares with dead zone, normalisation and resetting, CUSUM with arming and cap, the automaton, and the decaying
+//! force. The scenario's numbers are read once; the code fixes the kinds of parts. It computes no metrics.
 
 use trocar::augmentation::{DecaySettings, ForceLawSettings, Freeze, Reengage};
 use trocar::detector::{DistanceKind, Motion};
@@ -10,13 +10,12 @@ use trocar::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 use trocar::scenario::Scenario;
 use trocar::time::nearest_ticks;
 
-/// The parameters of the experiment.
 pub struct Handwritten {
     desired_m: Vec<f64>,
     force_n: Vec<f64>,
-    /// Column by column: states, `x_d` now and next, `F_ed`.
+    /// Columns: the states, `x_d` now and at the next tick, `F_ed`.
     master: [[f64; MASTER_STATES]; MASTER_STATES + 3],
-    /// Column by column: states, `x_ref`.
+    /// Columns: the states, `x_ref`.
     slave: [[f64; SLAVE_STATES]; SLAVE_STATES + 1],
     slave_rest: [f64; SLAVE_STATES],
     position_scale: f64,
@@ -49,10 +48,10 @@ enum Mode {
 }
 
 impl Handwritten {
-    /// Takes the parameters of a scenario, its desired positions (one more than ticks, m) and its forces (N).
+    /// Takes the parameters of a scenario, its desired positions (m, one more than ticks) and its forces (N).
     ///
     /// # Panics
-    /// If the scenario has other kinds of parts.
+    /// Panics if the scenario has other kinds of parts.
     pub fn new(scenario: &Scenario, desired_m: Vec<f64>, force_n: Vec<f64>) -> Self {
         let tick_s = scenario.grid.tick_s();
         let (cusum, arming) = (&scenario.detector.cusum, &scenario.detector.arming);
@@ -107,12 +106,11 @@ impl Handwritten {
         }
     }
 
-    /// Number of ticks.
     pub fn ticks(&self) -> usize {
         self.force_n.len()
     }
 
-    /// Runs the experiment, and writes the slave's position at each tick (m); returns the number of alarms.
+    /// Runs the experiment and writes the slave's position at each tick (m). Returns the number of alarms.
     pub fn run(&self, slave_m: &mut [f64]) -> u64 {
         self.run_here(slave_m)
     }
@@ -232,7 +230,8 @@ impl Handwritten {
     }
 }
 
-/// `Σ_j columns[j] · inputs[j]`, even and odd `j` separately, which shortens the chains of dependent additions.
+/// Computes `Σ_j columns[j] · inputs[j]`, with separate sums for even and odd `j` to shorten the chains of dependent
+/// additions.
 #[inline(always)]
 fn advance<const ROWS: usize, const COLUMNS: usize>(
     columns: &[[f64; ROWS]; COLUMNS],

@@ -13,17 +13,14 @@ use crate::shipped::scenario_with;
 use crate::side_by_side::{cases, run_in, run_singly};
 use crate::timing::{Cost, elapsed_s, time_ns};
 
-/// The cost of a pack of a scenario.
 pub struct PackCost {
-    /// Name of the measured scenario.
     pub name: &'static str,
     /// The instruction set; `None` for cases one after the other.
     pub set: Option<InstructionSet>,
-    /// The cost in ns per tick and case.
+    /// The cost, in ns per tick and case.
     pub ns: Cost,
 }
 
-/// Measures every scenario in every instruction set, and one by one.
 pub fn measure() -> Vec<PackCost> {
     let mut costs = vec![];
     for (name, file, settings) in MEASURED {
@@ -39,8 +36,8 @@ pub fn measure() -> Vec<PackCost> {
     costs
 }
 
-/// Measures the scenarios with noise in the widest instruction set with noise drawn in advance, as in a sweep that uses
-/// a seed at many points.
+/// Measures the scenarios with noise in the widest instruction set. The noise is drawn in advance, as in a sweep that
+/// uses a seed at many points.
 pub fn measure_with_bank() -> Vec<PackCost> {
     let with_bank = |&(name, file, settings): &(&'static str, &str, &[&str])| {
         let cases = cases(&scenario_with(file, settings));
@@ -59,12 +56,11 @@ fn run_sharing(bank: &mut NoiseBank, cases: &[Scenario]) {
     }
 }
 
-/// The name of the mode in which a pack runs.
+/// Returns the name of the mode in which a pack runs.
 pub fn mode_of(set: Option<InstructionSet>) -> &'static str {
     set.map_or("one by one", name_of)
 }
 
-/// The section on the cost of packs.
 pub fn section(costs: &[PackCost], with_bank: &[PackCost]) -> String {
     let mut table = Table::new(2, &["ns per tick and case", "lanes", "best", "median", "one by one / best"]);
     let drawn_now = costs.iter().map(|cost| (cost, mode_of(cost.set).to_owned()));

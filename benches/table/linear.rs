@@ -1,4 +1,4 @@
-//! The cost against the number of cases and ticks.
+//! The cost as a function of the number of cases and ticks.
 
 use crate::markdown::{Table, figure};
 use crate::shipped::scenario_with;
@@ -6,14 +6,14 @@ use crate::sweeps::Sweep;
 use crate::timing::Cost;
 use crate::whole::full_ns;
 
-/// Duration of each case in s.
+/// Duration of each case, in s.
 const CASE_S: f64 = 0.1;
 
 fn power(exponent: u32) -> String {
     format!("10{}", ["⁰", "¹", "²", "³", "⁴", "⁵", "⁶"][exponent as usize])
 }
 
-/// Sweeps of 10² to 10⁶ short cases.
+/// Measures sweeps of 10² to 10⁶ short cases.
 fn cases() -> Table {
     let header = ["cases", "s, best", "ns per tick and case", "ns per tick of each additional case"];
     let mut table = Table::new(1, &header);
@@ -30,7 +30,7 @@ fn cases() -> Table {
     table
 }
 
-/// Single runs of 10² to 10⁶ ticks.
+/// Measures single runs of 10² to 10⁶ ticks.
 fn ticks() -> Table {
     let mut table = Table::new(1, &["ticks", "µs, best", "ns per tick", "median"]);
     for exponent in 2..=6 {
@@ -44,7 +44,6 @@ fn ticks() -> Table {
     table
 }
 
-/// Cost against cases and ticks.
 pub fn section() -> String {
     let of_cases = cases().section(
         "Cost against cases",

@@ -6,10 +6,11 @@ use crate::markdown::Table;
 use crate::measured::{available, name_of};
 use crate::timing::{elapsed_s, time_ns};
 
-/// Number of rotations, and of exclusive ors, in a measurement of the clock.
+/// Number of rotations, and of exclusive ors, in a measurement of the clock rate.
 const STEPS: u64 = 1_000_000;
 
-/// The clock rate in GHz, if a dependent rotation and exclusive or take a cycle each, as on every x86-64.
+/// Measures the clock rate in GHz. Assumes that a dependent rotation and exclusive or take one cycle each, as on
+/// every x86-64.
 fn clock_ghz() -> f64 {
     let step_ns = time_ns(STEPS as f64, || {
         elapsed_s(|| {
@@ -23,14 +24,13 @@ fn clock_ghz() -> f64 {
     2.0 / step_ns.best
 }
 
-/// The processor's name from Linux.
+/// Returns the processor's name, from Linux.
 fn model() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     Some(line.split_once(':')?.1.trim().to_owned())
 }
 
-/// The section on the machine.
 pub fn section() -> String {
     let mut table = Table::new(2, &["", ""]);
     let mut row = |name: &str, value: String| table.row([name.to_owned(), value]);

@@ -1,7 +1,7 @@
 //! The cost of a tick on this machine, as the tables of `benches/README.md`.
 //!
-//! `cargo bench --bench table` measures and prints them; `-- --write` also writes the file. All is measured in one
-//! process and one run, so that ratios are comparable; progress goes to standard error.
+//! `cargo bench --bench table` measures and prints them; `-- --write` also writes the file. One process measures
+//! everything, so that ratios are comparable. Progress goes to standard error.
 
 mod components;
 mod counted;
@@ -37,7 +37,8 @@ the difference to the median is due to the load.
 fn main() {
     let has = |flag: &str| std::env::args().any(|argument| argument == flag);
     if !has("--bench") {
-        // Built and started by `cargo test --benches`: an unoptimised build is not measured.
+        // `cargo test --benches` also builds and starts this program, but an unoptimised build is not worth
+        // measuring.
         return;
     }
     let peaks = begin("the machine", peak::measure);
@@ -59,13 +60,13 @@ fn main() {
     }
 }
 
-/// Reports what is measured, and measures it.
+/// Prints the name of a measurement, then runs it.
 fn begin<T>(what: &str, measure: impl FnOnce() -> T) -> T {
     eprintln!("measuring {what}");
     measure()
 }
 
-/// Writes `README.md` in a folder under a temporary name first, so that the file is never incomplete.
+/// Writes `README.md` under a temporary name first, so that the file is never incomplete.
 fn write(folder: &Path, page: &str) -> std::io::Result<()> {
     let mut file = tempfile::Builder::new().prefix(".README").tempfile_in(folder)?;
     file.write_all(page.as_bytes())?;

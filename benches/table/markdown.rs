@@ -5,7 +5,7 @@ use std::fmt::Write;
 /// Maximum length of a line of text, in characters.
 const WIDTH: usize = 120;
 
-/// A table: names on the left, figures on the right.
+/// A table with names on the left and figures on the right.
 pub struct Table {
     /// Number of name columns, from the left.
     names: usize,
@@ -13,22 +13,21 @@ pub struct Table {
 }
 
 impl Table {
-    /// An empty table whose first `names` columns are names.
+    /// Returns an empty table whose first `names` columns are names.
     pub fn new(names: usize, header: &[&str]) -> Self {
         Self { names, rows: vec![header.iter().map(|&cell| cell.to_owned()).collect()] }
     }
 
-    /// Adds a row, as wide as the header.
+    /// Adds a row, which must be as wide as the header.
     pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// A section: heading, what is measured, and the table.
+    /// Returns a section: a heading, a description and the table.
     pub fn section(&self, heading: &str, about: &str) -> String {
         format!("## {heading}\n\n{}\n\n{}", wrapped(about), self.text())
     }
 
-    /// The table alone.
     pub fn text(&self) -> String {
         let columns = self.rows[0].len();
         let width = |j: usize| self.rows.iter().map(|row| row[j].chars().count()).max().unwrap_or(0).max(3);
@@ -52,7 +51,7 @@ impl Table {
     }
 }
 
-/// A paragraph in lines of at most [`WIDTH`] characters.
+/// Wraps a paragraph to lines of at most [`WIDTH`] characters.
 fn wrapped(paragraph: &str) -> String {
     let mut lines: Vec<String> = vec![];
     for word in paragraph.split_whitespace() {
@@ -67,7 +66,7 @@ fn wrapped(paragraph: &str) -> String {
     lines.join("\n")
 }
 
-/// A figure to three digits, or as a whole number if it has more.
+/// Formats a figure with three digits, or as an integer if it has more.
 pub fn figure(value: f64) -> String {
     let decimals = match value.abs() {
         size if size >= 99.95 => 0,
@@ -78,7 +77,7 @@ pub fn figure(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// A fraction in per cent.
+/// Formats a fraction in per cent.
 pub fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }

@@ -14,12 +14,10 @@ pub const MEASURED: [(&str, &str, &[&str]); 5] = [
     ("depth, augmented", "paper/depth-augmented", &[]),
 ];
 
-/// The instruction sets that this machine has.
 pub fn available() -> impl Iterator<Item = InstructionSet> {
     InstructionSet::ALL.into_iter().filter(|set| set.is_available())
 }
 
-/// The name of an instruction set.
 pub fn name_of(set: InstructionSet) -> &'static str {
     match set {
         InstructionSet::Avx512 => "AVX-512",

@@ -10,15 +10,13 @@ use crate::markdown::{Table, figure};
 use crate::measured::MEASURED;
 use crate::shipped::scenario_with;
 
-/// The operations of a tick, on average over a run.
+/// The average operations of a tick over a run.
 pub struct TickCounts {
-    /// Name of the measured scenario.
     pub name: &'static str,
     /// Number of cases side by side.
     pub lanes: usize,
-    /// Whether metrics are included.
+    /// True if metrics are included.
     pub metrics: bool,
-    /// The counts of a run.
     counts: Counts,
     ticks: f64,
 }
@@ -28,13 +26,13 @@ impl TickCounts {
         count as f64 / self.ticks
     }
 
-    /// Additions, subtractions, multiplications, divisions, roots and extremes.
+    /// Returns the additions, subtractions, multiplications, divisions, roots and extremes per tick.
     pub fn arithmetic(&self) -> f64 {
         let Counts { add, mul, div, extreme, .. } = self.counts;
         self.per_tick(add + mul + div + extreme)
     }
 
-    /// These, and comparisons, selections and signs: all operations on vector registers.
+    /// Returns all operations on vector registers per tick: arithmetic, comparisons, selections and signs.
     pub fn all(&self) -> f64 {
         self.arithmetic() + self.per_tick(self.counts.select + self.counts.sign)
     }
@@ -63,7 +61,6 @@ pub fn count() -> Vec<TickCounts> {
     MEASURED.into_iter().flat_map(of).collect()
 }
 
-/// The section on the operations of a tick.
 pub fn section(all: &[TickCounts]) -> String {
     let header = [
         "operations per tick",

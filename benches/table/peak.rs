@@ -7,19 +7,17 @@ use trocar::engine::InstructionSet;
 use crate::measured::available;
 use crate::timing::{elapsed_s, time_ns};
 
-/// Number of independent registers: enough to hide the latency, few enough for 16 registers.
+/// Number of independent registers: enough to hide the latency, and few enough for 16 registers.
 const CHAINS: usize = 12;
 const ROUNDS: u64 = 20_000;
 
-/// The peak of an instruction set.
 pub struct Peak {
-    /// The instruction set.
     pub set: InstructionSet,
     /// Additions and multiplications per ns.
     pub operations_per_ns: f64,
 }
 
-/// `ROUNDS` times a multiplication and an addition on each of `CHAINS` registers; all numbers tend to 1.
+/// Performs a multiplication and an addition on each of `CHAINS` registers, `ROUNDS` times. All numbers tend to 1.
 macro_rules! rounds {
     ($($(#[$attribute:meta])* $name:ident, $Vector:ty, $splat:expr, $mul:expr, $add:expr;)*) => {$(
         $(#[$attribute])*
@@ -57,11 +55,11 @@ rounds! {
     rounds_baseline, f64, f64::from, std::ops::Mul::mul, std::ops::Add::add;
 }
 
-/// Runs the rounds of an available set; returns the numbers per register.
+/// Runs the rounds in an available instruction set. Returns the numbers per register.
 #[allow(unsafe_code, unused_unsafe, reason = "calling functions that are compiled for an instruction set")]
 fn run(set: InstructionSet) -> usize {
     assert!(set.is_available(), "{set:?}");
-    // SAFETY, for all: the machine has the instructions of the set, as was just checked.
+    // SAFETY: the assertion above ensures that the machine has the instructions of the set.
     match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 => {
@@ -80,7 +78,6 @@ fn run(set: InstructionSet) -> usize {
     }
 }
 
-/// Measures the peak of every available instruction set.
 pub fn measure() -> Vec<Peak> {
     let peak = |set| {
         let lanes = run(set);

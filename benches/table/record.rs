@@ -7,7 +7,6 @@ use trocar::estimation::{Estimator, Rls};
 use trocar::operator::Operator;
 use trocar::scenario::Scenario;
 
-/// Records every tick.
 struct Recorder(Vec<Signals<f64>>);
 
 impl Observer<f64> for Recorder {
@@ -16,27 +15,25 @@ impl Observer<f64> for Recorder {
     }
 }
 
-/// The inputs of a run, tick by tick.
+/// The inputs of a run, one per tick.
 pub struct Inputs {
     /// `x_d` now and at the next tick (m), the feedback force (N), the slave's reference (m).
     pub plants: Vec<[f64; 4]>,
     /// The tick, and the slave's position and velocity (m, m/s).
     pub tissue: Vec<(u64, f64, f64)>,
-    /// The tissue's force in N.
+    /// The tissue force, in N.
     pub sensor: Vec<f64>,
     /// Measured force (N), depth below the contact (m), velocity (m/s).
     pub estimator: Vec<[f64; 3]>,
-    /// The detector's inputs, from the estimator.
     pub detector: Vec<Evidence<f64>>,
     /// The supervisor's situation, and the measured force scaled to the master (N).
     pub supervisor: Vec<(Situation<f64>, [f64; 2])>,
-    /// The observer's signals.
     pub observer: Vec<Signals<f64>>,
 }
 
 impl Inputs {
-    /// Runs a scenario that reads positions exactly, with the paper's estimator. Checks that the estimator's inputs
-    /// give the same predictions as in the run, bit for bit.
+    /// Runs a scenario that reads positions exactly, with the paper's estimator. Checks that the recorded inputs
+    /// reproduce the predictions of the run bit for bit.
     pub fn of(scenario: &Scenario) -> Self {
         let mut recorder = Recorder(Vec::with_capacity(scenario.grid.ticks() as usize));
         let mut engine = scenario.general_engine::<f64>(0).expect("a shipped scenario builds");

@@ -8,7 +8,7 @@ use crate::measured::name_of;
 use crate::operations::TickCounts;
 use crate::peak::Peak;
 
-/// The section on the peaks and the fraction of them that is reached.
+/// Returns the section on the peaks and the fraction of them that a tick reaches.
 pub fn section(peaks: &[Peak], counts: &[TickCounts], costs: &[PackCost]) -> String {
     let mut of_sets = Table::new(1, &["the machine's peak", "operations per ns"]);
     for peak in peaks {
@@ -24,7 +24,7 @@ pub fn section(peaks: &[Peak], counts: &[TickCounts], costs: &[PackCost]) -> Str
     ];
     let mut table = Table::new(2, &header);
     for cost in costs {
-        // A single run is compiled for AVX2 if the machine has it.
+        // A single run uses AVX2 if the machine has it.
         let set = cost.set.unwrap_or(InstructionSet::Avx2);
         let Some(peak) = peaks.iter().find(|peak| peak.set == set).or(peaks.last()) else { continue };
         let is_of = |one: &&TickCounts| one.name == cost.name && one.metrics && (one.lanes > 1) == cost.set.is_some();

@@ -2,12 +2,11 @@
 
 use trocar::scenario::{Scenario, Source};
 
-/// A shipped scenario.
 pub fn scenario(name: &str) -> Scenario {
     scenario_with(name, &[])
 }
 
-/// A shipped scenario with settings, each `section.key=value`.
+/// Loads a shipped scenario with settings, each `section.key=value`.
 pub fn scenario_with(name: &str, settings: &[&str]) -> Scenario {
     let path = format!("builtin:{name}");
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();

@@ -1,4 +1,4 @@
-//! Running cases side by side, and one after the other.
+//! Runs cases side by side, and one after the other.
 
 use std::hint::black_box;
 
@@ -6,7 +6,7 @@ use trocar::engine::InstructionSet;
 use trocar::run::{PACK, measure, run_pack_in};
 use trocar::scenario::Scenario;
 
-/// Cases that differ in the force scale, the threshold and the seed.
+/// Returns cases that differ in the force scale, the threshold and the seed.
 pub fn cases(base: &Scenario) -> Vec<Scenario> {
     let case = |i: usize| {
         let mut case = base.clone();
@@ -18,14 +18,12 @@ pub fn cases(base: &Scenario) -> Vec<Scenario> {
     (0..PACK).map(case).collect()
 }
 
-/// Runs cases side by side in an instruction set.
 pub fn run_in(set: InstructionSet, cases: &[Scenario]) {
     for metrics in black_box(run_pack_in(set, black_box(cases))) {
         metrics.expect("runs");
     }
 }
 
-/// Runs cases one after the other.
 pub fn run_singly(cases: &[Scenario]) {
     for case in cases {
         black_box(measure(black_box(case)).expect("runs"));

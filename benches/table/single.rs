@@ -9,7 +9,7 @@ use crate::shipped::{scenario, scenario_with};
 use crate::timing::{Cost, elapsed_s, time_ns};
 use crate::whole::{bare_ns, full_ns, ready};
 
-/// Tolerance of the hand-written loop against the engine, relative to the slave's maximum position.
+/// Tolerance between the hand-written loop and the engine, relative to the slave's maximum position.
 const TOLERANCE: f64 = 1e-9;
 
 /// Estimators outside the fast path.
@@ -20,7 +20,7 @@ const ESTIMATORS: [(&str, &str); 4] = [
     ("Hunt-Crossley", "estimator.parameters=hunt-crossley"),
 ];
 
-/// The baseline of the augmented scenario, checked against the engine's trajectory.
+/// Returns the baseline of the augmented scenario, after checking it against the engine's trajectory.
 fn baseline() -> (Handwritten, Vec<f64>) {
     let scenario = scenario("augmented");
     let (engine, mut observer) = ready(&scenario);
@@ -41,7 +41,7 @@ fn baseline() -> (Handwritten, Vec<f64>) {
     (handwritten, slave_m)
 }
 
-/// The costs of the baseline, and of the baseline compiled for AVX2 (as the engine is) if the machine has it.
+/// Measures the baseline, and if the machine has AVX2 also the baseline compiled for it, like the engine.
 #[allow(unsafe_code, reason = "calling a function that is compiled for an instruction set")]
 fn baseline_costs() -> Vec<(&'static str, Cost)> {
     let (handwritten, mut slave_m) = baseline();
@@ -56,7 +56,7 @@ fn baseline_costs() -> Vec<(&'static str, Cost)> {
     if std::arch::is_x86_feature_detected!("avx2") {
         let wide = time_ns(ticks, || {
             elapsed_s(|| {
-                // SAFETY: the machine has the instructions that the function is compiled for, as was just checked.
+                // SAFETY: the check above ensures that the machine has the instructions of the function.
                 black_box(unsafe { black_box(&handwritten).run_avx2(black_box(&mut slave_m)) });
             })
         });
@@ -65,7 +65,6 @@ fn baseline_costs() -> Vec<(&'static str, Cost)> {
     costs
 }
 
-/// The section on a single run.
 pub fn section() -> String {
     let mut costs: Vec<_> = baseline_costs().into_iter().map(|(name, cost)| (name.to_owned(), cost)).collect();
     let reference = costs.iter().map(|(_, cost)| cost.best).fold(f64::INFINITY, f64::min);

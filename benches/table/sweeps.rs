@@ -1,4 +1,4 @@
-//! Sweeps end to end: the program itself, from a sweep file to its results.
+//! End-to-end sweeps: the program itself, from a sweep file to its results.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -10,25 +10,23 @@ const TICK_S: f64 = 1e-3;
 
 /// A sweep over force scale, threshold and seeds of the shipped augmented scenario.
 pub struct Sweep {
-    /// Number of force scales and of thresholds.
+    /// Number of force scales, and number of thresholds.
     pub axes: (u64, u64),
-    /// Number of seeds.
     pub seeds: u64,
-    /// Duration of each case in s.
+    /// Duration of each case, in s.
     pub duration_s: f64,
-    /// Noise on the force in N.
+    /// Standard deviation of the force noise, in N.
     pub noise_n: f64,
-    /// Whether all thresholds have one cap, so that cases share runs.
+    /// True if all thresholds have the same cap, so that cases share runs.
     pub has_cap: bool,
 }
 
 impl Sweep {
-    /// Number of cases.
     pub fn cases(&self) -> u64 {
         self.axes.0 * self.axes.1 * self.seeds
     }
 
-    /// Ticks of all cases.
+    /// Returns the ticks of all cases.
     pub fn case_ticks(&self) -> f64 {
         self.cases() as f64 * (self.duration_s / TICK_S).round()
     }
@@ -52,7 +50,7 @@ impl Sweep {
         )
     }
 
-    /// Runs the program `times` times; returns the best and the median in s.
+    /// Runs the program `times` times. Returns the best and the median time, in s.
     pub fn run_s(&self, threads: usize, times: usize) -> Cost {
         let run = |_| {
             let folder = tempfile::tempdir().expect("there is a temporary directory");
@@ -72,7 +70,6 @@ fn sweep(file: &Path, threads: usize) {
     assert!(status.success(), "trocar sweep: {status}");
 }
 
-/// The section on sweeps, with one thread and with two.
 pub fn section() -> String {
     let header = ["sweep", "threads", "s, best", "s, median", "ns per tick and case", "one thread / this"];
     let mut table = Table::new(1, &header);

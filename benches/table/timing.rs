@@ -7,29 +7,26 @@ const BUDGET_S: f64 = 0.4;
 const MIN_RUNS: usize = 5;
 const MAX_RUNS: usize = 400;
 
-/// A measured cost.
 #[derive(Debug, Clone, Copy)]
 pub struct Cost {
-    /// The fastest run.
     pub best: f64,
-    /// The median run.
     pub median: f64,
 }
 
 impl Cost {
-    /// The best and the median of at least one figure.
+    /// Returns the best and the median of at least one figure.
     pub fn of(mut figures: Vec<f64>) -> Self {
         figures.sort_by(f64::total_cmp);
         Self { best: figures[0], median: figures[figures.len() / 2] }
     }
 
-    /// The cost in another unit.
+    /// Returns the cost in another unit.
     pub fn per(self, unit: f64) -> Self {
         Self { best: self.best / unit, median: self.median / unit }
     }
 }
 
-/// Repeats a run that returns its time in s; returns ns per item, with `items` items per run.
+/// Repeats a run that returns its time in s. Returns the cost in ns per item, with `items` items per run.
 pub fn time_ns(items: f64, mut run: impl FnMut() -> f64) -> Cost {
     let begin = Instant::now();
     let mut times = vec![];
@@ -39,7 +36,7 @@ pub fn time_ns(items: f64, mut run: impl FnMut() -> f64) -> Cost {
     Cost::of(times).per(items)
 }
 
-/// The time of a call, in s.
+/// Returns the time of a call, in s.
 pub fn elapsed_s(run: impl FnOnce()) -> f64 {
     let begin = Instant::now();
     run();

@@ -6,13 +6,13 @@ use trocar::scenario::Scenario;
 
 use crate::timing::{Cost, elapsed_s, time_ns};
 
-/// A scenario's engine and an observer for it, ready.
+/// Returns the engine of a scenario and an observer for it.
 pub fn ready(scenario: &Scenario) -> (Wired<f64, ExactPlants<f64>>, MetricsObserver<f64>) {
     let engine = scenario.exact_engine(0).expect("a shipped scenario builds");
     (engine, MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len()))
 }
 
-/// The cost of a tick in ns without metrics.
+/// Measures a tick without metrics, in ns.
 pub fn bare_ns(scenario: &Scenario) -> Cost {
     let (engine, _) = ready(scenario);
     time_ns(scenario.grid.ticks() as f64, || {
@@ -21,7 +21,7 @@ pub fn bare_ns(scenario: &Scenario) -> Cost {
     })
 }
 
-/// The cost of a tick in ns with metrics.
+/// Measures a tick with metrics, in ns.
 pub fn full_ns(scenario: &Scenario) -> Cost {
     let (engine, observer) = ready(scenario);
     time_ns(scenario.grid.ticks() as f64, || {

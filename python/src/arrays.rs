@@ -7,19 +7,20 @@ use trocar_base::large_pages::copy_of;
 
 use crate::error;
 
-/// Returns a copy of one-dimensional float64 samples, because the array can change while the lock is released. The Python code has
-/// checked the type, the shape and the layout.
+/// Returns a copy of one-dimensional float64 samples, because the array can change while the interpreter's lock is
+/// released. The Python code has already checked the type, the shape and the layout.
 pub(crate) fn samples(array: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<f64>> {
     Ok(copy_of(array.as_slice().map_err(error::value)?))
 }
 
-/// Number of samples from which arrays are copied by a thread each: to give a copy its memory takes the system longer than to fill it.
+/// Number of samples above which each array is copied by its own thread. The system takes longer to provide the
+/// memory of a copy than to fill it.
 const LONG: usize = 1 << 20;
 
-/// Times, positions, velocities, if any, and forces.
+/// Times, positions, velocities (if measured) and forces.
 pub(crate) type RecordingColumns = (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>);
 
-/// Returns copies of the columns of a recording, as those of [`samples`].
+/// Returns copies of the columns of a recording; see [`samples`].
 pub(crate) fn recording_columns(
     time_s: &PyReadonlyArray1<'_, f64>,
     position_m: &PyReadonlyArray1<'_, f64>,

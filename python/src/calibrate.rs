@@ -6,14 +6,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use trocar_detect::calibration::{self, CalibrationRequest};
-use trocar_scenario::Values;
+use trocar_detect::recorded_warnings;
+use trocar_scenario::{Reader, Values, keys_without_effect};
 
 use crate::arrays::recording_columns;
 use crate::detect::{Refusal, Samples};
 use crate::interrupt::interruptible_told;
 use crate::{convert, document, error};
 
-/// Calibrates. `tell` is called with the numbers of complete and of all steps. Returns the content of
+/// Calibrates. Calls `tell` with the numbers of completed steps and of all steps. Returns the content of
 /// `calibration.json`, the document, and the settings as TOML.
 #[pyfunction]
 #[pyo3(signature = (
@@ -58,15 +59,21 @@ pub(crate) fn calibrate<'py>(
         tell.as_ref().filter(|_| all > 0).map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
     let calibrated = interruptible_told(py, threads, tell, move |_| {
-        let (spec, _) = samples.spec(values)?;
+        let (spec, values) = samples.spec(values)?;
+        let recording = &spec.recording.recording;
+        let mut more = keys_without_effect(&values, &settings, Reader::Calibration);
+        more.extend(recorded_warnings(recording.median_interval_s(), recording.position_m(), recording.force_n()));
         let count = |done, all| {
             steps[0].store(done, Ordering::Relaxed);
             steps[1].store(all, Ordering::Relaxed);
         };
-        Ok::<_, Refusal>(calibration::calibrate_told(&spec, &request, &count))
+        Ok::<_, Refusal>((calibration::calibrate_told(&spec, &request, &count), more))
     })?;
     tell(py)?;
-    let calibration = calibrated.map_err(|refusal| refusal.raise(py))?.map_err(error::value)?;
-    let document = calibration.document(name);
+    let (calibration, more) = calibrated.map_err(|refusal| refusal.raise(py))?;
+    let calibration = calibration.map_err(error::value)?;
+    let mut document = calibration.document(name);
+    document.warnings.splice(0..0, more);
+    document.json["warnings"] = serde_json::json!(document.warnings);
     Ok((convert::python(py, &document.json)?, document::dictionary(py, &document, false)?, calibration.toml()))
 }

@@ -25,10 +25,11 @@ type Compared<'py> = (
     Vec<(Run, Bound<'py, PyDict>)>,
 );
 
-/// Compares scenarios, with the user's own parts, by role, if there are any: these run one after the other, or in threads if all are
-/// compiled, and without added noise.
-/// Returns the content of `comparison.json`, the document without its figures, the rows, and the runs. `tell` is called with the numbers of complete
-/// and of all runs of the seeds.
+/// Compares scenarios. User-defined parts, by role, run one after the other, or in threads if all are compiled; these
+/// runs have no added noise.
+///
+/// Returns the content of `comparison.json`, the document without its figures, the rows, and the runs. Calls `tell`
+/// with the numbers of completed runs and of all runs of the seeds.
 #[pyfunction]
 pub(crate) fn compare<'py>(
     py: Python<'py>,
@@ -64,7 +65,7 @@ pub(crate) fn compare<'py>(
     let facts = if is_paper_pair && parts.is_empty() { paper_facts(&comparison) } else { None };
     let told = ComparisonReport { comparison: &comparison, facts: facts.as_deref(), seeds: study.as_ref() };
     let mut document = told.document();
-    // They show every sample, and are described when they are asked for.
+    // These figures show every sample, so they are described on demand.
     document.figures.clear();
     let (json, contents) = (to_json(&document.json), document::dictionary(py, &document, true)?);
     drop(document);
@@ -73,7 +74,6 @@ pub(crate) fn compare<'py>(
     Ok((convert::parsed(py, &json)?, contents, rows, runs))
 }
 
-/// Compares scenarios with the user's own parts.
 fn compare_with(
     py: Python<'_>,
     scenarios: &[trocar_scenario::Scenario],

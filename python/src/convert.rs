@@ -32,11 +32,10 @@ pub(crate) fn python<'py>(py: Python<'py>, json: &Json) -> PyResult<Bound<'py, P
 
 /// Returns a JSON document of the crate as a Python object.
 pub(crate) fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
-    // The JSON reader of Python keeps every bit of a number.
+    // Python's JSON reader keeps every bit of a number.
     py.import("json")?.call_method1("loads", (json,))
 }
 
-/// Returns a value as TOML on one line.
 #[pyfunction]
 pub(crate) fn toml_value(value: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(toml(value, 0)?.to_string())
@@ -72,7 +71,7 @@ fn toml(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> {
         let values = value.try_iter()?.map(|value| toml(&value?, depth + 1)).collect::<PyResult<_>>()?;
         return Ok(toml::Value::Array(values));
     }
-    // Arrays and numbers of numpy, and paths.
+    // Handles numpy's arrays and numbers, and paths.
     for method in ["tolist", "__fspath__"] {
         if value.hasattr(method)? {
             return toml(&value.call_method0(method)?, depth + 1);

@@ -7,14 +7,13 @@ use trocar_core::error::InvalidValue;
 use trocar_detect::document::{add_timeline, report_document};
 use trocar_detect::{DetectionReport, detect_recording};
 use trocar_recording::ArrayError;
-use trocar_scenario::{DetectionSpec, ScenarioError, Source, Values};
+use trocar_scenario::{DetectionSpec, Reader, ScenarioError, Source, Values, keys_without_effect};
 
 use crate::arrays::{RecordingColumns, put, recording_columns};
 use crate::interrupt::interruptible;
 use crate::recording::Recording;
 use crate::{convert, document, error};
 
-/// Arrays of samples.
 pub(crate) struct Samples(pub(crate) RecordingColumns);
 
 impl Samples {
@@ -22,7 +21,7 @@ impl Samples {
         Self(recording.samples().clone().into_columns())
     }
 
-    /// Returns the specification of the detection, and its values. It reads every sample, and needs no interpreter.
+    /// Returns the specification of the detection and its values. Reads every sample; needs no interpreter.
     pub(crate) fn spec(self, mut values: Values) -> Result<(DetectionSpec, Values), Refusal> {
         let max_gap_s = match values.get("recording.max_gap_s") {
             Some(trocar_scenario::Value::Number(gap_s)) => Some(*gap_s),
@@ -36,7 +35,7 @@ impl Samples {
     }
 }
 
-/// Why samples are refused.
+/// The reason for refusing samples.
 pub(crate) enum Refusal {
     Samples(ArrayError),
     Scenario(ScenarioError),
@@ -53,7 +52,6 @@ impl Refusal {
     }
 }
 
-/// Returns the estimator and detector settings of a file.
 pub(crate) fn tuning(py: Python<'_>, file: &str) -> PyResult<Vec<String>> {
     const SECTIONS: [&str; 2] = ["estimator", "detector"];
     let values = Values::load(&Source::parse(file), &[]).map_err(|error| error::scenario(py, &error))?;
@@ -65,8 +63,8 @@ pub(crate) fn tuning(py: Python<'_>, file: &str) -> PyResult<Vec<String>> {
 
 type Detected<'py> = (Bound<'py, PyDict>, Bound<'py, PyArray1<i64>>, bool, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
-/// Detects ruptures. Returns the columns of `detection.csv`, their rows with an alarm, whether the samples were resampled, the
-/// content of `detection.json`, and the document without the figures of all samples.
+/// Detects ruptures. Returns the columns of `detection.csv`, the rows with an alarm, true if the samples were
+/// resampled, the content of `detection.json`, and the document without the figures that show every sample.
 #[pyfunction]
 #[pyo3(signature = (name, time_s, position_m, velocity_m_per_s, force_n, settings, settings_file))]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
@@ -81,15 +79,16 @@ pub(crate) fn detect<'py>(
     settings_file: Option<&str>,
 ) -> PyResult<Detected<'py>> {
     let mut all = settings_file.map(|file| tuning(py, file)).transpose()?.unwrap_or_default();
+    let given = settings.clone();
     all.extend(settings);
     let samples = Samples(recording_columns(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?);
     let values = Values::from_settings(name, &all).map_err(|error| error::scenario(py, &error))?;
-    // Detection and report use two threads.
     let (detection, report, values) = interruptible(py, 2, move |_| {
         let (spec, values) = samples.spec(values.with_adaptive_detector())?;
         let ruptures_s = spec.recording.ruptures_s;
         let detection = detect_recording(spec.recording.recording, &spec.settings).map_err(Refusal::Value)?;
-        let report = DetectionReport::of(&detection, &ruptures_s);
+        let mut report = DetectionReport::of(&detection, &ruptures_s);
+        report.warnings.splice(0..0, keys_without_effect(&values, &given, Reader::Detection));
         Ok::<_, Refusal>((detection, report, values))
     })?
     .map_err(|refusal| refusal.raise(py))?;

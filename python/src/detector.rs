@@ -1,4 +1,4 @@
-//! The estimator and the detector sample by sample.
+//! The estimator and the detector for single samples.
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -13,25 +13,26 @@ use crate::arrays::{put, samples};
 use crate::detect::tuning;
 use crate::error;
 
-/// Number of samples between two checks for signals, some milliseconds.
+/// Number of samples between two checks for signals; they take some milliseconds.
 const SAMPLES_BETWEEN_CHECKS: usize = 1 << 16;
 
-/// The results of one sample, which `Detector.step` returns. It cannot be changed: setting an attribute is an `AttributeError`.
+/// The results of one sample, returned by `Detector.step`. Setting an attribute raises an `AttributeError`.
 ///
 /// Attributes
 /// ----------
 /// alarm : bool
-///     Whether the detector raises an alarm.
+///     True if the detector raises an alarm.
 /// velocity_m_per_s : float
 ///     Velocity of the needle, in m/s, as given or estimated.
 /// depth_m : float
 ///     Depth of the needle below the contact position, in m; negative before contact.
 /// predicted_force_n, residual_n : float
-///     Force that the estimator predicts before this sample, and the measured force minus it, in N.
+///     Force predicted by the estimator before this sample, and the measured force minus this prediction, in N.
 /// stiffness_n_per_m, damping_n_s_per_m : float
 ///     Estimated stiffness, in N/m, and damping, in N·s/m.
 /// distance, decision : float
-///     Distance, and decision, which raises an alarm above `detector.threshold`; the units follow `detector.distance`.
+///     The distance, and the decision, which raises an alarm above `detector.threshold`. Their units depend on
+///     `detector.distance`.
 ///
 /// ```text
 /// >>> import trocar
@@ -81,7 +82,7 @@ impl Step {
         }
     }
 
-    /// What [`Step::new`] makes the same step of.
+    /// Returns the arguments with which [`Step::new`] restores this step.
     fn __getnewargs__(&self) -> (bool, f64, f64, f64, f64, f64, f64, f64, f64) {
         (
             self.alarm,
@@ -148,24 +149,21 @@ impl Detector {
         }
     }
 
-    /// Returns the state after the samples so far.
     fn state<'py>(&self, py: Python<'py>) -> (u64, Bound<'py, PyArray1<u64>>) {
         (self.samples, PyArray1::from_vec(py, self.chain.state()))
     }
 
-    /// Continues from the state of a detector with the same settings.
+    /// Restores the state of a detector with the same settings.
     fn restore(&mut self, samples: u64, state: PyReadonlyArray1<'_, u64>) -> PyResult<()> {
         self.chain.restore(state.as_slice().map_err(error::value)?).map_err(error::value)?;
         self.samples = samples;
         Ok(())
     }
 
-    /// Resets the detector to its initial state.
     fn reset(&mut self) {
         (self.chain, self.samples) = (self.initial.clone(), 0);
     }
 
-    /// Number of processed samples.
     #[getter]
     fn samples(&self) -> u64 {
         self.samples
@@ -196,8 +194,8 @@ impl Detector {
         })
     }
 
-    /// Processes several samples, or none of them if one is invalid or a signal such as Ctrl-C ends it. Returns the columns, and
-    /// the indices of the samples with an alarm.
+    /// Processes several samples. Processes none of them if one is invalid or if a signal such as Ctrl-C interrupts
+    /// the call. Returns the columns and the indices of the samples with an alarm.
     fn steps<'py>(
         &mut self,
         py: Python<'py>,
@@ -268,7 +266,6 @@ impl Detector {
 }
 
 impl Detector {
-    /// Returns the velocity for the detection chain.
     fn velocity(&self, given: Option<f64>) -> PyResult<f64> {
         match (given, self.is_filtered) {
             (Some(velocity), false) => Ok(velocity),

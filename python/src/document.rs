@@ -1,4 +1,4 @@
-//! Documents, which `trocar/documents.py` makes Python objects of.
+//! Documents, from which `trocar/documents.py` makes Python objects.
 
 use pyo3::prelude::*;
 use serde_json::{Value as Json, json};
@@ -7,8 +7,8 @@ use trocar_report::document_text;
 
 use crate::convert;
 
-/// What Python shows of a document: the answer, the warnings, the tables, the figures, and the text of the command line, with `all`
-/// that of its `--all`.
+/// Returns the parts of a document for Python: the answer, the warnings, the tables, the figures, and the text of the
+/// command line (with `all`, the text of its `--all`).
 pub(crate) fn contents(document: &Document<'_>, all: bool) -> Json {
     let tables = document.sections.iter().flat_map(|section| {
         section.blocks.iter().filter_map(|block| match block {
@@ -34,12 +34,12 @@ pub(crate) fn figures(document: &Document<'_>) -> Json {
     document.figures.iter().map(|(name, figure)| (name.to_string(), figure.description())).collect()
 }
 
-/// Returns what [`contents`] has of a document as a dictionary.
+/// Returns [`contents`] as a dictionary.
 pub(crate) fn dictionary<'py>(py: Python<'py>, document: &Document<'_>, all: bool) -> PyResult<Bound<'py, PyAny>> {
     convert::python(py, &contents(document, all))
 }
 
-/// A table with the values of its cells in SI units and with their texts, in rows of equal lengths.
+/// Returns a table with the values of its cells in SI units and their texts, in rows of equal lengths.
 fn table(table: &Table, is_short: bool) -> Json {
     let padded = |cells: &[Cell], of: fn(&Cell) -> Json, rest: Json| -> Json {
         let missing = table.columns.len().saturating_sub(cells.len());
@@ -59,7 +59,7 @@ fn table(table: &Table, is_short: bool) -> Json {
     })
 }
 
-/// The value of a cell; an empty one has none.
+/// Returns the value of a cell; an empty cell has none.
 fn value(cell: &Cell) -> Json {
     match cell {
         Cell::Text(text) if text.is_empty() => Json::Null,

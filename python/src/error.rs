@@ -1,4 +1,4 @@
-//! Conversion of errors to Python exceptions: invalid input is a `ValueError`, any other error a `RuntimeError`.
+//! Converts errors to Python exceptions: invalid input becomes a `ValueError`, any other error a `RuntimeError`.
 
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -10,7 +10,7 @@ use trocar_studies::run::RunError;
 use trocar_studies::stability_check::CheckError;
 use trocar_studies::sweep::SweepError;
 
-/// Returns a `trocar.ScenarioError`: the text with the underlined line, and its parts as attributes.
+/// Returns a `trocar.ScenarioError` with the text, which underlines the line, and its parts as attributes.
 pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     let class = match CLASS.import(py, "trocar._errors", "ScenarioError") {
@@ -37,8 +37,9 @@ pub(crate) fn value(error: impl ToString) -> PyErr {
     PyValueError::new_err(in_python(&error.to_string()))
 }
 
-/// Returns a message with the names of options as they are in Python: `first_s` for `--first-s`, `force="F:mN"` for `--force F:mN`, `tissue=(50, 600)`
-/// for `--tissue 50:600`, and `scaling.force=2` for `--set scaling.force=2`. Commands in backticks stay.
+/// Replaces the names of options in a message by their Python names: `first_s` for `--first-s`, `force="F:mN"` for
+/// `--force F:mN`, `tissue=(50, 600)` for `--tissue 50:600`, and `scaling.force=2` for `--set scaling.force=2`.
+/// Commands in backticks stay unchanged.
 #[pyfunction]
 pub(crate) fn in_python(message: &str) -> String {
     let mut text = String::with_capacity(message.len());
@@ -70,7 +71,7 @@ pub(crate) fn in_python(message: &str) -> String {
     text
 }
 
-/// What follows the name of an option, with `="COLUMN:mN"` for ` COLUMN:mN`.
+/// Returns the text after the name of an option, with `="COLUMN:mN"` for ` COLUMN:mN`.
 fn with_value(rest: &str) -> String {
     let value = rest.strip_prefix(' ').unwrap_or_default();
     let value = &value[..value.find([' ', ';', ',', ')']).unwrap_or(value.len())];

@@ -1,5 +1,5 @@
-//! The figures as data, which `trocar/_figures.py` draws with matplotlib. They are those of the command line. What needs every sample
-//! is described when it is asked for, from the columns of the result.
+//! The figures of the command line as data, which `trocar/_figures.py` draws with matplotlib. Figures that show every
+//! sample are described on demand, from the columns of the result.
 
 use std::collections::HashMap;
 
@@ -15,18 +15,18 @@ use trocar_studies::{compare, run};
 use crate::scenario::Scenario;
 use crate::{convert, document, error};
 
-/// A run: its scenario, its columns, the times of its ruptures and alarms in s, and the energy in J that its passivity scheme promises
-/// at most to generate.
+/// A run: its scenario, its columns, the times of its ruptures and alarms in s, and the maximum energy, in J, that
+/// its passivity scheme promises to generate.
 type RunData<'py> = (PyRef<'py, Scenario>, Bound<'py, PyDict>, Vec<f64>, Vec<f64>, Option<f64>);
 
-/// The columns of numbers of a result, borrowed while a figure is made.
+/// The numeric columns of a result, borrowed while a figure is described.
 struct Columns<'py>(HashMap<String, PyReadonlyArray1<'py, f64>>);
 
 impl<'py> Columns<'py> {
     fn of(columns: &Bound<'py, PyDict>) -> PyResult<Self> {
         let mut all = HashMap::new();
         for (name, column) in columns {
-            // Codes are no numbers.
+            // Skip columns of codes, which are not float64.
             if let Ok(column) = column.extract() {
                 all.insert(name.extract()?, column);
             }
@@ -39,8 +39,8 @@ impl<'py> Columns<'py> {
         column.as_slice().map_err(error::value)
     }
 
-    /// The trust in estimates, with the columns of the position and the velocity; `sampling` has the contact in m and the time between
-    /// two samples in s.
+    /// Returns the trust in the estimates from the columns of position and velocity. `sampling` has the contact
+    /// position in m and the time between two samples in s.
     fn trust(&self, [position, velocity]: [&str; 2], sampling: (f64, f64)) -> PyResult<TrustColumns> {
         let motion = (self.get(position)?, self.get(velocity)?);
         let parameters = (self.get("stiffness_n_per_m")?, self.get("damping_n_s_per_m")?);
@@ -66,7 +66,6 @@ impl<'py> Columns<'py> {
     }
 }
 
-/// What an estimation is of.
 struct About<'a> {
     name: &'a str,
     /// The column of the estimator's extra parameter, if any.
@@ -77,7 +76,6 @@ struct About<'a> {
     alarms_s: &'a [f64],
 }
 
-/// A run with its columns.
 struct RunColumns<'py> {
     scenario: PyRef<'py, Scenario>,
     columns: Columns<'py>,
@@ -144,7 +142,7 @@ fn trust_of_run(scenario: &trocar_scenario::Scenario, columns: &Columns<'_>) -> 
     columns.trust(["slave_position_m", "slave_velocity_m_per_s"], (scenario.contact_m, scenario.grid.tick_s()))
 }
 
-/// The trust in the estimates of a run, from the columns of its trace.
+/// Returns the trust in the estimates of a run from the columns of its trace.
 pub(crate) fn run_trust(scenario: &trocar_scenario::Scenario, columns: &Bound<'_, PyDict>) -> PyResult<TrustColumns> {
     trust_of_run(scenario, &Columns::of(columns)?)
 }
@@ -156,8 +154,8 @@ pub(crate) fn figure_names() -> (Vec<&'static str>, Vec<&'static str>) {
     (RUN_FIGURES.into_iter().map(|(name, _)| name).chain(of_estimation()).collect(), of_estimation().collect())
 }
 
-/// Returns a figure of runs: all of them in one, or the estimation of the first. `window` is in s; `None` for the time around the first
-/// rupture, or for all of an estimation.
+/// Returns a figure of runs: one figure of all runs, or the estimation of the first run. `window` is in s; `None`
+/// means the time around the first rupture, or the whole time of an estimation.
 #[pyfunction]
 pub(crate) fn run_figure<'py>(
     py: Python<'py>,
@@ -177,7 +175,6 @@ pub(crate) fn run_figure<'py>(
     convert::python(py, &drawn.map_err(error::value)?.description())
 }
 
-/// Returns the figures of the document of a run, by name.
 #[pyfunction]
 pub(crate) fn run_figures<'py>(py: Python<'py>, run: RunData<'py>) -> PyResult<Bound<'py, PyAny>> {
     let columns = RunColumns::of(run)?;
@@ -186,7 +183,6 @@ pub(crate) fn run_figures<'py>(py: Python<'py>, run: RunData<'py>) -> PyResult<B
     convert::python(py, &document::figures(&drawn))
 }
 
-/// Returns the figures of the document of a comparison of runs, by name.
 #[pyfunction]
 pub(crate) fn comparison_figures<'py>(py: Python<'py>, runs: Vec<RunData<'py>>) -> PyResult<Bound<'py, PyAny>> {
     let runs = runs.into_iter().map(RunColumns::of).collect::<PyResult<Vec<_>>>()?;
@@ -197,8 +193,8 @@ pub(crate) fn comparison_figures<'py>(py: Python<'py>, runs: Vec<RunData<'py>>) 
     convert::python(py, &document::figures(&drawn))
 }
 
-/// Returns the figures of an estimation in a recording, by name; `sampling` has its contact position in m and the time between two
-/// samples in s, `distance` is the word of its distance.
+/// Returns the figures of an estimation in a recording, by name. `sampling` has the contact position in m and the
+/// time between two samples in s; `distance` is the word of the detector's distance.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes what it has of a detection")]
 pub(crate) fn detection_figures<'py>(

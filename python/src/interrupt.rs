@@ -1,4 +1,4 @@
-//! Long computations that Ctrl-C can end.
+//! Long computations that Ctrl-C can interrupt.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,13 +12,12 @@ use trocar_base::interrupt;
 /// Interval of the checks for signals.
 const PERIOD: Duration = Duration::from_millis(20);
 
-/// Largest number of threads of a call.
 const MAX_THREADS: usize = 1024;
 
-/// Runs work on a separate thread with the interpreter's lock released, and checks for signals.
+/// Runs work on a separate thread without the interpreter's lock, and checks for signals.
 ///
-/// A signal such as Ctrl-C sets `stop` and raises the exception at once; the work ends at its next check. It has its own thread pool,
-/// so that it also runs in a forked process, where the threads of a shared pool do not exist.
+/// A signal such as Ctrl-C sets `stop` and raises the exception at once; the work ends at its next check of `stop`.
+/// The work has its own thread pool, because the threads of a shared pool do not exist in a forked process.
 pub(crate) fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     threads: usize,
@@ -27,7 +26,8 @@ pub(crate) fn interruptible<T: Send + 'static>(
     interruptible_told(py, threads, |_| Ok(()), work)
 }
 
-/// As [`interruptible`]; `tell` is called at each check, and an exception of it ends the work as a signal does.
+/// Runs work like [`interruptible`] and calls `tell` at each check. An exception of `tell` ends the work like a
+/// signal.
 pub(crate) fn interruptible_told<T: Send + 'static>(
     py: Python<'_>,
     threads: usize,
@@ -45,7 +45,7 @@ pub(crate) fn interruptible_told<T: Send + 'static>(
     let pool = builder.start_handler(move |_| interrupt::watch(watched.clone())).build().map_err(failed)?;
     let thread = move || {
         if let Ok(outcome) = interrupt::catch(|| pool.install(|| work(&stop_flag))) {
-            // The receiver can be closed.
+            // The receiver may be closed.
             let _ = send.send(outcome);
         }
     };

@@ -1,7 +1,8 @@
 //! The compiled part of the Python package `trocar`.
 //!
-//! The crate [`trocar`] does all computations; this crate converts inputs and results. `trocar/*.py` is the public interface. Returned
-//! arrays are the computed vectors, without a copy. Computations release the interpreter's lock and check for Ctrl-C.
+//! The crate [`trocar`] does all computations; this crate converts inputs and results. `trocar/*.py` is the public
+//! interface. Returned arrays own the computed vectors, without a copy. Computations release the interpreter's lock
+//! and check for Ctrl-C.
 
 mod arrays;
 mod calibrate;
@@ -27,7 +28,8 @@ mod sweep;
 
 use pyo3::prelude::*;
 
-/// Keeps the memory of columns that are gone for those of the next run: the system takes longer to hand out new pages than a tick takes.
+/// Reuses the memory of freed columns for the next run, because the system takes longer to provide new pages than a
+/// tick takes.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

@@ -1,4 +1,4 @@
-//! Parts of the user's own: Python functions, and compiled functions by their addresses.
+//! User-defined parts: Python functions, and compiled functions given by their addresses.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,10 +16,10 @@ use trocar_engine::tissue::{Reaction, Tissue};
 
 use crate::arrays::samples;
 
-/// A compiled function: inputs, outputs and state as arrays of float64.
+/// A compiled function. Its inputs, outputs and state are arrays of float64.
 type Compiled = unsafe extern "C" fn(*const f64, *mut f64, *mut f64);
 
-/// The first exception of the parts of a run, which ends it.
+/// The first exception of the parts of a run, which ends the run.
 #[derive(Clone, Default)]
 pub(crate) struct Failure {
     has_failed: Arc<AtomicBool>,
@@ -27,12 +27,11 @@ pub(crate) struct Failure {
 }
 
 impl Failure {
-    /// Whether there is one.
+    /// Returns true if there is an exception.
     pub(crate) fn has_failed(&self) -> bool {
         self.has_failed.load(Ordering::Relaxed)
     }
 
-    /// Returns it, once.
     pub(crate) fn take(&self) -> Option<PyErr> {
         self.error.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
@@ -44,7 +43,7 @@ impl Failure {
     }
 }
 
-/// How Python gets an input.
+/// The Python type of an input.
 #[derive(Clone, Copy)]
 enum Input {
     Number,
@@ -54,11 +53,11 @@ enum Input {
 
 use Input::{Flag, Number, Whole};
 
-/// What a role is called with, and what it returns.
+/// The arguments and results of a role.
 struct Role {
     name: &'static str,
     inputs: &'static [Input],
-    /// Names of the outputs; those after the first `needed` may be left out, and are 0 or false then.
+    /// Names of the outputs. Those after the first `needed` are optional; their default is 0 or false.
     outputs: &'static [&'static str],
     needed: usize,
     /// Sets the part of the role.
@@ -74,7 +73,7 @@ impl Role {
     }
 }
 
-/// Every role, as `trocar/parts.py` documents them.
+/// Every role, in the form that `trocar/parts.py` documents.
 static ROLES: [Role; 6] = [
     Role {
         name: "tissue",
@@ -120,24 +119,22 @@ static ROLES: [Role; 6] = [
     },
 ];
 
-/// What a part calls.
 enum Function {
     Python(Py<PyAny>),
     Compiled { function: Compiled, state: Vec<f64> },
 }
 
-/// A part of a role.
 pub(crate) struct Part {
     role: &'static Role,
     function: Function,
-    /// Called at a gap in the samples.
+    /// The method to call at a gap in the samples.
     skip: Option<Py<PyAny>>,
     failure: Failure,
 }
 
 impl Part {
-    /// The part of an object: a compiled function with its state, an object with a method `step`, or a function. An
-    /// object's `reset` is called, so that every run begins alike.
+    /// Returns the part for an object: a compiled function with its state, an object with a method `step`, or a
+    /// function. Calls the object's `reset`, so that every run begins in the same state.
     fn of(role: &'static Role, given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<Self> {
         let method = |name| Ok::<_, PyErr>(given.getattr_opt(name)?.filter(|method| method.is_callable()));
         let part = |function| Self { role, function, skip: None, failure: failure.clone() };
@@ -147,7 +144,7 @@ impl Part {
                 return Err(PyValueError::new_err(format!("the {} has the address 0", role.name)));
             }
             let state: PyReadonlyArray1<'_, f64> = given.getattr("_trocar_state")?.extract()?;
-            // SAFETY: as for the call.
+            // SAFETY: the conditions of the call below apply.
             #[allow(unsafe_code, reason = "an address is made a function in no other way")]
             let function = unsafe { std::mem::transmute::<usize, Compiled>(address) };
             return Ok(part(Function::Compiled { function, state: samples(&state)? }));
@@ -186,8 +183,8 @@ impl Part {
                 }
             }
             Function::Compiled { function, state } => {
-                // SAFETY: the caller of Python's `Compiled` vouches for the address and the signature; the arrays have the
-                // documented lengths and live during the call.
+                // SAFETY: the user of Python's `Compiled` guarantees the address and the signature. The arrays have
+                // the documented lengths and live during the call.
                 #[allow(unsafe_code, reason = "a C function has no other call")]
                 unsafe {
                     function(inputs.as_ptr(), outputs.as_mut_ptr(), state.as_mut_ptr());
@@ -197,7 +194,7 @@ impl Part {
         if outputs.iter().all(|value| value.is_finite()) { outputs } else { self.refuse(outputs) }
     }
 
-    /// Ends the run for outputs that are not finite.
+    /// Ends the run if an output is not finite.
     #[cold]
     fn refuse<const OUTPUTS: usize>(&self, outputs: [f64; OUTPUTS]) -> [f64; OUTPUTS] {
         if let Some((name, value)) = self.role.outputs.iter().zip(outputs).find(|(_, value)| !value.is_finite()) {
@@ -219,7 +216,7 @@ fn call_python<'py, const INPUTS: usize>(
         Whole => PyInt::new(py, inputs[index] as u64).into_any(),
         Flag => PyBool::new(py, inputs[index] != 0.0).to_owned().into_any(),
     });
-    // A call with a tuple of Rust needs no tuple of Python.
+    // Calling with a Rust tuple avoids a Python tuple.
     match objects.each_ref().as_slice() {
         [a, b] => function.call1((a, b)),
         [a, b, c] => function.call1((a, b, c)),
@@ -255,7 +252,6 @@ fn read_outputs(role: &Role, returned: &Bound<'_, PyAny>, outputs: &mut [f64]) -
     Ok(())
 }
 
-/// Whether a boolean output is true.
 fn flag(output: f64) -> bool {
     output != 0.0
 }
@@ -274,7 +270,6 @@ impl Operator<f64> for Part {
     }
 }
 
-/// An estimator, with its last parameters.
 struct OwnEstimator {
     part: Part,
     last: [f64; 2],
@@ -324,7 +319,7 @@ impl ForceLaw<f64> for Part {
     }
 }
 
-/// A motion law, with what it last said of the gap.
+/// A user-defined motion law, with its last statement about the gap.
 struct OwnMotionLaw {
     part: Part,
     is_blended: bool,
@@ -352,12 +347,12 @@ impl MotionLaw<f64> for OwnMotionLaw {
     }
 }
 
-/// A detector of the user's own, on evidence that is known already.
+/// Returns a user-defined detector for evidence that is already known.
 pub(crate) fn detector(given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<impl Detector<f64> + use<>> {
     Part::of(Role::named("detector")?, given, failure)
 }
 
-/// A compiled part, for any number of runs, which need no interpreter.
+/// A compiled part for any number of runs. The runs need no interpreter.
 pub(crate) struct CompiledPart {
     role: &'static Role,
     function: Compiled,
@@ -365,7 +360,7 @@ pub(crate) struct CompiledPart {
 }
 
 impl CompiledPart {
-    /// The part of a role; `None` if it is not compiled.
+    /// Returns the part of a role; `None` if it is not compiled.
     fn of(role: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<Self>> {
         let role = Role::named(role)?;
         if given.getattr_opt("_trocar_address")?.is_none() {
@@ -377,23 +372,21 @@ impl CompiledPart {
         })
     }
 
-    /// A detector.
+    /// Returns the detector; `None` if it is not compiled.
     pub(crate) fn detector(given: &Bound<'_, PyAny>) -> PyResult<Option<Self>> {
         Self::of("detector", given)
     }
 
-    /// The part of one run, with its initial state.
     pub(crate) fn begin(&self, failure: &Failure) -> Part {
         let function = Function::Compiled { function: self.function, state: self.state.clone() };
         Part { role: self.role, function, skip: None, failure: failure.clone() }
     }
 }
 
-/// Parts that are all compiled.
 pub(crate) struct CompiledParts(Vec<CompiledPart>);
 
 impl CompiledParts {
-    /// The parts by role; `None` if one is not compiled.
+    /// Returns the parts by role; `None` if one is not compiled.
     pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Option<Self>> {
         let part = |(name, object): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
             CompiledPart::of(&name.extract::<String>()?, &object)
@@ -401,7 +394,6 @@ impl CompiledParts {
         Ok(given.iter().map(part).collect::<PyResult<Option<Vec<_>>>>()?.map(Self))
     }
 
-    /// The parts of one run.
     pub(crate) fn own(&self) -> Own {
         let failure = Failure::default();
         let with = |parts, one: &CompiledPart| (one.role.set)(parts, one.begin(&failure));
@@ -409,16 +401,15 @@ impl CompiledParts {
     }
 }
 
-/// The parts of a run.
+/// The user-defined parts of a run.
 pub(crate) struct Own {
     pub(crate) parts: OwnParts,
     pub(crate) failure: Failure,
-    /// Whether all of them are compiled, so that a run does not need the interpreter.
+    /// True if all parts are compiled, so that a run needs no interpreter.
     pub(crate) are_compiled: bool,
 }
 
 impl Own {
-    /// The parts by role.
     pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Self> {
         let (mut parts, failure, mut are_compiled) = (OwnParts::default(), Failure::default(), true);
         for (name, object) in given {

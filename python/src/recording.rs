@@ -13,7 +13,7 @@ use trocar_scenario::parse_column;
 use crate::arrays::{put, recording_columns};
 use crate::{convert, error};
 
-/// A recording in memory, which scenarios name while it is held.
+/// A recording in memory. Scenarios can refer to it by name while it is held.
 #[pyclass(frozen, module = "trocar._core")]
 #[derive(Clone)]
 pub(crate) struct Recording {
@@ -30,7 +30,8 @@ type Arrays<'py> = (
 
 #[pymethods]
 impl Recording {
-    /// A recording of times (s), positions (m), velocities (m/s), if any, and forces (N). The scenario limits its gaps.
+    /// Makes a recording of times (s), positions (m), velocities (m/s, if measured) and forces (N). The scenario
+    /// limits its gaps.
     #[new]
     fn new(
         time_s: PyReadonlyArray1<'_, f64>,
@@ -46,7 +47,7 @@ impl Recording {
         Ok(Self { name, recording })
     }
 
-    /// Returns what [`Recording::new`] makes the same recording of.
+    /// Returns the arguments with which [`Recording::new`] restores this recording.
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> Arrays<'py> {
         let array = |values: &[f64]| PyArray1::from_slice(py, values);
         let recording = &self.recording;
@@ -58,7 +59,7 @@ impl Recording {
         )
     }
 
-    /// Its name as recording.file of a scenario.
+    /// The name of the recording, a value of recording.file.
     #[getter]
     fn name(&self) -> &str {
         &self.name
@@ -79,14 +80,13 @@ impl Recording {
     }
 }
 
-/// Lists the signals of a file, as `trocar detect --list --json`.
+/// Lists the signals of a file, like `trocar detect --list --json`.
 #[pyfunction]
 pub(crate) fn list_signals(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let signals = trocar_recording::list_signals(&path, &Limits::default()).map_err(error::value)?;
     convert::python(py, &signals_document(&path.display().to_string(), &signals).json)
 }
 
-/// Reads a recording from a file, in SI units.
 #[pyfunction]
 pub(crate) fn read_recording<'py>(
     py: Python<'py>,

@@ -9,14 +9,12 @@ use trocar_scenario::ScenarioError;
 use crate::error;
 use crate::scenario::Scenario;
 
-/// The controller of a rig, sample by sample.
 #[pyclass(module = "trocar._core")]
 pub(crate) struct HapticController {
     controller: Box<rig::HapticController>,
     initial: Box<rig::HapticController>,
 }
 
-/// The commands of one sample.
 #[pyclass(frozen, get_all, module = "trocar._core")]
 pub(crate) struct Command {
     slave_reference_m: f64,
@@ -35,10 +33,11 @@ pub(crate) struct Command {
     faulty_samples: u32,
 }
 
-/// The channels of a sample, as faults name them.
+/// The channels of a sample, by the names of faults.
 const CHANNELS: [&str; 4] = ["master_position", "slave_position", "slave_velocity", "force"];
 
-/// The numbers of a command, its mode, whether there is an alarm and whether it was taken, the faulty channels, and the faulty samples.
+/// The numbers of a command, its mode, true for an alarm and for a taken alarm, the faulty channels, and the number
+/// of faulty samples.
 type CommandParts = ([f64; 9], u8, (bool, bool), Vec<String>, u32);
 
 #[pymethods]
@@ -76,7 +75,7 @@ impl Command {
         }
     }
 
-    /// Returns what [`Command::new`] makes the same command of.
+    /// Returns the arguments with which [`Command::new`] restores this command.
     fn __getnewargs__(&self) -> CommandParts {
         let numbers = [
             self.slave_reference_m,
@@ -101,7 +100,7 @@ impl Command {
 
 #[pymethods]
 impl HapticController {
-    /// The controller of a scenario, with numbers of the keys `rig.…`.
+    /// Returns the controller of a scenario, with values of the keys `rig.…`.
     #[new]
     fn new(py: Python<'_>, scenario: &Scenario, changes: Vec<(String, f64)>) -> PyResult<Self> {
         let refuse = |error: ScenarioError| error::scenario(py, &error);
@@ -117,7 +116,7 @@ impl HapticController {
         Ok(Self { initial: controller.clone(), controller })
     }
 
-    /// Processes a sample; NaN for a number that is missing.
+    /// Processes a sample. NaN marks a missing number.
     fn step(
         &mut self,
         master_position_m: f64,
@@ -151,17 +150,15 @@ impl HapticController {
         }
     }
 
-    /// Resets the controller to its initial state.
     fn reset(&mut self) {
         self.controller = self.initial.clone();
     }
 
-    /// Returns the state after the samples so far.
     fn state<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
         PyArray1::from_vec(py, self.controller.state())
     }
 
-    /// Continues from the state of a controller with the same settings.
+    /// Restores the state of a controller with the same settings.
     fn restore(&mut self, state: PyReadonlyArray1<'_, u64>) -> PyResult<()> {
         self.controller.restore(state.as_slice().map_err(error::value)?).map_err(error::value)
     }

@@ -1,4 +1,4 @@
-//! Operating characteristics of detectors, and the made recordings they are judged on.
+//! Operating characteristics of detectors, and the synthetic recordings for their evaluation.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -22,17 +22,18 @@ use crate::recording::Recording;
 use crate::scenario::Scenario;
 use crate::{convert, document, error};
 
-/// The scenario of the shipped insertion.
 const SHIPPED: &str = "paper/classical";
 
 type Judged<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 
-/// A detector of the user's own: its name, its threshold, if any, and the part.
+/// A user-defined detector: its name, its threshold (if any) and the part.
 type OwnDetector<'py> = (String, Option<f64>, Bound<'py, PyAny>);
 
-/// Judges built-in detectors, by their words, and the user's own, on a recording, the closed loop of a scenario, made recordings, or,
-/// without any of them, the shipped insertion. Returns the content of `roc.json` and the document. `tell` is called with the numbers of complete and of all cases, one per detector of
-/// one's own and one for all built-in ones.
+/// Evaluates built-in detectors, by their words, and user-defined ones. The signal is a recording, the closed loop of
+/// a scenario, synthetic recordings, or by default the shipped insertion.
+///
+/// Returns the content of `roc.json` and the document. Calls `tell` with the numbers of completed cases and of all
+/// cases; each user-defined detector is a case of its own, and all built-in ones together are another.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
 pub(crate) fn roc<'py>(
@@ -76,7 +77,7 @@ pub(crate) fn roc<'py>(
         }
     };
     let study = Study { signals: vec![signal], noise_std_n, seeds, thresholds, within_s };
-    // A case of a detector of one's own, or of all built-in ones together.
+    // A case evaluates one user-defined detector, or all built-in ones together.
     let all = study.noise_std_n.len() as u64 * seeds * (own.len() as u64 + u64::from(!kinds.is_empty()));
     let done = Arc::new(AtomicU64::new(0));
     let counted = done.clone();
@@ -106,7 +107,7 @@ pub(crate) fn roc<'py>(
             tell(py)
         })?,
     };
-    // Without built-in detectors no case runs again.
+    // Without built-in detectors, run no case a second time.
     let study = Study { seeds: if kinds.is_empty() { 0 } else { seeds }, ..study };
     let judged = interruptible_told(py, threads, tell, move |stop| {
         let count = || {
@@ -123,7 +124,7 @@ pub(crate) fn roc<'py>(
     Ok((convert::python(py, &document.json)?, document::dictionary(py, &document, false)?))
 }
 
-/// Judges the user's own detectors, and calls `count` after each case of each.
+/// Evaluates user-defined detectors. Calls `count` after each case of each detector.
 fn own_points<'py>(
     py: Python<'py>,
     study: &Study,
@@ -144,7 +145,7 @@ fn own_points<'py>(
     judged.map_err(|error| error.raise(py))
 }
 
-/// Why own detectors could not be judged.
+/// The reason why user-defined detectors could not be evaluated.
 enum OwnError {
     Python(PyErr),
     Study(RocError),
@@ -186,13 +187,12 @@ fn within(name: &str, value: f64, (low, high): (f64, f64)) -> PyResult<()> {
     Err(error::value(format!("{name} is {value}, must be from {low} to {high}")))
 }
 
-/// Returns the words of the built-in detectors.
 #[pyfunction]
 pub(crate) fn detectors() -> Vec<&'static str> {
     DistanceKind::WORDS.to_vec()
 }
 
-/// Returns the in-vivo-like recording of a seed, with ruptures of one's own, as CSV.
+/// Returns the in-vivo-like recording of a seed, with user-defined ruptures, as CSV.
 #[pyfunction]
 pub(crate) fn record(
     py: Python<'_>,
@@ -213,7 +213,7 @@ pub(crate) fn record(
     Ok(py.detach(|| trocar_recording::in_vivo_like_variant_csv(seed, &variant)))
 }
 
-/// Returns a made recording of a study, by its number from 1: its columns, and what it is made of.
+/// Returns a synthetic recording by its number, from 1: its columns and its properties.
 #[pyfunction]
 pub(crate) fn trial(py: Python<'_>, number: u64) -> PyResult<(Bound<'_, PyDict>, Bound<'_, PyDict>)> {
     let trial = py.detach(|| Trial::new(Trial::BEFORE_FIRST.wrapping_add(number)));
@@ -235,7 +235,7 @@ pub(crate) fn trial(py: Python<'_>, number: u64) -> PyResult<(Bound<'_, PyDict>,
     Ok((columns, about))
 }
 
-/// The name of a variant in words, as in `rigid stop`.
+/// Returns the name of a variant in words, as in `rigid stop`.
 fn word(variant: impl std::fmt::Debug) -> String {
     let mut word = String::new();
     for letter in format!("{variant:?}").chars() {

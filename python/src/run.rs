@@ -18,14 +18,16 @@ use crate::own::{CompiledParts, Failure, Own};
 use crate::scenario::Scenario;
 use crate::{convert, document, error};
 
-/// Number of ticks between two readings of the clock, and time between two checks for signals. A tick takes about 30 ns.
+/// Number of ticks between two readings of the clock, and time between two checks for signals. A tick takes about 30
+/// ns.
 const TICKS: u64 = 4096;
 const PERIOD: Duration = Duration::from_millis(10);
 
-/// Number of ticks from which what follows a run can take so long that it has a thread of its own, which Ctrl-C ends.
+/// Number of ticks above which the work after a run can take long. It then runs on its own thread, which Ctrl-C can
+/// interrupt.
 const MANY_TICKS: u64 = 200_000;
 
-/// A run, without its trace.
+/// A run without its trace.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct Run {
     run: trocar_studies::run::Run,
@@ -38,7 +40,7 @@ impl Run {
         convert::parsed(py, &to_json(&self.run.summary()))
     }
 
-    /// Returns the warnings of `summary.json`, alone.
+    /// Returns only the warnings of `summary.json`.
     fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let all = serde_json::to_value(self.run.warnings()).map_err(error::value)?;
         convert::python(py, &all)
@@ -54,7 +56,7 @@ impl Run {
         document::dictionary(py, &self.run.document(), false)
     }
 
-    /// Returns the columns of the trust in the estimate, computed from the other columns.
+    /// Returns the columns of the trust in the estimates, computed from the other columns.
     fn trust<'py>(&self, py: Python<'py>, columns: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyDict>> {
         let trust = run_trust(&self.run.scenario, columns)?;
         let all = PyDict::new(py);
@@ -72,7 +74,7 @@ impl Run {
     }
 }
 
-/// Watches for signals and for an exception of the user's own parts; both end the run.
+/// Watches for signals and for exceptions of user-defined parts. Both end the run.
 #[derive(Default)]
 struct Watch {
     last_check: Option<Instant>,
@@ -105,13 +107,13 @@ impl Watch {
         }
     }
 
-    /// Whether nothing ended the run.
+    /// Returns the exception or the signal that ended the run as an error.
     fn ended(self) -> PyResult<()> {
         self.failure.take().or(self.signal).map_or(Ok(()), Err)
     }
 }
 
-/// Runs a scenario. Returns the run and the columns of its trace, without those of [`Run::trust`].
+/// Runs a scenario. Returns the run and the columns of its trace, without the columns of [`Run::trust`].
 #[pyfunction]
 pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, Bound<'py, PyDict>)> {
     let scenario = &scenario.scenario;
@@ -132,7 +134,7 @@ pub(crate) fn run<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<(Run, B
     hand_over(py, run.map_err(|error| error::run(py, &error))?)
 }
 
-/// Runs a scenario with the user's own parts, by role. Returns the run and the columns of its trace.
+/// Runs a scenario with user-defined parts, by role. Returns the run and the columns of its trace.
 #[pyfunction]
 pub(crate) fn run_with<'py>(
     py: Python<'py>,
@@ -142,7 +144,6 @@ pub(crate) fn run_with<'py>(
     hand_over(py, traced_with(py, &scenario.scenario, parts)?)
 }
 
-/// Runs a scenario with the user's own parts, by role, for its trace.
 pub(crate) fn traced_with(
     py: Python<'_>,
     scenario: &trocar_scenario::Scenario,
@@ -155,7 +156,6 @@ pub(crate) fn traced_with(
     Ok(trocar_studies::run::Run::of_own_parts(scenario.clone(), roles, metrics, trace))
 }
 
-/// Runs a scenario with the user's own parts, by role, for its metrics.
 pub(crate) fn measure_with(
     py: Python<'_>,
     scenario: &trocar_scenario::Scenario,
@@ -174,7 +174,7 @@ pub(crate) fn measure_compiled(
     failure.take().map_or(Ok(outcome), Err)
 }
 
-/// Ends a run once a part has failed.
+/// Ends a run after a part has failed.
 struct Failing<'a>(&'a Failure);
 
 impl Observer<f64> for Failing<'_> {
@@ -185,7 +185,6 @@ impl Observer<f64> for Failing<'_> {
     }
 }
 
-/// Runs a scenario with the user's own parts and one more observer.
 fn observed<O: Observer<f64> + Send>(
     py: Python<'_>,
     scenario: &trocar_scenario::Scenario,
@@ -194,13 +193,13 @@ fn observed<O: Observer<f64> + Send>(
 ) -> PyResult<Result<Metrics, RunError>> {
     let mut watched = (observer, Watch { failure, ..Watch::default() });
     let work = || observe_with(scenario, parts, &mut watched);
-    // A Python function needs the interpreter at every tick: it is not given up in between.
+    // A Python function needs the interpreter at every tick, so keep the lock during the whole run.
     let outcome = if are_compiled { py.detach(work) } else { work() };
     watched.1.ended()?;
     Ok(outcome)
 }
 
-/// Returns a run and its trace as arrays, without a copy, and without the trust in the estimate.
+/// Returns a run and its trace as arrays, without a copy and without the trust in the estimates.
 pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_studies::run::Run) -> PyResult<(Run, Bound<'_, PyDict>)> {
     let columns = PyDict::new(py);
     let trace = &mut run.trace;
@@ -211,7 +210,7 @@ pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_studies::run::Run) -> Py
         }
     }
     if let Some((name, values)) = &trace.extra_parameter {
-        // The summary needs this column too.
+        // The summary also needs this column, so copy it.
         columns.set_item(*name, PyArray1::from_slice(py, values))?;
     }
     Ok((Run { run }, columns))
@@ -223,7 +222,7 @@ pub(crate) fn trace_columns() -> Vec<(&'static str, &'static str, &'static str)>
     TRACE_COLUMNS.iter().chain(&TRUST_COLUMNS).map(|column| (column.name, column.unit, column.meaning)).collect()
 }
 
-/// Returns the minimum time of several runs of a scenario with the crate's `run`, in s.
+/// Returns the minimum time, in s, of several runs of a scenario with the crate's `run`.
 #[pyfunction]
 pub(crate) fn seconds_of_run(py: Python<'_>, scenario: &Scenario, times: usize) -> f64 {
     py.detach(|| {

@@ -10,15 +10,14 @@ use trocar_scenario::{FileContents, KEYS, KeptFiles, ScenarioError, Source, ship
 use crate::recording::Recording;
 use crate::{convert, error};
 
-/// A scenario, with its source.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct Scenario {
     pub(crate) scenario: trocar_scenario::Scenario,
-    /// It keeps the content of the files that were read.
+    /// The source, which keeps the content of the files that were read.
     pub(crate) source: Source,
-    /// The settings of each call, first those of loading it.
+    /// The settings of each call; the first ones are those of loading the scenario.
     pub(crate) settings: Vec<Vec<String>>,
-    /// The recordings in memory that the settings name; held, so that their names stay valid.
+    /// The recordings in memory that the settings name. They are held so that their names stay valid.
     recordings: Vec<Recording>,
 }
 
@@ -31,16 +30,16 @@ impl Scenario {
     }
 }
 
-/// What was read of files: each path with its canonical form; the bytes of a path; the recording of a path, with how it was read.
+/// The content of files: each path with its canonical form; the bytes of a path; the recording of a path, with the
+/// way in which it was read.
 type Files = (Vec<(PathBuf, PathBuf)>, Vec<(PathBuf, Vec<u8>)>, Vec<(PathBuf, String, Recording)>);
 
 type Origin = (Option<PathBuf>, String, Option<String>, Vec<Vec<String>>, Vec<Recording>, Files);
 
-/// As [`Files`], with Python's recordings.
+/// The same as [`Files`], with Python's recordings.
 type GivenFiles<'py> =
     (Vec<(PathBuf, PathBuf)>, Vec<(PathBuf, Vec<u8>)>, Vec<(PathBuf, String, PyRef<'py, Recording>)>);
 
-/// Returns the files with this content.
 fn files_of((canonical, bytes, recordings): GivenFiles<'_>) -> KeptFiles {
     KeptFiles::of(FileContents {
         canonical: canonical.into_iter().collect(),
@@ -53,7 +52,7 @@ fn cloned(recordings: &[PyRef<'_, Recording>]) -> Vec<Recording> {
     recordings.iter().map(|recording| Recording::clone(recording)).collect()
 }
 
-/// Returns the error with its file, as the command line names it.
+/// Returns the error with its file, named like on the command line.
 pub(crate) fn named(mut error: ScenarioError, source: &Source) -> ScenarioError {
     let file = source.display();
     if error.place.is_none() && !error.message.contains(&file) {
@@ -62,14 +61,12 @@ pub(crate) fn named(mut error: ScenarioError, source: &Source) -> ScenarioError 
     error
 }
 
-/// Returns a text as a source.
 pub(crate) fn text_source(name: &str, text: &str) -> Source {
     Source::Text { name: name.into(), text: Arc::from(text) }
 }
 
 #[pymethods]
 impl Scenario {
-    /// Loads a file, or a shipped scenario by its name.
     #[staticmethod]
     fn load(
         py: Python<'_>,
@@ -101,7 +98,6 @@ impl Scenario {
         Self::of(py, source.keeping(files_of(files)), settings, cloned(&recordings))
     }
 
-    /// Loads a TOML text.
     #[staticmethod]
     fn from_text(
         py: Python<'_>,
@@ -113,16 +109,16 @@ impl Scenario {
         Self::of(py, text_source(name, text).keeping(KeptFiles::default()), settings, cloned(&recordings))
     }
 
-    /// Returns the scenario with additional settings, which have priority over earlier ones and may change their kinds.
-    /// Files that have been read are not read again.
+    /// Returns the scenario with additional settings, which override earlier ones and may change their kinds. It
+    /// reads no file a second time.
     fn replace(&self, py: Python<'_>, settings: Vec<String>, recordings: Vec<PyRef<'_, Recording>>) -> PyResult<Self> {
         let settings = self.settings.iter().cloned().chain([settings]).collect();
         let recordings = self.recordings.iter().cloned().chain(cloned(&recordings)).collect();
         Self::of(py, self.source.clone(), settings, recordings)
     }
 
-    /// Returns the source: the path or `None`, the name, the text or `None`, the settings of each call, the recordings in
-    /// memory, and what was read of files.
+    /// Returns the source: the path or `None`, the name, the text or `None`, the settings of each call, the
+    /// recordings in memory, and the content of the files that were read.
     fn origin(&self) -> Origin {
         let content = self.source.kept().map(KeptFiles::content).unwrap_or_default();
         let files = (
@@ -178,7 +174,6 @@ impl Scenario {
     }
 }
 
-/// Returns the shipped scenarios, each with its question.
 #[pyfunction]
 pub(crate) fn shipped() -> Vec<(String, &'static str)> {
     shipped_questions().map(|(name, question)| (format!("builtin:{name}"), question)).collect()

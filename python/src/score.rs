@@ -9,8 +9,8 @@ use crate::{convert, error};
 
 type Scored<'py> = (Bound<'py, PyAny>, Vec<(usize, usize)>);
 
-/// Scores alarms against ruptures, both in s and ascending. Returns the scores, and the matches as pairs of indices of a rupture and
-/// its alarm. The recorded time is NaN if it is not known.
+/// Scores alarms against ruptures, both in s and ascending. Returns the scores and the matches, which are pairs of
+/// the indices of a rupture and its alarm. The recorded time is NaN if unknown.
 #[pyfunction]
 pub(crate) fn score<'py>(
     py: Python<'py>,
@@ -42,7 +42,7 @@ pub(crate) fn score<'py>(
     };
     let mut scores = serde_json::to_value(Scores::of(&tally)).map_err(error::value)?;
     if let Some(scores) = scores.as_object_mut() {
-        // What was not given is not told.
+        // Leave out the scores whose inputs were not given.
         for name in ["recordings", "recorded_s", "contact_s", "false_alarms_per_contact_minute"] {
             scores.remove(name);
         }

@@ -19,19 +19,19 @@ use crate::scenario::Scenario;
 /// A run that is stepped tick by tick.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct Simulation {
-    /// Locked because its parts can be sent, not shared, between threads; boxed because Python aligns to 16 bytes alone.
+    /// Locked because its parts can be sent to other threads but not shared. Boxed because Python aligns only to 16
+    /// bytes.
     run: Mutex<State>,
-    /// The thread that is in a tick, by the address of its [`HERE`]; 0 for none.
+    /// The thread that currently runs a tick, as the address of its [`HERE`]; 0 for none.
     in_tick: AtomicUsize,
     failure: Failure,
 }
 
-/// Where a simulation is.
 enum State {
     Running(Box<SteppedRun>),
-    /// After so many ticks, an error or an exception of a part ended it.
+    /// An error, or an exception of a part, ended it after this number of ticks.
     Failed(u64),
-    /// After so many ticks, its result was taken.
+    /// Its result was taken after this number of ticks.
     Concluded(u64),
 }
 
@@ -53,7 +53,7 @@ impl State {
 }
 
 thread_local! {
-    /// Its address is the thread's.
+    /// A variable whose address identifies the thread.
     static HERE: u8 = const { 0 };
 }
 
@@ -70,7 +70,7 @@ impl Simulation {
         Ok(Self::of(run, failure))
     }
 
-    /// Runs a tick. Returns whether there are more.
+    /// Runs a tick. Returns true if more ticks follow.
     fn step(&self, py: Python<'_>, desired_position_m: Option<f64>) -> PyResult<bool> {
         if let Some(position_m) = desired_position_m.filter(|position_m| !position_m.is_finite()) {
             return Err(error::value(format!("desired_position_m is {position_m}, must be finite")));
@@ -90,7 +90,6 @@ impl Simulation {
         outcome
     }
 
-    /// The signals of the last tick, by column.
     fn signals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let mut state = self.locked(py)?;
         let trace = state.running()?.trace();
@@ -104,7 +103,7 @@ impl Simulation {
         Ok(signals)
     }
 
-    /// Repeats a simulation without parts, of which [`Simulation::led_m`] is given.
+    /// Repeats a simulation without user-defined parts from its [`Simulation::led_m`].
     #[staticmethod]
     fn repeated(py: Python<'_>, scenario: &Scenario, led_m: PyReadonlyArray1<'_, f64>) -> PyResult<Self> {
         let scenario = scenario.scenario.clone();
@@ -113,18 +112,17 @@ impl Simulation {
         Ok(Self::of(run, Failure::default()))
     }
 
-    /// Where the person was led at each tick so far, in m; NaN where not.
+    /// Returns the imposed position of the operator at each tick so far, in m; NaN where none was imposed.
     fn led_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(PyArray1::from_slice(py, self.locked(py)?.running()?.led_m()))
     }
 
-    /// Number of ticks so far.
     #[getter]
     fn ticks(&self, py: Python<'_>) -> PyResult<u64> {
         Ok(self.locked(py)?.ticks())
     }
 
-    /// The run and the columns of its trace so far; the simulation ends.
+    /// Ends the simulation. Returns the run and the columns of its trace so far.
     fn conclude<'py>(&self, py: Python<'py>) -> PyResult<(Run, Bound<'py, PyDict>)> {
         let mut state = self.locked(py)?;
         state.running()?;
@@ -142,7 +140,7 @@ impl Simulation {
         Self { run: Mutex::new(State::Running(Box::new(run))), in_tick: AtomicUsize::new(0), failure }
     }
 
-    /// Waits for the tick of another thread without the interpreter, which its parts may need.
+    /// Waits for a tick of another thread. Releases the interpreter, which that tick's parts may need.
     fn locked(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, State>> {
         if self.in_tick.load(Ordering::Relaxed) == this_thread() {
             return Err(PyRuntimeError::new_err(

@@ -1,4 +1,4 @@
-//! The linear sides of the teleoperator as matrices.
+//! The linear sides of the teleoperator, and its loop, as matrices.
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -23,7 +23,6 @@ enum System {
     Discrete(lti::StateSpace<Discrete>),
 }
 
-/// Calls a method of a system of either kind.
 macro_rules! either {
     ($this:expr, $system:ident => $value:expr) => {
         match &$this.system {
@@ -33,7 +32,7 @@ macro_rules! either {
     };
 }
 
-/// A side in continuous time or the loop from tick to tick, `y = C x + D u`, with the names of its signals.
+/// A side in continuous time, or the loop from tick to tick, with `y = C x + D u` and the names of its signals.
 #[pyclass(frozen, module = "trocar._core")]
 pub(crate) struct StateSpace {
     system: System,
@@ -81,7 +80,7 @@ impl StateSpace {
         Ok(poles.into_iter().map(|pole| (pole.re, pole.im)).collect())
     }
 
-    /// The time between two states in s; `None` in continuous time.
+    /// The time between two states, in s; `None` in continuous time.
     #[getter]
     fn tick_s(&self) -> Option<f64> {
         match &self.system {
@@ -123,7 +122,8 @@ impl StateSpace {
     }
 }
 
-/// Returns the master with its arm, or the slave, of a scenario.
+/// Returns the matrices of a scenario's side or loop: the master with its arm, the slave, the loop gain or the closed
+/// loop.
 #[pyfunction]
 pub(crate) fn state_space(py: Python<'_>, scenario: &Scenario, side: &str) -> PyResult<StateSpace> {
     let scenario = &scenario.scenario;
@@ -161,7 +161,7 @@ pub(crate) fn state_space(py: Python<'_>, scenario: &Scenario, side: &str) -> Py
     }
 }
 
-/// A side, with the names of its first states.
+/// Returns a side with the names of its first states.
 fn of_side(
     system: lti::StateSpace<Continuous>,
     name: &'static str,
@@ -174,7 +174,7 @@ fn of_side(
     Ok(StateSpace { system: System::Continuous(system), name, inputs, outputs, states })
 }
 
-/// The loop from tick to tick, in one of its forms.
+/// Returns the loop from tick to tick, as loop gain or closed loop.
 fn of_loop(
     py: Python<'_>,
     scenario: &trocar_scenario::Scenario,

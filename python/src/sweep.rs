@@ -25,7 +25,6 @@ use crate::run::{measure_compiled, measure_with};
 use crate::scenario::{Scenario, text_source};
 use crate::{convert, document, error};
 
-/// The result by columns.
 struct Columns {
     case: Vec<i64>,
     axes: Vec<(String, AxisColumn)>,
@@ -35,7 +34,7 @@ struct Columns {
 }
 
 impl Columns {
-    /// Returns empty columns for so many cases, if they fit into this machine's memory.
+    /// Returns empty columns for this number of cases, or an error if they do not fit into memory.
     fn for_cases(design: &Design, cases: u64, memory_bytes: u64) -> Result<Self, NoRoom> {
         let numbers = design.columns.len() + design.axes.len() + 2;
         if cases.saturating_mul(numbers as u64 * 8) > memory_bytes {
@@ -50,7 +49,7 @@ impl Columns {
         })
     }
 
-    /// Adds all rows that `each` gives: a case, its outcome, its metrics.
+    /// Adds the rows that `each` yields: a case, its outcome, its metrics.
     fn fill<E>(
         &mut self,
         design: &Design,
@@ -106,7 +105,6 @@ impl std::fmt::Display for NoRoom {
     }
 }
 
-/// Why a sweep failed.
 enum Failed {
     Sweep(SweepError),
     NoRoom(NoRoom),
@@ -135,7 +133,7 @@ impl Failed {
     }
 }
 
-/// The sweep: a file or a text, and the scenario if neither names one.
+/// The sources of a sweep: its file or text, and the scenario if the sweep names none.
 struct Sources {
     sweep: Source,
     base: Option<Source>,
@@ -171,11 +169,12 @@ pub(crate) fn sweep_plan(
     Ok((plan.hash(), plan.design.cases()))
 }
 
-/// Runs a sweep, or a shard of it such as "3/8", with a number of threads (0 for all processors), if its rows fit into
-/// `memory_bytes`. Returns the columns, the hash
-/// of the whole sweep, its number of cases, the text of all its inputs, and the former names of metrics in the file, each with the present name. The sweep
-/// is a file's path or a text; `base` is the scenario if neither names one. `tell` is called with the numbers of complete and of
-/// all cases, from time to time and at the end.
+/// Runs a sweep, or a shard such as "3/8", if its rows fit into `memory_bytes`. The sweep is a file's path or a text;
+/// `base` is the scenario if the sweep names none. 0 threads means one per processor. Calls `tell` with the numbers
+/// of completed cases and of all cases, from time to time and at the end.
+///
+/// Returns the columns, the hash of the whole sweep, its number of cases, the text of all its inputs, and the former
+/// names of metrics in the file, each with its present name.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes a job and how to run it")]
 pub(crate) fn sweep<'py>(
@@ -221,18 +220,18 @@ pub(crate) fn sweep<'py>(
         Ok(Some((columns, plan.hash(), plan.design.cases(), plan.canonical().to_owned(), plan.former_names)))
     };
     let swept = interruptible_told(py, threads, &tell, work)?.map_err(|failed: Failed| failed.raise(py))?;
-    // Only a signal stops it, and its exception has been raised.
+    // Only a signal stops a sweep, and its exception has been raised.
     let (columns, hash, cases, inputs, former_names) =
         swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
     tell(py)?;
     Ok((columns.hand_over(py)?, hash, cases, inputs, former_names))
 }
 
-/// Number of cases that a thread runs at once.
+/// Number of cases that a thread runs together.
 const CASES_AT_ONCE: u64 = 16;
 
-/// Runs a sweep with the user's own parts, by role: in threads if all of them are compiled, otherwise one case after the other. Returns
-/// what [`sweep`] does.
+/// Runs a sweep with user-defined parts, by role: in threads if all of them are compiled, otherwise case by case.
+/// Returns the same as [`sweep`].
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes a job and how to run it")]
 pub(crate) fn sweep_with<'py>(
@@ -294,8 +293,8 @@ pub(crate) fn sweep_with<'py>(
     Ok((columns.hand_over(py)?, plan.hash(), cases, plan.canonical().to_owned(), plan.former_names.clone()))
 }
 
-/// Returns the document of a complete sweep from the text of all its inputs, its hash, and its rows: the code of each outcome, and a
-/// column per metric.
+/// Returns the document of a complete sweep. The inputs are the text of all its inputs, its hash, and its rows as the
+/// code of each outcome and one column per metric.
 #[pyfunction]
 pub(crate) fn sweep_document<'py>(
     py: Python<'py>,
@@ -321,7 +320,8 @@ pub(crate) fn sweep_document<'py>(
     convert::python(py, &interruptible(py, 1, work)?.map_err(|failed| failed.raise(py))?)
 }
 
-/// Returns the rows of a complete sweep in a file, from which the statistics read them, and its folder.
+/// Writes the rows of a complete sweep into a file, from which the statistics read them. Returns the rows and the
+/// temporary folder.
 fn stored_rows(design: &Design, outcomes: &[u8], metrics: &[Vec<f64>]) -> Result<(TempDir, Rows), Failed> {
     let cases = design.cases();
     let layout = Layout { key: 0, columns: metrics.len(), cases, packs: 0..cases.div_ceil(PACK_CASES) };
@@ -338,18 +338,18 @@ fn stored_rows(design: &Design, outcomes: &[u8], metrics: &[Vec<f64>]) -> Result
     Ok((folder, Rows(vec![part])))
 }
 
-/// Returns an empty part of a sweep, and its folder, which is removed when it is dropped.
+/// Returns an empty part of a sweep, and its folder, which is removed on drop.
 fn temporary_part(layout: Layout) -> Result<(TempDir, Part), SweepError> {
     let io = |source| SweepError::Io { path: std::env::temp_dir(), source };
     let folder = tempfile::Builder::new().prefix("trocar-sweep-").tempdir().map_err(io)?;
     let part = Part::open(&folder.path().join(trocar_studies::sweep::CASES), layout)?;
-    // What is open needs no name on Unix, so that even a killed process leaves nothing behind.
+    // On Unix, open files need no name. Removing the folder now keeps even a killed process from leaving files
+    // behind.
     #[cfg(unix)]
     std::fs::remove_dir_all(folder.path()).map_err(io)?;
     Ok((folder, part))
 }
 
-/// Runs a case. Returns its outcome and its metrics.
 fn of_case(
     plan: &Plan,
     maker: &mut CaseMaker<'_>,
@@ -366,8 +366,8 @@ fn of_case(
     Ok((outcome, plan.design.columns.iter().map(|column| value(column).unwrap_or(f64::NAN)).collect()))
 }
 
-/// Returns the metrics of a sweep; those of ruptures and events have the number 1: name, scope, label, unit, which values are
-/// better, meaning.
+/// Returns the metrics of a sweep: name, scope, label, unit, which values are better, and meaning. Metrics of
+/// ruptures and events have the number 1.
 #[pyfunction]
 pub(crate) fn metrics() -> Vec<(String, &'static str, String, &'static str, &'static str, &'static str)> {
     let columns =

@@ -1,4 +1,4 @@
-"""What the tests share: the command line to compare with, and figures that need no screen."""
+"""Shared fixtures: the command line for comparison, and figures without a screen."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="session")
 def binary() -> Path:
-    """The command line of the same sources: $TROCAR_BIN, or what `cargo build` has left."""
+    """Returns the command line built from the same sources: $TROCAR_BIN, or the result of `cargo build`."""
     given = os.environ.get("TROCAR_BIN")
     places = [Path(given)] if given else [REPOSITORY / "target" / profile / "trocar" for profile in ("debug", "release")]
     found = [place for place in places if place.is_file()]
@@ -27,7 +27,7 @@ def binary() -> Path:
 
 @pytest.fixture(scope="session")
 def cli(binary: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
-    """Runs the command line."""
+    """Returns a function that runs the command line."""
 
     def call(*arguments: object, **options: object) -> subprocess.CompletedProcess[str]:
         command = [str(binary), *map(str, arguments)]
@@ -38,7 +38,7 @@ def cli(binary: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
 
 @pytest.fixture(scope="session")
 def recording() -> dict[str, object]:
-    """The shipped in-vivo-like recording by columns, read from its file."""
+    """Returns the columns of the shipped in-vivo-like recording, read from its file."""
     import numpy as np
 
     path = REPOSITORY / "scenarios" / "recordings" / "in_vivo_like.csv"

@@ -1,4 +1,4 @@
-"""Whatever is given for an array is taken or refused with a reason, and never brings the process down."""
+"""Any value given as an array is accepted or refused with a reason, and never crashes the process."""
 
 import re
 
@@ -25,7 +25,7 @@ def detect(samples):
 
 EXPECTED = detect(good())["residual_n"]
 
-# Arrays of any type, shape, byte order and content; and things that are no arrays.
+# Arrays of any type, shape, byte order and content, and values that are not arrays.
 ANY_ARRAY = hnp.arrays(
     dtype=st.one_of(
         hnp.floating_dtypes(endianness="?"),
@@ -59,7 +59,7 @@ def strided(array, step):
 
 @settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(QUANTITIES, ANYTHING)
-def test_anything_is_taken_or_refused(quantity, values):
+def test_any_array_is_accepted_or_refused(quantity, values):
     samples = {**good(), quantity: values}
     try:
         found = detect(samples)
@@ -72,7 +72,7 @@ def test_anything_is_taken_or_refused(quantity, values):
 
 @settings(max_examples=200, deadline=None)
 @given(QUANTITIES, ANYTHING)
-def test_a_detector_takes_or_refuses_anything(quantity, values):
+def test_a_detector_accepts_or_refuses_any_array(quantity, values):
     samples = {**good(), quantity: values}
     detector = trocar.Detector(1e-3)
     try:
@@ -86,7 +86,7 @@ def test_a_detector_takes_or_refuses_anything(quantity, values):
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.one_of(st.floats(), st.integers(), st.none(), st.text(max_size=3), st.complex_numbers()), min_size=3, max_size=3))
-def test_a_detector_takes_or_refuses_any_sample(sample):
+def test_a_detector_accepts_or_refuses_any_sample(sample):
     detector = trocar.Detector(1e-3)
     try:
         step = detector.step(*sample)
@@ -110,7 +110,7 @@ def test_layout_does_not_matter(step, writeable, dtype):
     np.testing.assert_array_equal(detect(samples)["residual_n"], EXPECTED)
 
 
-def test_a_column_of_a_table_and_lists_are_taken():
+def test_table_columns_and_lists_are_accepted():
     table = np.stack(list(good().values()), axis=1)
     columns = dict(zip(good(), table.T))
     assert not columns["time"].flags.c_contiguous
@@ -118,7 +118,7 @@ def test_a_column_of_a_table_and_lists_are_taken():
     np.testing.assert_array_equal(detect({name: list(values) for name, values in good().items()})["residual_n"], EXPECTED)
 
 
-def test_nothing_that_is_given_is_changed():
+def test_arguments_are_not_changed():
     samples = good()
     before = {name: values.copy() for name, values in samples.items()}
     detect(samples)
@@ -158,7 +158,7 @@ def test_integers_and_halves_are_converted():
     np.testing.assert_array_equal(detect(samples)["residual_n"], of_integers)
 
 
-def test_a_bad_sample_leaves_a_detector_as_it_was():
+def test_a_bad_sample_leaves_a_detector_unchanged():
     one, other = trocar.Detector(1e-3), trocar.Detector(1e-3)
     for index, (position, velocity, force) in enumerate(zip(*[good()[name] for name in ("position", "velocity", "force")])):
         if index == 30:
@@ -168,11 +168,11 @@ def test_a_bad_sample_leaves_a_detector_as_it_was():
         assert one.step(position, velocity, force).residual_n == other.step(position, velocity, force).residual_n
 
 
-def test_step_by_step_at_once_and_as_a_recording_are_the_same(recording):
+def test_single_samples_arrays_and_recordings_give_the_same_results(recording):
     columns = [recording[name] for name in ("position_m", "velocity_m_per_s", "force_n")]
     whole = trocar.detect(recording["time_s"], *columns, contact_m=0.012)
     settings = {"contact_m": 0.012}
-    # The recording's own interval, as the median of its times has it.
+    # The interval of the recording is the median of its time differences.
     interval_s = float(np.sort(np.diff(recording["time_s"]))[(len(recording["time_s"]) - 2) // 2])
     at_once = trocar.Detector(interval_s, **settings)
     parts = [at_once.steps(*[column[part] for column in columns]) for part in (slice(0, 6000), slice(6000, None))]
@@ -188,7 +188,7 @@ def test_step_by_step_at_once_and_as_a_recording_are_the_same(recording):
     assert repr(steps[alarms[0]]).startswith("Step(alarm=True")
 
 
-def test_a_detector_says_what_it_needs():
+def test_a_detector_reports_invalid_arguments():
     with pytest.raises(ValueError, match="velocity is missing"):
         trocar.Detector(1e-3).step(0.0, None, 0.0)
     with pytest.raises(ValueError, match="estimates the velocity"):
@@ -218,6 +218,6 @@ def test_alarms_index_the_given_samples_if_some_are_missing(missing):
     kept = np.ones(len(data["time_s"]), dtype=bool)
     kept[missing] = False
     found = trocar.detect({name: column[kept] for name, column in data.items()}, contact_m=0.012)
-    # A row is at the time of a sample, up to rounding: that sample has the alarm.
+    # A row is at the time of a sample, up to rounding; the alarm belongs to that sample.
     assert np.abs(data["time_s"][kept][found.alarms] - found.alarms_s).max() < 1e-9
     assert np.abs(found.alarms_s - whole.alarms_s).max() < 0.01

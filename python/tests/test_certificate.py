@@ -1,4 +1,4 @@
-"""The certificate of events: verified again by the manual's script, and against an independent solver."""
+"""The certificate of events is verified by the manual's script and by an independent solver."""
 
 import json
 import runpy
@@ -10,13 +10,13 @@ from conftest import REPOSITORY
 CONCEPTS = REPOSITORY / "docs" / "src" / "concepts"
 SCRIPT = CONCEPTS / "verify_certificate.py"
 
-# A spring and damper in place of the recorded force, which closes no loop.
+# A spring and damper replace the recorded force, which closes no loop.
 TISSUE = ["--set", "tissue.stiffness_n_per_m=200", "--set", "tissue.damping_n_s_per_m=5"]
 
 
 @pytest.fixture(scope="module")
 def written(cli, tmp_path_factory):
-    """certificate.json of the shipped scenario."""
+    """Returns certificate.json of the shipped scenario."""
     folder = tmp_path_factory.mktemp("certificate")
     small = ["--x", "scaling.force=0.1:10:4", "--y", "tissue.stiffness_n_per_m=10:2000:4"]
     done = cli("stability", "paper/augmented", *TISSUE, "--tissue", "50:600", *small, "--quiet", "--out", folder)
@@ -42,7 +42,7 @@ def test_the_script_refuses_a_changed_certificate(written):
         verify(certificate)
 
 
-def test_a_kept_gap_is_verified_by_a_script_of_its_own(cli, tmp_path):
+def test_a_kept_gap_is_verified_by_its_own_script(cli, tmp_path):
     script = CONCEPTS / "verify_kept_gap.py"
     assert len(script.read_text().splitlines()) <= 80
     small = ["--x", "scaling.position=0.9:1:2", "--y", "tissue.stiffness_n_per_m=100:200:2"]
@@ -54,7 +54,7 @@ def test_a_kept_gap_is_verified_by_a_script_of_its_own(cli, tmp_path):
     certified, at_refractory = verify(proof)
     # The arm's spring of 698.8 N/m against 50 N/m keeps 0.9332 of the gap.
     assert certified < 1 and 0.9332 < at_refractory < 0.94
-    # A stiffer arm at the other end of the tissue's range is not what was verified.
+    # The verification does not cover a stiffer arm at the other end of the tissue's range.
     changed = next(one for one in proof["maps"] if one["name"] == "force_0")
     changed["matrix"][0] = [-4 * value for value in changed["matrix"][0]]
     with pytest.raises(AssertionError):
@@ -69,7 +69,7 @@ def test_states_have_names_and_units(written):
 
 
 def best_margin(certificate):
-    """The largest common margin of the inequalities of a certificate file, by cvxpy."""
+    """Returns the largest common margin of the inequalities of a certificate file, computed by cvxpy."""
     cvxpy = pytest.importorskip("cvxpy")
     scale = {name: np.array(space["scale"]) for name, space in certificate["spaces"].items()}
     functions = [cvxpy.Variable((len(scale[f["space"]]),) * 2, symmetric=True) for f in certificate["functions"]]
@@ -112,5 +112,5 @@ def test_an_independent_solver_agrees_on_the_dwell(cli, tmp_path, settings, tiss
     assert done.returncode == 0, done.stderr
     certificate = json.loads((tmp_path / "augmented" / "certificate.json").read_text())["certificates"]["shortest_dwell"]
     assert 1e3 * certificate["dwell_s"] <= limit_ms
-    # The same conditions are feasible for the other solver too.
+    # The other solver also finds the same conditions feasible.
     assert best_margin(certificate) > 1e-4

@@ -1,4 +1,4 @@
-"""The sides as python-control sees them."""
+"""The sides and the loop agree with python-control."""
 
 import json
 
@@ -22,7 +22,8 @@ SCENARIOS = [
 def test_poles_agree(side, changes):
     system = trocar.state_space(trocar.Scenario.load("paper/classical", **changes), side)
     ours, theirs = np.sort_complex(system.poles()), np.sort_complex(system.to_control().poles())
-    # The double zero of a free mass splits by the root of the rounding error; only its pair is compared there.
+    # The double pole at zero of a free mass splits by the square root of the rounding error, so only other poles are
+    # compared.
     free = np.abs(theirs) < 1e-4
     np.testing.assert_allclose(ours[~free], theirs[~free], rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(ours[free], theirs[free], atol=1e-4)
@@ -43,7 +44,7 @@ def test_step_responses_agree(side, changes):
     assert theirs.state_labels == system.states
 
 
-def test_the_poles_are_those_of_the_independent_computation():
+def test_the_poles_agree_with_the_independent_computation():
     poles = np.sort_complex(trocar.state_space("paper/classical", "master").poles())
     expected = [-162.41280488, -43.71857234 - 68.79047016j, -43.71857234 + 68.79047016j, -21.02629518, -12.62462369]
     np.testing.assert_allclose(poles, expected, atol=1e-8)
@@ -71,8 +72,8 @@ def test_the_loop_agrees(kind, delay):
     omega = 2 * np.pi * FREQUENCIES_HZ
     expected = theirs(np.exp(1j * omega * gain.tick_s))
     np.testing.assert_allclose(gain.frequency_response(FREQUENCIES_HZ), expected, rtol=1e-9)
-    # Positive feedback around the loop gain gives the poles of the closed loop. A power of the delay's matrix has poles at 0 that
-    # rounding spreads; poles well away from 0 are compared.
+    # Positive feedback around the loop gain gives the poles of the closed loop. The delays add poles at 0, which
+    # rounding spreads, so only poles well away from 0 are compared.
     ours = np.sort_complex(closed.poles())
     around = np.sort_complex(control.feedback(theirs, 1, sign=1).poles())
     ours, around = (values[np.abs(values) > 0.7] for values in (ours, around))
@@ -90,7 +91,7 @@ def test_the_margins_agree(kind, delay):
     theirs = trocar.state_space(scenario, "loop-gain").to_control()
     at = lambda hertz: theirs(np.exp(2j * np.pi * hertz * theirs.dt))  # noqa: E731
     if margins["gain"] is not None:
-        # The loop gain, times the margin, is 1.
+        # The loop gain times the margin is 1.
         assert abs(margins["gain"] * at(margins["gain_frequency_hz"]) - 1) < 1e-9
     if margins["phase_rad"] is not None:
         gain = at(margins["phase_frequency_hz"])
@@ -102,7 +103,7 @@ FEW = {"x": "scaling.force=0.1:10:5", "y": "tissue.stiffness_n_per_m=10:2000:5"}
 
 
 @pytest.mark.parametrize("changes", [{}, {"master.force_integral_gain": 3.0, "scaling.force": 2.0}], ids=str)
-def test_the_damping_that_a_hand_needs_is_that_of_the_two_port(changes):
+def test_the_damping_that_a_hand_needs_agrees_with_the_two_port(changes):
     tissue = {"tissue.stiffness_n_per_m": 200.0, "tissue.damping_n_s_per_m": 5.0}
     scenario = trocar.Scenario.load("paper/classical", **tissue, **changes)
     report = trocar.stability(scenario, tissue=(50.0, 600.0), **FEW).report
@@ -115,7 +116,7 @@ def test_the_damping_that_a_hand_needs_is_that_of_the_two_port(changes):
     hold = (1 - np.exp(-s * tick_s)) / (s * tick_s)
     own = (mass_kg * s + damping) / (1 + changes.get("master.force_integral_gain", 12.0) / s)
     low, high = bounded["stiffness_n_per_m"]
-    # Linear in the stiffness: the worst one is an end.
+    # The felt impedance is linear in the stiffness, so the worst case is at one end of the range.
     felt = [own + scale * follow * hold**2 * (report["damping_n_s_per_m"] + k / s) for k in (low, high)]
     needed = np.maximum(0, -np.min(np.real(felt), axis=0))
     assert bounded["needed_hand_damping_n_s_per_m"] == pytest.approx(needed.max(), rel=1e-9)
@@ -143,12 +144,12 @@ SCALES = [0.7, 1.0, 2.3]
 
 
 def radius_at(gain, change=1.0):
-    """The spectral radius of the loop closed with a change of its gain."""
+    """Returns the spectral radius of the loop closed with a changed gain."""
     return np.abs(np.linalg.eigvals(gain.A + change * gain.B @ gain.C)).max()
 
 
 @pytest.mark.parametrize("name", sorted(trocar.shipped()))
-def test_poles_and_margins_of_every_shipped_loop_are_those_of_its_verdict(name, cli):
+def test_poles_and_margins_of_every_shipped_loop_agree_with_its_verdict(name, cli):
     for scale in SCALES:
         checked = cli("check", name, "--set", f"scaling.force={scale}", "--json")
         (checked,) = json.loads(checked.stdout)
@@ -166,7 +167,8 @@ def test_poles_and_margins_of_every_shipped_loop_are_those_of_its_verdict(name, 
 
 
 def test_python_control_misses_crossings_at_zero_frequency(cli):
-    """The manual says so: python-control's gain margin of a sampled loop can be below the first gain that destabilises it."""
+    """The manual states that python-control's gain margin of a sampled loop can be below the first gain that
+    destabilises it."""
     (checked,) = json.loads(cli("check", "link/four-channel", "--json").stdout)
     ours = checked["loop"]["margins"]["gain"]
     gain = trocar.state_space("link/four-channel", "loop-gain")

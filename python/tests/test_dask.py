@@ -1,4 +1,4 @@
-"""Sweeps over a cluster of processes on this machine."""
+"""Sweeps on a cluster of processes on this machine."""
 
 import os
 import signal
@@ -36,7 +36,7 @@ def cluster():
             yield client
 
 
-def test_a_killed_worker_costs_no_case(cluster, capsys):
+def test_a_killed_worker_loses_no_case(cluster, capsys):
     begun = time.monotonic()
     expected = sweep()
     alone_s = time.monotonic() - begun
@@ -45,7 +45,7 @@ def test_a_killed_worker_costs_no_case(cluster, capsys):
     killed = []
 
     def kill():
-        # Midway: some shards are done, others are not.
+        # Kill midway, when some shards are complete and others are not.
         time.sleep(0.5 * alone_s)
         pid = next(iter(workers.values()))
         os.kill(pid, signal.SIGKILL)
@@ -74,6 +74,6 @@ def test_shards_do_not_matter(cluster):
         sweep(client=cluster, shards=0)
 
 
-def test_errors_come_back_as_they_are(cluster):
+def test_errors_arrive_unchanged(cluster):
     with pytest.raises(trocar.ScenarioError, match="each must be a number"):
         trocar.sweep("paper/augmented", {"scaling.force": [-1.0]}, client=cluster, shards=2)

@@ -1,4 +1,4 @@
-"""A recording from arrays or a DataFrame wherever a file is taken: the results are those of the file."""
+"""A recording may be arrays or a DataFrame wherever a file is accepted, with the same results."""
 
 import gc
 import multiprocessing
@@ -31,7 +31,7 @@ def same_run(one, other):
 def test_a_scenario_with_the_samples_of_its_file_is_the_same(of_arrays, frame):
     expected = trocar.run("paper/augmented")
     same_run(trocar.run(of_arrays), expected)
-    # Without units in the names, as a list, with the times as the index, and nested.
+    # Other forms: no units in the names, a list, the times as the index, and nested keys.
     short = {name.partition("_")[0]: column for name, column in trocar.record().items()}
     for recording in (short, frame.set_index("time_s")):
         same_run(trocar.run(trocar.Scenario.load("paper/augmented", recording={"file": recording})), expected)
@@ -45,7 +45,7 @@ def test_the_samples_are_part_of_the_scenario(tmp_path):
     scenario = trocar.Scenario.load("paper/augmented", **{"recording.file": data})
     louder = scenario.replace(scaling={"force": 0.9})
     assert louder["recording.file"] == scenario["recording.file"]
-    # Its content, not the arrays.
+    # The scenario holds a copy of the content.
     data["force_n"][:] = 0.0
     run = trocar.run(scenario)
     assert run["tissue_force_n"].max() > 1.0
@@ -89,14 +89,14 @@ def test_detect_and_calibrate_take_a_frame(frame):
         ({"time": [0.0, 0.0], "position": [0.0, 1.0], "force": [0.0, 1.0]}, ValueError, r"time_s\[1\] is 0.0 s, must be later"),
     ],
 )
-def test_wrong_recordings_are_told(recording, exception, text):
+def test_invalid_recordings_are_reported(recording, exception, text):
     with pytest.raises(exception, match=text):
         trocar.Scenario.load("paper/augmented", **{"recording.file": recording})
     with pytest.raises(exception, match=text):
         trocar.detect(recording)
 
 
-def test_a_gap_is_told_and_the_samples_are_limited_by_the_scenario():
+def test_a_gap_is_reported_and_the_scenario_limits_the_samples():
     data = trocar.record()
     gap = {name: np.delete(column, slice(3000, 3100)) for name, column in data.items()}
     with pytest.raises(trocar.ScenarioError, match="no sample for 0.101"):

@@ -1,4 +1,4 @@
-"""The document of a result is that of the command line and the report, and of its copies."""
+"""The document of a result agrees with the command line, the report and copies of the result."""
 
 import html
 import pickle
@@ -12,7 +12,7 @@ AXES = {"x": "scaling.force=0.1:10:3", "y": "tissue.stiffness_n_per_m=10:2000:4"
 
 
 def words(text):
-    """A text without its line breaks, which the terminal adds."""
+    """Joins the lines of a text, which the terminal wraps."""
     return " ".join(text.split())
 
 
@@ -38,7 +38,7 @@ def described(document):
 
 
 def test_python_terminal_and_report_say_the_same_sentences(cli, tmp_path):
-    """The page of `trocar explore` answers over a web socket; the Rust tests compare its sentences."""
+    """The Rust tests compare the sentences of `trocar explore`, whose page answers over a WebSocket."""
     done = cli("compare", *PAIR, "--report", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     report = words(html.unescape((tmp_path / "report.html").read_text(encoding="utf-8")))
@@ -49,7 +49,7 @@ def test_python_terminal_and_report_say_the_same_sentences(cli, tmp_path):
         assert sentence in words(done.stdout) and sentence in report, sentence
 
 
-def test_the_text_is_that_of_the_command_line(cli, tmp_path, results):
+def test_the_text_equals_that_of_the_command_line(cli, tmp_path, results):
     calls = {"run": ["run", PAIR[1]], "compare": ["compare", *PAIR, "--seeds", 2, "--all"]}
     calls["stability"] = ["stability", "--x", AXES["x"], "--y", AXES["y"], "--simulate"]
     for kind, call in calls.items():
@@ -155,19 +155,19 @@ def test_a_pickled_result_is_not_larger_for_its_figures(results):
     assert run.document.figures and len(pickle.dumps(run)) < 1.2 * columns
 
 
-def test_warnings_are_those_that_were_issued():
+def test_the_document_has_the_issued_warnings():
     scenario = trocar.Scenario.load("paper/classical", **{"detector.threshold": 1e3})
     with pytest.warns(trocar.MissedRuptureWarning) as issued:
         run = trocar.run(scenario)
     assert [str(warning.message) for warning in issued] == [str(warning) for warning in run.document.warnings]
 
 
-def test_the_document_of_own_detectors(results):
+def test_user_defined_detectors_have_a_document(results):
     tables = results["roc"].document.tables
     assert [row[0] for row in tables["own"].rows] == ["never", "adaptive"]
     own, built_in = tables["own"].rows
     assert own[1] is None and built_in[1] > 0.0 and own[2] == 0.0
-    # Why the user's own detector misses ruptures is not known.
+    # The reason why a user-defined detector misses ruptures is unknown.
     assert "misses" not in tables or [row[0] for row in tables["misses"].rows] == ["adaptive"]
     legend = [entry["text"] for entry in results["roc"].document.figures["roc"].description["legend"]]
     assert legend == ["never", "adaptive"]

@@ -1,4 +1,4 @@
-"""What is wrong is said in the words of the command line, with the place."""
+"""Errors have the text and the place of the command line."""
 
 import pytest
 
@@ -42,7 +42,7 @@ def test_a_file_fails_as_on_the_command_line(cli, tmp_path):
     assert error.message.startswith("slave.velocity_gain is -2, must be")
 
 
-def test_a_file_that_is_not_there(cli):
+def test_a_missing_file_is_an_error(cli):
     with pytest.raises(trocar.ScenarioError) as caught:
         trocar.Scenario.load("/nowhere.toml")
     assert str(caught.value).rstrip() == cli("check", "/nowhere.toml").stderr.rstrip()
@@ -58,19 +58,19 @@ def test_a_dictionary_points_into_its_text():
 
 
 @pytest.mark.parametrize("value", [None, object(), {1}, 1j, b"bytes"])
-def test_what_toml_cannot_say_is_a_type_error(value):
+def test_a_value_without_a_toml_type_is_a_type_error(value):
     with pytest.raises(TypeError, match=r"scaling\.force is a value of the type"):
         trocar.Scenario.load(CLASSICAL, **{"scaling.force": value})
 
 
 @pytest.mark.parametrize("value", [2**70, "\ud800"])
-def test_what_toml_has_no_room_for_is_a_value_error(value):
+def test_a_value_out_of_range_for_toml_is_a_value_error(value):
     with pytest.raises(ValueError, match="cannot represent"):
         trocar.Scenario.load(CLASSICAL, **{"name": value})
 
 
 @pytest.mark.parametrize("key", ["a=b", "", ".", "a\nb", "scaling.", 'x"y', "[scaling]"])
-def test_keys_that_are_none(key):
+def test_invalid_keys_are_refused(key):
     with pytest.raises(ValueError):
         trocar.Scenario.load(CLASSICAL, **{key: 1})
 
@@ -93,12 +93,12 @@ def test_errors_can_be_pickled():
 
 
 @pytest.mark.parametrize("shard", ["", "0/1", "3/2", "x"])
-def test_a_shard_that_is_none(shard):
+def test_an_invalid_shard_is_refused(shard):
     with pytest.raises(ValueError, match="must be i/n"):
         trocar.shard(shard, CLASSICAL, {"scaling.force": [1.0]})
 
 
-def test_sweeps_say_what_is_wrong():
+def test_sweeps_report_invalid_arguments():
     with pytest.raises(trocar.ScenarioError, match="each must be a number") as caught:
         trocar.sweep(CLASSICAL, {"scaling.force": [1.0, -1.0]})
     assert caught.value.file == "sweep"
@@ -108,7 +108,7 @@ def test_sweeps_say_what_is_wrong():
         trocar.sweep(CLASSICAL, seeds=3)
 
 
-def test_stability_says_what_is_wrong():
+def test_stability_reports_invalid_arguments():
     with pytest.raises(ValueError, match="did you mean scaling.force"):
         trocar.stability(x="scaling.forse=1:2:3")
     with pytest.raises(ValueError, match="name two different parameters"):
@@ -139,7 +139,7 @@ def test_stability_says_what_is_wrong():
         (lambda: trocar.detect(trocar.record(), scaling={"force": 2.0}), "scaling.force has no effect on a recording"),
     ],
 )
-def test_numbers_are_named(call, text):
+def test_invalid_numbers_are_named(call, text):
     with pytest.raises(ValueError, match=text):
         call()
 

@@ -1,4 +1,4 @@
-"""The examples run as they stand."""
+"""The examples run unchanged."""
 
 import doctest
 import inspect
@@ -29,7 +29,7 @@ def test_the_papers_figures(tmp_path):
     assert said.count("yes  ") == 14 and "NO" not in said
 
 
-def test_ones_own_recording(tmp_path):
+def test_the_users_recording(tmp_path):
     said = example("own_recording.py", tmp_path)
     assert "1 alarm" in said and "alarm at 1.7795 s: 0.5 ms after the rupture" in said
 
@@ -43,7 +43,7 @@ def test_every_cell_is_python(name):
 
 
 def public():
-    """The classes and functions of the package, without the warnings, which a name and a sentence explain."""
+    """Yields the names of classes and functions of the package, except warnings, which need no example."""
     for name in trocar.__all__:
         found = getattr(trocar, name)
         is_warning = inspect.isclass(found) and issubclass(found, Warning)

@@ -1,4 +1,4 @@
-"""Functional mock-up units: FMPy validates and simulates each, and their commands are those of Rust, bit for bit."""
+"""Functional mock-up units: FMPy validates and simulates each, and their commands equal those of Rust bit for bit."""
 
 import csv
 import io
@@ -21,7 +21,7 @@ LEVER_M = 0.075
 SAMPLE = ["master_position_m", "slave_position_m", "slave_velocity_m_per_s", "force_n"]
 KINDS = [(kind, version) for kind in ("rig", "simulation", "tissue") for version in (2, 3)]
 
-# The scenario of each recording, whose commands follow from its samples alone.
+# The scenario of each recording; its commands depend on the samples alone.
 RECORDED = """
 simulation.tick_s = 5e-4
 operator.kind = "ramp"
@@ -33,7 +33,7 @@ detector.distance = "squared-residual"
 
 @pytest.fixture(scope="module")
 def library(binary):
-    """The library of units: beside the command line, or where the tests' build has left it."""
+    """Returns the FMU library: beside the command line, or in the test build's folder."""
     names = [f"{prefix}trocar_fmu{ending}" for prefix, ending in (("lib", ".so"), ("lib", ".dylib"), ("", ".dll"))]
     places = [folder / name for folder in (binary.parent, binary.parent / "deps") for name in names]
     found = [place for place in places if place.is_file()]
@@ -43,7 +43,7 @@ def library(binary):
 
 @pytest.fixture(scope="module")
 def export(cli, library, tmp_path_factory):
-    """Exports a scenario: its unit."""
+    """Returns a function that exports a scenario and returns its FMU."""
     folder = tmp_path_factory.mktemp("units")
     made = {}
 
@@ -60,7 +60,7 @@ def export(cli, library, tmp_path_factory):
 
 
 class Slave:
-    """An instance of a unit by FMPy, the same for both versions of the standard."""
+    """An instance of an FMU in FMPy, with the same interface for both versions of the standard."""
 
     def __init__(self, unit, start=None):
         self.description = fmpy.read_model_description(str(unit))
@@ -112,7 +112,8 @@ def columns(text):
 
 
 def commands(unit, samples, tick_s, outputs):
-    """Steps a rig's unit through samples, and returns its outputs: those after a step belong to the sample before it."""
+    """Steps a rig's FMU through samples. Returns its outputs; the outputs after a step belong to the sample before
+    it."""
     slave = Slave(unit)
     references = [slave.variables[f"sample.{name}"].valueReference for name in SAMPLE]
     set_numbers = slave.fmu.setReal if slave.is_2 else slave.fmu.setFloat64
@@ -158,7 +159,7 @@ def test_fmpy_simulates(export, kind, version):
 
 @pytest.fixture(scope="module")
 def augmented(cli, tmp_path_factory):
-    """The trace of the augmented insertion, as the command line writes it."""
+    """Returns the trace of the augmented insertion, written by the command line."""
     folder = tmp_path_factory.mktemp("augmented")
     made = cli("run", "paper/augmented", "--out", folder, "--quiet")
     assert made.returncode == 0, made.stderr
@@ -178,7 +179,7 @@ def test_a_rig_gives_the_commands_of_the_augmented_insertion(export, augmented, 
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_a_simulation_with_its_own_person_is_the_run(export, augmented, version):
+def test_a_simulation_with_the_scenarios_operator_equals_the_run(export, augmented, version):
     slave = Slave(export("paper/augmented", "simulation", version), {"person.is_led": False})
     names = ["master_position_m", "slave_position_m", "tissue_force_n", "feedback_force_n", "decision", "mode"]
     for k in range(6000):
@@ -209,7 +210,7 @@ def test_a_rig_gives_the_estimates_of_detect_on_recordings(
     found = commands(export(scenario, "rig", version), samples, 5e-4, [*names, "alarm"])
     assert found["alarm"].sum() == alarms
 
-    # The same samples through the command line, which prints every digit.
+    # Detect in the same samples on the command line, which prints every digit.
     lines = [f"{k * 5e-4!r},{position!r},{velocity!r},{force!r}" for k, (position, velocity, force) in enumerate(
         zip(samples["slave_position_m"].tolist(), samples["slave_velocity_m_per_s"].tolist(), samples["force_n"].tolist(), strict=True)
     )]
@@ -265,7 +266,7 @@ def test_a_state_is_saved_and_restored(export, kind, version):
 
 
 def with_unit(folder, scenario, unit, more=""):
-    """A scenario with the tissue of a unit."""
+    """Returns a scenario whose tissue is an FMU."""
     path = folder / "with-unit.toml"
     path.write_text(f'name = "with-unit"\nbase = "builtin:{scenario}"\n[tissue]\nkind = "fmu"\n[tissue.fmu]\nfile = {str(unit)!r}\n{more}', encoding="utf-8")
     return path
@@ -273,17 +274,17 @@ def with_unit(folder, scenario, unit, more=""):
 
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("scenario", ["passivity/late-wall", "layers/skin-augmented", "tearing/yellow-ligament"])
-def test_the_tissue_of_an_imported_unit_is_the_built_in_one(export, cli, tmp_path, scenario, version):
+def test_the_tissue_of_an_imported_unit_equals_the_built_in_tissue(export, cli, tmp_path, scenario, version):
     imported = with_unit(tmp_path, scenario, export(scenario, "tissue", version))
     for path in (scenario, imported):
         made = cli("run", path, "--out", tmp_path, "--quiet")
         assert made.returncode == 0, made.stderr
     traces = [(tmp_path / name / "trace.csv").read_bytes() for name in (scenario.split("/")[1], "with-unit")]
     assert traces[0] == traces[1]
-    # And in this process, with the ruptures.
+    # The imported tissue also gives the same ruptures in this process.
     run = trocar.run(imported)
     built_in = trocar.run(scenario)
-    # A unit does not name its layers.
+    # An FMU does not name its layers.
     expected = [{**rupture, "layer": None} for rupture in built_in.metrics["ruptures"]]
     assert run.metrics["ruptures"] == expected
     assert np.array_equal(run["tissue_force_n"], built_in["tissue_force_n"])
@@ -313,7 +314,7 @@ class Spring(Fmi2Slave):
 """
 
 
-def test_a_unit_of_another_program_gives_the_bits_of_the_built_in_tissue(tmp_path):
+def test_a_unit_from_another_program_gives_the_same_bits_as_the_built_in_tissue(tmp_path):
     builder = pytest.importorskip("pythonfmu.builder")
     (tmp_path / "spring.py").write_text(SPRING, encoding="utf-8")
     unit = builder.FmuBuilder.build_FMU(tmp_path / "spring.py", dest=tmp_path)

@@ -1,4 +1,4 @@
-"""Recordings in the files of other programs: the same samples, the same alarms, and errors for damaged files."""
+"""Recordings in file formats of other programs: the same samples, the same alarms, and errors for damaged files."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ Cli = Callable[..., subprocess.CompletedProcess[str]]
 
 ROWS = 3000
 
-#: The name of a signal in a file, for the column 0 of two and for a plain column.
+#: The names of the signals in a file, for column 0 of two columns and for a plain column.
 Names = dict[str, str]
 
 
 def samples() -> dict[str, np.ndarray]:
-    """An insertion at 10 mm/s into 300 N/m with a rupture at 1.5 s, and noise."""
+    """Returns an insertion at 10 mm/s into 300 N/m with a rupture at 1.5 s and noise."""
     noise = np.random.default_rng(1).normal(0.0, 0.01, ROWS)
     time = np.arange(ROWS) * 1e-3
     force = np.where(time < 1.5, 3.0 * time, 3.0 * (time - 1.425)) + noise
@@ -111,7 +111,7 @@ def write_h5(path: Path, data: dict[str, np.ndarray]) -> Names:
 
 
 def write_mat73(path: Path, data: dict[str, np.ndarray]) -> Names:
-    """As MATLAB lays it out: column-major arrays, structure arrays as references."""
+    """Writes the layout of MATLAB: column-major arrays, structure arrays as references."""
     with h5py.File(path, "w", userblock_size=512) as file:
         refs, scope = file.create_group("#refs#"), file.create_group("scope")
         scope.attrs["MATLAB_class"] = np.bytes_("struct")
@@ -139,7 +139,7 @@ def write_xlsx(path: Path, data: dict[str, np.ndarray]) -> Names:
     return {"t": "Trial 1!A", "x": "Trial 1!B", "f": "f"}
 
 
-#: A stamped message of ROS 2 within another message.
+#: A stamped message of ROS 2 nested in another message.
 DEFINITION = """\
 std_msgs/Header header
 string name
@@ -223,14 +223,14 @@ def columns(names: Names) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_the_same_samples_whatever_the_file(files: dict[str, tuple[Path, Names]], name: str) -> None:
+def test_every_format_gives_the_same_samples(files: dict[str, tuple[Path, Names]], name: str) -> None:
     path, names = files[name]
     read = trocar.read_recording(path, **columns(names))
     data = samples()
     if name.endswith(".xlsx"):
-        # Spreadsheets are written with 16 digits.
+        # Spreadsheets store 16 digits.
         data = {key: np.array([float(f"{value:.16g}") for value in values]) for key, values in data.items()}
-    # Stamps of ROS are whole nanoseconds.
+    # ROS stamps are whole nanoseconds.
     assert np.array_equal(read["time"], 1e-9 * np.round(1e9 * data["t"]) if name == "ros2.mcap" else data["t"])
     assert np.array_equal(read["position"], data["x"] * 1e-3)
     assert np.array_equal(read["force"], data["f"])
@@ -264,7 +264,7 @@ def test_a_list_names_the_signals(files: dict[str, tuple[Path, Names]], name: st
     assert f"trocar detect {path}" in done.stdout and names["t"] in done.stdout
 
 
-def test_a_simulation_goes_out_and_comes_in(cli: Cli, tmp_path: Path) -> None:
+def test_an_exported_simulation_can_be_imported(cli: Cli, tmp_path: Path) -> None:
     done = cli("run", "paper/classical", "--quiet", "--format", "csv,mat,parquet,mcap", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "classical"
@@ -315,7 +315,7 @@ def test_an_operating_characteristic_of_a_file(cli: Cli, files: dict[str, tuple[
         ("book.xlsx", {"force": "Trial 1!D"}, "no signal 'Trial 1!D'"),
     ],
 )
-def test_a_wrong_name_is_told_with_what_there_is(
+def test_a_wrong_name_is_reported_with_the_available_names(
     files: dict[str, tuple[Path, Names]], name: str, change: dict[str, str], message: str
 ) -> None:
     path, names = files[name]
@@ -324,7 +324,7 @@ def test_a_wrong_name_is_told_with_what_there_is(
     assert message in str(refused.value)
 
 
-def test_lengths_and_undefined_samples_are_told(tmp_path: Path) -> None:
+def test_different_lengths_and_undefined_samples_are_reported(tmp_path: Path) -> None:
     data = samples()
     data["f"][7] = np.nan
     path = tmp_path / "nan.mat"
@@ -366,7 +366,7 @@ def test_lengths_and_undefined_samples_are_told(tmp_path: Path) -> None:
 
 
 def damaged(content: bytes, seed: int) -> Iterator[bytes]:
-    """Contents with flipped bytes, among them many in the first kilobyte, and cut ones."""
+    """Yields contents with flipped bytes, many of them in the first kilobyte, and truncated contents."""
     dice = random.Random(seed)
     for _ in range(60):
         changed = bytearray(content)
@@ -379,7 +379,7 @@ def damaged(content: bytes, seed: int) -> Iterator[bytes]:
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_damaged_file_is_an_error_and_no_panic(files: dict[str, tuple[Path, Names]], name: str, tmp_path: Path) -> None:
+def test_a_damaged_file_is_an_error_and_not_a_panic(files: dict[str, tuple[Path, Names]], name: str, tmp_path: Path) -> None:
     path, names = files[name]
     target = tmp_path / name
     for content in damaged(path.read_bytes(), len(name)):
@@ -392,7 +392,7 @@ def test_a_damaged_file_is_an_error_and_no_panic(files: dict[str, tuple[Path, Na
 
 
 @pytest.mark.parametrize("name", [name for name in WRITERS if not name.endswith(("csv", "txt"))])
-def test_a_cut_file_ends_the_command_with_2(files: dict[str, tuple[Path, Names]], name: str, cli: Cli, tmp_path: Path) -> None:
+def test_a_truncated_file_ends_the_command_with_2(files: dict[str, tuple[Path, Names]], name: str, cli: Cli, tmp_path: Path) -> None:
     path, names = files[name]
     content = path.read_bytes()
     (tmp_path / name).write_bytes(content[: len(content) // 2])

@@ -1,4 +1,4 @@
-"""The command line and the package give the same bits."""
+"""The command line and the package give identical bits."""
 
 import json
 
@@ -51,7 +51,7 @@ def test_a_file_on_disk_and_its_echo_are_the_same_scenario(tmp_path):
     assert trocar.run(loaded)._core.summary_json() == trocar.run(read)._core.summary_json()
 
 
-def test_the_recording_is_the_one_that_is_shipped(recording):
+def test_the_default_recording_is_the_shipped_one(recording):
     made = trocar.record()
     assert list(made) == list(recording)
     for name, column in recording.items():
@@ -93,7 +93,7 @@ def test_detect_without_velocities(cli, tmp_path, recording):
     assert found.report == json.loads(done.stdout)
 
 
-def test_calibrate_and_what_it_finds(cli, tmp_path, recording):
+def test_calibrate(cli, tmp_path, recording):
     given = ["builtin:in_vivo_like.csv", "--velocity", "velocity_m_per_s", "--first-s", 7, "--json", "--out", tmp_path]
     done = cli("calibrate", *given)
     columns = [recording[name] for name in ("time_s", "position_m", "velocity_m_per_s", "force_n")]

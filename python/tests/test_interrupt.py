@@ -1,4 +1,4 @@
-"""Ctrl-C ends every long call, and the work behind it."""
+"""Ctrl-C ends every long call and its background work."""
 
 import os
 import signal
@@ -60,7 +60,8 @@ LONG = recording(8_000_000)
 
 @pytest.fixture(autouse=True)
 def interruptible():
-    """A shell that runs its tests in the background ignores Ctrl-C, and they inherit that."""
+    """Restores Ctrl-C, because a shell that runs its tests in the background ignores it and the tests inherit
+    that."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -77,7 +78,8 @@ def test_ctrl_c_ends_a_long_call_and_its_work(call):
         timer.join()
         time.sleep(1.0)
     assert was_long
-    # The work has half a second to end, whatever else the machine does; work that goes on would take one or two seconds of this one.
+    # The work has half a second to end. Work that continued would use one or two seconds of processor time per
+    # second.
     time.sleep(0.5)
     before = time.process_time()
     time.sleep(1.0)

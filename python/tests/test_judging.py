@@ -1,4 +1,4 @@
-"""One's own detectors judged beside the built-in ones, and comparisons and made recordings."""
+"""User-defined detectors are evaluated beside the built-in ones; comparisons and synthetic recordings."""
 
 import json
 
@@ -16,7 +16,7 @@ def copied():
     return SquaredResidual(trocar.Scenario.load("paper/classical"))
 
 
-def test_a_copied_detector_has_the_counts_of_the_built_in_one(copied):
+def test_a_copied_detector_gives_the_same_counts_as_the_built_in_one(copied):
     judged = trocar.roc(detectors={"mine": copied, "squared-residual": None}, seeds=8, noise_std_n=[0.0, 0.025], thresholds=2)
     points = judged.at_own_threshold()
     mine, built_in = points["mine"], points["squared-residual"]
@@ -59,7 +59,7 @@ def test_compiled_detectors_run_in_threads_with_the_same_counts():
         assert trocar.roc(detectors={"mine": detector}, threads=threads, **settings).report == expected.report
 
 
-def test_the_report_is_that_of_the_command_line(cli, tmp_path):
+def test_the_report_equals_that_of_the_command_line(cli, tmp_path):
     done = cli("roc", "--seeds", 3, "--detectors", "adaptive", "--thresholds", 4, "--out", tmp_path, "--json")
     assert done.returncode == 0, done.stderr
     assert trocar.roc(detectors=["adaptive"], seeds=3, thresholds=4, threads=1).report == json.loads(done.stdout)
@@ -76,7 +76,7 @@ def test_detectors_by_threshold_are_a_curve(copied):
     assert alarms == sorted(alarms, reverse=True) and alarms[0] > alarms[2]
 
 
-def test_detectors_are_judged_on_recordings_loops_and_trials(copied):
+def test_detectors_are_evaluated_on_recordings_loops_and_trials(copied):
     data = trocar.record(drop_n=2.0)
     of_data = trocar.roc(data, detectors={"mine": copied}, ruptures_s=[5.52, 8.85], contact_m=0.012, seeds=2)
     assert of_data.at_own_threshold()["mine"]["ruptures"] == 4
@@ -99,7 +99,7 @@ def test_detectors_are_judged_on_recordings_loops_and_trials(copied):
         ({"detectors": {"mine": lambda *_: None}}, TypeError, "the detector returned a"),
     ],
 )
-def test_wrong_studies_are_told(arguments, exception, text):
+def test_invalid_studies_are_reported(arguments, exception, text):
     with pytest.raises(exception, match=text):
         trocar.roc(**{"seeds": 2, **arguments})
 
@@ -126,7 +126,7 @@ def test_trials_are_recordings():
     assert found > len(ruptures) / 2
 
 
-def test_a_made_insertion_has_its_drop():
+def test_a_synthetic_insertion_has_the_requested_drop():
     shipped, small = trocar.record(), trocar.record(drop_n=1.0, sharpness_s=0.02)
     fall = lambda data: data["force_n"][5500:5520].mean() - data["force_n"][5600:5620].mean()
     assert fall(shipped) > 3.0 and 0.3 < fall(small) < 1.2
@@ -136,7 +136,7 @@ def test_a_made_insertion_has_its_drop():
         trocar.record(sharpness_s=0.0)
 
 
-def test_a_comparison_with_own_parts(copied):
+def test_a_comparison_with_user_defined_parts(copied):
     scenarios = [trocar.Scenario.load(name, **PAPER) for name in ("paper/classical", "paper/augmented")]
     built_in = trocar.compare(*scenarios, seeds=2)
     own = trocar.compare(*scenarios, seeds=2, detector=copied)

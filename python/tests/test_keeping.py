@@ -1,4 +1,4 @@
-"""Results are mappings of their columns, can be pickled and kept, and are drawn where one wants."""
+"""Results are mappings of their columns, can be pickled and saved, and draw on given axes."""
 
 import copy
 import json
@@ -60,7 +60,7 @@ def test_everything_can_be_pickled_and_copied(run):
     assert np.array_equal(again(stability).stable, stability.stable)
 
 
-def test_a_copied_detector_goes_on_from_the_same_state():
+def test_a_copied_detector_continues_from_the_same_state():
     data = trocar.record()
     part = [data[name] for name in ("position_m", "velocity_m_per_s", "force_n")]
     detector = again(trocar.Detector(0.001, contact_m=0.012))
@@ -74,7 +74,7 @@ def test_a_copied_detector_goes_on_from_the_same_state():
 
 @pytest.mark.parametrize("velocity", ["measured", "filtered"])
 @pytest.mark.parametrize("estimator", ["stiffness-and-damping", "stiffness-damping-friction", "hunt-crossley", "least-residual"])
-def test_a_pickled_detector_goes_on_with_every_estimator(estimator, velocity):
+def test_a_pickled_detector_continues_with_every_estimator(estimator, velocity):
     data = trocar.record()
     position, force = data["position_m"], data["force_n"] + 0.01 * np.random.default_rng(1).standard_normal(len(data["force_n"]))
     speed = data["velocity_m_per_s"] if velocity == "measured" else None
@@ -83,14 +83,14 @@ def test_a_pickled_detector_goes_on_with_every_estimator(estimator, velocity):
 
 
 @pytest.mark.parametrize("forgetting", ["exponential", "resetting"])
-def test_a_pickled_detector_goes_on_with_either_forgetting(forgetting):
+def test_a_pickled_detector_continues_with_either_forgetting(forgetting):
     data = trocar.record()
     settings = {"estimator.forgetting": forgetting, "detector.distance": "squared-residual"}
     detector = trocar.Detector(0.001, contact_m=0.012, **settings)
     goes_on_when_pickled(detector, data["position_m"], data["velocity_m_per_s"], data["force_n"])
 
 
-def test_a_pickled_detector_goes_on_with_every_distance(cli):
+def test_a_pickled_detector_continues_with_every_distance(cli):
     data = trocar.record()
     schema = json.loads(cli("schema").stdout)
     distances = schema["properties"]["detector"]["properties"]["distance"]["enum"]
@@ -101,7 +101,8 @@ def test_a_pickled_detector_goes_on_with_every_distance(cli):
 
 
 def goes_on_when_pickled(detector, position, velocity, force):
-    """Pickled in free motion, in contact, and at and after a rupture, it goes on with the same bits."""
+    """Pickles a detector in free motion, in contact, and at and after a rupture; it must continue with identical
+    bits."""
     begun = 0
     for end in (100, 4001, 5523, 5530, 8853, len(position)):
         part = slice(begun, end)
@@ -178,7 +179,7 @@ def test_a_trace_is_an_xarray_with_units(run):
     assert np.array_equal(data["tissue_force_n"].values, run["tissue_force_n"])
 
 
-def test_a_detection_and_a_sweep_have_units_and_are_kept(tmp_path):
+def test_a_detection_and_a_sweep_have_units_and_can_be_saved(tmp_path):
     pytest.importorskip("xarray")
     found = trocar.detect(trocar.record(), contact_m=0.012)
     assert found.to_xarray()["residual_n"].attrs["units"] == "N" and found.to_xarray()["position_m"].attrs["units"] == "m"
@@ -204,8 +205,8 @@ def test_figures_are_drawn_on_given_axes(run):
     pyplot.close("all")
 
 
-def test_figures_are_those_of_the_command_line(run, tmp_path):
-    """Each line of a figure has the data of the run, in the colours and with the captions of the command line's."""
+def test_figures_equal_those_of_the_command_line(run, tmp_path):
+    """Each line of a figure has the data of the run, and the colours and captions of the command line."""
     pyplot = pytest.importorskip("matplotlib.pyplot")
     from trocar import _core
 
@@ -217,7 +218,7 @@ def test_figures_are_those_of_the_command_line(run, tmp_path):
     (line,) = [line for line in figure.axes[0].lines if len(line.get_xdata()) > 100]
     at = np.searchsorted(run["time_s"], line.get_xdata())
     assert np.array_equal(run["decision"][at], line.get_ydata())
-    # The extremes are kept, whatever is left out between them.
+    # Decimation keeps the extremes.
     assert line.get_ydata().max() == run["decision"].max()
     assert [level for level in figure.axes[0].lines if level.get_color() == "#cc79a7"], "the threshold"
     loaded = tmp_path / "run.npz"
@@ -238,7 +239,7 @@ def test_alarms_are_scored_in_any_order():
         trocar.score([np.nan], [1.0])
 
 
-def test_a_scenario_is_made_of_a_dictionary_and_changed_by_nested_keywords():
+def test_a_scenario_is_created_from_a_dictionary_and_changed_by_nested_keywords():
     scenario = trocar.Scenario({"base": "paper/augmented", "scaling": {"force": 0.8}}, "soft")
     assert scenario == trocar.Scenario.from_dict({"base": "paper/augmented", "scaling.force": 0.8}, "soft")
     changed = scenario.replace(scaling={"force": 0.9}, tissue={"index": "depth"})
@@ -248,7 +249,7 @@ def test_a_scenario_is_made_of_a_dictionary_and_changed_by_nested_keywords():
 
 
 @pytest.mark.parametrize("load", [trocar.load, trocar.Sweep.load])
-def test_a_damaged_file_is_told(load, run, tmp_path):
+def test_a_damaged_file_is_reported(load, run, tmp_path):
     path = tmp_path / "whole.npz"
     if load is trocar.load:
         run.save(path)

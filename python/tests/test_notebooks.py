@@ -1,4 +1,4 @@
-"""The notebooks of the documentation run as they stand, and draw."""
+"""The notebooks of the documentation run unchanged, and draw their figures."""
 
 import time
 

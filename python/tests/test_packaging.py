@@ -1,4 +1,4 @@
-"""What the wheel has, and what it has not."""
+"""The wheel contains the required files and no unwanted dependency."""
 
 import os
 import shutil
@@ -10,11 +10,11 @@ import pytest
 from conftest import REPOSITORY
 
 PYTHON = REPOSITORY / "python"
-# Servers, terminals and command lines; the package computes.
+# Servers, terminals and command lines, which a package for computation does not need.
 UNWANTED = {"axum", "hyper", "tokio", "tungstenite", "clap", "indicatif", "console", "crossterm", "ctrlc", "open"}
 
 
-def test_there_is_no_server_and_no_terminal_in_it():
+def test_the_wheel_contains_no_server_and_no_terminal():
     if shutil.which("cargo") is None:
         pytest.skip("no cargo")
     command = ["cargo", "tree", "--package", "trocar-python", "--edges", "normal", "--prefix", "none", "--format", "{p}"]
@@ -24,14 +24,14 @@ def test_there_is_no_server_and_no_terminal_in_it():
     assert not crates & UNWANTED
 
 
-def test_its_licences_are_those_of_the_repository():
+def test_the_wheel_has_the_licences_of_the_repository():
     project = tomllib.loads((PYTHON / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     files = sorted(path for pattern in project["license-files"] for path in PYTHON.glob(pattern))
     assert [path.name for path in files] == ["LICENSE-APACHE", "LICENSE-MIT"]
     assert all(path.read_bytes() == (REPOSITORY / path.name).read_bytes() for path in files)
 
 
-def test_the_source_folder_alone_tells_what_is_missing(tmp_path):
+def test_the_source_folder_alone_reports_the_missing_core(tmp_path):
     shutil.copytree(PYTHON / "trocar", tmp_path / "trocar", ignore=shutil.ignore_patterns("*.so", "*.pyd", "__pycache__"))
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     command = [sys.executable, "-c", "import trocar"]

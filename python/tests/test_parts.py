@@ -1,4 +1,5 @@
-"""Parts of one's own: copies of built-in parts give the same bits, exceptions end the run, and compiled functions work."""
+"""User-defined parts: copies of built-in parts give identical bits, exceptions end the run, compiled functions
+work."""
 
 import copy
 import ctypes
@@ -28,7 +29,7 @@ def soft():
 
 
 class Spring:
-    """The tissue of Kelvin and Voigt."""
+    """The Kelvin-Voigt tissue."""
 
     def __init__(self, scenario):
         tissue = scenario["tissue"]
@@ -91,26 +92,26 @@ class Decay:
         return end + gap * self.keep, abs(gap) * (1.0 - self.keep)
 
 
-def test_an_own_tissue_operator_and_force_law_have_the_bits_of_those_they_copy(soft):
+def test_a_copied_tissue_operator_and_force_law_give_the_same_bits(soft):
     built_in = trocar.run(soft)
     assert len(built_in.events) == 1 and built_in["tissue_force_n"].max() > 1.0
     same_bits(trocar.run(soft, tissue=Spring(soft), operator=Ramp(soft), force_law=Decay(soft)), built_in)
 
 
 @pytest.mark.parametrize("name", ["paper/augmented", "layers/skin-augmented"])
-def test_an_own_detector_has_the_bits_of_the_one_that_it_copies(name):
+def test_a_copied_detector_gives_the_same_bits(name):
     scenario = trocar.Scenario.load(name, **{"detector.distance": "squared-residual"})
     built_in = trocar.run(scenario)
     assert built_in.events
     detector = SquaredResidual(scenario)
     for _ in range(2):
-        # Reset before each run.
+        # The detector is reset before each run.
         own = trocar.run(scenario, detector=detector)
         same_bits(own, built_in)
         assert own.events == built_in.events
 
 
-def test_an_own_estimator_and_motion_law_act(soft):
+def test_a_user_defined_estimator_and_motion_law_have_an_effect(soft):
     class Mean:
         mean = 0.0
 
@@ -132,7 +133,7 @@ def test_an_own_estimator_and_motion_law_act(soft):
     assert (run["slave_reference_m"] == 0.001).all() and modes == {0, 1, 2}
 
 
-def test_a_tissue_tells_its_rupture(soft):
+def test_a_tissue_reports_its_rupture(soft):
     def membrane(tick, position_m, velocity_m_per_s):
         return (0.0, tick == 400) if tick >= 400 else (500.0 * max(position_m, 0.0), False)
 
@@ -162,24 +163,24 @@ def test_an_exception_ends_the_run_with_its_traceback(soft):
         ({"force_law": lambda *_: 1.0}, TypeError, r"must return \(force_n, allowed_step_n\)"),
     ],
 )
-def test_wrong_parts_are_told(soft, parts, exception, text):
+def test_invalid_parts_are_reported(soft, parts, exception, text):
     with pytest.raises(exception, match=text):
         trocar.run(soft, **parts)
 
 
 @pytest.mark.parametrize("function", ["abs", b"abs", None, True, 1.5, abs])
-def test_what_is_no_compiled_function_is_told(function):
+def test_a_function_that_is_not_compiled_is_reported(function):
     with pytest.raises(TypeError, match="is not a compiled function"):
         trocar.Compiled(function)
 
 
 @pytest.mark.parametrize("address", [0, -1, 2**70])
-def test_an_impossible_address_is_told(address):
+def test_an_impossible_address_is_reported(address):
     with pytest.raises(ValueError, match=f"address {address}"):
         trocar.Compiled(address)
 
 
-def test_an_unknown_role_is_told(soft):
+def test_an_unknown_role_is_reported(soft):
     with pytest.raises(TypeError, match="there is no role tisue; the roles are tissue, operator"):
         trocar.Simulation(soft, tisue=abs)
     with pytest.raises(TypeError, match="tisue"):
@@ -201,13 +202,13 @@ def library(tmp_path_factory):
         pytest.skip("no C compiler")
     folder = tmp_path_factory.mktemp("compiled")
     (folder / "parts.c").write_text(SOURCE)
-    # No fused operations: the bits are those of the built-in part.
+    # Disable fused operations, so that the bits equal those of the built-in part.
     command = ["cc", "-O2", "-ffp-contract=off", "-shared", "-fPIC", "parts.c", "-o", "parts.so"]
     subprocess.run(command, cwd=folder, check=True)
     return ctypes.CDLL(str(folder / "parts.so"))
 
 
-def test_a_compiled_tissue_has_the_same_bits_and_a_state_of_its_own_in_each_run(soft, library):
+def test_a_compiled_tissue_gives_the_same_bits_and_each_run_has_its_own_state(soft, library):
     copied = Spring(soft)
     state = np.array([copied.contact, copied.stiffness, copied.damping, 0.0])
     tissue = trocar.Compiled(library.spring, state)
@@ -227,7 +228,7 @@ def test_a_compiled_tissue_has_the_same_bits_and_a_state_of_its_own_in_each_run(
     assert state[3] == 0.0
 
 
-def test_a_numba_function_has_the_same_bits(soft):
+def test_a_numba_function_gives_the_same_bits(soft):
     numba = pytest.importorskip("numba")
     pointer = numba.types.CPointer(numba.types.float64)
     copied = Spring(soft)
@@ -248,7 +249,7 @@ def test_a_numba_function_has_the_same_bits(soft):
         trocar.Compiled(wrong)
 
 
-def test_a_simulation_in_steps_is_the_run(soft):
+def test_a_stepped_simulation_equals_the_run(soft):
     built_in = trocar.run(soft)
     simulation = trocar.Simulation(soft)
     count = 1
@@ -263,7 +264,7 @@ def test_a_simulation_in_steps_is_the_run(soft):
         simulation.step()
 
 
-def test_a_simulation_is_led_from_outside(soft):
+def test_the_caller_can_lead_a_simulation(soft):
     simulation = trocar.Simulation(soft, tissue=Spring(soft))
     ramp = Ramp(soft)
     while simulation.step(ramp.step(simulation.ticks + 1, 0.0)):
@@ -277,8 +278,8 @@ def test_a_simulation_is_led_from_outside(soft):
     assert simulation["master_position_m"] == pytest.approx(-0.004, abs=1e-6)
 
 
-def test_a_pickled_simulation_goes_on(soft):
-    """With the person of the scenario, led, and released again."""
+def test_a_pickled_simulation_continues(soft):
+    """The operator is the scenario's, then led, then released again."""
     simulation = trocar.Simulation(soft)
     others = []
     for tick in range(3000):
@@ -298,7 +299,7 @@ def test_a_pickled_simulation_goes_on(soft):
         pickle.dumps(trocar.Simulation(soft, tissue=Spring(soft)))
 
 
-def test_a_sweep_with_copies_of_built_in_parts_has_their_rows(soft):
+def test_a_sweep_with_copies_of_built_in_parts_gives_the_same_rows(soft):
     axes = {"scaling.force": [0.5, 1.0], "operator.speed_m_per_s": [0.01, 0.02, 0.03]}
     built_in = trocar.sweep(soft, axes, seeds=2)
     own = trocar.sweep(soft, axes, seeds=2, tissue=Spring(soft), force_law=Decay(soft))

@@ -16,7 +16,7 @@ def samples(run):
     return [column.tolist() for column in (run[name] for name in names)]
 
 
-def test_its_commands_are_those_of_the_simulation():
+def test_the_commands_equal_those_of_the_simulation():
     run = trocar.run("paper/augmented")
     controller = trocar.HapticController(run.scenario)
     commands = [controller.step(*sample) for sample in zip(*samples(run))]
@@ -28,7 +28,7 @@ def test_its_commands_are_those_of_the_simulation():
     assert [command.residual_n for command in commands] == run["residual_n"].tolist()
 
 
-def test_a_missing_sample_is_a_fault_and_the_last_one_holds():
+def test_a_missing_sample_is_a_fault_and_the_last_sample_is_held():
     controller = trocar.HapticController("paper/augmented", **{"rig.force_limit_n": 20.0})
     controller.step(0.015, 0.0149, 0.01, 1.2)
     before = copy.copy(controller)
@@ -47,8 +47,9 @@ RETURNS = ["ramp", "ramp-until-load", "clutch", "snap"]
 
 
 @pytest.mark.parametrize("law, hold, reengage", list(zip(itertools.cycle(LAWS), HOLDS, RETURNS)))
-def test_a_pickled_controller_goes_on(law, hold, reengage):
-    """Pickled in teleoperation, while the slave is held, while it returns, and while samples are missing: with the same bits."""
+def test_a_pickled_controller_continues(law, hold, reengage):
+    """Pickles a controller in teleoperation, frozen, re-engaging, and without samples; it must continue with
+    identical bits."""
     words = {"augmentation.force_law": law, "augmentation.hold": hold}
     if hold != "none":
         words["augmentation.reengage"] = reengage
@@ -67,11 +68,11 @@ def test_a_pickled_controller_goes_on(law, hold, reengage):
             assert one.__getnewargs__() == same.__getnewargs__()
             modes.add(one.mode)
         controller, begun = other, end
-    # Without a hold there is nothing to return from but the force.
+    # Without a hold, only the force returns.
     assert modes == {0, 1, 2}
 
 
-def test_wrong_settings_are_told():
+def test_invalid_settings_are_reported():
     with pytest.raises(ValueError, match="there is no rig.force"):
         trocar.HapticController("paper/augmented", **{"rig.force": 20.0})
     with pytest.raises(ValueError, match="rig.force_limit_n"):

@@ -1,4 +1,4 @@
-"""What Python adds."""
+"""The time and the memory that Python adds."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ from trocar import _core
 
 
 def least_seconds(work, times):
-    """The least time that some work takes, without that of throwing its outcome away."""
+    """Returns the minimum time of some work, without the time to drop its result."""
 
     def once():
         begun = time.perf_counter()
@@ -24,8 +24,9 @@ def least_seconds(work, times):
 
 
 @pytest.mark.parametrize(("duration_s", "times"), [(0.01, 2000), (17.0, 400)])
-def test_a_run_costs_little_more_than_in_rust(capsys, duration_s, times):
-    """Under 50 µs and one copy per trace. By turns, and the least of many: other processes only add."""
+def test_a_run_takes_little_longer_than_in_rust(capsys, duration_s, times):
+    """Under 50 µs and one copy per trace. The calls alternate and the minimum counts, because other processes only
+    add time."""
     scenario = trocar.Scenario.load("paper/augmented", **{"simulation.duration_s": duration_s})
     traces = trocar.run(scenario).traces
     copies_s = least_seconds(lambda: [column.copy() for column in traces.values()], 50)
@@ -42,8 +43,8 @@ def test_a_run_costs_little_more_than_in_rust(capsys, duration_s, times):
     assert overhead_s < 50e-6 + copies_s
 
 
-def test_a_tick_with_a_part_of_ones_own(capsys):
-    """By turns, each with the whole trace of the run."""
+def test_a_tick_with_a_user_defined_part_is_fast(capsys):
+    """The calls alternate, each with the whole trace of the run."""
     numba = pytest.importorskip("numba")
     scenario = trocar.Scenario.from_toml('operator.kind = "ramp"\ntissue.kind = "kelvin-voigt"\nsimulation.duration_s = 17.0\n', "soft")
     tissue = scenario["tissue"]
@@ -66,12 +67,12 @@ def test_a_tick_with_a_part_of_ones_own(capsys):
             least_s[name] = min(least_s[name], least_seconds(lambda parts=parts: trocar.run(scenario, **parts), 1))
     with capsys.disabled():
         print("\nA tick with a tissue that is " + ", ".join(f"{name}: {1e9 * s / scenario.ticks:.0f} ns" for name, s in least_s.items()))
-    # A thousandth of a tick at 1 kHz.
+    # The limit is a thousandth of a tick at 1 kHz.
     assert max(least_s.values()) < 1e-6 * scenario.ticks
 
 
 @pytest.mark.parametrize("samples", [1000, 20000])
-def test_a_step_of_a_detector(capsys, samples):
+def test_a_step_of_a_detector_is_fast(capsys, samples):
     detector = trocar.Detector(1e-3)
 
     def steps():
@@ -82,7 +83,7 @@ def test_a_step_of_a_detector(capsys, samples):
     each_s = least_seconds(steps, 3) / samples
     with capsys.disabled():
         print(f"\nDetector.step: {1e9 * each_s:.0f} ns")
-    # A hundredth of a tick at 1 kHz.
+    # The limit is a hundredth of a tick at 1 kHz.
     assert each_s < 1e-5
 
 
@@ -97,11 +98,11 @@ position_m = 0.01 * (1.0 - np.cos(2.0 * np.pi * time_s / 5.0))
 force_n = 300.0 * position_m + 0.02 * np.random.default_rng(1).standard_normal(samples)
 velocity_m_per_s = np.gradient(position_m, 1e-3)
 warnings.simplefilter("ignore")
-# What the first call loads is no matter of the samples.
+# The first call loads modules, whose memory must not count.
 trocar.detect(time_s[:100], position_m[:100], velocity_m_per_s[:100], force_n[:100])
 peak = lambda: 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 resident = lambda: 4096 * int(open("/proc/self/statm").read().split()[1])
-# What the arrays above needed on the way is used up, so that the peak is one of the detection.
+# Use up the memory that the arrays above needed temporarily, so that the peak is that of the detection.
 held = np.ones(max(peak() - resident(), 0) // 8)
 before = peak()
 found = trocar.detect(time_s, position_m, velocity_m_per_s, force_n)

@@ -1,4 +1,4 @@
-"""Sweeps over given points, in shards, with a folder, and by any executor: always the same rows."""
+"""Sweeps over given points, in shards, with a folder, and by any executor give the same rows."""
 
 import concurrent.futures
 import multiprocessing
@@ -44,7 +44,7 @@ def test_points_are_given_in_three_ways(points):
     assert len(rows) == 6 and rows["seed"].tolist() == [9, 4] * 3
     for key, column in POINTS.items():
         assert rows[key].tolist() == np.repeat(column, 2).tolist()
-    # Each case is the run of its scenario.
+    # Each case equals the run of its scenario.
     for case in range(6):
         point = {key: rows[key][case].item() for key in POINTS}
         run = trocar.run(trocar.Scenario.load("layers/skin-augmented", **point, **{"simulation.seed": int(rows["seed"][case])}))
@@ -66,7 +66,7 @@ def test_points_are_given_in_three_ways(points):
         ({"axes": AXES, "shards": 0}, ValueError, "shards is 0"),
     ],
 )
-def test_wrong_sweeps_are_told(arguments, exception, text):
+def test_invalid_sweeps_are_reported(arguments, exception, text):
     with pytest.raises(exception, match=text):
         trocar.sweep("layers/skin-augmented", **arguments)
 
@@ -100,7 +100,7 @@ def test_every_executor_gives_the_same_bytes():
 
 
 class LikeRay:
-    """What the module ray has, on threads."""
+    """Imitates the module ray with threads."""
 
     def __init__(self):
         self.threads = concurrent.futures.ThreadPoolExecutor(2)
@@ -156,7 +156,8 @@ def test_a_folder_continues(tmp_path):
 
 
 def test_a_killed_worker_leaves_no_half_file_and_the_sweep_continues(tmp_path):
-    """The pool is broken, as concurrent.futures has it; what was complete is kept, and the same call finishes the rest."""
+    """A killed worker breaks the pool of concurrent.futures; complete shards are kept, and the same call finishes the
+    rest."""
     expected = sweep(seeds=40)
     with spawning(2) as executor:
         executor.submit(os.getpid).result()
@@ -213,7 +214,7 @@ def test_executors_may_return_shards_in_any_order(tmp_path):
     joblib = pytest.importorskip("joblib")
 
     class Reversing:
-        """As joblib's, with the last result first."""
+        """Imitates joblib, but returns the last result first."""
 
         n_jobs = 2
 
@@ -237,7 +238,7 @@ def test_a_killed_sweep_leaves_nothing_behind(tmp_path):
     code = "import trocar; trocar.sweep('paper/augmented', {'scaling.force': trocar.Range(0.5, 1.0, 100_000)}, progress=True)"
     environment = {**os.environ, "TMPDIR": str(tmp_path)}
     with subprocess.Popen([sys.executable, "-c", code], env=environment, stderr=subprocess.PIPE) as process:
-        # The first progress that is not 0, with tqdm and without.
+        # Wait for the first progress above 0, with or without tqdm.
         said = b""
         while not re.search(rb"[1-9]\d*(/| of )100000", said):
             letter = process.stderr.read(1)

@@ -1,4 +1,4 @@
-"""Examples satisfy `mypy --strict`: those of the docstrings, and those of the book and the front pages."""
+"""The examples of the docstrings, the book and the front pages satisfy `mypy --strict`."""
 
 import doctest
 import importlib
@@ -14,7 +14,7 @@ import trocar
 
 ROOT = Path(__file__).parents[2]
 
-# What the pages leave to the reader: samples of one's own, and what a page has shown before.
+# Names that the pages assume: user-defined samples, and variables of earlier examples.
 GIVEN = """
 from typing import Any
 import numpy as np, pandas
@@ -51,10 +51,10 @@ def test_examples_satisfy_mypy(examples, least, tmp_path):
     names = {}
     for number, (name, source) in enumerate(dict(examples()).items()):
         names[f"example_{number}.py"] = name
-        # A module each: they use the same names for different things.
+        # Each example is a module, because they reuse names with other types.
         (tmp_path / f"example_{number}.py").write_text(source)
     assert len(names) >= least
-    # Stubs of other packages are the reader's.
+    # Stubs of other packages are the reader's responsibility.
     others = ["--ignore-missing-imports", "--disable-error-code=import-untyped", "--allow-untyped-calls"]
     command = [sys.executable, "-m", "mypy", "--strict", *others, *names]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)

@@ -1,4 +1,4 @@
-"""What notebooks do."""
+"""Typical use in notebooks."""
 
 import os
 import pickle
@@ -33,7 +33,7 @@ def test_a_scenario_reads_like_a_dictionary():
         scenario.name = "other"
 
 
-def test_a_scenario_says_which_keys_it_has():
+def test_a_scenario_reports_which_keys_it_has():
     scenario = trocar.Scenario.load("paper/classical")
     assert "scaling.force" in scenario and "scaling" in scenario
     assert "scaling.forces" not in scenario and 3 not in scenario
@@ -41,7 +41,7 @@ def test_a_scenario_says_which_keys_it_has():
         iter(scenario)
 
 
-def test_replacing_leaves_the_first_as_it_was_and_lets_what_follows_follow():
+def test_replacing_keeps_the_original_and_updates_derived_defaults():
     first = trocar.Scenario.load("paper/classical")
     second = first.replace(**{"scaling.force": 2.0}).replace(**{"scaling.force": np.float32(0.5)})
     assert (first["scaling.force"], second["scaling.force"]) == (1.0, 0.5)
@@ -66,11 +66,11 @@ def test_a_later_change_may_switch_off_what_an_earlier_one_sets():
         classical.replace(**{"augmentation.force_law": "amplify"})
 
 
-def test_traces_are_arrays_that_were_not_copied(run):
+def test_traces_are_arrays_without_a_copy(run):
     assert all(column.shape == (17000,) for column in run.traces.values())
     kinds = {name: column.dtype for name, column in run.traces.items()}
     assert kinds.pop("mode") == kinds.pop("estimate_flags") == np.uint8 and set(kinds.values()) == {np.dtype(np.float64)}
-    # Memory that numpy itself has not asked for: the vector that was computed.
+    # numpy does not own this memory: it belongs to the computed vector.
     assert all(not column.flags.owndata and column.flags.writeable for column in run.traces.values())
 
 
@@ -79,7 +79,7 @@ def test_the_columns_of_a_trace_are_listed(run):
     assert trocar.trace_columns()["slave_position_m"][0] == "m" and run["mode"].dtype == np.uint8
 
 
-def test_a_former_name_of_a_metric_is_taken_with_a_warning():
+def test_a_former_name_of_a_metric_is_accepted_with_a_warning():
     with pytest.warns(FutureWarning, match="most_slave_overshoot_m is called max_slave_overshoot_m now"):
         sweep = trocar.sweep(
             "paper/augmented",
@@ -100,7 +100,7 @@ def test_a_frame_a_figure_and_a_table(run):
     assert len(run.ruptures) == 2 and run.alarms_s.shape == (2,)
 
 
-def test_every_shipped_scenario_has_a_further_column_or_not():
+def test_some_shipped_scenarios_have_an_extra_column():
     run = trocar.run(trocar.Scenario.load("paper/classical", **{"estimator.parameters": "stiffness-damping-friction"}))
     assert run["friction_n"].shape == run["time_s"].shape
     assert run.summary["further_estimate"]["column"] == "friction_n"
@@ -155,7 +155,7 @@ def test_a_map():
     assert stability.is_stable and stability.plot().axes
     assert stability.boundary.shape[1:] == (2, 2) and stability.simulated is None
     assert "<table>" in stability._repr_html_() and "gain margin" in str(stability)
-    # A loop in a softer spring decays and one in a stiffer spring grows. The recorded force has no damping.
+    # A loop in a softer spring decays, and a loop in a stiffer spring grows. The recorded force has no damping.
     largest = stability.largest_stable["tissue.stiffness_n_per_m"]
     for stiffness, is_stable in (((1 - 1e-6) * largest, True), ((1 + 1e-6) * largest, False)):
         spring = {"tissue.kind": "kelvin-voigt", "tissue.stiffness_n_per_m": stiffness, "tissue.damping_n_s_per_m": 0.0}
@@ -164,7 +164,7 @@ def test_a_map():
 
 
 def test_the_lock_is_released_while_computing():
-    """Another thread goes on while a sweep runs."""
+    """Another thread continues while a sweep runs."""
     ticks, done = [], threading.Event()
 
     def count():
@@ -185,7 +185,7 @@ def test_the_lock_is_released_while_computing():
 
 INTERRUPTED = """
 import signal, sys, time, trocar
-# A test run that was started in the background has handed down that Ctrl-C is not heard.
+# A test run started in the background ignores Ctrl-C, and this process inherits that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 def long():
     kind = sys.argv[1]
@@ -204,7 +204,7 @@ try:
     long()
 except KeyboardInterrupt:
     print("interrupted", flush=True)
-    # What is still computed must not keep the process.
+    # Remaining computations must not keep the process alive.
     sys.exit(7)
 print("not interrupted")
 """
@@ -212,7 +212,7 @@ print("not interrupted")
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
 @pytest.mark.parametrize("kind", ["run", "sweep", "compare", "stability"])
-def test_control_c_ends_it(kind):
+def test_control_c_ends_a_long_call(kind):
     process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, kind], stdout=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "begun\n"
     time.sleep(0.5)
@@ -226,7 +226,7 @@ def test_control_c_ends_it(kind):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 def test_a_forked_process_computes_too():
-    """The threads of a pool are gone after a fork; nothing may wait for them."""
+    """The threads of a pool do not exist after a fork, so no call may wait for them."""
     text = (
         "import os, trocar\n"
         "trocar.compare()\n"

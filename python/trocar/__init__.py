@@ -5,8 +5,8 @@
 >>> run["slave_position_m"].shape, len(run.events)
 ((17000,), 2)
 
-All quantities are in SI units (m, m/s, N, s); names end with the unit. Positions increase into the tissue. Forces are positive when
-they resist insertion. Computations release the global interpreter lock, and Ctrl-C ends them.
+All quantities are in SI units (m, m/s, N, s); names end with the unit. Positions increase into the tissue. Forces are
+positive when they resist insertion. Computations release the global interpreter lock, and Ctrl-C ends them.
 """
 
 import importlib.util as _util
@@ -22,19 +22,25 @@ from ._core import Step, __version__
 from ._errors import ScenarioError
 from ._warnings import (
     ActiveLoopWarning,
+    ColumnsSwappedWarning,
     ConstantForceWarning,
     DelayBeyondRunWarning,
+    DelayRoundedWarning,
     ForceMagnitudeWarning,
     ForceNotBoundedWarning,
+    ForceOffsetWarning,
     ForceOutOfContactWarning,
     ForceSignWarning,
-    HandEnergyImpossibleWarning,
     GuessedColumnsWarning,
+    HandEnergyImpossibleWarning,
     HarmlessAlarmsWarning,
     HighSamplingRateWarning,
+    KeyWithoutEffectWarning,
+    LayerNotRupturedWarning,
     LowSamplingRateWarning,
     MissedRuptureWarning,
     MissingSectionWarning,
+    MotionBeyondRunWarning,
     NoContactWarning,
     NoRupturesWarning,
     OscillatingWarning,
@@ -45,7 +51,9 @@ from ._warnings import (
     RarelyArmedWarning,
     SeedsWithoutEffectWarning,
     SlowRupturesMissedWarning,
+    StrayAlarmWarning,
     TissueNotCoveredWarning,
+    TissueNotTouchedWarning,
     TrocarWarning,
     UnchangedMetricsWarning,
     UnmodelledWarning,
@@ -65,17 +73,20 @@ from .sweeping import Range, Sweep, merge, shard, sweep
 
 __all__ = [
     "ActiveLoopWarning",
+    "ColumnsSwappedWarning",
     "ConstantForceWarning",
     "Calibration",
     "Comparison",
     "Compiled",
     "DelayBeyondRunWarning",
+    "DelayRoundedWarning",
     "Detection",
     "Detector",
     "Document",
     "Figure",
     "ForceMagnitudeWarning",
     "ForceNotBoundedWarning",
+    "ForceOffsetWarning",
     "ForceOutOfContactWarning",
     "ForceSignWarning",
     "HandEnergyImpossibleWarning",
@@ -83,9 +94,12 @@ __all__ = [
     "GuessedColumnsWarning",
     "HarmlessAlarmsWarning",
     "HighSamplingRateWarning",
+    "KeyWithoutEffectWarning",
+    "LayerNotRupturedWarning",
     "LowSamplingRateWarning",
     "MissedRuptureWarning",
     "MissingSectionWarning",
+    "MotionBeyondRunWarning",
     "NoContactWarning",
     "NoRupturesWarning",
     "OscillatingWarning",
@@ -105,9 +119,11 @@ __all__ = [
     "Stability",
     "StateSpace",
     "Step",
+    "StrayAlarmWarning",
     "Sweep",
     "Table",
     "TissueNotCoveredWarning",
+    "TissueNotTouchedWarning",
     "Trial",
     "TrocarWarning",
     "UnchangedMetricsWarning",
@@ -139,7 +155,7 @@ __all__ = [
 
 
 def shipped() -> dict[str, str]:
-    """Returns the shipped scenarios, each with the question that it answers. Load one with :meth:`Scenario.load`.
+    """Returns the shipped scenarios with the question that each answers. Load one with :meth:`Scenario.load`.
 
     Returns
     -------
@@ -161,7 +177,8 @@ def keys() -> dict[str, tuple[str, str | None, str]]:
     Returns
     -------
     dict of str to (str, str or None, str)
-        For each dotted key: its type with the allowed range, its default in TOML (``None`` without a default), and its meaning.
+        For each dotted key: its type with the allowed range, its default in TOML (``None`` without a default), and
+        its meaning.
 
     >>> import trocar
     >>> trocar.keys()["scaling.force"]
@@ -171,13 +188,14 @@ def keys() -> dict[str, tuple[str, str | None, str]]:
 
 
 def metrics() -> dict[str, tuple[str, str, str, str, str]]:
-    """Returns every metric that :func:`sweep` can record. Metrics of ruptures and events have the number 1 in their names.
+    """Returns every metric that :func:`sweep` can record. The names of rupture and event metrics contain the number
+    1.
 
     Returns
     -------
     dict of str to (str, str, str, str, str)
-        For each metric: its scope (``run``, ``rupture``, ``event``, ``link``, ``loop``), its label in tables, its SI unit, which
-        values are better (``lower``, ``higher``, ``neither``), and its meaning.
+        For each metric: its scope (``run``, ``rupture``, ``event``, ``link``, ``loop``), its label in tables, its SI
+        unit, which values are better (``lower``, ``higher``, ``neither``), and its meaning.
 
     >>> import trocar
     >>> trocar.metrics()["detected_ruptures"]
@@ -189,7 +207,7 @@ def metrics() -> dict[str, tuple[str, str, str, str, str]]:
 
 
 def metric_names() -> list[str]:
-    """Returns the names of :func:`metrics`, as :func:`sweep` takes them.
+    """Returns the metric names that :func:`sweep` accepts; :func:`metrics` describes them.
 
     >>> import trocar
     >>> "detected_ruptures" in trocar.metric_names()
@@ -208,6 +226,6 @@ def trace_columns() -> dict[str, tuple[str, str]]:
 
     >>> import trocar
     >>> trocar.trace_columns()["slave_position_m"]
-    ('m', 'Position of the slave, x_e; it increases into the tissue.')
+    ('m', 'Position of the slave, x_e, increasing into the tissue.')
     """
     return {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}

@@ -1,4 +1,4 @@
-"""Converts arrays of users to samples for the core."""
+"""Converts users' arrays to samples for the core."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _REAL = "fiu"
 
 
 def samples(name: str, values: ArrayLike) -> Samples:
-    """Returns one-dimensional, contiguous float64 samples; the same array if it has this form already.
+    """Returns one-dimensional, contiguous float64 samples; the same array if it already has this form.
 
-    Integers and other floats are converted. Other types (complex numbers, strings, booleans, dates, objects), masked samples and
-    other shapes are errors.
+    Converts integers and other floats. Raises an error for other types (complex numbers, strings, booleans, dates,
+    objects), masked samples and other shapes.
     """
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         raise ValueError(f"{name} has masked samples; fill or remove them")
@@ -39,7 +39,7 @@ def samples(name: str, values: ArrayLike) -> Samples:
 
 
 def velocities(values: ArrayLike | None) -> Samples | None:
-    """Returns samples as :func:`samples`, or ``None`` for ``None``."""
+    """Returns samples like :func:`samples`, or ``None`` for ``None``."""
     return None if values is None else samples("velocity", values)
 
 
@@ -54,7 +54,7 @@ def number(name: str, value: Any) -> float:
 
 
 def whole(name: str, value: Any, low: int = 0) -> int:
-    """Returns a whole number that is not below ``low``."""
+    """Returns an integer that is at least ``low``."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} is {value!r}, must be a whole number")
     count = int(value)
@@ -64,14 +64,14 @@ def whole(name: str, value: Any, low: int = 0) -> int:
 
 
 Recorded = Union["pandas.DataFrame", Mapping[str, Any]]
-"""Samples with names: a DataFrame or a dictionary with the columns ``time_s``, ``position_m``, ``force_n`` and, if measured,
-``velocity_m_per_s``; the names of :func:`trocar.read_recording`, without units, do as well."""
+"""Named samples: a DataFrame or a dictionary with the columns ``time_s``, ``position_m``, ``force_n`` and, if measured,
+``velocity_m_per_s``; or with the names of :func:`trocar.read_recording`, which have no units."""
 
 _NAMES = ("time_s", "position_m", "velocity_m_per_s", "force_n")
 
 
 def columns_of(recorded: Any) -> tuple[ArrayLike, ArrayLike, ArrayLike | None, ArrayLike]:
-    """Returns time, position, velocity (``None`` without it) and force of samples with names."""
+    """Returns the time, position, velocity (``None`` if missing) and force of named samples."""
     if not hasattr(recorded, "keys") or not hasattr(recorded, "__getitem__"):
         raise TypeError(f"a recording is a DataFrame or a dictionary of arrays, not {type(recorded).__qualname__}")
     names = [str(name) for name in recorded.keys()]
@@ -92,6 +92,6 @@ def columns_of(recorded: Any) -> tuple[ArrayLike, ArrayLike, ArrayLike | None, A
 
 
 def recording_of(recorded: Any) -> _core.Recording:
-    """Returns samples with names as a recording in memory."""
+    """Returns named samples as a recording in memory."""
     time, position, velocity, force = columns_of(recorded)
     return _core.Recording(samples("time", time), samples("position", position), velocities(velocity), samples("force", force))

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Columns:
-    """A result whose columns are read as those of a mapping: ``result["time_s"]``, ``"time_s" in result``, ``result.keys()``."""
+    """A result that is a mapping of its columns: ``result["time_s"]``, ``"time_s" in result``, ``result.keys()``."""
 
     _columns: dict[str, NDArray[Any]]
 
@@ -29,19 +29,20 @@ class Columns:
         return iter(self._columns)
 
     def keys(self) -> KeysView[str]:
-        """The names of the columns."""
+        """Returns the names of the columns."""
         return self._columns.keys()
 
     def values(self) -> ValuesView[NDArray[Any]]:
-        """The columns."""
+        """Returns the columns."""
         return self._columns.values()
 
     def items(self) -> ItemsView[str, NDArray[Any]]:
-        """The names and the columns."""
+        """Returns the names and the columns."""
         return self._columns.items()
 
     def _to_xarray(self, over: str, units: dict[str, tuple[str, str]]) -> xarray.Dataset:
-        """Returns the columns as a Dataset over one of them; ``units`` has the unit and the meaning of a column by its name."""
+        """Returns the columns as a Dataset over the column ``over``; ``units`` maps column names to units and
+        meanings."""
         import xarray
 
         data = xarray.Dataset({name: (over, column) for name, column in self._columns.items()})

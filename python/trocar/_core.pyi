@@ -54,7 +54,8 @@ __version__: str
 
 _Floats = NDArray[np.float64]
 _Traces = dict[str, NDArray[Any]]
-# A run for its figures: the scenario, the columns, the times of ruptures and alarms in s, and the promised energy in J.
+# The data of a run for its figures: the scenario, the columns, the times of ruptures and alarms in s, and the
+# promised energy in J.
 _Drawn = tuple[Scenario, _Traces, list[float], list[float], float | None]
 
 @final
@@ -168,7 +169,7 @@ class HapticController:
 
 @final
 class Step:
-    """The results of one sample. ``alarm`` is whether the detector raises an alarm; quantities are in SI units."""
+    """The results of one sample. ``alarm`` is true if the detector raises an alarm. Quantities are in SI units."""
 
     def __new__(
         cls,

@@ -6,7 +6,7 @@ from __future__ import annotations
 class ScenarioError(ValueError):
     """An invalid scenario or setting.
 
-    Its text is the text of the command line: the message, the underlined line, the remedy.
+    The text is that of the command line: the message, the underlined line and the remedy.
 
     Attributes
     ----------
@@ -17,7 +17,7 @@ class ScenarioError(ValueError):
     file : str or None
         The source: a path, ``builtin:`` and a name, ``--set`` for a changed key, or the name of a text.
     line, column : int or None
-        The position in the source, from 1, as in an editor.
+        The position in the source, counted from 1.
 
     >>> import trocar
     >>> try:

@@ -1,4 +1,5 @@
-"""Figures with matplotlib, which is imported when a figure is drawn. They are those of the command line, which describes them as data."""
+"""Draws the command line's figures with matplotlib, from their descriptions. Imports matplotlib only when a figure is
+drawn."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from ._arrays import number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Points of an axis' height on a page, per inch of a figure in a notebook.
+# Height of an axis on a page, in points, per inch of a figure in a notebook.
 _POINTS_PER_INCH = 62.0
 
 
@@ -28,7 +29,7 @@ def window_of(window: tuple[float, float] | None) -> tuple[float, float] | None:
 
 
 def draw(description: dict[str, Any], **options: Any) -> Figure:
-    """Draws a figure of the command line from its description, on the axes ``ax`` if given; other options are passed to
+    """Draws a figure of the command line from its description, on the axes ``ax`` if given. Passes other options to
     ``matplotlib.pyplot.subplots``."""
     rows = description["rows"]
     panels = [panel for row in rows for panel in row["panels"]]
@@ -43,7 +44,7 @@ def draw(description: dict[str, Any], **options: Any) -> Figure:
         if entry["kind"] != "title":
             entries.setdefault((entry["kind"], entry["text"]), entry)
     if entries and is_new:
-        # Above the axes, where it hides no line.
+        # Place the legend above the axes, where it hides no line.
         samples = zip(*map(_sample, entries.values()))
         look: dict[str, Any] = {"fontsize": "small", "frameon": False, "alignment": "left", "title_fontsize": "medium"}
         figure.legend(*samples, title=description["name"], loc="outside upper left", ncols=min(len(entries), 5), **look)
@@ -61,7 +62,7 @@ def _columns(rows: list[dict[str, Any]]) -> int:
 
 
 def _axes(rows: list[dict[str, Any]], panels: int, options: dict[str, Any]) -> tuple[Figure, Any]:
-    """Returns a new figure with its axes, or the given axes with theirs."""
+    """Returns a new figure with its axes, or the given axes with their figure."""
     from matplotlib import pyplot
 
     given = options.pop("ax", None)
@@ -78,7 +79,7 @@ def _axes(rows: list[dict[str, Any]], panels: int, options: dict[str, Any]) -> t
     options = {"layout": "constrained", "figsize": size, "height_ratios": heights, **options}
     figure, axes = pyplot.subplots(len(rows), columns, squeeze=False, **options)
     if "inline" in pyplot.get_backend().lower():
-        # A notebook shows the figure that a cell returns; an open one would be shown a second time.
+        # Close the figure, because a notebook shows the figure that a cell returns and would show an open one twice.
         pyplot.close(figure)
     drawn = []
     for row, of_row in zip(rows, axes):
@@ -89,13 +90,13 @@ def _axes(rows: list[dict[str, Any]], panels: int, options: dict[str, Any]) -> t
 
 
 def _style(style: dict[str, Any]) -> dict[str, Any]:
-    """Returns the options of a line. Dashes are in points; those of matplotlib in line widths."""
+    """Returns the options of a line. Converts dashes from points to matplotlib's line widths."""
     dashes = [length / style["width"] for length in style["dashes"]]
     return {"color": style["color"], "linewidth": style["width"], "linestyle": (0, tuple(dashes)) if dashes else "-"}
 
 
 def _sample(entry: dict[str, Any]) -> tuple[Any, str]:
-    """Returns the sample of a legend's entry, and its text."""
+    """Returns the sample and the text of a legend's entry."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -111,7 +112,7 @@ def _sample(entry: dict[str, Any]) -> tuple[Any, str]:
 
 
 def _values(axis: dict[str, Any], places: list[float | None]) -> Any:
-    """Returns values from places on an axis, which are exponents of ten on a logarithmic one; gaps are NaN."""
+    """Returns values from positions on an axis, which are exponents of ten on a logarithmic axis; gaps are NaN."""
     values = np.array(places, dtype=np.float64)
     return 10.0**values if axis["log"] else values
 

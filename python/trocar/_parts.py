@@ -1,4 +1,4 @@
-"""Parts of one's own, as the core takes them."""
+"""Prepares user-defined parts for the core."""
 
 from __future__ import annotations
 
@@ -15,27 +15,28 @@ _SIGNATURE = "(float64*, float64*, float64*) -> none"
 
 
 class Compiled:
-    """A compiled function as a part: from numba, C or any language with C functions.
+    """A compiled function as a part: from numba, C or another language that exports C functions.
 
-    Its signature is ``void f(const double *inputs, double *outputs, double *state)``. The inputs and outputs are those of the role, in the
-    order of :mod:`trocar.parts`, with 1 and 0 for true and false; outputs that are not written are 0. It is called without the
-    interpreter, at the speed of a built-in part.
+    Its signature is ``void f(const double *inputs, double *outputs, double *state)``. Its role determines the inputs
+    and outputs, in the order of :mod:`trocar.parts`; booleans are 1 and 0, and outputs that the function does not
+    write are 0. The core calls it without the interpreter, at the speed of a built-in part.
 
     Parameters
     ----------
     function
-        A numba ``cfunc`` of the signature ``void(CPointer(float64), CPointer(float64), CPointer(float64))``, a function of ``ctypes``, or
-        an address. It must stay in memory during the run. Its signature is checked for numba only; with another one, what a function
-        of ``ctypes`` or at an address does is undefined.
+        A numba ``cfunc`` with the signature ``void(CPointer(float64), CPointer(float64), CPointer(float64))``, a
+        ``ctypes`` function, or an address. It must stay in memory during the run. Only numba's signature is checked;
+        a ``ctypes`` function or an address with another signature has undefined behaviour.
     state : array, shape (numbers,)
-        The initial state, of any length; each run has a copy of it.
+        The initial state, of any length. Each run gets a copy.
 
     Raises
     ------
     TypeError
         For a numba function with another signature, and for a ``function`` that is not compiled.
     ValueError
-        For the address 0 or one out of range, and for a ``state`` that is not a one-dimensional array of numbers.
+        For the address 0 or an address out of range, and for a ``state`` that is not a one-dimensional array of
+        numbers.
 
     >>> import ctypes, trocar
     >>> trocar.Compiled(0x1000, state=[0.0, 1.0])
@@ -70,17 +71,17 @@ def _address(function: Any) -> int:
 
 
 class _Stepped(Protocol):
-    # Read alone: a method is none that can be set.
+    # Read-only: a method does not match an attribute that can be set.
     @property
     def step(self) -> Callable[..., Any]: ...
 
 
 Part = Union[Callable[..., Any], _Stepped, Compiled]
-"""A part of one's own: a function, an object with a method ``step``, or a :class:`Compiled` function."""
+"""A user-defined part: a function, an object with a method ``step``, or a :class:`Compiled` function."""
 
 
 class Parts(TypedDict, total=False):
-    """The roles that parts of one's own can have; :mod:`trocar.parts` has their arguments and results."""
+    """The roles that user-defined parts can have; :mod:`trocar.parts` lists their arguments and results."""
 
     tissue: Part | None
     operator: Part | None
@@ -91,6 +92,6 @@ class Parts(TypedDict, total=False):
 
 
 def core_parts(parts: Parts) -> dict[str, Any]:
-    """Returns the parts for the core; a numba function becomes a :class:`Compiled` one."""
+    """Returns the parts for the core. Wraps numba functions in :class:`Compiled`."""
     given = {role: part for role, part in parts.items() if part is not None}
     return {role: Compiled(part) if hasattr(part, "_sig") else part for role, part in given.items()}

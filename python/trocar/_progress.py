@@ -1,4 +1,4 @@
-"""Progress of long work, with tqdm or as a line on standard error."""
+"""Shows the progress of long work with tqdm, or as a line on standard error."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import time
 from types import TracebackType
 from typing import Any
 
-# Seconds between two lines.
+# Time between two lines, in s.
 _PERIOD_S = 0.2
 
 
 class Progress:
-    """A context in which :meth:`tell` shows how much is done; nothing is shown unless wanted."""
+    """A context in which :meth:`tell` shows the progress, if wanted."""
 
     def __init__(self, what: str, is_shown: bool) -> None:
         self._what = what
@@ -31,7 +31,7 @@ class Progress:
         return self
 
     def tell(self, done: int, all: int) -> None:
-        """Shows that ``done`` of ``all`` are done."""
+        """Shows that ``done`` of ``all`` items are done."""
         if self._bar is not None:
             self._bar.total = all
             self._bar.update(done - self._bar.n)

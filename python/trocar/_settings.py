@@ -24,7 +24,8 @@ def value(key: str, given: Any) -> str:
 
 
 def settings(changes: Mapping[str, Any]) -> tuple[list[str], list[_core.Recording]]:
-    """Returns nested or dotted changes in the form of ``--set`` of the command line, and the recordings in memory among them."""
+    """Returns nested or dotted changes in the form of the command line's ``--set``, and the recordings in memory
+    among them."""
     flat, recordings = _named(changes)
     return [f"{key}={value(key, given)}" for key, given in flat], recordings
 
@@ -35,24 +36,25 @@ def key_of(setting: str) -> str:
 
 
 def dotted(key: Any) -> str:
-    """Returns a dotted key as TOML; parts that are not bare keys are quoted."""
+    """Returns a dotted key as TOML. Quotes parts that are not bare keys."""
     if not isinstance(key, str):
         raise TypeError(f"the key {key!r} is not a string; write it as in \"scaling.force\"")
     return ".".join(part if _BARE.match(part) else _core.toml_value(part).replace("=", "\\u003d") for part in key.split("."))
 
 
 def document(values: Mapping[str, Any]) -> tuple[str, list[_core.Recording]]:
-    """Returns nested or dotted keys as a TOML document, one line each, and the recordings in memory among them."""
+    """Returns nested or dotted keys as a TOML document with one line per key, and the recordings in memory among
+    them."""
     flat, recordings = _named(values)
     return "".join(f"{key} = {value(key, given)}\n" for key, given in flat), recordings
 
 
-# The key of a recording, whose value can be its samples.
+# The key of a recording, whose value may be samples.
 RECORDING = "recording.file"
 
 
 def _named(values: Mapping[str, Any]) -> tuple[list[tuple[str, Any]], list[_core.Recording]]:
-    """Returns the keys and values, with the names of recordings in memory, and these recordings."""
+    """Returns the keys with their values, and the recordings in memory. The value of such a recording is its name."""
     named, recordings = [], []
     for key, given in _flat("", values):
         if key == RECORDING and not isinstance(given, (str, os.PathLike)):

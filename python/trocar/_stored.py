@@ -1,4 +1,4 @@
-"""Results in files of numpy, with arrays and a text about them."""
+"""Stores results in numpy files, as arrays with a text that describes them."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-# The end of the name of a file that is being written.
+# Suffix of a file that is being written.
 PARTIAL = ".partial"
 
 
 def write_stored(path: str | os.PathLike[str], arrays: Mapping[str, NDArray[Any]], about: dict[str, Any]) -> None:
-    """Writes arrays and a text into a file, which is there whole or not at all."""
+    """Writes arrays and a text into a file. The file appears only when it is complete."""
     content = io.BytesIO()
     np.savez_compressed(content, _about=np.array(json.dumps(about)), **arrays)  # type: ignore[arg-type]
     partial = Path(f"{os.fspath(path)}{PARTIAL}")
@@ -31,7 +31,8 @@ def write_stored(path: str | os.PathLike[str], arrays: Mapping[str, NDArray[Any]
 
 
 def read_stored(path: str | os.PathLike[str], what: str, keys: set[str]) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Reads the arrays and the text ``_about`` of a file; ``what`` names it in the error if it has none, lacks keys, or is damaged."""
+    """Reads the arrays and the text ``_about`` of a file. ``what`` names the file in the error for a damaged or
+    incomplete file."""
     try:
         with np.load(path) as file:
             arrays = {name: file[name] for name in file.files}
@@ -45,27 +46,28 @@ def read_stored(path: str | os.PathLike[str], what: str, keys: set[str]) -> tupl
 
 
 class Stored:
-    """A result that is written into a file, and read back."""
+    """A result that can be saved to a file and loaded."""
 
-    # The names that the text of a file about such a result has at least.
+    # The minimum set of keys in the text of such a file.
     _keys: ClassVar[set[str]]
 
     def _kept(self) -> tuple[Mapping[str, NDArray[Any]], dict[str, Any]]:
-        """What a file has of the result: arrays, and what there is to tell about them."""
+        """Returns the arrays and the text that a file stores."""
         raise NotImplementedError
 
     @classmethod
     def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Self:
-        """Returns the result from what a file has of it."""
+        """Returns the result from the content of a file."""
         raise NotImplementedError
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the result into a file of numpy (``.npz``), which is there whole or not at all. :meth:`load` reads it.
+        """Writes the result into a numpy file (``.npz``), which appears only when it is complete. :meth:`load` reads
+        it.
 
         Raises
         ------
         OSError
-            For a file that cannot be written.
+            If the file cannot be written.
         """
         write_stored(path, *self._kept())
 
@@ -76,8 +78,8 @@ class Stored:
         Raises
         ------
         ValueError
-            For a file that :meth:`save` did not write.
+            If :meth:`save` did not write the file.
         OSError
-            For a file that cannot be opened.
+            If the file cannot be opened.
         """
         return cls._of_kept(*read_stored(path, f"a {cls.__name__.lower()} that {cls.__name__}.save wrote", cls._keys))

@@ -1,4 +1,4 @@
-"""Warnings: a class for each code, as ``warnings.filterwarnings`` and ``pytest.warns`` take them."""
+"""Warning classes, one per code, for ``warnings.filterwarnings`` and ``pytest.warns``."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ class TrocarWarning(UserWarning):
     Attributes
     ----------
     code : str
-        The code, which ``trocar explain`` explains.
+        The code; ``trocar explain`` explains it.
     place : str or None
-        The key or column that it concerns.
+        The key or column concerned.
     remedy : str or None
-        What to do.
+        The remedy.
     """
 
     code = ""
@@ -31,7 +31,7 @@ class TrocarWarning(UserWarning):
 
 
 class MissedRuptureWarning(TrocarWarning):
-    """A layer ruptured, and no alarm followed within 0.5 s."""
+    """A layer ruptured, and no alarm followed within 0.1 s."""
 
     code = "missed-rupture"
 
@@ -76,6 +76,36 @@ class DelayBeyondRunWarning(TrocarWarning):
     """A delay of the link is longer than the run."""
 
     code = "delay-beyond-run"
+
+
+class DelayRoundedWarning(TrocarWarning):
+    """A delay of the link acts as a whole number of ticks."""
+
+    code = "delay-rounded"
+
+
+class TissueNotTouchedWarning(TrocarWarning):
+    """The needle never touches the tissue."""
+
+    code = "tissue-not-touched"
+
+
+class LayerNotRupturedWarning(TrocarWarning):
+    """A layer or a labelled rupture of the scenario does not occur in the run."""
+
+    code = "layer-not-ruptured"
+
+
+class MotionBeyondRunWarning(TrocarWarning):
+    """The operator's movement takes longer than the run."""
+
+    code = "motion-beyond-run"
+
+
+class StrayAlarmWarning(TrocarWarning):
+    """An alarm near a rupture does not count as its detection."""
+
+    code = "stray-alarm"
 
 
 class OutsideMeasuredWarning(TrocarWarning):
@@ -162,6 +192,24 @@ class RarelyArmedWarning(TrocarWarning):
     code = "rarely-armed"
 
 
+class ColumnsSwappedWarning(TrocarWarning):
+    """Position and force of a recording seem to be swapped."""
+
+    code = "columns-swapped"
+
+
+class ForceOffsetWarning(TrocarWarning):
+    """The force is not 0 before the needle touches the tissue."""
+
+    code = "force-offset"
+
+
+class KeyWithoutEffectWarning(TrocarWarning):
+    """A given key changes nothing in this command."""
+
+    code = "key-without-effect"
+
+
 class ConstantForceWarning(TrocarWarning):
     """The force does not change although the needle moves in contact."""
 
@@ -202,7 +250,7 @@ BY_CODE: dict[str, type[TrocarWarning]] = {kind.code: kind for kind in TrocarWar
 
 
 def warning_of(one: dict[str, Any]) -> TrocarWarning:
-    """Returns a warning of an answer."""
+    """Returns the warning object for a warning of an answer."""
     message, place, remedy = (None if one[key] is None else _core.in_python(one[key]) for key in ("message", "place", "remedy"))
     source = f"{one['source']}: " if one.get("source") else ""
     told = f"{source}{message} ({remedy})" if remedy else f"{source}{message}"
@@ -210,6 +258,6 @@ def warning_of(one: dict[str, Any]) -> TrocarWarning:
 
 
 def warn(found: Iterable[dict[str, Any]]) -> None:
-    """Issues the warnings of an answer, for the caller of the function that calls this one."""
+    """Issues the warnings of an answer, attributed to the caller of the calling function."""
     for one in found:
         warnings.warn(warning_of(one), stacklevel=3)

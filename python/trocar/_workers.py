@@ -1,4 +1,4 @@
-"""Executors of other libraries, which run the shards of a sweep."""
+"""Runs the shards of a sweep on executors of other libraries."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-# Runs a shard by its name with a number of threads.
+# Runs a named shard with a number of threads.
 _Run = Callable[[str, int], Any]
 
 
 @dataclass(frozen=True)
 class Workers:
-    """Workers by their number, and a function that returns the results of shards, each with its name, in any order."""
+    """The number of workers, and a function that yields the results of shards, each with its name, in any order."""
 
     count: int
     run: Callable[[_Run, list[str], int], Iterator[tuple[str, Any]]]
 
 
 def workers_of(executor: Any) -> Workers | None:
-    """Returns the workers of an executor, which is known by its attributes; ``None`` without one."""
+    """Returns the workers of an executor, which its attributes identify; ``None`` without an executor."""
     if executor is None:
         return None
     for attribute, run in (("submit", _submitted), ("n_jobs", _called), ("imap", _mapped), ("remote", _remote)):
@@ -44,8 +44,8 @@ def _count(executor: Any) -> int:
 
 
 def _submitted(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[tuple[str, Any]]:
-    """Of concurrent.futures, and of Dask."""
-    # Of Dask: a lost worker counts as an attempt; `retries` are for errors that do not come from the shard.
+    """Runs shards on ``concurrent.futures`` or Dask."""
+    # For Dask: a lost worker counts as an attempt; `retries` is for errors that the shard did not cause.
     options = {"pure": False, "retries": 2} if hasattr(executor, "scheduler_info") else {}
     futures = [executor.submit(_run, run, threads, name, **options) for name in names]
     try:
@@ -57,19 +57,19 @@ def _submitted(executor: Any, run: _Run, names: list[str], threads: int) -> Iter
 
 
 def _called(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[tuple[str, Any]]:
-    """Of joblib, whose calls are tuples of a function and its arguments."""
+    """Runs shards on joblib, whose calls are tuples of a function and its arguments."""
     return iter(executor((_run, (run, threads, name), {}) for name in names))
 
 
 def _mapped(executor: Any, run: _Run, names: list[str], threads: int) -> Iterator[tuple[str, Any]]:
-    """Of a pool of multiprocessing."""
+    """Runs shards on a pool of ``multiprocessing``."""
     results: Iterator[tuple[str, Any]] = executor.imap(functools.partial(_run, run, threads), names)
     return results
 
 
 def _remote(ray: Any, run: _Run, names: list[str], threads: int) -> Iterator[tuple[str, Any]]:
-    """Of Ray, where a task takes as many processors as it has threads."""
-    # A task is a function; the method with its sweep is stored once.
+    """Runs shards on Ray. A task uses as many processors as it has threads."""
+    # A task is a function, so store the method, which holds the sweep, once.
     task, stored = ray.remote(num_cpus=threads)(_run), ray.put(run)
     results = [task.remote(stored, threads, name) for name in names]
     try:

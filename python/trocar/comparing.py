@@ -26,15 +26,15 @@ _PAPER_PAIR = ("paper/classical", "paper/augmented")
 
 
 class Comparison(Documented, Stored):
-    """The comparison of several scenarios, which :func:`compare` returns. ``print`` shows its tables.
+    """The comparison of several scenarios, returned by :func:`compare`. ``print`` shows its tables.
 
     Attributes
     ----------
     runs : list of Run
         The runs, in the order of the arguments.
     report : dict
-        The content of ``comparison.json`` of the command line: ``runs``, ``warnings``, ``table``, ``noise``, and, if there are any,
-        ``paper_facts`` and ``seeds``.
+        The content of the command line's ``comparison.json``: ``runs``, ``warnings``, ``table``, ``noise`` and, if
+        present, ``paper_facts`` and ``seeds``.
 
     >>> import trocar
     >>> comparison = trocar.compare("paper/classical", "paper/augmented")
@@ -76,7 +76,8 @@ class Comparison(Documented, Stored):
         return facts
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Returns a pandas DataFrame with a row per metric, named as in ``comparison.csv``, its SI unit, and a column per scenario."""
+        """Returns a pandas DataFrame with a row per metric, named as in ``comparison.csv``, its SI unit, and a column
+        per scenario."""
         import pandas
 
         names = [run.scenario.name for run in self.runs]
@@ -85,8 +86,9 @@ class Comparison(Documented, Stored):
         return pandas.DataFrame(rows, index=index, columns=["unit", *names])
 
     def plot(self, figure: str = "overlay", *, window: tuple[float, float] | None = None, **options: Any) -> Figure:
-        """Draws ``"overlay"``, all runs in the same axes, or ``"comparison"``, a row for each, with matplotlib; around the first rupture, or
-        in the ``window`` of time in s. Options and errors as for :meth:`Run.plot`."""
+        """Draws ``"overlay"`` (all runs in the same axes) or ``"comparison"`` (one row per run) with matplotlib.
+        Shows the time around the first rupture, or the ``window`` of time in s. Options and errors as for
+        :meth:`Run.plot`."""
         from ._figures import draw, window_of
 
         return draw(_core.run_figure(figure, [run._drawn() for run in self.runs], window_of(window)), **options)
@@ -105,21 +107,22 @@ def compare(
     progress: bool = False,
     **parts: Unpack[Parts],
 ) -> Comparison:
-    """Runs and compares scenarios, each also with added noise. Without arguments, compares the shipped pair.
+    """Runs and compares scenarios. Each also runs with added noise. Without arguments, compares the shipped pair.
 
     Parameters
     ----------
     *scenarios
         Scenarios or paths.
     seeds
-        Number of seeds with which each scenario also runs, from 2 to 100000, for medians and central 95 % intervals.
+        Number of seeds with which each scenario also runs, from 2 to 100000, to get medians and central 95 %
+        intervals.
     threads
         Number of threads, up to 1024; 0 is one per processor.
     progress
-        Shows the progress of the seeds: with tqdm if it is installed, else as a line on standard error.
+        True to show the progress of the seeds, with tqdm if installed, otherwise as a line on standard error.
     **parts
-        Parts of one's own in all scenarios, as for :func:`trocar.run`. The scenarios then run one after the other, without
-        added noise; their seeds run in threads if all parts are compiled.
+        User-defined parts for all scenarios, as for :func:`trocar.run`. The scenarios then run one after the other
+        and without added noise. Their seeds run in threads if all parts are compiled.
 
     Returns
     -------
@@ -131,12 +134,12 @@ def compare(
     ScenarioError
         For a scenario that cannot be read or is invalid. It is a ``ValueError``.
     ValueError
-        For ``seeds`` or ``threads`` out of range, and for parts as in :func:`trocar.run`.
+        If ``seeds`` or ``threads`` is out of range, and for parts as in :func:`trocar.run`.
     TypeError
-        For a scenario that is neither a ``Scenario`` nor a path, for ``seeds`` or ``threads`` that are not whole numbers, and for parts as
-        in :func:`trocar.run`.
+        If a scenario is neither a ``Scenario`` nor a path, if ``seeds`` or ``threads`` is not an integer, and for
+        parts as in :func:`trocar.run`.
     Exception
-        Whatever a part raises; it ends the comparison.
+        Any exception of a part; it ends the comparison.
 
     >>> import trocar
     >>> comparison = trocar.compare()

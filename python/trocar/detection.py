@@ -25,23 +25,27 @@ if TYPE_CHECKING:
 
 
 class Detection(Columns, Documented, Stored):
-    """The result of the estimator and the detector for a recording, which :func:`detect` returns. ``print`` shows its tables.
+    """The result of the estimator and the detector for a recording, returned by :func:`detect`. ``print`` shows its
+    tables.
 
-    ``detection["residual_n"]`` is a column, float64 of the shape ``(samples,)``: ``time_s``, ``position_m``,
-    ``velocity_m_per_s`` (as given, or estimated), ``measured_force_n``, ``residual_n``, ``stiffness_n_per_m``,
-    ``damping_n_s_per_m``, ``distance``, ``decision``; some estimators have an extra column. An unknown column is a ``KeyError``. Unevenly
-    spaced samples are first resampled at their median interval; the rows of the columns are then those of ``time_s``.
+    ``detection["residual_n"]`` is a column, float64 with the shape ``(samples,)``. The columns are ``time_s``,
+    ``position_m``, ``velocity_m_per_s`` (as given, or estimated), ``measured_force_n``, ``residual_n``,
+    ``stiffness_n_per_m``, ``damping_n_s_per_m``, ``distance`` and ``decision``; some estimators add a column. An
+    unknown column raises a ``KeyError``. Unevenly spaced samples are first resampled at their median interval; the
+    rows are then at the times ``time_s``.
 
     Attributes
     ----------
     columns : dict of str to array
         All columns.
     alarms : array of int64, shape (alarms,)
-        The indices of the given samples with an alarm; if they were resampled, of the last ones before it.
+        The indices of the given samples with an alarm. If the samples were resampled, each is the last sample before
+        the alarm.
     alarm_rows : array of int64, shape (alarms,)
-        The rows of the columns with an alarm; the same as ``alarms`` unless the samples were resampled.
+        The rows of the columns with an alarm. They equal ``alarms`` unless the samples were resampled.
     report : dict
-        The content of ``detection.json`` of the command line: alarms, scores, statistics of the residual, phases, settings.
+        The content of the command line's ``detection.json``: alarms, scores, statistics of the residual, phases,
+        settings.
 
     >>> import trocar
     >>> detection = trocar.detect(trocar.record(), contact_m=0.012)
@@ -74,7 +78,7 @@ class Detection(Columns, Documented, Stored):
 
     @property
     def alarms_s(self) -> NDArray[np.float64]:
-        """The times of the alarms, in the time of the recording, in s; shape (alarms,)."""
+        """The times of the alarms, in s, on the clock of the recording; shape (alarms,)."""
         return self.columns["time_s"][self.alarm_rows]
 
     _keys = {"detection", "report", "document"}
@@ -89,7 +93,8 @@ class Detection(Columns, Documented, Stored):
         return cls(about["detection"], arrays, alarms, rows, about["report"], about["document"])
 
     def to_xarray(self) -> xarray.Dataset:
-        """Returns the columns as an xarray Dataset over ``time_s``; every variable has its ``units`` and its ``long_name``."""
+        """Returns the columns as an xarray Dataset over ``time_s``. Every variable has ``units`` and a
+        ``long_name``."""
         about = {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}
         about["position_m"], about["velocity_m_per_s"] = ("m", "Position of the needle."), ("m/s", "Velocity of the needle.")
         return self._to_xarray("time_s", about)
@@ -105,9 +110,9 @@ class Detection(Columns, Documented, Stored):
         return frame.set_index("time_s")
 
     def plot(self, figure: str = "estimation", **options: Any) -> Figure:
-        """Draws ``"estimation"`` (measured and estimated force), ``"parameters"`` (stiffness and damping with two standard errors),
-        ``"decision"``, ``"residual"`` or ``"timeline"`` (phases and alarms) with matplotlib. Options and errors as for
-        :meth:`Run.plot`."""
+        """Draws ``"estimation"`` (measured and estimated force), ``"parameters"`` (stiffness and damping with two
+        standard errors), ``"decision"``, ``"residual"`` or ``"timeline"`` (phases and alarms) with matplotlib.
+        Options and errors as for :meth:`Run.plot`."""
         figures = self.document.figures
         if figure not in figures:
             raise ValueError(f'figure is "{figure}", must be one of {", ".join(figures)}')
@@ -138,20 +143,21 @@ def detect(
 ) -> Detection:
     """Runs the estimator and the detector on samples.
 
-    The detector is the adaptive one, which needs no settings, unless a setting asks for another, such as
-    ``**{"detector.distance": "squared-residual"}``, the paper's, or ``**{"detector.threshold": 0.02}``.
+    The default is the adaptive detector, which needs no settings. Settings select another detector, such as the
+    paper's, ``**{"detector.distance": "squared-residual"}``, or ``**{"detector.threshold": 0.02}``.
 
     Parameters
     ----------
     time : array, shape (samples,)
-        In s, strictly increasing; the first need not be 0. Or a whole recording, in place of the four arrays: a DataFrame or a dictionary
-        with the columns ``time_s``, ``position_m``, ``force_n`` and, if measured, ``velocity_m_per_s``.
+        Times in s, strictly increasing, from any start. Or a whole recording in place of the four arrays: a DataFrame
+        or a dictionary with the columns ``time_s``, ``position_m``, ``force_n`` and, if measured,
+        ``velocity_m_per_s``.
     position : array, shape (samples,)
-        Of the needle, in m, increasing into the tissue.
+        Position of the needle, in m, increasing into the tissue.
     velocity : array, shape (samples,), or None
-        In m/s; ``None`` to estimate it from the positions.
+        Velocity of the needle, in m/s; ``None`` to estimate it from the positions.
     force : array, shape (samples,)
-        On the needle, in N, positive when it resists insertion.
+        Force on the needle, in N, positive when it resists insertion.
     contact_m
         Contact position, in m; the default is 0.
     ruptures_s
@@ -161,7 +167,7 @@ def detect(
     name
         Name of the recording.
     **settings
-        Keys of estimator, detector, sensor and recording, as in ``**{"detector.threshold": 0.02}``; they have priority over the
+        Keys of estimator, detector, sensor and recording, as in ``**{"detector.threshold": 0.02}``. They override the
         file.
 
     Returns
@@ -172,14 +178,14 @@ def detect(
     Raises
     ------
     ValueError
-        For fewer than two samples, samples that are not finite, times that do not increase, a gap in time, arrays of different lengths or
-        more than one dimension, a recording without a column, and a ``settings_file`` with neither of the sections. The message names the
-        sample.
+        For fewer than two samples, samples that are not finite, times that do not increase, a gap in time, arrays of
+        different lengths or with more than one dimension, a recording that lacks a column, and a ``settings_file``
+        with neither section. The message names the sample.
     ScenarioError
-        For an invalid setting, ``ruptures_s`` that do not ascend or are outside the recording, and a ``settings_file`` that cannot be
-        read. It is a ``ValueError``.
+        For an invalid setting, for ``ruptures_s`` that do not ascend or lie outside the recording, and for a
+        ``settings_file`` that cannot be read. It is a ``ValueError``.
     TypeError
-        For arrays that are not real numbers, missing arrays, and a ``contact_m`` or a setting of a type that is not allowed.
+        For arrays that are not real numbers, missing arrays, and a ``contact_m`` or a setting of an invalid type.
 
     >>> import trocar
     >>> trocar.detect(trocar.record(), contact_m=0.012).alarms_s.round(3)
@@ -199,7 +205,7 @@ def detect(
     warn(report["warnings"])
     alarms = rows
     if is_resampled:
-        # A row and the sample at its time differ by rounding.
+        # The time of a row differs from the time of its sample by rounding.
         alarms_s = columns["time_s"][rows] + 1e-3 * report["interval_s"]
         alarms = np.searchsorted(times, alarms_s, side="right").astype(np.int64) - 1
     return Detection(name, columns, alarms, rows, report, contents)
@@ -218,7 +224,7 @@ def _changes(contact_m: float | None, ruptures_s: Sequence[float], settings: dic
 def _samples(
     time: ArrayLike | Recorded, position: ArrayLike | None, velocity: ArrayLike | None, force: ArrayLike | None
 ) -> tuple[Samples, Samples, Samples | None, Samples]:
-    """Returns the samples of a recording: of arrays, or of a DataFrame or dictionary in place of the times."""
+    """Returns the samples of a recording, from arrays or from a DataFrame or dictionary in place of the times."""
     if position is None and velocity is None and force is None:
         time, position, velocity, force = columns_of(time)
     if position is None or force is None:
@@ -229,28 +235,29 @@ def _samples(
 def record(
     seed: int = 1, *, drop_n: float | None = None, sharpness_s: float | None = None, depth_m: float | None = None
 ) -> dict[str, NDArray[np.float64]]:
-    """Returns the in-vivo-like recording: a synthetic insertion through two layers, which rupture at 5.52 s and 8.85 s.
+    """Returns the in-vivo-like recording: a synthetic insertion through two layers, which rupture at 5.52 s and 8.85
+    s.
 
-    Columns ``time_s`` (s), ``position_m`` (m), ``velocity_m_per_s`` (m/s) and ``force_n`` (N), each float64 of the shape
-    ``(samples,)``, at 1 kHz. The shipped recording has the defaults.
+    The columns are ``time_s`` (s), ``position_m`` (m), ``velocity_m_per_s`` (m/s) and ``force_n`` (N), each float64
+    with the shape ``(samples,)``, at 1 kHz. The defaults give the shipped recording.
 
     Parameters
     ----------
     seed
         Seed of the measurement noise.
     drop_n
-        Force that each rupture releases at once, in N, from 0.01 to 1000; the shipped ones are 5.32 and 3.2.
+        Force that each rupture releases, in N, from 0.01 to 1000; the shipped ruptures release 5.32 and 3.2.
     sharpness_s
-        Time constant of each drop, in s, from 1e-4 to 10; the shipped one is 0.045.
+        Time constant of each drop, in s, from 1e-4 to 10; the shipped value is 0.045.
     depth_m
-        Depth of the first rupture, in m, from 0.001 to 1; all lengths are scaled with it. The shipped one is 0.02705.
+        Depth of the first rupture, in m, from 0.001 to 1; it scales all lengths. The shipped value is 0.02705.
 
     Raises
     ------
     ValueError
-        For a number out of its range.
+        For a number out of range.
     TypeError
-        For a ``seed`` that is not a whole number, and for another argument that is not a number.
+        If ``seed`` is not an integer, or another argument is not a number.
 
     >>> import trocar
     >>> small = trocar.record(drop_n=1.0)
@@ -264,29 +271,31 @@ def record(
 
 
 class Detector:
-    """Estimator and detector for single samples, as on a rig. Samples are evenly spaced by ``interval_s``.
+    """The estimator and the detector for single samples, for use on a rig. Samples are evenly spaced by
+    ``interval_s``.
 
-    The results are identical, bit for bit, to those of :func:`detect`, if the samples have velocities. A pickled or copied detector goes on
-    from its state.
+    If the samples have velocities, the results equal those of :func:`detect` bit for bit. A pickled or copied
+    detector continues from its state.
 
     Parameters
     ----------
     interval_s
         Time between two samples, in s.
     velocity
-        ``"measured"``: each sample has a velocity; ``"filtered"``: it is estimated from the positions, with the resolution
-        ``sensor.position_resolution_m`` (default 1 µm).
+        ``"measured"``: each sample has a velocity. ``"filtered"``: the detector estimates it from the positions, with
+        the resolution ``sensor.position_resolution_m`` (default 1 µm).
     contact_m, settings_file, **settings
         As for :func:`detect`.
 
     Raises
     ------
     ValueError
-        For an ``interval_s`` that is not positive and finite, another ``velocity``, and a ``settings_file`` with neither of the sections.
+        If ``interval_s`` is not positive and finite, for another ``velocity``, and for a ``settings_file`` with
+        neither section.
     ScenarioError
-        For an invalid setting, and a ``settings_file`` that cannot be read. It is a ``ValueError``.
+        For an invalid setting, and for a ``settings_file`` that cannot be read. It is a ``ValueError``.
     TypeError
-        For an ``interval_s`` or a ``contact_m`` that is not a number, and a setting of a type that is not allowed.
+        If ``interval_s`` or ``contact_m`` is not a number, and for a setting of an invalid type.
 
     >>> import trocar
     >>> detector = trocar.Detector(0.001, contact_m=0.012)
@@ -311,33 +320,34 @@ class Detector:
         self._core = _core.Detector(*self._arguments)
 
     def step(self, position: float, velocity: float | None, force: float) -> _core.Step:
-        """Processes a sample: position in m, velocity in m/s (``None`` if it is filtered), force in N.
+        """Processes a sample: position in m, velocity in m/s (``None`` if the detector estimates it), force in N.
 
-        Returns its results as a :class:`Step`. After an error, the detector is as before.
+        Returns the results as a :class:`Step`. An error leaves the detector unchanged.
 
         Raises
         ------
         ValueError
-            For a number that is not finite or beyond 1e6 in SI units, a missing velocity, and a velocity for a detector that estimates it.
+            For a number that is not finite or beyond 1e6 in SI units, for a missing velocity, and for a velocity if
+            the detector estimates it.
         TypeError
-            For an argument that is not a number.
+            If an argument is not a number.
         """
         return self._core.step(position, velocity, force)
 
     def steps(
         self, position: ArrayLike, velocity: ArrayLike | None, force: ArrayLike
     ) -> tuple[dict[str, NDArray[np.float64]], NDArray[np.int64]]:
-        """Processes several samples, arrays of the shape ``(samples,)``, or none of them if one is invalid.
+        """Processes several samples, arrays with the shape ``(samples,)``. Processes none of them if one is invalid.
 
-        Returns the results of :meth:`step` as columns, float64 of the shape ``(samples,)``, and the indices of the samples with an
-        alarm, int64 of the shape ``(alarms,)``.
+        Returns the results of :meth:`step` as columns, float64 with the shape ``(samples,)``, and the indices of the
+        samples with an alarm, int64 with the shape ``(alarms,)``.
 
         Raises
         ------
         ValueError
-            As for :meth:`step`, and for arrays of different lengths or more than one dimension.
+            As for :meth:`step`, and for arrays of different lengths or with more than one dimension.
         TypeError
-            For arrays that are not real numbers.
+            If an array does not contain real numbers.
         """
         return self._core.steps(samples("position", position), velocities(velocity), samples("force", force))
 
@@ -347,7 +357,7 @@ class Detector:
 
     @property
     def samples(self) -> int:
-        """Number of processed samples."""
+        """The number of processed samples."""
         return self._core.samples
 
     def __copy__(self) -> Detector:
@@ -375,9 +385,9 @@ def _detector(arguments: tuple[float, bool, list[str], str | None], count: int, 
 def score(
     alarms_s: ArrayLike, ruptures_s: ArrayLike, *, within_s: float = 0.5, recorded_s: float | None = None
 ) -> dict[str, Any]:
-    """Scores alarms against the true ruptures, as ``trocar detect`` does.
+    """Scores alarms against true ruptures, like ``trocar detect``.
 
-    An alarm and a rupture match if the alarm is at most ``within_s`` after it; each matches at most once.
+    An alarm matches a rupture if it follows within ``within_s``. Each alarm and each rupture match at most once.
 
     Parameters
     ----------
@@ -386,24 +396,25 @@ def score(
     ruptures_s : array, shape (ruptures,)
         Times of the ruptures, in s, in any order.
     within_s
-        Longest time from a rupture to its alarm, in s, at least 0.
+        Maximum time from a rupture to its alarm, in s, at least 0.
     recorded_s
         Recorded time in s, for the false alarms per minute.
 
     Returns
     -------
     dict
-        ``found``, ``missed``, ``false_alarms``, ``precision``, ``recall``, ``f1``, ``median_delay_s``, ``min_delay_s``, ``max_delay_s``,
-        ``false_alarms_per_minute`` (``None`` where undefined), the numbers of ``ruptures`` and ``alarms``, and ``matches``: pairs of
-        indices of a rupture and its alarm, in the order of time.
+        ``found``, ``missed``, ``false_alarms``, ``precision``, ``recall``, ``f1``, ``median_delay_s``,
+        ``min_delay_s``, ``max_delay_s``, ``false_alarms_per_minute`` (``None`` if undefined), the numbers of
+        ``ruptures`` and ``alarms``, and ``matches``: pairs of the indices of a rupture and its alarm, in order of
+        time.
 
     Raises
     ------
     ValueError
-        For times that are not finite or not one-dimensional, a ``within_s`` that is negative or not finite, and a ``recorded_s`` that is
-        not positive and finite.
+        For times that are not finite or not one-dimensional, if ``within_s`` is negative or not finite, and if
+        ``recorded_s`` is not positive and finite.
     TypeError
-        For times, a ``within_s`` or a ``recorded_s`` that are not numbers.
+        If times, ``within_s`` or ``recorded_s`` are not numbers.
 
     >>> import trocar
     >>> scores = trocar.score([1.02, 3.0], [1.0, 2.0])
@@ -423,12 +434,13 @@ def score(
 
 
 class Calibration(Documented, Stored):
-    """Settings of estimator and detector from the beginning of a recording, which :func:`calibrate` returns. ``print`` shows its tables.
+    """Settings of estimator and detector from the beginning of a recording, returned by :func:`calibrate`. ``print``
+    shows its tables.
 
     Attributes
     ----------
     report : dict
-        The content of ``calibration.json`` of the command line.
+        The content of the command line's ``calibration.json``.
     settings : dict
         Keys with their values, for ``trocar.detect(..., **calibration.settings)``.
     toml : str
@@ -490,43 +502,44 @@ def calibrate(
     name: str = "recording",
     **settings: Any,
 ) -> Calibration:
-    """Computes settings of estimator and detector from the beginning of a recording, for a requested time between false alarms.
+    """Computes settings of estimator and detector from the beginning of a recording, for a requested time between
+    false alarms.
 
     Parameters
     ----------
     time, position, velocity, force, contact_m, ruptures_s, name, **settings
-        As for :func:`detect`; a given contact position is kept.
+        As for :func:`detect`. A given contact position is kept.
     first_s
         Length of the analysed part, in s; the default is 5.
     quiet_s
-        The quiet segment, in s after the first sample; by default it is computed.
+        The quiet segment, in s after the first sample; computed by default.
     false_alarm_s
         Requested mean time between false alarms, in s; the default is 3600.
     slowest_rupture_s, fastest_harmless_s
-        Times in which the force of the slowest rupture, and of the fastest harmless change, falls by half, in s; the defaults are
-        0.03 and 0.5.
+        Time in which the force of the slowest rupture, and of the fastest harmless change, falls by half, in s; the
+        defaults are 0.03 and 0.5.
     variance_ratio
-        Ratio of the variance of the residual at a rupture to its quiet variance, above 1; the default is 100.
+        Ratio of the residual's variance at a rupture to its quiet variance, above 1; the default is 100.
     threads
         Number of threads, up to 1024; 0 is one per processor.
     progress
-        Shows the progress: with tqdm if it is installed, else as a line on standard error.
+        True to show the progress, with tqdm if installed, otherwise as a line on standard error.
 
     Returns
     -------
     Calibration
-        The settings, and how they were computed.
+        The settings, and the data of their computation.
 
     Raises
     ------
     ValueError
-        For invalid samples as in :func:`detect`, fewer than 100 samples, a time that is not positive and finite, a ``quiet_s`` that does not
-        ascend, a ``fastest_harmless_s`` that is not above ``slowest_rupture_s``, a ``variance_ratio`` of 1 or less, and ``threads`` out of
-        range.
+        For invalid samples as in :func:`detect`, fewer than 100 samples, a time that is not positive and finite, a
+        ``quiet_s`` that does not ascend, a ``fastest_harmless_s`` not above ``slowest_rupture_s``, a
+        ``variance_ratio`` of 1 or less, and ``threads`` out of range.
     ScenarioError
         For an invalid setting or rupture, as in :func:`detect`. It is a ``ValueError``.
     TypeError
-        For arguments that are not of the types above.
+        If an argument does not have the type above.
 
     >>> import trocar
     >>> calibration = trocar.calibrate(trocar.record(1), contact_m=0.012)

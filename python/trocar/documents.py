@@ -1,4 +1,4 @@
-"""What a result says: the answer, warnings, tables and figures, as terminal, report and page show them."""
+"""Documents of results: the answer, warnings, tables and figures that terminal, report and page show."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import polars
 
 Cell = float | str | bool | None
-"""The value of a cell: a number in SI units, a text, yes or no, or ``None`` for an undefined one."""
+"""The value of a cell: a number in SI units, a text, a boolean, or ``None`` if undefined."""
 
 
 class Table:
@@ -25,20 +25,20 @@ class Table:
     Attributes
     ----------
     key : str
-        Its key, which stays the same from version to version.
+        The key, which is the same in every version.
     caption : str
-        Its caption.
+        The caption.
     columns : list of str, length columns
-        The keys of the columns, which stay the same from version to version; those of runs are their names.
+        The keys of the columns, which are the same in every version; columns of runs have the names of the runs.
     labels : list of str, length columns
         The headings of the columns.
     rows : list of list, lengths rows and columns
-        The values of the cells: numbers in SI units, texts, ``True`` and ``False``, or ``None`` where undefined. Of a number with an
-        interval, the number alone.
+        The values of the cells: numbers in SI units, texts, ``True`` and ``False``, or ``None`` if undefined. For a
+        number with an interval, only the number.
     texts : list of list of str, lengths rows and columns
-        The cells as every surface shows them, with units and intervals.
+        The cells as texts, with units and intervals, as every surface shows them.
     meanings : list of str, length rows
-        What each row means, in a sentence; empty if its name says it.
+        The meaning of each row in a sentence; empty if the name of the row suffices.
 
     >>> import trocar
     >>> table = trocar.compare("layers/through-the-skin", "layers/skin-augmented").document.tables["main"]
@@ -59,7 +59,7 @@ class Table:
         self.meanings: list[str] = contents["meanings"]
 
     def _column(self, at: int) -> list[Cell]:
-        """The values of a column that has only numbers or only flags, otherwise its texts."""
+        """Returns the values of a column if all are numbers or all are booleans, otherwise the texts."""
         values = [row[at] for row in self.rows]
         kinds = {type(value) for value in values if value is not None}
         if kinds <= {float} or kinds <= {bool}:
@@ -67,35 +67,36 @@ class Table:
         return [None if value is None else row[at] for value, row in zip(values, self.texts)]
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Returns a pandas DataFrame, indexed by the first column. A column with only numbers has them in SI units, NaN where undefined;
-        others have the texts.
+        """Returns a pandas DataFrame, indexed by the first column. Columns of numbers are in SI units, with NaN for
+        undefined values; other columns are texts.
 
         Raises
         ------
         ImportError
-            Without pandas.
+            If pandas is not installed.
         """
         import pandas
 
-        # A comparison of two runs of the same name has two columns of this name.
+        # Two runs with the same name give two columns with this name.
         columns = [pandas.Series(self._column(at), name=key) for at, key in enumerate(self.columns[1:], 1)]
         index = pandas.Index(self._column(0), name=self.columns[0])
         frame = pandas.concat(columns, axis="columns") if columns else pandas.DataFrame(index=range(len(index)))
         return frame.set_index(index)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The same as :meth:`to_dataframe`, as polars and pyarrow name it."""
+        """Returns the same as :meth:`to_dataframe`, under the method name of polars and pyarrow."""
         return self.to_dataframe()
 
     def to_polars(self) -> polars.DataFrame:
-        """Returns a polars DataFrame. A column with only numbers has them in SI units, null where undefined; others have the texts.
+        """Returns a polars DataFrame. Columns of numbers are in SI units, with null for undefined values; other
+        columns are texts.
 
         Raises
         ------
         ImportError
-            Without polars.
+            If polars is not installed.
         ValueError
-            For two columns of the same name, as of two runs of the same name.
+            For two columns with the same name, which two runs with the same name give.
         """
         import polars
 
@@ -119,10 +120,11 @@ class Figure:
     Attributes
     ----------
     name : str
-        Its name, as that of its file: ``loop`` for ``loop.svg``.
+        The name, which is also the name of its file: ``loop`` for ``loop.svg``.
     description : dict
-        ``name``, ``legend``, and ``rows`` of ``panels`` with their axes, lines, fills, levels, notes and events. Places are in the
-        coordinates of the axes, exponents of ten on a logarithmic one; ``None`` is a gap. Long lines are reduced to minima and maxima.
+        ``name``, ``legend``, and ``rows`` of ``panels`` with their axes, lines, fills, levels, notes and events.
+        Positions are in the coordinates of the axes, which are exponents of ten on a logarithmic axis; ``None`` is a
+        gap. Long lines are reduced to minima and maxima.
 
     >>> import trocar
     >>> figure = trocar.run("layers/skin-augmented").document.figures["energy"]
@@ -143,7 +145,7 @@ class Figure:
         return draw(self.description, **options)
 
     def to_matplotlib(self, **options: Any) -> matplotlib.figure.Figure:
-        """The same as :meth:`plot`."""
+        """Draws the figure like :meth:`plot`."""
         return self.plot(**options)
 
     def __repr__(self) -> str:
@@ -152,22 +154,22 @@ class Figure:
 
 
 class Document:
-    """What a result says, in the words of the command line. ``print`` shows its text.
+    """The document of a result, in the words of the command line. ``print`` shows its text.
 
-    Every result has one: ``trocar.run(...).document``. Nothing in it is worded or computed in Python.
+    Every result has one: ``trocar.run(...).document``. Python neither words nor computes any of its content.
 
     Attributes
     ----------
     title : str
-        What was studied: a scenario, a recording, a sweep.
+        The studied scenario, recording or sweep.
     sentences : list of str
-        The answer, with the numbers it rests on. Empty if the tables are the answer.
+        The answer, with the numbers that support it. Empty if the tables are the answer.
     left_out : list of str
-        What the answer leaves out, as further sentences.
+        Further sentences about limits of the answer.
     warnings : list of TrocarWarning
         The warnings, which were issued when the result was computed.
     tables : dict of str to Table
-        The tables by their keys, in the order in which they are shown.
+        The tables by their keys, in the displayed order.
 
     >>> import trocar
     >>> document = trocar.stability("paper/classical", "scaling.force=1:2:2", "tissue.stiffness_n_per_m=100:200:2").document
@@ -179,7 +181,7 @@ class Document:
 
     def __init__(self, contents: dict[str, Any], further_figures: Callable[[], dict[str, Any]] = dict) -> None:
         self._contents = contents
-        # They show every sample, and are described when they are asked for.
+        # These figures show every sample, so they are described on demand.
         self._further_figures = further_figures
         self.title: str = contents["title"]
         self.sentences: list[str] = contents["sentences"]
@@ -194,7 +196,7 @@ class Document:
 
     @cached_property
     def figures(self) -> dict[str, Figure]:
-        """The figures by their names, in the order in which they are drawn."""
+        """The figures by their names, in the order of drawing."""
         described = {**self._further_figures(), **self._contents["figures"]}
         return {name: Figure(name, description) for name, description in described.items()}
 
@@ -219,20 +221,20 @@ class Document:
 class Documented:
     """A result with a document."""
 
-    # What the core has told of the document.
+    # The content of the document, from the core.
     _contents: dict[str, Any]
 
     @cached_property
     def document(self) -> Document:
-        """What the result says: the answer, warnings, tables and figures."""
+        """The document of the result: the answer, warnings, tables and figures."""
         return Document(self._contents, self._further_figures)
 
     def _further_figures(self) -> dict[str, Any]:
-        """The descriptions of the figures that show every sample."""
+        """Returns the descriptions of the figures that show every sample."""
         return {}
 
     def __getstate__(self) -> Any:
-        # The document is made again from what the result has.
+        # The document can be made again from the result.
         return {name: value for name, value in self.__dict__.items() if name != "document"}
 
     def __str__(self) -> str:

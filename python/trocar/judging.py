@@ -1,4 +1,4 @@
-"""Detectors judged on recordings with known ruptures."""
+"""Evaluation of detectors on recordings with known ruptures."""
 
 from __future__ import annotations
 
@@ -26,37 +26,40 @@ if TYPE_CHECKING:
 
 
 class Trial(Columns):
-    """A made recording: a needle that is moved into layers, foam, a spring, a rigid stop, or nothing.
+    """A synthetic recording: a needle that is moved into layers, foam, a spring, a rigid stop, or nothing.
 
-    A mapping of its columns ``time_s``, ``position_m`` and ``force_n``, float64 of the shape ``(samples,)``, which :func:`trocar.detect`
-    takes. An unknown column is a ``KeyError``. The same number gives the same recording.
+    It is a mapping of the columns ``time_s``, ``position_m`` and ``force_n``, float64 with the shape ``(samples,)``,
+    which :func:`trocar.detect` accepts. An unknown column raises a ``KeyError``. The same number gives the same
+    recording.
 
     Parameters
     ----------
     number
-        Its number, from 1.
+        The number of the recording, from 1.
 
     Attributes
     ----------
     number : int
-        Its number, from 1.
+        The number of the recording, from 1.
     ruptures_s, durations_s, drops_n : array, shape (ruptures,)
-        Beginning (s after the first sample) and duration of the fall of the force at each rupture, in s, and the fall, in N.
+        Beginning of the force drop at each rupture, in s after the first sample; its duration, in s; and the drop, in
+        N.
     is_above_noise : list of bool
-        Whether each fall exceeds six standard deviations of the noise, and 0.2 N; the others are asked of no detector.
+        True for each drop that exceeds both six standard deviations of the noise and 0.2 N. Detectors are not
+        expected to find the others.
     contact_m : float
         Contact position for the estimator, in m.
     contact : str
-        What is known of it: ``known``, ``wrong`` (some mm beside it), or ``from first sample`` (nothing).
+        The knowledge of the contact position: ``known``, ``wrong`` (by some mm), or ``from first sample`` (unknown).
     noise_std_n : float
         Standard deviation of the noise, in N.
     noise, hand, matter : str
-        The kind of noise, of motion, and of what the needle touches.
+        The kind of noise, the kind of motion, and the material that the needle touches.
 
     Raises
     ------
     TypeError
-        For a ``number`` that is not a whole number.
+        If ``number`` is not an integer.
 
     >>> import trocar
     >>> trial = trocar.Trial(3)
@@ -92,21 +95,22 @@ class Trial(Columns):
 
 
 def trials(numbers: int | Iterable[int] = 1000) -> Iterator[Trial]:
-    """Returns the made recordings that ``trocar roc --trials`` judges detectors on, one after the other.
+    """Yields the synthetic recordings on which ``trocar roc --trials`` evaluates detectors.
 
-    Rates, stiffness, noise, speeds, falls and their durations are drawn over the ranges that recordings of needle insertions have.
+    Rates, stiffness, noise, speeds, force drops and their durations are drawn over the ranges of real recordings of
+    needle insertions.
 
     Parameters
     ----------
     numbers
-        How many, or their numbers, from 1.
+        The number of recordings, or a list of their numbers, from 1.
 
     Raises
     ------
     ValueError
-        For a negative number of recordings, and a number below 1 in a list.
+        For a negative number of recordings, and for a number below 1 in a list.
     TypeError
-        For ``numbers`` that are neither a whole number nor several of them.
+        If ``numbers`` is neither an integer nor an iterable of integers.
 
     >>> import trocar
     >>> next(trocar.trials())
@@ -118,12 +122,12 @@ def trials(numbers: int | Iterable[int] = 1000) -> Iterator[Trial]:
 
 
 class Roc(Documented, Stored):
-    """The operating characteristics of detectors, which :func:`roc` returns. ``print`` shows them as a table.
+    """The operating characteristics of detectors, returned by :func:`roc`. ``print`` shows them as a table.
 
     Attributes
     ----------
     report : dict
-        The content of ``roc.json`` of the command line, with a curve per detector in ``characteristics``.
+        The content of the command line's ``roc.json``, with a curve per detector in ``characteristics``.
 
     >>> import trocar
     >>> judged = trocar.roc(detectors=["adaptive", "squared-residual"], seeds=5, thresholds=4)
@@ -150,15 +154,18 @@ class Roc(Documented, Stored):
 
     @property
     def curves(self) -> dict[str, list[dict[str, Any]]]:
-        """The points of each detector over all conditions, by threshold; an own detector has a point per given threshold, or one.
+        """The points of each detector over all conditions, by threshold. A user-defined detector has a point per
+        given threshold, or one.
 
-        A point has ``threshold``, ``cases``, ``ruptures``, ``detected``, ``late``, ``detection`` (the share in time) with its interval,
-        ``delay_median_s`` and other delays, ``false_alarms``, ``hours``, and ``false_alarms_per_minute`` with its interval.
+        A point has ``threshold``, ``cases``, ``ruptures``, ``detected``, ``late``, ``detection`` (the fraction
+        detected in time) with its interval, ``delay_median_s`` and other delays, ``false_alarms``, ``hours``, and
+        ``false_alarms_per_minute`` with its interval.
         """
         return {curve["detector"]: curve["points"] for curve in self.report["characteristics"]["all"]}
 
     def at_own_threshold(self) -> dict[str, dict[str, Any]]:
-        """The point of each detector at its own threshold; of an own detector with several, at the first."""
+        """Returns the point of each detector at its own threshold; for a user-defined detector with several, at the
+        first."""
         found = {}
         for curve in self.report["characteristics"]["all"]:
             own = [point for point in curve["points"] if point["threshold"] == curve["own_threshold"]]
@@ -166,7 +173,8 @@ class Roc(Documented, Stored):
         return found
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Returns a pandas DataFrame with a row per condition, detector and threshold; the first condition is all of them."""
+        """Returns a pandas DataFrame with a row per condition, detector and threshold; the first condition combines
+        all conditions."""
         import pandas
 
         studied = self.report["characteristics"]
@@ -178,8 +186,8 @@ class Roc(Documented, Stored):
         return pandas.DataFrame(rows)
 
     def plot(self, **options: Any) -> Figure:
-        """Draws the best detected share and the delay of each detector over the false alarms, with matplotlib. Options and errors as
-        for :meth:`Run.plot`."""
+        """Draws the best detection fraction and the delay of each detector over the false alarms with matplotlib.
+        Options and errors as for :meth:`Run.plot`."""
         return self.document.figures["roc"].plot(**options)
 
     def __repr__(self) -> str:
@@ -201,34 +209,34 @@ def roc(
     progress: bool = False,
     **settings: Any,
 ) -> Roc:
-    """Judges detectors on a signal with known ruptures, in noise of many seeds: ``trocar roc``.
+    """Evaluates detectors on a signal with known ruptures, in noise of many seeds, like ``trocar roc``.
 
     Parameters
     ----------
     signal
-        A recording (a DataFrame or a dictionary, as for :func:`trocar.detect`) with its ``ruptures_s``; or a scenario, whose closed loop
-        runs with each seed. Without it, the shipped insertion.
+        A recording (a DataFrame or a dictionary, as for :func:`trocar.detect`) with its ``ruptures_s``; or a
+        scenario, whose closed loop runs with each seed. The default is the shipped insertion.
     detectors
-        The names of built-in detectors; the default is all. Or a dictionary of parts of one's own by name: each is called as the
-        ``detector`` of :mod:`trocar.parts`, in the same cases as the built-in ones; a dictionary of parts by threshold gives a curve,
-        and ``None`` is the built-in detector of that name.
+        The names of built-in detectors; the default is all. Or a dictionary of user-defined parts by name: each is
+        called as the ``detector`` of :mod:`trocar.parts`, in the same cases as the built-in ones. A dictionary of
+        parts by threshold gives a curve, and ``None`` is the built-in detector with that name.
     trials
-        Judges on made recordings of every kind in place of a signal, see :func:`trials`.
+        True to evaluate on synthetic recordings of every kind instead of a signal; see :func:`trials`.
     contact_m, ruptures_s, **settings
-        As for :func:`trocar.detect`; the detector's keys apply to the built-in ones.
+        As for :func:`trocar.detect`. The keys of the detector apply to the built-in detectors.
     noise_std_n
         Standard deviations of the added white noise, in N, from 0 to 100.
     seeds
         Number of seeds per condition, up to 1e6.
     thresholds
-        Number of thresholds of each built-in detector, from 2 to 1000.
+        Number of thresholds per built-in detector, from 2 to 1000.
     within_s
-        Largest delay of an alarm that counts as a detection, in s, up to 0.5.
+        Maximum delay of an alarm that counts as a detection, in s, up to 0.5.
     threads
-        Number of threads for the built-in detectors, and for one's own if all of them are compiled, up to 1024; 0 is one per processor.
-        Others of one's own run one after the other.
+        Number of threads, up to 1024; 0 is one per processor. They run the built-in detectors, and the user-defined
+        ones if all of these are compiled; otherwise user-defined detectors run one after the other.
     progress
-        Shows the progress: with tqdm if it is installed, else as a line on standard error.
+        True to show the progress, with tqdm if installed, otherwise as a line on standard error.
 
     Returns
     -------
@@ -238,16 +246,17 @@ def roc(
     Raises
     ------
     ValueError
-        For an unknown detector, a number out of its range, ``noise_std_n`` without a number, invalid samples as in :func:`trocar.detect`,
-        a threshold that is not finite, ``trials`` with a signal, ruptures or a contact, and a scenario with settings, ruptures or a
-        contact.
+        For an unknown detector, a number out of range, an empty ``noise_std_n``, invalid samples as in
+        :func:`trocar.detect`, a threshold that is not finite, ``trials`` together with a signal, ruptures or a
+        contact position, and a scenario together with settings, ruptures or a contact position.
     ScenarioError
-        For an invalid setting or rupture, and a scenario that cannot be read or is invalid. It is a ``ValueError``.
+        For an invalid setting or rupture, and for a scenario that cannot be read or is invalid. It is a
+        ``ValueError``.
     TypeError
-        For a signal that is neither a recording nor a scenario, a detector that is neither a name nor a part, and arguments that are not
-        numbers.
+        If the signal is neither a recording nor a scenario, a detector is neither a name nor a part, or an argument
+        is not a number.
     Exception
-        Whatever a detector of one's own raises; it ends the study.
+        Any exception of a user-defined detector; it ends the study.
 
     >>> import trocar
     >>> def steep(
@@ -294,12 +303,12 @@ def roc(
     return Roc(report, contents)
 
 
-# The name, the threshold, if any, and the part of each detector of one's own.
+# The name, the threshold (if any) and the part of each user-defined detector.
 _Own = list[tuple[str, float | None, Any]]
 
 
 def _detectors(given: Sequence[str] | Mapping[str, Part | Mapping[float, Part] | None] | None) -> tuple[_Own, list[str]]:
-    """Returns the detectors of one's own, each with its name and threshold, and the names of the built-in ones."""
+    """Returns the user-defined detectors, each with its name and threshold, and the names of the built-in ones."""
     if given is None:
         return [], _core.detectors()
     if isinstance(given, str):

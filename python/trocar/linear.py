@@ -1,4 +1,4 @@
-"""The linear loop: stability analysis, and state-space matrices of its sides."""
+"""The linear loop: stability analysis, and state-space matrices of the loop and its sides."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ Side = Literal["master", "slave", "loop-gain", "closed-loop"]
 
 
 class Stability(Documented, Stored):
-    """The stability analysis of a loop, which :func:`stability` returns. ``print`` shows its tables.
+    """The stability analysis of a loop, returned by :func:`stability`. ``print`` shows its tables.
 
     Attributes
     ----------
     report : dict
-        The content of ``stability.json`` of the command line: mode, margins, limits, sensitivities, ports, switching.
+        The content of the command line's ``stability.json``: mode, margins, limits, sensitivities, ports, switching.
     x, y : array, float64, shapes (columns,) and (rows,)
         The axes of the map.
     stable : array, bool, shape (rows, columns)
-        Whether the loop is stable at each point of the map.
+        True where the loop is stable on the map.
     boundary : array, float64, shape (pieces, 2, 2)
-        Segments of the boundary, two points ``(x, y)`` each.
+        Segments of the boundary, each with two points ``(x, y)``.
     simulated : array, int8, shape (rows, columns), or None
-        The verdicts of simulated runs: 1 decays, 0 grows, -1 undecided.
+        The results of simulated runs: 1 decays, 0 grows, -1 undecided.
 
     >>> import trocar
     >>> classical = trocar.Scenario.load("paper/classical", **{"tissue.stiffness_n_per_m": 200.0})
@@ -76,16 +76,16 @@ class Stability(Documented, Stored):
 
     @property
     def is_stable(self) -> bool | None:
-        """Whether the loop of the scenario is stable; ``None`` if the analysis leaves out a part of the scenario."""
+        """True if the loop of the scenario is stable; ``None`` if the analysis leaves out a part of the scenario."""
         return None if self.report["is_stable"] is None else bool(self.report["is_stable"])
 
     @property
     def largest_stable(self) -> dict[str, float | None]:
-        """The maximum stable value of each parameter, in SI units; ``None`` without a limit within the search range."""
+        """The maximum stable value of each parameter, in SI units; ``None`` without a limit in the search range."""
         return {limit["parameter"]: limit["largest_stable"] for limit in self.report["limits"]}
 
     def plot(self, **options: Any) -> Figure:
-        """Draws the map with its boundary with matplotlib. Options and errors as for :meth:`Run.plot`."""
+        """Draws the map and its boundary with matplotlib. Options and errors as for :meth:`Run.plot`."""
         return self.document.figures["stability"].plot(**options)
 
     def __repr__(self) -> str:
@@ -110,16 +110,17 @@ def stability(
     scenario
         A scenario or a path.
     x, y
-        The axes of the map, ``KEY=LOW:HIGH:COUNT``, with a count from 2 to 2000; append ``:log`` or ``:linear`` to choose the spacing.
+        The axes of the map, ``KEY=LOW:HIGH:COUNT``, with a count from 2 to 2000. Append ``:log`` or ``:linear`` to
+        choose the spacing.
     tissue
-        Range of the tissue stiffness in N/m, which can change at any tick, in the analysis of events and of bounded hands; that of
-        the scenario's tissue without it.
+        Range of the tissue stiffness, in N/m, for the analysis of events and of bounded hands; the stiffness can
+        change within it at any tick. The default is the range of the scenario's tissue.
     simulate
-        Whether to simulate every point of the map too.
+        True to simulate every point of the map, too.
     threads
         Number of threads, up to 1024; 0 is one per processor.
     progress
-        Whether to show how many points were simulated.
+        True to show the number of simulated points.
 
     Returns
     -------
@@ -131,10 +132,10 @@ def stability(
     ScenarioError
         For a scenario that cannot be read or is invalid. It is a ``ValueError``.
     ValueError
-        For an axis in another form, with an unknown key or with a value out of its range, two axes of the same parameter, a ``tissue`` that
-        does not ascend or is out of range, and ``threads`` out of range.
+        For an axis with another form, an unknown key or a value out of range, for two axes of the same parameter, for
+        a ``tissue`` that does not ascend or is out of range, and for ``threads`` out of range.
     TypeError
-        For arguments that are not of the types above.
+        If an argument does not have the type above.
 
     >>> import trocar
     >>> stability = trocar.stability("paper/classical", "scaling.force=1:10:4", "tissue.stiffness_n_per_m=100:1000:3")
@@ -149,13 +150,13 @@ def stability(
 
 
 class StateSpace:
-    """One side of the teleoperator in continuous time, ``x' = A x + B u``, or the loop from tick to tick, with
-    ``y = C x + D u``, in SI units. :func:`state_space` returns it.
+    """A linear system in SI units, returned by :func:`state_space`: one side of the teleoperator in continuous time,
+    ``x' = A x + B u``, or the loop from tick to tick, ``x_{k+1} = A x_k + B u_k``; both with ``y = C x + D u``.
 
     Attributes
     ----------
     A, B, C, D : array, float64
-        Matrices of the shapes (states, states), (states, inputs), (outputs, states) and (outputs, inputs).
+        Matrices with the shapes (states, states), (states, inputs), (outputs, states) and (outputs, inputs).
     inputs, outputs, states : list of str
         Names of the signals, with their units.
     name : str
@@ -182,41 +183,43 @@ class StateSpace:
         self.tick_s: float | None = core.tick_s
 
     def poles(self) -> NDArray[np.complex128]:
-        """Returns the poles, shape (states,): in 1/s, or in the z plane for the loop."""
+        """Returns the poles, shape (states,), in 1/s; for the loop, in the z plane."""
         return np.array([complex(real, imaginary) for real, imaginary in self._core.poles()], dtype=np.complex128)
 
     def step_response(
         self, input: int = 0, tick_s: float = 1e-3, samples: int = 1000
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Returns times in s, shape (samples,), and outputs, shape (outputs, samples), after a unit step of an input from rest.
+        """Returns times in s, shape (samples,), and outputs, shape (outputs, samples), after a unit step of an input
+        from rest.
 
         Parameters
         ----------
         input
             Index of the input, from 0.
         tick_s
-            Time between two samples, in s; the loop has its own.
+            Time between two samples, in s. The loop uses its own tick instead.
         samples
             Number of samples.
 
         Raises
         ------
         ValueError
-            For an input that does not exist, a negative number of samples, and a ``tick_s`` that is not positive and finite.
+            For an input that does not exist, a negative number of samples, and a ``tick_s`` that is not positive and
+            finite.
         TypeError
-            For an argument that is not a number.
+            If an argument is not a number.
         """
         return self._core.step_response(whole("input", input), tick_s, whole("samples", samples))
 
     def frequency_response(self, frequency_hz: Any, input: int = 0, output: int = 0) -> NDArray[np.complex128]:
-        """Returns the response from an input to an output at frequencies in Hz; shape (frequencies,).
+        """Returns the response from an input to an output at frequencies in Hz, shape (frequencies,).
 
         Raises
         ------
         ValueError
-            For an input or output that does not exist, and a frequency that is not finite or is that of a pole.
+            For an input or output that does not exist, and for a frequency that is not finite or equals a pole.
         TypeError
-            For an ``input`` or ``output`` that is not a whole number.
+            If ``input`` or ``output`` is not an integer.
         """
         input, output = whole("input", input), whole("output", output)
         frequencies = [float(value) for value in np.atleast_1d(frequency_hz)]
@@ -240,12 +243,15 @@ class StateSpace:
 
 
 def state_space(scenario: Scenario | str | os.PathLike[str], side: Side) -> StateSpace:
-    """Returns one side of a scenario's teleoperator as matrices: the master with arm and force controller (eq. 28, 29, 32 to 35),
-    or the slave with its position controller (eq. 30, 31). With ``simulation.control = "sampled"``, the plants without controllers.
+    """Returns the matrices of one side of a scenario's teleoperator, or of its loop.
 
-    ``"loop-gain"`` is the loop in permanent contact from tick to tick, open where the slave's signal arrives at the master, with
-    all delays: the closed loop's poles are where its response is 1, so negative feedback has its opposite. ``"closed-loop"`` leads
-    from the desired position to both positions and the feedback force.
+    The master includes the arm and the force controller (eq. 28, 29, 32 to 35); the slave includes its position
+    controller (eq. 30, 31). With ``simulation.control = "sampled"``, both are the plants without controllers.
+
+    ``"loop-gain"`` is the loop in permanent contact from tick to tick, with all delays, opened where the slave's
+    signal arrives at the master. The poles of the closed loop are where its response is 1; for negative feedback,
+    change its sign. ``"closed-loop"`` has the desired position as input, and both positions and the feedback force as
+    outputs.
 
     Parameters
     ----------
@@ -259,9 +265,9 @@ def state_space(scenario: Scenario | str | os.PathLike[str], side: Side) -> Stat
     ScenarioError
         For a scenario that cannot be read or is invalid. It is a ``ValueError``.
     ValueError
-        For another ``side``.
+        For an unknown ``side``.
     TypeError
-        For a scenario that is neither a ``Scenario`` nor a path.
+        If the scenario is neither a ``Scenario`` nor a path.
 
     >>> import trocar
     >>> trocar.state_space("paper/classical", "slave").A.shape

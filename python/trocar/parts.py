@@ -1,8 +1,9 @@
-"""Parts of one's own in the loop, and simulations stepped tick by tick.
+"""User-defined parts in the loop, and simulations stepped tick by tick.
 
-``trocar.run(scenario, tissue=f)`` replaces the scenario's tissue by ``f``. A part is a function, an object with a method ``step`` (and, if
-it has them, ``reset``, called before a run, and ``skip``, called at a gap in the samples of an estimator), or a compiled function (see
-:class:`Compiled`). An exception in it ends the run. It is called once per tick with these numbers, in SI units:
+``trocar.run(scenario, tissue=f)`` replaces the scenario's tissue by ``f``. A part is a function, a compiled function
+(see :class:`Compiled`), or an object with a method ``step``. The object can also have the methods ``reset``, called
+before a run, and ``skip``, called at a gap in the samples of an estimator. An exception of a part ends the run. A
+part is called once per tick with these numbers, in SI units:
 
 =============== ========================================================================= =============================================
 role            arguments                                                                 returns
@@ -19,8 +20,9 @@ role            arguments                                                       
 ``motion_law``  mode (0 teleoperation, 1 augmented, 2 re-engaging), hand_m, slave_m       (reference_m, is_blended)
 =============== ========================================================================= =============================================
 
-The force of a tissue is positive when it resists insertion; ``ruptured`` is the truth that the metrics compare alarms with. The force law
-gives the feedback force and the largest change of it that it allows, the motion law the slave's reference and whether re-engaging may end.
+The force of a tissue is positive when it resists insertion. ``ruptured`` is the true rupture with which the metrics
+compare alarms. The force law returns the feedback force and its maximum allowed change per tick. The motion law
+returns the slave's reference, and true if re-engaging may end.
 
 >>> import trocar
 >>> def spring(tick: int, position_m: float, velocity_m_per_s: float) -> float:
@@ -50,24 +52,25 @@ __all__ = ["Compiled", "Part", "Simulation"]
 
 
 class Simulation:
-    """A simulation that is stepped tick by tick, for a loop around it: another program's controller, or a person's input.
+    """A simulation that is stepped tick by tick, for use inside another loop, such as another program's controller or
+    a user's input. Unpickling or copying it repeats its ticks.
 
     Parameters
     ----------
     scenario
-        The scenario, as such or as a path. A tissue from a recording follows the time of the recording, unless ``tissue.index`` is
+        A scenario or a path. A tissue from a recording follows the time of the recording, unless ``tissue.index`` is
         ``"depth"``.
     **parts
-        One's own parts, as for :func:`trocar.run`.
+        User-defined parts, as for :func:`trocar.run`.
 
     Raises
     ------
     ScenarioError
         For a scenario that cannot be read or is invalid. It is a ``ValueError``.
     TypeError
-        For a scenario that is neither a ``Scenario`` nor a path, an unknown role, and a part that is neither a function, an object with a
-        method ``step``, nor a compiled function. A simulation with parts of one's own cannot be copied or
-        pickled: that is a ``TypeError``, too. Another one is repeated where it is unpickled, which takes the time of its ticks.
+        If the scenario is neither a ``Scenario`` nor a path, for an unknown role, and for a part that is neither a
+        function, a compiled function, nor an object with a method ``step``. Also for copying or pickling a simulation
+        with user-defined parts.
 
     >>> import trocar
     >>> simulation = trocar.Simulation("layers/skin-augmented")
@@ -89,19 +92,21 @@ class Simulation:
         self._signals: dict[str, float] | None = None
 
     def step(self, desired_position_m: float | None = None) -> bool:
-        """Runs a tick: its signals are recorded, then both machines move to the next tick.
+        """Runs a tick: records its signals, then moves both machines to the next tick.
 
-        ``desired_position_m`` is the desired position of the master at the next tick, in m; between two ticks it is linear. Without it
-        the scenario's person moves on. Returns whether there are more ticks; after the last one, nothing happens.
+        ``desired_position_m`` is the desired position of the master at the next tick, in m, interpolated linearly
+        between ticks. Without it, the scenario's operator moves on. Returns true if more ticks follow; after the last
+        tick, nothing happens.
 
         Raises
         ------
         ValueError
-            For a position that is not finite, after :meth:`run`, after an error of a part, and for a result of a part that is not finite.
+            For a position that is not finite, after :meth:`run`, after an error of a part, and for a part's result
+            that is not finite.
         TypeError
-            For a position that is not a number, and for a result of a part that its role does not have.
+            For a position that is not a number, and for a part's result that its role does not allow.
         Exception
-            Whatever a part raises; it ends the simulation.
+            Any exception of a part; it ends the simulation.
         """
         self._signals = None
         return self._core.step(desired_position_m)
@@ -110,12 +115,12 @@ class Simulation:
     def signals(self) -> dict[str, float]:
         """The signals of the last tick, by the names of :func:`trocar.trace_columns`; ``None`` before the first tick.
 
-        ``simulation["tissue_force_n"]`` is one of them; an unknown name is a ``KeyError``.
+        ``simulation["tissue_force_n"]`` is one of them; an unknown name raises a ``KeyError``.
 
         Raises
         ------
         ValueError
-            After :meth:`run` for signals that were not read before it, and after an error of a part.
+            After :meth:`run`, for signals that were not read before it, and after an error of a part.
         """
         if self._signals is None:
             self._signals = self._core.signals()
@@ -126,7 +131,7 @@ class Simulation:
 
     @property
     def ticks(self) -> int:
-        """Number of ticks so far."""
+        """The number of ticks so far."""
         return self._core.ticks
 
     @property
@@ -135,12 +140,12 @@ class Simulation:
         return self._core.ticks * self.scenario.tick_s
 
     def run(self) -> Run:
-        """Ends the simulation and returns its result so far.
+        """Ends the simulation and returns the result so far.
 
         Raises
         ------
         ValueError
-            If the simulation has ended before, by this method or by an error of a part.
+            If :meth:`run` or an error of a part has already ended the simulation.
         """
         core, traces = self._core.conclude()
         return Run(self.scenario, core, traces)

@@ -1,4 +1,4 @@
-"""Recordings in files: CSV, MATLAB, Parquet, TDMS, HDF5, Excel."""
+"""Reads recordings from files: CSV, MATLAB, Parquet, TDMS, HDF5, Excel."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from . import _core
 
 
 class Recording(TypedDict):
-    """Samples in SI units, float64 of the shape ``(samples,)``: the first arguments of :func:`trocar.detect`."""
+    """Samples in SI units, float64 with the shape ``(samples,)``, for the first arguments of
+    :func:`trocar.detect`."""
 
     time: NDArray[np.float64]
     position: NDArray[np.float64]
@@ -21,10 +22,11 @@ class Recording(TypedDict):
 
 
 def list_signals(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Returns what is in a file, as ``trocar detect FILE --list --json`` prints it.
+    """Lists the signals of a file, in the form of ``trocar detect FILE --list --json``.
 
-    ``signals`` is a list with ``name``, ``unit``, ``shape``, ``samples``, ``rate_hz``, ``min``, ``max`` and the ``role`` that name and
-    unit show, for each signal; ``command`` is a command line that detects in the file.
+    ``signals`` is a list with the ``name``, ``unit``, ``shape``, ``samples``, ``rate_hz``, ``min``, ``max`` and
+    ``role`` of each signal; its name and unit suggest the role. ``command`` is a command line that detects in the
+    file.
 
     Parameters
     ----------
@@ -34,9 +36,9 @@ def list_signals(path: str | os.PathLike[str]) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        For a file that cannot be read.
+        If the file cannot be read.
     TypeError
-        For a ``path`` that is not one.
+        If ``path`` is not a path.
 
     >>> import trocar
     >>> import os, tempfile
@@ -57,27 +59,31 @@ def read_recording(
     velocity: str | None = None,
     force: str = "force_n",
 ) -> Recording:
-    """Reads a recording for :func:`trocar.detect` and :func:`trocar.calibrate`, as in ``trocar.detect(**trocar.read_recording(path))``.
+    """Reads a recording for :func:`trocar.detect` and :func:`trocar.calibrate`, as in
+    ``trocar.detect(**trocar.read_recording(path))``.
 
     Parameters
     ----------
     path
         A CSV, MATLAB, Parquet, TDMS, HDF5 or Excel file.
     time, position, velocity, force
-        The names of the signals, as :func:`list_signals` gives them, each with a factor or a unit if it is not in SI units:
-        ``"scope.signals[0].values[:,1]:mm"``. Without ``velocity``, it is estimated from the positions.
+        The names of the signals, as :func:`list_signals` returns them. A signal that is not in SI units has a factor
+        or a unit after a colon, as in ``"scope.signals[0].values[:,1]:mm"``. Without ``velocity``, it is estimated
+        from the positions.
 
     Returns
     -------
     dict
-        ``time`` (s), ``position`` (m), ``velocity`` (m/s, or ``None``) and ``force`` (N), each float64 of the shape ``(samples,)``.
+        ``time`` (s), ``position`` (m), ``velocity`` (m/s, or ``None``) and ``force`` (N), each float64 with the shape
+        ``(samples,)``.
 
     Raises
     ------
     ValueError
-        For a file that cannot be read, for a signal that it does not have, for an unknown unit, and for samples that are not finite.
+        For a file that cannot be read, a signal that the file does not contain, an unknown unit, and samples that are
+        not finite.
     TypeError
-        For a ``path`` that is not one, and for a name that is not a string.
+        If ``path`` is not a path, or a name is not a string.
 
     >>> import trocar
     >>> import os, tempfile

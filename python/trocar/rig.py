@@ -14,22 +14,23 @@ from .scenario import Scenario, scenario_of
 
 
 class HapticController:
-    """The controller of a rig with the settings of a scenario: a command for every sample.
+    """The controller of a rig with the settings of a scenario: computes a command for every sample.
 
-    It runs the source of the simulation in the same order, without the delay of a link: the same samples give the same commands, bit for
-    bit. Architecture and passivity of the scenario's link are not part of it. A rig in real time uses it from C or Rust; from Python it
-    is for tests, replays and slow rigs.
+    It runs the code of the simulation in the same order, without the delay of a link, so the same samples give the
+    same commands bit for bit. It omits the architecture and the passivity scheme of the scenario's link. A rig in
+    real time uses the controller from C or Rust; the Python class is for tests, replays and slow rigs.
 
     Parameters
     ----------
     scenario
-        The scenario, as such or as a path. Its ``estimator.parameters`` must be ``"stiffness-and-damping"`` or ``"stiffness"``, and its
-        ``estimator.forgetting`` must be ``"resetting"``. With ``sensor.position_resolution_m`` above 0, the velocity is estimated from the
-        slave's positions.
+        A scenario or a path. Its ``estimator.parameters`` must be ``"stiffness-and-damping"`` or ``"stiffness"``, and
+        its ``estimator.forgetting`` must be ``"resetting"``. If ``sensor.position_resolution_m`` is above 0, the
+        velocity is estimated from the slave's positions.
     **limits
-        Numbers of the keys ``rig.…``, as in ``**{"rig.force_limit_n": 20.0}``: ``rig.start_m`` (position of the master in m before the
-        first good sample), the largest magnitudes of a possible sample ``rig.position_limit_m`` (m), ``rig.velocity_limit_m_per_s`` (m/s)
-        and ``rig.force_limit_n`` (N), and how fast the commands return after impossible ones, ``rig.recovery_speed_m_per_s`` (m/s) and
+        Values of the keys ``rig.…``, as in ``**{"rig.force_limit_n": 20.0}``: ``rig.start_m`` (position of the
+        master, in m, before the first valid sample); the maximum magnitudes of a valid sample,
+        ``rig.position_limit_m`` (m), ``rig.velocity_limit_m_per_s`` (m/s) and ``rig.force_limit_n`` (N); and the
+        rates at which the commands return after invalid samples, ``rig.recovery_speed_m_per_s`` (m/s) and
         ``rig.recovery_force_rate_n_per_s`` (N/s).
 
     Raises
@@ -37,9 +38,9 @@ class HapticController:
     ScenarioError
         For a scenario that cannot be read or is invalid. It is a ``ValueError``.
     ValueError
-        For an estimator that a rig does not have, for an unknown key, and for a number out of its range.
+        For an estimator that a rig does not support, an unknown key, and a number out of range.
     TypeError
-        For a scenario that is neither a ``Scenario`` nor a path, and for a limit that is not a number.
+        If the scenario is neither a ``Scenario`` nor a path, or a limit is not a number.
 
     >>> import trocar
     >>> controller = trocar.HapticController("paper/augmented")
@@ -60,19 +61,22 @@ class HapticController:
         slave_velocity_m_per_s: float | None,
         force_n: float | None,
     ) -> _core.Command:
-        """Processes the sample of a tick: positions of master and slave in m, velocity of the slave in m/s, force in N.
+        """Processes the sample of a tick: positions of master and slave in m, velocity of the slave in m/s, force in
+        N.
 
-        ``None`` is a number that is missing; it, and an impossible one, is a fault of its channel, and the last good one replaces it.
+        ``None`` marks a missing number. A missing or impossible number is a fault of its channel, and the last valid
+        number replaces it.
 
-        Returns the command: ``slave_reference_m`` for the slave's position controller, ``master_force_n`` for the master's force
-        controller, and what led to them: ``mode`` (0 teleoperation, 1 augmented, 2 re-engaging), ``alarm``, ``alarm_taken``,
-        ``stiffness_n_per_m``, ``damping_n_s_per_m``, ``predicted_force_n``, ``residual_n``, ``distance``, ``decision``,
-        ``slave_velocity_m_per_s`` as used, ``faults`` (names of the faulty channels) and ``faulty_samples`` (consecutive ones).
+        Returns the command. ``slave_reference_m`` is for the slave's position controller, and ``master_force_n`` for
+        the master's force controller. The other attributes are intermediate results: ``mode`` (0 teleoperation, 1
+        augmented, 2 re-engaging), ``alarm``, ``alarm_taken``, ``stiffness_n_per_m``, ``damping_n_s_per_m``,
+        ``predicted_force_n``, ``residual_n``, ``distance``, ``decision``, ``slave_velocity_m_per_s`` as used,
+        ``faults`` (names of the faulty channels) and ``faulty_samples`` (number of consecutive faulty samples).
 
         Raises
         ------
         TypeError
-            For an argument that is neither a number nor ``None``.
+            If an argument is neither a number nor ``None``.
         """
         nan = float("nan")
         sample = master_position_m, slave_position_m, slave_velocity_m_per_s, force_n

@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 
 
 class Run(Columns, Documented, Stored):
-    """The result of a run, which :func:`run` returns. ``print`` shows its tables.
+    """The result of a run, returned by :func:`run`. ``print`` shows its tables.
 
-    ``run["slave_position_m"]`` is a column of the trace, and the run is a mapping of its columns. Every column has the shape ``(ticks,)``
-    and is float64, except ``mode`` and ``estimate_flags``, which are uint8. :func:`trocar.trace_columns` lists them with units and
-    meanings. An unknown column is a ``KeyError``.
+    ``run["slave_position_m"]`` is a column of the trace, and the run is a mapping of its columns. Every column has
+    the shape ``(ticks,)`` and is float64, except ``mode`` and ``estimate_flags``, which are uint8.
+    :func:`trocar.trace_columns` lists the columns with units and meanings. An unknown column raises a ``KeyError``.
 
-    Some estimators have an extra column, ``friction_n`` (N) or ``power``. A diverged run ends early, which
-    ``run.metrics["outcome"]`` shows.
+    Some estimators add a column, ``friction_n`` (N) or ``power``. A diverged run ends early;
+    ``run.metrics["outcome"]`` reports this.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Run(Columns, Documented, Stored):
     @cached_property
     def traces(self) -> dict[str, NDArray[Any]]:
         """All columns of the trace."""
-        # The trust in the estimate is computed when one of its columns is asked for, or all of them.
+        # Compute the trust in the estimates only when one or all of its columns are read.
         core = self._core
         return self._recorded if isinstance(core, _Kept) else {**self._recorded, **core.trust(self._recorded)}
 
@@ -98,7 +98,7 @@ class Run(Columns, Documented, Stored):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """The content of ``summary.json`` of the command line. Undefined values are ``None``."""
+        """The content of the command line's ``summary.json``. Undefined values are ``None``."""
         return self._core.summary()
 
     @property
@@ -128,7 +128,8 @@ class Run(Columns, Documented, Stored):
         return pandas.DataFrame(self.traces).set_index("time_s")
 
     def to_xarray(self) -> xarray.Dataset:
-        """Returns the trace as an xarray Dataset over ``time_s``; every variable has its ``units`` and its ``long_name``."""
+        """Returns the trace as an xarray Dataset over ``time_s``. Every variable has ``units`` and a
+        ``long_name``."""
         about = {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}
         return self._to_xarray("time_s", about).assign_attrs(scenario=self.scenario.name)
 
@@ -141,18 +142,19 @@ class Run(Columns, Documented, Stored):
             ``"comparison"`` (positions and forces side by side), ``"overlay"``, ``"estimation"``, ``"parameters"``, ``"decision"`` or
             ``"residual"``.
         window
-            The time in s, as ``(from, to)``; ``None`` for all of it.
+            The time in s, as ``(from, to)``; ``None`` for the whole run.
         **options
-            ``ax``: the axes to draw on, as many as the figure has panels. Others are passed to ``matplotlib.pyplot.subplots``.
+            ``ax``: the axes to draw on, as many as the figure has panels. Other options are passed to
+            ``matplotlib.pyplot.subplots``.
 
         Raises
         ------
         ValueError
-            For another ``figure``, and for a wrong number of axes.
+            For an unknown ``figure``, and for a wrong number of axes.
         TypeError
-            For other options beside ``ax``.
+            For other options together with ``ax``.
         ImportError
-            Without matplotlib.
+            If matplotlib is not installed.
         """
         from ._figures import draw, window_of
 
@@ -161,7 +163,7 @@ class Run(Columns, Documented, Stored):
         return draw(_core.run_figure(figure, [self._drawn()], window_of(window) or whole), **options)
 
     def _drawn(self) -> _core._Drawn:
-        """What a figure needs of the run."""
+        """Returns the data of the run for a figure."""
         ruptures_s = [rupture["time_s"] for rupture in self.ruptures]
         promised_energy_j = (self.metrics["link"] or {}).get("promised_energy_j")
         return self.scenario._core, self._recorded, ruptures_s, self.alarms_s.tolist(), promised_energy_j
@@ -179,7 +181,7 @@ class Run(Columns, Documented, Stored):
 
 @dataclass(frozen=True)
 class _Kept:
-    """What a run tells, without the core's object."""
+    """The results of a loaded run, in place of the core's object."""
 
     name: str
     summary_text: str
@@ -201,7 +203,8 @@ class _Kept:
 
 
 def load(path: str | os.PathLike[str]) -> Run:
-    """Reads a run that :meth:`Run.save` wrote, as :meth:`Run.load` does. The recording of its scenario is in the file.
+    """Reads a run that :meth:`Run.save` wrote, like :meth:`Run.load`. The file includes the recording of the
+    scenario.
 
     Parameters
     ----------
@@ -216,11 +219,11 @@ def load(path: str | os.PathLike[str]) -> Run:
     Raises
     ------
     ValueError
-        For a file that :meth:`Run.save` did not write.
+        If :meth:`Run.save` did not write the file.
     OSError
-        For a file that cannot be opened.
+        If the file cannot be opened.
     TypeError
-        For a ``path`` that is not one.
+        If ``path`` is not a path.
 
     >>> import trocar
     >>> import os, tempfile
@@ -232,13 +235,13 @@ def load(path: str | os.PathLike[str]) -> Run:
     return Run.load(path)
 
 
-# Before the names of the samples of a scenario's recording in a file, and its name for where it was read from, and how.
+# Prefix, in a file, of the names of a recording's samples; and the name of the array with the recording's source.
 _SAMPLES = "_samples_"
 _READ = _SAMPLES + "read"
 
 
 def samples_of(scenario: Scenario) -> dict[str, NDArray[Any]]:
-    """Returns the recording of a scenario, if it has one that is not shipped, as arrays for a file."""
+    """Returns the recording of a scenario as arrays for a file, unless it is shipped or missing."""
     file = scenario.to_dict().get("recording", {}).get("file")
     *_, in_memory, (_, _, read) = scenario._core.origin()
     found: list[tuple[_core.Recording, dict[str, NDArray[Any]]]] = [(recording, {}) for recording in in_memory if recording.name == file]
@@ -250,7 +253,7 @@ def samples_of(scenario: Scenario) -> dict[str, NDArray[Any]]:
 
 
 def scenario_from(name: str, toml: str, arrays: dict[str, NDArray[Any]]) -> Scenario:
-    """Returns the scenario of a file; the samples of its recording are taken out of the arrays."""
+    """Returns the scenario of a file. Removes the samples of its recording from the arrays."""
     samples = {key[len(_SAMPLES) :]: arrays.pop(key) for key in list(arrays) if key.startswith(_SAMPLES)}
     place = samples.pop("read", None)
     recordings = [recording_of(samples)] if samples else []
@@ -259,16 +262,17 @@ def scenario_from(name: str, toml: str, arrays: dict[str, NDArray[Any]]) -> Scen
 
 
 def run(scenario: Scenario | str | os.PathLike[str], **parts: Unpack[Parts]) -> Run:
-    """Runs a scenario, given as such or as a path. The same scenario gives identical results, bit for bit.
+    """Runs a scenario or the scenario of a path. The same scenario gives identical results, bit for bit.
 
     Parameters
     ----------
     scenario
         The scenario.
     **parts
-        Parts of one's own in place of the scenario's: ``tissue``, ``operator``, ``estimator``, ``detector``, ``force_law``,
-        ``motion_law``. :mod:`trocar.parts` has their arguments and results. Such a run cannot be repeated: its missed ruptures have no
-        reason, its ruptures no layer, and there is no warning of a lasting oscillation.
+        User-defined parts in place of the scenario's: ``tissue``, ``operator``, ``estimator``, ``detector``,
+        ``force_law``, ``motion_law``; see :mod:`trocar.parts` for their arguments and results. Such a run cannot be
+        repeated for diagnosis: its missed ruptures have no reason, its ruptures no layer, and no warning reports a
+        lasting oscillation.
 
     Returns
     -------
@@ -280,12 +284,13 @@ def run(scenario: Scenario | str | os.PathLike[str], **parts: Unpack[Parts]) -> 
     ScenarioError
         For a scenario that cannot be read or is invalid. It is a ``ValueError``.
     TypeError
-        For a scenario that is neither a ``Scenario`` nor a path, an unknown role, a part that is neither a function, an object with a
-        method ``step``, nor a compiled function, and a result of a part that its role does not have.
+        If the scenario is neither a ``Scenario`` nor a path, for an unknown role, for a part that is neither a
+        function, a compiled function, nor an object with a method ``step``, and for a part's result that its role
+        does not allow.
     ValueError
-        For a result of a part that is not finite.
+        For a part's result that is not finite.
     Exception
-        Whatever a part raises; it ends the run. A run that diverges is not an error.
+        Any exception of a part; it ends the run. A diverging run is not an error.
 
     >>> import trocar
     >>> run = trocar.run("paper/augmented")

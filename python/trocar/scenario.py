@@ -14,26 +14,26 @@ from ._settings import document, settings
 class Scenario:
     """A validated, immutable scenario with all defaults.
 
-    Create it from a dictionary, or with :meth:`load` or :meth:`from_toml`. ``trocar.keys()`` lists every key with its meaning, and
-    ``trocar.shipped()`` lists the shipped scenarios. Quantities are in SI units (m, m/s, N, s).
+    Create it from a dictionary, or with :meth:`load` or :meth:`from_toml`. ``trocar.keys()`` lists every key with its
+    meaning, and ``trocar.shipped()`` lists the shipped scenarios. Quantities are in SI units (m, m/s, N, s).
 
     Parameters
     ----------
     values
         Nested or dotted keys, as for :meth:`from_dict`.
     name
-        The name of the values in errors, and of the scenario if neither its keys nor its base have a name.
+        The name of the values in errors. It also names the scenario if neither its keys nor its base have a name.
 
     Raises
     ------
     ScenarioError
-        For an unknown key, a value out of its range, and a file that cannot be read. It is a ``ValueError``.
+        For an unknown key, a value out of range, and a file that cannot be read. It is a ``ValueError``.
     ValueError
         For a number or text that TOML cannot represent, and for invalid samples of a recording.
     TypeError
-        For ``values`` that are not a dictionary, a key that is not a string, and a value of a type that is not allowed.
+        If ``values`` is not a dictionary, a key is not a string, or a value has an invalid type.
     AttributeError
-        For an attribute that is set; :meth:`replace` returns a changed scenario.
+        For setting an attribute; :meth:`replace` returns a changed scenario.
 
     >>> import trocar
     >>> scenario = trocar.Scenario({"base": "paper/augmented", "scaling": {"force": 0.8}})
@@ -66,19 +66,19 @@ class Scenario:
         Parameters
         ----------
         path
-            The file. Paths in it are relative to its folder.
+            The file. Paths in the file are relative to its folder.
         **changes
             Keys to change, as in ``scaling={"force": 2.0}`` or ``**{"scaling.force": 2.0}``.
 
         Raises
         ------
         ScenarioError
-            For a file that cannot be read, an unknown key, and a value out of its range. It is a ``ValueError`` with the text of the
-            command line, and its position as attributes.
+            For a file that cannot be read, an unknown key, and a value out of range. It is a ``ValueError`` with the
+            text of the command line and the position as attributes.
         ValueError
             For changes as in :class:`Scenario`.
         TypeError
-            For a ``path`` that is not one, and for changes as in :class:`Scenario`.
+            If ``path`` is not a path, and for changes as in :class:`Scenario`.
 
         >>> import trocar
         >>> trocar.Scenario.load("paper/classical", scaling={"force": 2.0})["scaling.force"]
@@ -89,10 +89,11 @@ class Scenario:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], name: str = "scenario") -> Scenario:
-        """Returns a scenario of nested or dotted keys, as in ``{"base": "paper/classical", "scaling": {"force": 2.0}}``.
+        """Returns a scenario from nested or dotted keys, as in ``{"base": "paper/classical", "scaling": {"force":
+        2.0}}``.
 
-        Paths are relative to the working directory. Positions of errors refer to the TOML text of the values. The errors are those of
-        :class:`Scenario`.
+        Paths are relative to the working directory. Positions in errors refer to the TOML text of the values. The
+        errors are those of :class:`Scenario`.
         """
         return cls(values, name)
 
@@ -103,9 +104,10 @@ class Scenario:
         Raises
         ------
         ScenarioError
-            For a text that is not TOML, an unknown key, a value out of its range, and a file that cannot be read. It is a ``ValueError``.
+            For a text that is not TOML, an unknown key, a value out of range, and a file that cannot be read. It is a
+            ``ValueError``.
         TypeError
-            For a ``text`` that is not a string.
+            If ``text`` is not a string.
 
         >>> import trocar
         >>> trocar.Scenario.from_toml('base = "paper/classical"\\nscaling.force = 2.0')["scaling.force"]
@@ -114,17 +116,17 @@ class Scenario:
         return cls._of(_core.Scenario.from_text(name, text, [], []))
 
     def replace(self, **changes: Any) -> Scenario:
-        """Returns the scenario with other values of some keys, as with ``--set``. Dependent defaults change accordingly.
+        """Returns the scenario with changed keys, like ``--set``. Defaults that depend on them change, too.
 
         >>> import trocar
         >>> scenario = trocar.Scenario.load("paper/classical")
         >>> scenario.replace(**{"scaling.force": 2.0, "name": "strong"}).name
         'strong'
 
-        The key ``recording.file`` takes samples, too: a DataFrame or a dictionary of arrays, as for :func:`trocar.detect`. They become
-        part of the scenario, are pickled with it, and are not read again.
+        The key ``recording.file`` also accepts samples: a DataFrame or a dictionary of arrays, as for
+        :func:`trocar.detect`. They become part of the scenario and are pickled with it.
 
-        The scenario's file, its bases and its recording are those that were loaded, also if the files have changed since.
+        The scenario keeps the loaded content of its file, bases and recording, even if the files have changed since.
 
         >>> again = scenario.replace(**{"recording.file": trocar.record(2)})
         >>> trocar.run(again)["desired_position_m"].shape
@@ -152,7 +154,7 @@ class Scenario:
         Raises
         ------
         KeyError
-            For a key that the scenario does not have.
+            If the scenario does not have the key.
         """
         found: Any = self.to_dict()
         for part in str(key).split("."):
@@ -162,7 +164,7 @@ class Scenario:
         return found
 
     def __contains__(self, key: object) -> bool:
-        """Whether the scenario has a dotted key or a section, as in ``"scaling.force" in scenario``."""
+        """Returns true if the scenario has a dotted key or a section, as in ``"scaling.force" in scenario``."""
         if not isinstance(key, str):
             return False
         try:
@@ -171,37 +173,37 @@ class Scenario:
             return False
         return True
 
-    # Otherwise it would be iterated over by numbers, until the first is no key.
+    # Without this, Python would iterate over the scenario by integer keys.
     __iter__: None = None
 
     @property
     def name(self) -> str:
-        """Name of the scenario."""
+        """The name of the scenario."""
         return self._core.name
 
     @property
     def seed(self) -> int:
-        """Seed of the noise."""
+        """The seed of the noise."""
         return self._core.seed
 
     @property
     def tick_s(self) -> float:
-        """Time between two ticks, in s."""
+        """The time between two ticks, in s."""
         return self._core.tick_s
 
     @property
     def ticks(self) -> int:
-        """Number of ticks of a run."""
+        """The number of ticks of a run."""
         return self._core.ticks
 
     @property
     def duration_s(self) -> float:
-        """Duration of a run, in s."""
+        """The duration of a run, in s."""
         return self._core.ticks * self._core.tick_s
 
     @property
     def rupture_times_s(self) -> list[float]:
-        """Times of the true ruptures, in s, as far as they are known before a run."""
+        """The times of the true ruptures that are known before a run, in s."""
         return self._core.rupture_times_s
 
     def __eq__(self, other: object) -> bool:
@@ -213,7 +215,7 @@ class Scenario:
     def __repr__(self) -> str:
         return f"Scenario({self.name!r}, {self.ticks} ticks of {self.tick_s} s)"
 
-    # It does not change.
+    # A scenario is immutable.
     def __copy__(self) -> Scenario:
         return self
 
@@ -221,7 +223,7 @@ class Scenario:
         return self
 
     def __reduce__(self) -> tuple[object, ...]:
-        # With the content of its files, which are not read again.
+        # Include the content of the files, so that they are not read again.
         return (_restored, self._core.origin())
 
 

@@ -1,4 +1,4 @@
-"""Sweeps: many runs of a scenario with varied keys, on one machine or on many."""
+"""Sweeps: many runs of a scenario with varied keys, on one machine or several."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ _OUTCOMES = np.array(["completed", "diverged", "failed"])
 
 @dataclass(frozen=True)
 class Range:
-    """An axis of a sweep from one value to another: evenly spaced, or logarithmic if ``log``.
+    """An axis of a sweep from one value to another, with even or logarithmic spacing.
 
-    :func:`sweep` checks it, and raises :class:`ScenarioError` for a value that the key does not allow.
+    :func:`sweep` checks it and raises :class:`ScenarioError` for a value that the key does not allow.
 
     Parameters
     ----------
     start, stop
         The first and the last value, in the unit of the key.
     points
-        The number of values, at least 2, for a grid only; other designs have their own number of points.
+        The number of values, at least 2, for a grid only. Other designs have their own number of points.
     log
-        Whether the values are evenly spaced on a logarithmic scale.
+        True for even spacing on a logarithmic scale.
 
     >>> import trocar
     >>> axes = {"scaling.force": trocar.Range(0.5, 2.0, 3, log=True)}
@@ -69,21 +69,22 @@ class Range:
 
 
 class Sweep(Columns, Documented, Stored):
-    """The result of a sweep, a row per case, which :func:`sweep` returns.
+    """The result of a sweep, with a row per case, returned by :func:`sweep`.
 
-    ``sweep["detected_ruptures"]`` is a column. An unknown column is a ``KeyError``.
+    ``sweep["detected_ruptures"]`` is a column. An unknown column raises a ``KeyError``.
 
     Attributes
     ----------
     columns : dict of str to array
-        Each of the shape ``(cases,)``: ``case`` (int64), a column per axis by its key, ``seed`` (int64), ``outcome``
-        (``"completed"``, ``"diverged"`` or ``"failed"``), and the metrics, float64 in SI units, NaN where undefined.
+        Columns with the shape ``(cases,)``: ``case`` (int64), a column per axis, named by its key, ``seed`` (int64),
+        ``outcome`` (``"completed"``, ``"diverged"`` or ``"failed"``), and the metrics, float64 in SI units, NaN if
+        undefined.
     hash : str
-        The SHA-256 of all inputs of the sweep, as in ``manifest.json`` of the command line.
+        The SHA-256 of all inputs of the sweep, as in the command line's ``manifest.json``.
     cases : int
-        The number of cases of the whole sweep; a :func:`shard` has some of them.
+        The number of cases of the whole sweep. A :func:`shard` contains some of them.
     scenario : Scenario or None
-        The scenario that was varied; ``None`` for that of a sweep file.
+        The varied scenario; ``None`` if a sweep file names it.
 
     >>> import trocar
     >>> sweep = trocar.sweep("layers/skin-augmented", {"scaling.force": [0.5, 1.0]}, seeds=2)
@@ -98,7 +99,7 @@ class Sweep(Columns, Documented, Stored):
         self.hash = hash
         self.cases = cases
         self.scenario = scenario
-        # The text that the hash is of.
+        # The text from which the hash is computed.
         self._inputs = inputs
 
     _keys = {"sweep", "cases", "inputs"}
@@ -120,7 +121,7 @@ class Sweep(Columns, Documented, Stored):
         return len(self.columns["case"])
 
     def to_xarray(self) -> xarray.Dataset:
-        """Returns the columns as an xarray Dataset over ``case``; the metrics have their ``units`` and their ``long_name``."""
+        """Returns the columns as an xarray Dataset over ``case``. Metrics have ``units`` and a ``long_name``."""
         about = {name: (unit, meaning) for name, _, _, unit, _, meaning in _core.metrics()}
         return self._to_xarray("case", about)
 
@@ -144,7 +145,7 @@ class Sweep(Columns, Documented, Stored):
     def _contents(self) -> dict[str, Any]:  # type: ignore[override]
         if len(self) < self.cases:
             raise ValueError(f"{len(self)} of {self.cases} cases have no document; merge the parts of the sweep")
-        # The words are in the order of the alphabet.
+        # The words of the outcomes are in alphabetical order.
         outcomes = np.searchsorted(_OUTCOMES, self.columns["outcome"]).astype(np.uint8)
         metrics = {name: np.ascontiguousarray(column) for name, column in self.columns.items() if column.dtype.kind == "f"}
         return _core.sweep_document(self._inputs, self.hash, outcomes, metrics)
@@ -173,7 +174,7 @@ def sweep(
     shards: int | None = None,
     **parts: Unpack[Parts],
 ) -> Sweep:
-    """Runs a scenario many times with varied keys. The results do not depend on the number of threads and machines.
+    """Runs a scenario many times with varied keys. The results do not depend on the number of threads or machines.
 
     Parameters
     ----------
@@ -182,32 +183,36 @@ def sweep(
     axes
         The varied keys, each with a list of values or a :class:`Range`.
     set
-        Keys of all cases.
+        Keys to set in all cases.
     seeds, first_seed
-        Number of noise seeds per point, and the first seed; the defaults are 1 and the seed of the scenario. Or a list of seeds.
+        Number of noise seeds per point, and the first seed; the defaults are 1 and the seed of the scenario.
+        ``seeds`` can also be a list of seeds.
     metrics
-        Metrics of each case, by the names of ``trocar.metric_names()``; the default is a selection.
+        Metrics of each case, named as in ``trocar.metric_names()``; the default is a selection.
     design, points, design_seed
-        The design of axes: ``"grid"`` (every combination), ``"random"``, ``"latin-hypercube"`` or ``"sobol"``. All but the grid
-        need a number of ``points`` and can have a ``design_seed``. Without axes, ``points`` are the points themselves: a pandas
-        DataFrame or a dictionary with a column per key, or a list of dictionaries, one per point.
+        The design of axes: ``"grid"`` (every combination), ``"random"``, ``"latin-hypercube"`` or ``"sobol"``. All
+        except the grid need a number of ``points`` and can have a ``design_seed``. Without axes, ``points`` contains
+        the points: a pandas DataFrame or a dictionary with a column per key, or a list of dictionaries, one per
+        point.
     threads
-        Number of threads on one machine, up to 1024; 0 is one per processor. With an executor, the number of threads per shard; 0 is one.
+        Number of threads on one machine, up to 1024; 0 is one per processor. With an executor, the number of threads
+        per shard; 0 is one.
     folder
-        Keeps complete shards in this folder, so that the same call continues after an interruption. A folder holds one sweep.
+        A folder for complete shards, with which the same call continues after an interruption. A folder holds one
+        sweep.
     progress
-        Shows the progress: with tqdm if it is installed, else as a line on standard error.
+        True to show the progress, with tqdm if installed, otherwise as a line on standard error.
     executor
-        Runs the shards elsewhere: an executor of ``concurrent.futures``, a ``dask.distributed.Client``, a ``joblib.Parallel``, a
-        ``multiprocessing.Pool``, or the module ``ray``. The workers need the same version of trocar, and the files of the scenario
-        at the same paths.
+        Runs the shards on other workers: an executor of ``concurrent.futures``, a ``dask.distributed.Client``, a
+        ``joblib.Parallel``, a ``multiprocessing.Pool``, or the module ``ray``. The workers need the same version of
+        trocar; the files of the scenario are sent along, except imported FMI units, which need the same paths.
     client
         The same as ``executor``.
     shards
         Number of shards; the default is eight per worker.
     **parts
-        Parts of one's own in place of the scenario's, as for :func:`trocar.run`. The cases then run one after the other, here, and
-        metrics of the loop (``loop_...``) are undefined.
+        User-defined parts in place of the scenario's, as for :func:`trocar.run`. The cases then run in this process,
+        one after the other unless all parts are compiled, and metrics of the loop (``loop_...``) are undefined.
 
     Returns
     -------
@@ -217,20 +222,21 @@ def sweep(
     Raises
     ------
     ScenarioError
-        For a scenario or a sweep file that cannot be read, an unknown key, metric or design, a value out of its range, and a key that is
-        both swept and set, before anything runs. It is a ``ValueError``.
+        For a scenario or a sweep file that cannot be read, an unknown key, metric or design, a value out of range,
+        and a key that is both swept and set. Raised before anything runs. It is a ``ValueError``.
     ValueError
-        For points with different keys or lengths, neither ``axes`` nor ``points`` with a scenario, ``threads`` or ``shards`` out of range,
-        a ``folder`` with another sweep, another number of shards or a damaged file, and parts with an executor or a folder.
+        For points with different keys or lengths, a scenario with neither ``axes`` nor ``points``, ``threads`` or
+        ``shards`` out of range, a ``folder`` with another sweep, another number of shards or a damaged file, and
+        parts together with an executor or a folder.
     TypeError
-        For a scenario that is neither a ``Scenario`` nor a path, values, points or keys of a type that is not allowed, an ``executor`` of
-        another kind, and parts as in :func:`trocar.run`.
+        If the scenario is neither a ``Scenario`` nor a path, for values, points or keys of an invalid type, for an
+        unknown kind of ``executor``, and for parts as in :func:`trocar.run`.
     OSError
-        For a ``folder`` that cannot be made or written.
+        If ``folder`` cannot be created or written.
     MemoryError
-        For more cases than fit into memory, before anything runs.
+        If the cases do not fit into memory. Raised before anything runs.
     Exception
-        Whatever a part raises; it ends the sweep.
+        Any exception of a part; it ends the sweep.
 
     >>> import trocar
     >>> sweep = trocar.sweep("paper/augmented", {"scaling.force": [0.5, 1.0]}, set={"simulation.duration_s": 6.0})
@@ -270,12 +276,13 @@ def shard(
     threads: int = 0,
     progress: bool = False,
 ) -> Sweep:
-    """Runs one of several parts of a sweep, such as ``"3/8"``; :func:`merge` joins them. With few cases, a part can be empty.
+    """Runs one of several parts of a sweep, such as ``"3/8"``; :func:`merge` joins them. If there are few cases, a
+    part can be empty.
 
     Parameters
     ----------
     part
-        Number of the part, from 1, and number of parts.
+        The number of the part, from 1, and the number of parts.
     base, axes, set, seeds, first_seed, metrics, design, points, design_seed, threads, progress
         As for :func:`sweep`.
 
@@ -287,7 +294,7 @@ def shard(
     Raises
     ------
     ValueError
-        For a ``part`` in another form, and as for :func:`sweep`.
+        For a ``part`` with another form, and as for :func:`sweep`.
     ScenarioError, TypeError, MemoryError
         As for :func:`sweep`.
 
@@ -306,12 +313,12 @@ def shard(
 
 
 def merge(parts: Iterable[Sweep]) -> Sweep:
-    """Joins the parts of a sweep that :func:`shard` returned, in any order. The result is that of :func:`sweep`.
+    """Joins the parts of a sweep that :func:`shard` returned, in any order. The result equals that of :func:`sweep`.
 
     Parameters
     ----------
     parts
-        All parts, each once; empty ones may be missing.
+        All parts, each once; empty parts may be missing.
 
     Returns
     -------
@@ -320,10 +327,10 @@ def merge(parts: Iterable[Sweep]) -> Sweep:
 
     Raises
     ------
-    ValueError
+    If there are no parts, if they belong to different sweeps, or if cases are missing or repeated.
         For no part, parts of different sweeps, and missing or repeated cases.
     TypeError
-        For a part that is not a :class:`Sweep`.
+        If a part is not a :class:`Sweep`.
 
     >>> import trocar
     >>> axes = {"scaling.force": [0.5, 0.75, 1.0]}
@@ -363,7 +370,7 @@ def _result(swept: _Swept, scenario: Scenario | None) -> Sweep:
 
 
 def _memory_bytes() -> int:
-    """The memory of this machine; where the system does not tell it, no limit."""
+    """Returns the memory of this machine, in bytes; unlimited if the system does not report it."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError):
@@ -390,7 +397,7 @@ class _Job:
         return _core.sweep_with(*self._sources, parts, threads, _memory_bytes(), tell)
 
     def plan(self) -> tuple[str, int]:
-        """The hash and the number of cases, without running any."""
+        """Returns the hash and the number of cases, without running any."""
         return _core.sweep_plan(*self._sources)
 
 
@@ -432,9 +439,9 @@ def _job(
     lines += _section("axes", {key: one._table() if isinstance(one, Range) else one for key, one in axes.items()})
     scenario = scenario_of(base)
     if recordings:
-        # They are held by the scenario, and go with it to the workers.
+        # The scenario holds the recordings, and takes them to the workers.
         scenario = Scenario._of(scenario._core.replace([], recordings))
-    # Keys of the sweep have priority over changes of the scenario.
+    # Keys of the sweep override changes of the scenario.
     overridden = {*shared, *axes}
     changes = [setting for call in scenario._core.origin()[3] for setting in call]
     own = [setting for setting in changes if key_of(setting) not in overridden]
@@ -442,7 +449,7 @@ def _job(
 
 
 def _with_names(values: Mapping[str, Any], recordings: list[_core.Recording]) -> dict[str, Any]:
-    """Returns values by key in which recordings in memory have names; they are added to the list."""
+    """Returns values by key, with names in place of recordings in memory, which are appended to the list."""
 
     def name(given: Any) -> Any:
         if isinstance(given, (str, os.PathLike)):
@@ -503,7 +510,7 @@ def _in_shards(
     kept: dict[int, Sweep] = {}
     if folder is not None:
         kept, shards = _kept(folder, hash, shards)
-    # Without workers, each shard is a step that is kept.
+    # Without workers, each shard is one step whose result is kept.
     count = shards or 8 * (8 if workers is None else workers.count)
     missing = [index for index in range(1, count + 1) if index not in kept]
     with Progress("cases", progress) as bar:
@@ -526,7 +533,7 @@ def _in_shards(
 
 
 def _kept(folder: Path, hash: str, shards: int | None) -> tuple[dict[int, Sweep], int | None]:
-    """The shards that a folder has, and their number; what a killed process left of a file is removed."""
+    """Returns the shards in a folder, and their number. Removes partial files of a killed process."""
     folder.mkdir(parents=True, exist_ok=True)
     for partial in folder.glob(f"shard-*{PARTIAL}"):
         partial.unlink()

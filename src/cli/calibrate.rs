@@ -12,14 +12,14 @@ use trocar_detect::calibration::{CalibrationRequest, CalibrationStudy, RunLength
 use trocar_detect::detect;
 use trocar_document::Study as _;
 use trocar_report::document_text;
-use trocar_scenario::DetectionSpec;
+use trocar_scenario::{DetectionSpec, Reader};
 
 /// Compute settings of estimator and detector from the beginning of a recording.
 #[derive(Debug, Args)]
 #[command(after_long_help = MORE, mut_arg("out", |arg| arg.help(super::OUT_PER_RECORDING)), mut_arg("settings", |arg| arg.help(super::SET_ONE)))]
 pub(super) struct CalibrateArgs {
-    /// A recording (CSV, .mat, Parquet, TDMS, HDF5, Excel), builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a scenario file with a [recording]; needed unless
-    /// --run-lengths is given
+    /// A recording (CSV, .mat, Parquet, TDMS, HDF5, Excel), builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, or a
+    /// scenario file with a [recording]; required unless --run-lengths is given
     #[arg(value_name = "RECORDING", required_unless_present = "run_lengths")]
     recording: Option<String>,
     #[command(flatten)]
@@ -27,7 +27,7 @@ pub(super) struct CalibrateArgs {
     /// Contact position, in m [default: computed]
     #[arg(long, value_name = "M", value_parser = quantity("m"), allow_hyphen_values = true)]
     contact_m: Option<f64>,
-    /// A true rupture, in s after the first sample, excluded from the quiet part (repeatable)
+    /// A true rupture, in s after the first sample, to be excluded from the quiet segment (repeatable)
     #[arg(long = "rupture-s", value_name = "S", value_parser = quantity("s"), allow_hyphen_values = true)]
     ruptures_s: Vec<f64>,
     /// Length of the analysed part, from the beginning of the recording, in s
@@ -36,7 +36,7 @@ pub(super) struct CalibrateArgs {
     /// The quiet segment, in s after the first sample, as in 1.5,4 [default: computed]
     #[arg(long, value_name = "FROM,TO", value_parser = segment, allow_hyphen_values = true)]
     quiet_s: Option<(f64, f64)>,
-    /// Requested mean time between false alarms, in s; 2 to 1e10 samples
+    /// Requested mean time between false alarms, in s; it must correspond to 2 to 1e10 samples
     #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().false_alarm_s, value_parser = quantity("s"), allow_hyphen_values = true)]
     false_alarm_s: f64,
     /// Time in which the force of the slowest rupture falls by half, in s
@@ -45,7 +45,7 @@ pub(super) struct CalibrateArgs {
     /// Time in which the force of the fastest harmless change falls by half, in s
     #[arg(long, value_name = "S", default_value_t = CalibrationRequest::default().fastest_harmless_s, value_parser = quantity("s"), allow_hyphen_values = true)]
     fastest_harmless_s: f64,
-    /// Ratio of the variance of the residual at a rupture to its quiet variance; determines the drift
+    /// Ratio of the residual's variance at a rupture to its quiet variance; determines the drift
     #[arg(long, value_name = "RATIO", default_value_t = CalibrationRequest::default().variance_ratio, allow_negative_numbers = true)]
     variance_ratio: f64,
     /// Print predicted and simulated run lengths from 1e3 to 1e7 samples, instead of a calibration
@@ -82,7 +82,7 @@ Examples:
   trocar detect others/ --settings out/force/calibrated.toml --time t_s \\
       --position x_mm:1e-3 --force f_n";
 
-/// The checked run lengths, and the number of runs of each.
+/// The simulated mean run lengths, in samples, each with its number of runs.
 const RUN_LENGTHS: [(f64, u64); 5] = [(1e3, 4096), (1e4, 4096), (1e5, 4096), (1e6, 2048), (1e7, 1024)];
 
 fn segment(text: &str) -> Result<(f64, f64), String> {
@@ -122,7 +122,8 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
     let study = CalibrationStudy::new(values.name(), &calibration, inputs, detected);
     let document = study.document();
     let warnings = Warnings::new(&args.output);
-    let all = guess.into_iter().chain(document.warnings.iter().cloned());
+    let unread = flags.unread(&values, Reader::Calibration);
+    let all = guess.into_iter().chain(unread).chain(document.warnings.iter().cloned());
     warnings.print(&all.map(|warning| warning.of(recording)).collect::<Vec<_>>());
     let folder = args.output.folder().folder(values.name());
     Finish { output: &args.output, folder, all: false, report: None }.document(&document)?;

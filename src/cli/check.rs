@@ -3,16 +3,19 @@
 use std::io::Write as _;
 
 use clap::Args;
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::error::CliError;
 use super::warnings::text;
 use super::{ScenarioArgs, terminal};
+use trocar_base::warning::Warning;
+use trocar_document::{json_of, to_json};
 use trocar_report::wrapped;
 use trocar_scenario::{Scenario, Source};
 use trocar_stability::{LinearLoop, TissueRange};
-use trocar_studies::run::{force_bound_gap, outside_measured, promise_gaps};
-use trocar_studies::stability_check::LoopVerdict;
+use trocar_studies::run::{force_bound_gap, foreseen, outside_measured, promise_gaps};
+use trocar_studies::stability_check::{LoopPart, LoopVerdict};
 use trocar_studies::sweep::{Plan, is_sweep};
 
 const EXAMPLES: &str = "\
@@ -36,13 +39,14 @@ pub(super) struct CheckArgs {
     /// Print errors only
     #[arg(long, short)]
     quiet: bool,
-    /// Print a list of the files as JSON, each with its name, its ticks or cases, and the verdict on its linear loop
+    /// Print the files as a JSON list, each with its name, its number of ticks or cases, and the verdict on its
+    /// linear loop
     #[arg(long, conflicts_with = "resolved")]
     json: bool,
 }
 
-/// Returns the verdict on the linear loop of a scenario, or why there is none. Nothing is run, so the tissue of a unit, whose
-/// code a check does not execute, is not known.
+/// Returns the verdict on the linear loop of a scenario, or the reason for having none. The check runs nothing, so it
+/// does not know the tissue of an FMU.
 fn verdict(scenario: &Scenario) -> Result<LoopVerdict, String> {
     let tissue = TissueRange::of_parameters(scenario)
         .ok_or("only a run shows how stiff its tissue is; `trocar stability` runs it")?;
@@ -50,29 +54,84 @@ fn verdict(scenario: &Scenario) -> Result<LoopVerdict, String> {
     LoopVerdict::with_loop(scenario, settings).map_err(|error| error.to_string())
 }
 
+/// A valid file.
+#[derive(Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum CheckedFile<'a> {
+    /// A scenario.
+    Scenario {
+        /// Name of the scenario.
+        name: &'a str,
+        #[schemars(extend("const" = "scenario"))]
+        kind: &'static str,
+        /// Number of ticks.
+        ticks: u64,
+        /// Length of a tick, in s.
+        tick_s: f64,
+        #[serde(rename = "loop")]
+        of_loop: CheckedLoop<'a>,
+        /// The warnings about the scenario.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        warnings: Vec<Warning>,
+    },
+    /// A sweep file.
+    Sweep {
+        /// Name of the sweep.
+        name: &'a str,
+        #[schemars(extend("const" = "sweep"))]
+        kind: &'static str,
+        /// Number of cases.
+        cases: u64,
+    },
+}
+
+/// The linear loop of a scenario.
+#[derive(Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum CheckedLoop<'a> {
+    /// The verdict.
+    Known(Box<LoopPart<'a>>),
+    /// The loop is not analysed.
+    Unknown {
+        /// The reason.
+        reason: &'a str,
+    },
+}
+
+impl<'a> CheckedLoop<'a> {
+    fn known(verdict: &'a LoopVerdict) -> Self {
+        Self::Known(Box::new(LoopPart::of(verdict)))
+    }
+}
+
 pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
     let (sweeps, scenarios): (Vec<String>, Vec<String>) =
         args.files.iter().cloned().partition(|file| is_sweep(&Source::parse(file)));
-    let mut list: Vec<serde_json::Value> = vec![];
+    let mut list = vec![];
     for scenario in args.changes.load(&scenarios)? {
         let verdict = verdict(&scenario);
         let mut found = promise_gaps(&scenario);
         found.extend(force_bound_gap(&scenario));
+        found.extend(foreseen(&scenario));
         found.extend(outside_measured(&scenario));
         if !args.quiet && !args.json {
             for warning in &found {
-                // Standard error can be closed; the work continues.
+                // Ignores a closed standard error.
                 let _ = write!(anstream::stderr(), "{}", text(warning));
             }
         }
         if args.json {
             let (ticks, tick_s) = (scenario.grid.ticks(), scenario.grid.tick_s());
-            let mut one = json!({ "name": scenario.name, "kind": "scenario", "ticks": ticks, "tick_s": tick_s });
-            one["loop"] = verdict.map_or_else(|reason| json!({ "reason": reason }), |verdict| verdict.json());
-            if !found.is_empty() {
-                one["warnings"] = json!(found);
-            }
-            list.push(one);
+            let name = &scenario.name;
+            let of_loop = verdict.as_ref().map_or_else(|reason| CheckedLoop::Unknown { reason }, CheckedLoop::known);
+            list.push(json_of(&CheckedFile::Scenario {
+                name,
+                kind: "scenario",
+                ticks,
+                tick_s,
+                of_loop,
+                warnings: found,
+            }));
         } else if args.resolved {
             terminal::print(&scenario.echo())?;
         } else if !args.quiet {
@@ -86,7 +145,11 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
     for file in &sweeps {
         let plan = Plan::load(&Source::parse(file), &args.changes.settings)?;
         if args.json {
-            list.push(json!({ "name": plan.design.name, "kind": "sweep", "cases": plan.design.cases() }));
+            list.push(json_of(&CheckedFile::Sweep {
+                name: &plan.design.name,
+                kind: "sweep",
+                cases: plan.design.cases(),
+            }));
         } else if args.resolved {
             terminal::print(plan.canonical())?;
         } else if !args.quiet {
@@ -94,5 +157,5 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
             terminal::print(&format!("{name}: valid sweep, {cases} cases\n"))?;
         }
     }
-    if args.json { terminal::print(&format!("{:#}\n", serde_json::Value::from(list))) } else { Ok(()) }
+    if args.json { terminal::print(&to_json(&list.into())) } else { Ok(()) }
 }

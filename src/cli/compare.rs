@@ -13,7 +13,6 @@ use trocar_scenario::Scenario;
 use trocar_studies::compare::{Comparison, ComparisonReport, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_studies::run::seeds_without_effect;
 
-/// The default pair.
 const PAPER_PAIR: [&str; 2] = ["paper/classical", "paper/augmented"];
 
 const EXAMPLES: &str = "\
@@ -35,8 +34,8 @@ pub(super) struct CompareArgs {
     /// Print the table of all metrics, with all ruptures
     #[arg(long)]
     all: bool,
-    /// Also write report.html into DIR: one self-contained page with the scenarios, the metrics and their meaning, the events, and
-    /// interactive charts of all runs
+    /// Also write report.html into DIR: one self-contained page with the scenarios, the metrics and their meaning,
+    /// the events, and interactive charts of all runs
     #[arg(long)]
     report: bool,
     #[command(flatten)]
@@ -73,7 +72,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Returns whether a setting names a file of this machine.
+/// Returns true if a setting names a file, which other machines may not have.
 fn names_files(args: &CompareArgs) -> bool {
     args.changes
         .settings
@@ -81,7 +80,6 @@ fn names_files(args: &CompareArgs) -> bool {
         .any(|setting| setting.trim_start().starts_with("recording.") || setting.contains("file"))
 }
 
-/// Returns the command that reproduces the comparison of the shipped pair.
 fn command(args: &CompareArgs) -> String {
     let seeds = args.seeds.map(|seeds| ["--seeds".to_owned(), seeds.to_string()]);
     let flags = report::set_flags(&args.changes.settings).chain(seeds.into_iter().flatten());

@@ -33,23 +33,23 @@ pub(super) fn run(args: &CompletionsArgs) -> Result<(), CliError> {
     })
 }
 
-/// The names of the shipped scenarios.
 fn scenarios() -> Vec<&'static str> {
     shipped_questions().map(|(path, _)| path.trim_end_matches(".toml")).collect()
 }
 
-/// The keys for `--set`, each with the `=` that follows it.
+/// Returns the keys for `--set`, each with the `=` that follows it.
 fn settings() -> Vec<String> {
     KEYS.iter().map(|key| format!("{}=", key.path)).collect()
 }
 
-/// Adds scenario names and keys as possible values. Only the scripts use them: a parser with them would refuse files and values.
+/// Adds scenario names and keys as possible values, for the scripts only: the parser would refuse other files and
+/// values.
 fn with_values(command: Command) -> Command {
     let add = |arg: Arg| {
         if expects_scenario(&arg) {
             arg.value_parser(PossibleValuesParser::new(scenarios()))
         } else if arg.get_long() == Some("set") {
-            // In bash, this hint leaves out the space after the `=`.
+            // This hint keeps bash from adding a space after the `=`.
             arg.value_parser(PossibleValuesParser::new(settings())).value_hint(ValueHint::Other)
         } else {
             arg
@@ -63,7 +63,8 @@ fn expects_scenario(arg: &Arg) -> bool {
     arg.is_positional() && names.iter().any(|name| name.split('|').any(|word| word == "SCENARIO"))
 }
 
-/// Replaces the lists of scenarios and keys by functions: a list would exclude files, and add a space after the `=` of a key.
+/// Replaces the lists of scenarios and keys by zsh functions. A list would exclude files and add a space after the
+/// `=`.
 fn with_zsh_functions(script: &str) -> String {
     let (scenarios, settings) = (scenarios().join(" "), settings().join(" "));
     let functions = format!(
@@ -86,7 +87,7 @@ _trocar_settings() {{
         .replacen("_trocar() {", &format!("{functions}_trocar() {{"), 1)
 }
 
-/// Returns the lines that clap leaves out for fish: those for the values of positional arguments.
+/// Returns the fish completions of positional arguments, which clap leaves out.
 fn fish_scenarios() -> String {
     let command = Cli::command();
     let expects = |command: &Command| command.get_arguments().any(expects_scenario);

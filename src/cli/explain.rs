@@ -5,9 +5,10 @@ use clap::Args;
 use super::error::CliError;
 use super::terminal;
 use trocar_base::warning::Code;
+use trocar_document::counted;
 use trocar_metrics::Declaration;
 use trocar_report::{WIDTH, filled};
-use trocar_scenario::{Fallback, KeyAt, find_key, nearest_key, nearest_of, unit_of};
+use trocar_scenario::{Fallback, KEYS, Key, KeyAt, SECTIONS, find_key, nearest_key, nearest_of, unit_of};
 use trocar_studies::reference::declarations;
 
 const EXAMPLES: &str = "\
@@ -15,14 +16,17 @@ Examples:
   trocar explain
   trocar explain missed-rupture
   trocar explain detector.threshold
+  trocar explain detector
+  trocar explain \"depth 2 s later\"
   trocar explain felt_contrast";
 
-/// Explain a warning, a key or a metric.
+/// Explain a warning, a key, a section of keys or a metric.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct ExplainArgs {
-    /// Code of a warning, key of a scenario, or name of a metric; without it, all warnings are listed
-    #[arg(value_name = "CODE|KEY|METRIC")]
+    /// Code of a warning, key or section of a scenario, or name or printed label of a metric; without it, list all
+    /// warnings
+    #[arg(value_name = "CODE|KEY|SECTION|METRIC|LABEL")]
     word: Option<String>,
 }
 
@@ -49,15 +53,17 @@ fn explained(word: &str) -> Result<String, CliError> {
         Ok(of_key(&key))
     } else if let Some(metric) = declarations().find(metric) {
         Ok(of_metric(metric))
+    } else if let Some(text) = of_label(word).or_else(|| of_section(word)).or_else(|| of_scope(word)) {
+        Ok(text)
     } else {
         let codes = nearest_of(word, Code::ALL.iter().map(|code| code.word().to_owned()));
         let metrics = || nearest_of(word, declarations().map(|metric| metric.name.to_owned()));
-        let nearest = codes.or_else(|| nearest_key(word).map(str::to_owned)).or_else(metrics);
+        let labels = || nearest_of(word, declarations().map(|metric| metric.label.to_owned()));
+        let nearest = codes.or_else(|| nearest_key(word).map(str::to_owned)).or_else(metrics).or_else(labels);
         Err(CliError::Unknown { word: word.to_owned(), nearest })
     }
 }
 
-/// Replaces the number of a rupture or event by 1.
 fn number_one(word: &str) -> String {
     let mut parts = word.splitn(3, '_');
     match (parts.next(), parts.next(), parts.next()) {
@@ -66,6 +72,41 @@ fn number_one(word: &str) -> String {
         }
         _ => word.to_owned(),
     }
+}
+
+/// Explains the metrics with a table label, with or without the prefix of its scope, as in `rupture 2: detection
+/// delay`.
+fn of_label(word: &str) -> Option<String> {
+    let word = word.trim().to_lowercase();
+    let (scope, label) = word.split_once(": ").unwrap_or(("", &word));
+    let scope = scope.trim_end_matches(|c: char| c.is_ascii_digit() || c == ' ');
+    let is_meant = |metric: &&Declaration| {
+        let full = metric.full_label(1).to_lowercase();
+        let own = full.split_once(": ").map_or("", |(own, _)| own.trim_end_matches(" 1"));
+        metric.label.to_lowercase() == label && (scope.is_empty() || scope == own) || full == word
+    };
+    let all: Vec<String> = declarations().filter(is_meant).map(of_metric).collect();
+    (!all.is_empty()).then(|| all.join("\n"))
+}
+
+fn of_section(word: &str) -> Option<String> {
+    let word = word.trim().trim_start_matches('[').trim_end_matches(']');
+    let (name, about) = SECTIONS.iter().find(|(name, _)| *name == word)?;
+    let is_own = |key: &&Key| key.path.rsplit_once('.').is_some_and(|(section, _)| section == *name);
+    let keys = KEYS.iter().filter(is_own).map(|key| format!("\n{}\n{}", key.path, paragraph(key.meaning)));
+    Some(format!("[{name}]\n{}{}", paragraph(about), keys.collect::<String>()))
+}
+
+/// Lists the metrics of a scope such as `stability` or `link`.
+fn of_scope(word: &str) -> Option<String> {
+    let of_metric = |metric: &Declaration| format!("\n{}\n{}", metric.key(1), paragraph(metric.meaning));
+    let scope = word.trim();
+    let is_meant = |metric: &&Declaration| {
+        let key = metric.key(1);
+        key.strip_prefix(scope).is_some_and(|rest| rest.starts_with('_')) && key != metric.name
+    };
+    let all: Vec<String> = declarations().filter(is_meant).map(of_metric).collect();
+    (!all.is_empty()).then(|| format!("{scope}: {}\n{}", counted(all.len() as u64, "metric"), all.concat()))
 }
 
 fn of_key(key: &KeyAt) -> String {
@@ -89,7 +130,6 @@ fn of_metric(metric: &Declaration) -> String {
     format!("{}\n{}\n{}", metric.key(1), paragraph(metric.meaning), paragraph(&facts))
 }
 
-/// Returns an indented paragraph.
 fn paragraph(text: &str) -> String {
     filled(text, WIDTH - 2, 0).iter().map(|line| format!("  {line}\n")).collect()
 }

@@ -9,7 +9,6 @@ use super::{ScenarioArgs, terminal};
 use crate::explore::{Catalogue, Options, serve};
 use trocar_scenario::Source;
 
-/// The default scenario.
 const DEFAULT_SCENARIO: &str = "paper/augmented";
 
 const EXAMPLES: &str = "\
@@ -28,7 +27,8 @@ pub(super) struct ExploreArgs {
     /// The port of the server; 0 for any free port
     #[arg(long, default_value_t = 8417)]
     port: u16,
-    /// The address of the server; 0.0.0.0 gives access to every machine of your network, with the token in the printed address
+    /// The address of the server; 0.0.0.0 gives access to every machine on your network that has the token in the
+    /// printed address
     #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     bind: IpAddr,
     /// Do not open the browser
@@ -37,7 +37,7 @@ pub(super) struct ExploreArgs {
 }
 
 pub(super) fn run(args: &ExploreArgs) -> Result<(), CliError> {
-    // Errors of the file are reported here, and not on the page.
+    // Load the scenario once, so that its errors are reported here and not on the page.
     ScenarioArgs { settings: vec![] }.load(std::slice::from_ref(&args.scenario))?;
     let options = Options {
         address: args.bind,
@@ -56,7 +56,7 @@ pub(super) fn run(args: &ExploreArgs) -> Result<(), CliError> {
         let page = format!("http://{}/{query}", SocketAddr::new(local, address.port()));
         let network =
             if is_unspecified { "\nand on all network addresses of this machine, with the same token" } else { "" };
-        // A closed terminal does not stop the server.
+        // Ignores a closed terminal, so that the server continues.
         let _ = terminal::print(&format!("exploring {} at {page}{network}\nCtrl-C ends the server\n", args.scenario));
         if !args.no_open {
             // Without a browser, the user can copy the printed address.

@@ -24,14 +24,13 @@ Examples:
 
 The unit contains a library, which `cargo build --release` makes beside trocar.";
 
-/// The licences, of which a user chooses one.
+/// The licences, one of which a user may choose.
 const LICENCES: [(&str, &str); 2] =
     [("LICENSE-MIT", include_str!("../../LICENSE-MIT")), ("LICENSE-APACHE", include_str!("../../LICENSE-APACHE"))];
 
-/// What is written.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Format {
-    /// A functional mock-up unit for co-simulation
+    /// A functional mock-up unit (FMU) for co-simulation
     Fmu,
 }
 
@@ -39,7 +38,7 @@ enum Format {
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct ExportArgs {
-    /// What to write
+    /// The format to write
     #[arg(value_enum)]
     format: Format,
     /// A scenario file, or the name of a shipped scenario
@@ -56,10 +55,10 @@ pub(super) struct ExportArgs {
     tissue: bool,
     #[arg(long = "set", value_name = "SECTION.KEY=VALUE", help = SET_ONE)]
     settings: Vec<String>,
-    /// The library for the unit; without it, the one beside this program
+    /// The library for the FMU; without it, the library in the folder of this program
     #[arg(long, value_name = "FILE")]
     library: Option<PathBuf>,
-    /// File to write; without it, the scenario's name with the ending .fmu
+    /// File to write; without it, the name of the scenario with the extension .fmu
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Replace an existing file
@@ -94,7 +93,7 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
     terminal::print(&format!("{}: {what}, FMI {}.0, {count} files\n", out.display(), args.fmi))
 }
 
-/// The library of units, given or beside this program.
+/// Reads the FMU library: the given file, or the file in the folder of this program.
 fn library(given: Option<&Path>) -> Result<Vec<u8>, CliError> {
     use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
     let beside = || {
@@ -105,7 +104,7 @@ fn library(given: Option<&Path>) -> Result<Vec<u8>, CliError> {
     std::fs::read(&path).map_err(|source| CliError::NoLibrary { path: path.display().to_string(), source })
 }
 
-/// The files in a container.
+/// Packs the files of an FMU into a ZIP container.
 fn packed(unit: &Unit) -> Result<Vec<u8>, std::io::Error> {
     let mut container = ZipWriter::new(Cursor::new(vec![]));
     for (path, content) in &unit.files {

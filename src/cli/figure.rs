@@ -1,4 +1,4 @@
-//! How figures are drawn.
+//! The options of figures.
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -6,13 +6,13 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use trocar_report::draw::{FigureFormat, FigureStyle, FigureWidth};
 use trocar_report::wrapped;
 
-/// How figures are drawn.
 #[derive(Debug, Args)]
 pub(super) struct FigureArgs {
-    /// Width of the figures, with 8 pt text at any width: a number and in, mm or cm, such as 3.5in for a column, 7.16in for a page
+    /// Width of the figures as a number with in, mm or cm, such as 3.5in for a column or 7.16in for a page; text is 8
+    /// pt at any width
     #[arg(long, value_name = "WIDTH", default_value = "7.16in")]
     figure_width: FigureWidth,
-    /// Formats of the figures, separated by commas; pdf has an embedded typeface
+    /// Formats of the figures, separated by commas; pdf embeds its typeface
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "png,svg", value_parser = parser())]
     figure_format: Vec<FigureFormat>,
 }
@@ -23,13 +23,13 @@ fn parser() -> impl TypedValueParser<Value = FigureFormat> {
         .try_map(move |word| of(word).ok_or("no format"))
 }
 
-/// Returns the name of the file of a figure that is easiest to look at; `None` if no figures are written.
+/// Returns the file name of a figure in the format that is easiest to view; `None` if no figures are written.
 pub(super) fn file_name(style: &FigureStyle, name: &str) -> Option<String> {
     let format = FigureFormat::ALL.into_iter().find(|format| style.formats.contains(format))?;
     Some(format!("{name}.{format}"))
 }
 
-/// Returns the lines that name the files of figures; empty without a figure.
+/// Lists the files of figures; empty without figures.
 pub(super) fn lines(names: &[String]) -> String {
     if names.is_empty() { String::new() } else { wrapped(&format!("figures: {}\n", names.join(", ")), 2) }
 }

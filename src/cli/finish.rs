@@ -6,20 +6,16 @@ use trocar_document::{Document, to_json};
 use trocar_report::html::{Again, document_html};
 use trocar_report::{Folder, document_text, write_document};
 
-/// How a command ends.
 pub(super) struct Finish<'a> {
-    /// The flags for output.
     pub(super) output: &'a OutputArgs,
-    /// The folder of the files.
     pub(super) folder: Folder,
-    /// True if the terminal also shows what it shows on request.
+    /// True to print all tables.
     pub(super) all: bool,
-    /// How a report says that the work is done again; without it there is no report.
+    /// The instructions to repeat the work, for the report; `None` if no report is requested.
     pub(super) report: Option<Again>,
 }
 
 impl Finish<'_> {
-    /// Writes the files of a document.
     pub(super) fn write(&self, document: &Document<'_>) -> Result<(), CliError> {
         write_document(&self.folder, document)?;
         if let Some(again) = &self.report {
@@ -28,13 +24,12 @@ impl Finish<'_> {
         Ok(())
     }
 
-    /// Writes the files of a document, and prints its JSON or its text.
     pub(super) fn document(&self, document: &Document<'_>) -> Result<(), CliError> {
         self.write(document)?;
         if self.output.json { terminal::print(&to_json(&document.json)) } else { self.print(document) }
     }
 
-    /// Prints the text of a document and where its files are, unless the command is quiet.
+    /// Prints the text of a document and the folder of its files, unless the command is quiet.
     pub(super) fn print(&self, document: &Document<'_>) -> Result<(), CliError> {
         let Self { output, folder, all, report } = self;
         if output.quiet {

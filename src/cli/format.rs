@@ -1,14 +1,13 @@
-//! The formats of files of columns.
+//! The formats of files with one row per sample.
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use trocar_report::ColumnFormat;
 
-/// The formats of the files with a row per sample.
 #[derive(Debug, Args)]
 pub(super) struct FormatArgs {
-    /// Formats of the file with a row per sample, separated by commas; mat is MATLAB, mcap a log for Foxglove and
+    /// Formats of the file with one row per sample, separated by commas; mat is for MATLAB, mcap for Foxglove and
     /// PlotJuggler
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "csv", value_parser = parser())]
     format: Vec<ColumnFormat>,
@@ -27,12 +26,11 @@ fn parser() -> impl TypedValueParser<Value = ColumnFormat> {
 }
 
 impl FormatArgs {
-    /// The formats, in the order in which they are given.
     pub(super) fn formats(&self) -> &[ColumnFormat] {
         &self.format
     }
 
-    /// These formats and CSV.
+    /// Returns these formats after CSV.
     pub(super) fn with_csv(&self) -> Self {
         let others = self.format.iter().copied().filter(|format| *format != ColumnFormat::Csv);
         Self { format: std::iter::once(ColumnFormat::Csv).chain(others).collect() }
@@ -71,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn formats_keep_their_order_and_csv_comes_first_where_it_is_needed() {
+    fn formats_keep_their_order_except_that_csv_comes_first_if_required() {
         let both = parsed(&["--format", "mat,csv"]);
         assert_eq!(both.flags(), ["--format", "mat,csv"]);
         assert_eq!(both.with_csv().flags(), ["--format", "csv,mat"]);

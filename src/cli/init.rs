@@ -28,11 +28,10 @@ pub(super) struct InitArgs {
     force: bool,
 }
 
-/// The kind of starter.
 #[derive(Debug, Args)]
 #[group(multiple = false)]
 struct KindArgs {
-    /// An insertion through layers of tissue, each with its thickness and its rupture force [default]
+    /// An insertion through layers of tissue, each with its own thickness and rupture force [default]
     #[arg(long)]
     layers: bool,
     /// A replay of a recording: the file, its columns, units and signs

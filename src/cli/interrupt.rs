@@ -1,4 +1,4 @@
-//! Ctrl-C: the first one stops the work and keeps its results, the second one ends the process at once.
+//! Handles Ctrl-C: the first one stops the work and keeps its results, the second one ends the process at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -7,7 +7,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Exit code of an interrupted command: 128 plus the number of the signal.
 pub(super) const EXIT_CODE: u8 = 130;
 
-/// Calls `stop` at the first Ctrl-C (or SIGTERM, or SIGHUP); a second one ends the process at once.
+/// Calls `stop` at the first Ctrl-C, SIGTERM or SIGHUP. A second one ends the process at once.
 ///
 /// # Errors
 /// If the handler cannot be installed. Ctrl-C then ends the process at once.

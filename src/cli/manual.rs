@@ -15,7 +15,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct ManArgs {
-    /// Folder for the pages of all commands; without it, the page of trocar is printed
+    /// Folder for the pages of all commands; without it, print the page of trocar
     #[arg(long, value_name = "DIR")]
     out: Option<std::path::PathBuf>,
 }
@@ -28,7 +28,7 @@ pub(super) fn run(args: &ManArgs) -> Result<(), CliError> {
     terminal::print(&format!("manual pages: {}\n", out.display()))
 }
 
-/// Writes the pages of a command and of its subcommands, for example `trocar-sweep.1` and `trocar-sweep-merge.1`.
+/// Writes the pages of a command and its subcommands, such as `trocar-sweep.1` and `trocar-sweep-merge.1`.
 fn write_pages(folder: &Folder, name: &str, command: clap::Command) -> Result<(), CliError> {
     for inner in command.get_subcommands().filter(|inner| inner.get_name() != "help") {
         write_pages(folder, &format!("{name}-{}", inner.get_name()), inner.clone())?;

@@ -27,6 +27,7 @@ mod report;
 mod roc;
 mod run;
 mod scenarios;
+mod schema;
 mod stability;
 mod strategies;
 mod sweep;
@@ -40,16 +41,15 @@ use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use error::CliError;
 use trocar_report::Folder;
-use trocar_scenario::{Scenario, ScenarioError, Source, json_schema};
-use trocar_studies::sweep::sweep_schema;
+use trocar_scenario::{Scenario, ScenarioError, Source};
 
 /// Simulates needle insertions by bilateral teleoperation, with event-based haptic augmentation.
 ///
-/// An operator moves a master, a slave drives a needle, and the tissue force is fed back to the operator. When a layer ruptures,
-/// the needle overshoots. trocar detects the rupture, freezes the slave, amplifies the drop of the felt force, and computes metrics
-/// of the result.
+/// An operator moves a master, a slave drives a needle, and the tissue force is fed back to the operator. When a
+/// layer ruptures, the needle overshoots. trocar detects the rupture, freezes the slave, amplifies the drop of the
+/// felt force, and computes metrics of the run.
 #[derive(Debug, Parser)]
-// A paragraph of the help is one line, which clap wraps; lines of examples and lists are shorter.
+// Each paragraph of the help is one line, which clap wraps; lines of examples and lists are shorter.
 #[command(name = "trocar", version, after_help = EXAMPLES, arg_required_else_help = true, max_term_width = trocar_report::WIDTH)]
 struct Cli {
     #[command(subcommand)]
@@ -71,85 +71,94 @@ Exit codes: 0 success, 1 failure, 2 invalid input, 130 interrupted by Ctrl-C.";
 enum Command {
     /// Run scenarios: metrics, trace, figures
     ///
-    /// For each scenario, a folder with its name contains trace.csv, summary.json, scenario.toml and figures. scenario.toml has every
-    /// default; running it gives the same bytes.
+    /// For each scenario, a folder with its name receives trace.csv, summary.json, scenario.toml and figures.
+    /// scenario.toml contains every default; running it gives identical files.
     Run(run::RunArgs),
     /// Compare scenarios; without arguments, the shipped classical and augmented scenarios
     ///
-    /// Prints what the comparison shows, and the main metrics side by side. Each scenario also runs with 0.025 N
-    /// of added noise, with its own detector and with the derivative detector of the paper: --all prints these metrics too.
+    /// Prints the conclusions of the comparison, and the main metrics side by side. Each scenario also runs with
+    /// 0.025 N of added noise, once with its own detector and once with the derivative detector of the paper: --all
+    /// prints these metrics too.
     Compare(compare::CompareArgs),
     /// Compare the strategies against a rupture, or the passivity schemes of the link, on one scenario
     ///
-    /// Every strategy runs for every patient, person and seed: the excess advance, what the person notices, and what a false alarm
-    /// costs. A strategy on the Pareto front has a star. With --schemes, the scenario runs without a passivity scheme and with each:
-    /// force, position, energy, felt impedance, overshoot.
+    /// Every strategy runs for every patient, person and seed. The table shows the excess advance, whether the person
+    /// notices the rupture, and the cost of a false alarm; a star marks the strategies on the Pareto front. With
+    /// --schemes, the scenario instead runs without a passivity scheme and with each scheme, and the table compares
+    /// force, position, energy, felt impedance and overshoot.
     Strategies(strategies::StrategiesArgs),
     /// Explore a scenario in the browser, with a new simulation at every change of a slider
     ///
-    /// The page shows classical and augmented teleoperation side by side: positions, forces, decision function and modes; sliders and
-    /// switches for every key; the metrics of `compare`; an interactive stability map; the rupture as sound; and an insertion by
-    /// hand in real time. The address of the page contains the state. The page exports TOML, CSV and PNG.
+    /// The page shows classical and augmented teleoperation side by side: positions, forces, decision function and
+    /// modes. It has sliders and switches for every key, the metrics of `compare`, an interactive stability map, the
+    /// rupture as sound, and an insertion by hand in real time. The address of the page contains its state. The page
+    /// exports TOML, CSV and PNG.
     ///
-    /// The command serves the page on this machine only. Use --bind to serve other machines. The server rejects requests from pages
-    /// of other sites. Ctrl-C ends the server.
+    /// The command serves the page on this machine only; use --bind to serve other machines. The server rejects
+    /// requests from pages of other sites. Ctrl-C ends the server.
     Explore(explore::ExploreArgs),
     /// Run the estimator and the detector on recordings or on a live stream
     ///
-    /// A recording is a file of text (CSV and its kin), MATLAB, Parquet, TDMS, HDF5 or Excel; --list shows what is in it. A column is given by its name in the header of the file and, after a colon, a factor or a unit (s, ms, us, min; m, cm, mm, um;
-    /// N, kN, cN, mN, gf, kgf): xs_rad:0.075 converts the angle of a lever to metres. A negative factor or unit, as in force:-cN,
-    /// changes the sign: forces must be positive when they resist insertion, and positions must increase into the tissue. Unevenly spaced samples are resampled at their median interval.
+    /// A recording is a file of delimited text (such as CSV), MATLAB, Parquet, TDMS, HDF5 or Excel; --list shows its
+    /// signals. A column is given by its name in the header of the file and, after a colon, a factor or a unit (s,
+    /// ms, us, ns, min; m, cm, mm, um; N, kN, cN, mN, gf, kgf): xs_rad:0.075 converts the angle of a lever to metres.
+    /// A negative factor or unit, as in force:-cN, changes the sign: forces must be positive when they resist
+    /// insertion, and positions must increase into the tissue. Unevenly spaced samples are resampled at their median
+    /// interval.
     Detect(Box<detect::DetectArgs>),
     /// Compute settings of estimator and detector from the beginning of a recording
     ///
-    /// Measures the noise of the force, finds the contact position and the quiet parts, and tests whether the residual is white and
-    /// Gaussian. The result is the dead zone, the memory of the estimator, and the drift and threshold for a requested interval
-    /// between false alarms, as [estimator] and [detector] tables for a scenario.
+    /// Measures the noise of the force, finds the contact position and the quiet segments, and tests whether the
+    /// residual is white and Gaussian. From these it computes the dead zone, the memory of the estimator, and the
+    /// drift and threshold for a requested interval between false alarms. The result is a scenario's [estimator] and
+    /// [detector] tables.
     Calibrate(Box<calibrate::CalibrateArgs>),
     /// Compute operating characteristics of the detectors: detection, delay and false alarms by threshold
     ///
-    /// White noise of many seeds is added to the force of a signal. The estimator runs once per seed, and every detector runs on its
-    /// residual with many thresholds: the paper's squared residual, eq. 22, 23 and 26, the derivative baseline, a generalised
-    /// likelihood ratio and the Page-Hinkley test, each with its own threshold and drift, all derived from the same two noise levels (quiet,
-    /// rupture). An alarm soon
-    /// enough after a label is a detection; a later alarm within 0.5 s is late; any other alarm is false. Intervals are 95 %
+    /// White noise of many seeds is added to the force of a signal. The estimator runs once per seed, and every
+    /// detector runs on its residual with many thresholds. The detectors are the paper's squared residual, eq. 22, 23
+    /// and 26, the derivative baseline, a generalised likelihood ratio and the Page-Hinkley test. Each has its own
+    /// threshold and drift, derived from the same two noise levels (quiet and rupture). An alarm soon enough after a
+    /// label is a detection; a later alarm within 0.5 s is late; any other alarm is false. Intervals are 95 %
     /// confidence intervals. Ctrl-C ends early and keeps the finished cases.
     Roc(Box<roc::RocArgs>),
     /// Analyse the stability of the loop: limits, margins, ports, and a map over two parameters
     ///
-    /// In permanent contact with a tissue f = K x + B v the loop is linear and time-invariant. The analysis uses its matrices,
-    /// including delays of any length, and no simulation. It computes the dominant mode; the maximum stable force scale, position
-    /// scale, stiffness and delay, with all stable ranges; gain, phase, delay and jitter margins; the sensitivity of each limit to each
-    /// parameter; and the two-port of the teleoperator (hybrid parameters, Llewellyn's parameter, passivity, transmitted impedance).
-    /// K and B are tissue.stiffness_n_per_m and tissue.damping_n_s_per_m for every kind of tissue.
+    /// In permanent contact with a tissue f = K x + B v the loop is linear and time-invariant. The analysis uses the
+    /// matrices of the loop, with delays of any length, and no simulation. It computes the dominant mode; the maximum
+    /// stable force scale, position scale, stiffness and delay, with all stable ranges; gain, phase, delay and jitter
+    /// margins; the sensitivity of each limit to each parameter; and the two-port of the teleoperator (hybrid
+    /// parameters, Llewellyn's parameter, passivity, transmitted impedance). K and B are tissue.stiffness_n_per_m and
+    /// tissue.damping_n_s_per_m for every kind of tissue.
     ///
-    /// An axis is KEY=LOW:HIGH:COUNT. It is logarithmic if HIGH is at least 50 times LOW; append :log or :linear to choose.
-    /// channel.delay_s sets both delays. With tissue damping as x and stiffness as y, the map is the Z-width of Colgate and Brown
-    /// (1994).
+    /// An axis is KEY=LOW:HIGH:COUNT. It is logarithmic if HIGH is at least 50 times LOW; append :log or :linear to
+    /// choose. channel.delay_s sets both delays. With tissue damping as x and stiffness as y, the map is the Z-width
+    /// of Colgate and Brown (1994).
     ///
-    /// Files, in a folder with the name of the scenario: stability.json, sensitivities.csv, the figure stability with stability_map.csv and
-    /// stability_boundary.csv, the figure ports with ports.csv.
+    /// The files are in a folder with the name of the scenario: stability.json, sensitivities.csv, the figure
+    /// stability with stability_map.csv and stability_boundary.csv, and the figure ports with ports.csv.
     Stability(Box<stability::StabilityArgs>),
-    /// Run a scenario many times with varied keys: a row of metrics per case, statistics, figures
+    /// Run a scenario many times with varied keys: one row of metrics per case, statistics, figures
     ///
-    /// A sweep uses all processors and constant memory, and can run in parts on many machines. After an interruption, the same command
-    /// continues it.
+    /// A sweep uses all processors and constant memory, and its parts can run on many machines. After an
+    /// interruption, the same command continues the sweep.
     Sweep(Box<sweep::SweepArgs>),
-    /// Write a scenario as a unit for other simulation programs (FMI)
+    /// Write a scenario as a functional mock-up unit (FMU) for other simulation programs
     ///
-    /// The unit is the whole simulation, with the person's position as input and the columns of the trace as outputs; or with --rig
-    /// the controller of a rig, with samples as inputs and commands and alarm as outputs. Its parameters are the keys of the
-    /// scenario, with their values as defaults. A step is a whole number of ticks; after a step from t to t + h, the outputs are
-    /// those of the last tick before t + h.
+    /// The FMU is the whole simulation, with the operator's position as input and the columns of the trace as
+    /// outputs; with --rig, it is the controller of a rig, with samples as inputs and the commands and the alarm as
+    /// outputs. Its parameters are the keys of the scenario, with their values as defaults. A step is a whole number
+    /// of ticks; after a step from t to t + h, the outputs are those of the last tick before t + h.
     Export(export::ExportArgs),
-    /// Run the two sides of a scenario as two processes in real time, and simulate again what they logged
+    /// Run the two sides of a scenario as two processes in real time, or simulate a logged link again
     ///
-    /// Master and slave exchange a packet per tick by UDP, with a number and a time stamp. Both run the steps of a simulated tick,
-    /// with the network in place of the channel: architectures, recovery, passivity schemes and augmentation act as in a run. Each side
-    /// logs its signals and the delays and losses of the messages that it receives; replay simulates them again.
+    /// Master and slave exchange one UDP packet per tick, with a number and a time stamp. Both run the steps of a
+    /// simulated tick, and the network replaces the channel: architectures, recovery, passivity schemes and
+    /// augmentation act as in a run. Each side logs its signals and the delays and losses of the messages that it
+    /// receives; replay simulates the link from these logs.
     ///
-    /// On one machine no key is needed. Between machines every packet is authenticated with a key, and packets of another key, of
-    /// another session or with an old number are counted and dropped. The packets are not encrypted.
+    /// On one machine no key is needed. Between machines every packet is authenticated with a key. Packets with
+    /// another key, of another session or with an old number are counted and dropped. The packets are not encrypted.
     ///
     /// The slave's ticks are half a tick after the master's.
     Link(link::LinkArgs),
@@ -157,31 +166,27 @@ enum Command {
     Check(check::CheckArgs),
     /// Explain a warning, a key or a metric; without an argument, list all warnings
     Explain(explain::ExplainArgs),
-    /// List the shipped scenarios, each with the question that it answers, or print one
+    /// List the shipped scenarios with the question that each answers, or print one
     Scenarios(scenarios::ScenariosArgs),
-    /// Reproduce the figures of the paper, each with the paper's facts
+    /// Reproduce the figures of the paper, each with the paper's statements
     ///
-    /// Runs the shipped scenarios and draws figures 4 to 13, 15 and 16 by number. paper.html has all of them, with what the paper's
-    /// figure shows, what differs here and why, and the paper's statements beside the results.
+    /// Runs the shipped scenarios and draws figure 1 and figures 4 to 16 by number. paper.html contains all of them,
+    /// with a description of the paper's figure, the differences and their reasons, and the paper's statements beside
+    /// the results.
     Paper(paper::PaperArgs),
     /// Write a commented starter scenario
     ///
-    /// A starter is short, and valid as written. Uncomment a line `# key = value` to override the default; the value is the default, or
-    /// marked as an example.
-    /// Without a flag, the starter is --layers: a tissue of your own, which needs no other file.
+    /// A starter is short and valid as written. To override a default, uncomment its line `# key = value`; the value
+    /// is the default or marked as an example.
+    /// Without a flag, the starter is --layers: a user-defined tissue, which needs no other file.
     Init(init::InitArgs),
-    /// Print a JSON Schema of scenario files, for editors
-    #[command(after_help = "Example:\n  trocar schema > trocar.schema.json")]
-    Schema {
-        /// Print the schema of sweep files instead
-        #[arg(long)]
-        sweep: bool,
-    },
+    /// Print the JSON Schema of scenario files, or of a JSON file, with units and meanings
+    Schema(schema::SchemaArgs),
     /// Write the in-vivo-like recording, or a variant with another seed
     ///
-    /// A synthetic insertion through two layers with the properties that the paper states for its recording: CSV with time_s,
-    /// position_m, velocity_m_per_s and force_n, at 1 kHz, forces positive when they resist insertion. The same seed gives the same
-    /// bytes; seed 1 is the shipped recording.
+    /// The recording is a synthetic insertion through two layers with the properties that the paper states for its
+    /// own recording. It is a CSV file at 1 kHz with time_s, position_m, velocity_m_per_s and force_n; forces are
+    /// positive when they resist insertion. The same seed gives an identical file; seed 1 is the shipped recording.
     Record(record::RecordArgs),
     /// Print completions for a shell
     Completions(completions::CompletionsArgs),
@@ -189,13 +194,13 @@ enum Command {
     Man(manual::ManArgs),
 }
 
-/// The help of --out where a folder belongs to a recording.
+/// The help of `--out` with one folder per recording.
 const OUT_PER_RECORDING: &str = "Folder for the files; it contains one folder per recording";
 
-/// The help of --out of sweeps.
+/// The help of `--out` for sweeps.
 const OUT_PER_SWEEP: &str = "Folder for the files; it contains one folder per sweep";
 
-/// The help of --set where there is a single scenario, or none.
+/// The help of `--set` for commands with one scenario or none.
 const SET_ONE: &str = "Override a key, as in --set scaling.force=2 (repeatable; the last value applies)";
 
 /// Options for files and printed output.
@@ -207,7 +212,7 @@ struct OutputArgs {
     /// Print errors only
     #[arg(long, short)]
     quiet: bool,
-    /// Exit with code 1 if there is a warning; the files are written all the same
+    /// Exit with code 1 if there is a warning; the files are still written
     #[arg(long)]
     deny_warnings: bool,
     /// Print the content of the JSON files on standard output, instead of tables
@@ -215,12 +220,18 @@ struct OutputArgs {
     json: bool,
     #[command(flatten)]
     figures: figure::FigureArgs,
+    /// Draw no figures; for short runs or many recordings, drawing takes most of the time
+    #[arg(long)]
+    no_figures: bool,
 }
 
 impl OutputArgs {
-    /// Returns the folder for the files.
     fn folder(&self) -> Folder {
-        Folder { figures: self.figures.style(), ..Folder::new(&self.out) }
+        let mut figures = self.figures.style();
+        if self.no_figures {
+            figures.formats.clear();
+        }
+        Folder { figures, ..Folder::new(&self.out) }
     }
 }
 
@@ -233,7 +244,7 @@ struct ScenarioArgs {
 }
 
 impl ScenarioArgs {
-    /// Loads all scenarios, before any of them runs.
+    /// Loads all scenarios before any of them runs.
     fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, CliError> {
         let sources: Vec<Source> = paths.iter().map(|path| Source::parse(path)).collect();
         let named = |(loaded, path): (Result<Scenario, ScenarioError>, &String)| {
@@ -277,8 +288,7 @@ pub fn main() -> ExitCode {
         Command::Explain(args) => explain::run(&args),
         Command::Scenarios(args) => scenarios::run(&args),
         Command::Sweep(args) => sweep::run(&args),
-        Command::Schema { sweep: false } => terminal::print(&format!("{:#}\n", json_schema())),
-        Command::Schema { sweep: true } => terminal::print(&format!("{:#}\n", sweep_schema())),
+        Command::Schema(args) => schema::run(&args),
         Command::Init(args) => init::run(&args),
         Command::Paper(args) => paper::run(&args),
         Command::Completions(args) => completions::run(&args),

@@ -1,10 +1,10 @@
-//! Flags that have another name or belong to another command since 0.3. They are refused with the new name, in this release only.
+//! Flags that were renamed or moved to another command in 0.3. This release refuses them and names the new flag.
 
 use clap::Args;
 
 use super::error::CliError;
 
-/// The flags of `trocar compare` that are gone.
+/// The removed flags of `trocar compare`.
 #[derive(Debug, Args)]
 pub(super) struct MovedCompare {
     #[arg(long, hide = true)]
@@ -20,7 +20,7 @@ pub(super) struct MovedCompare {
 }
 
 impl MovedCompare {
-    /// Refuses the flags.
+    /// Returns an error that names the new flag if a removed flag is given.
     pub(super) fn check(&self) -> Result<(), CliError> {
         let moved = [
             (self.paper, "--paper", "trocar paper"),
@@ -44,7 +44,6 @@ pub(super) struct MovedWindow {
 }
 
 impl MovedWindow {
-    /// Refuses the flag.
     pub(super) fn check(&self) -> Result<(), CliError> {
         match self.window_s {
             Some(_) => Err(CliError::Moved { command: "detect", flag: "--window-s", now: "--within-s" }),

@@ -31,7 +31,6 @@ pub(super) struct PaperArgs {
     figures: FigureArgs,
 }
 
-/// The file name of the page.
 const PAGE: &str = "paper.html";
 
 pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {

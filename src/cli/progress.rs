@@ -2,17 +2,17 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Returns a bar for many short items, with the rate and the remaining time.
+/// Returns a bar for many short items, with rate and remaining time.
 pub(super) fn rated_bar(items: usize, quiet: bool) -> ProgressBar {
     styled(items, quiet, "{msg} [{bar:30}] {pos}/{len} {per_sec} {eta} left")
 }
 
-/// Returns a bar for a number of scenarios, hidden if `quiet` or for a single scenario.
+/// Returns a bar for scenarios, hidden if `quiet` or for a single scenario.
 pub(super) fn bar(scenarios: usize, quiet: bool) -> ProgressBar {
     styled(scenarios, quiet, "{msg} [{bar:30}] {pos}/{len} {eta}")
 }
 
-/// Returns a count of items whose number is not known beforehand.
+/// Returns a counter of items whose total is unknown.
 pub(super) fn counter(quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();

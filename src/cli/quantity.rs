@@ -1,9 +1,9 @@
-//! Numbers and columns on the command line, with a unit or without.
+//! Numbers and columns on the command line, with or without a unit.
 
 use trocar_recording::Column;
 use trocar_scenario::{parse_column, parse_number};
 
-/// Parses a number in `unit`: plain, or with a unit of its own, as in `30ms` where `unit` is `s`.
+/// Parses a number in `unit`. The text may name another unit, as in `30ms` for `s`.
 pub(super) fn quantity(unit: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
     move |text| parse_number(text, unit)
 }

@@ -3,30 +3,36 @@
 use clap::Args;
 
 use super::ScenarioArgs;
-use super::quantity::column;
+use super::quantity::{column, quantity};
 use trocar_base::warning::{Code, Warning};
-use trocar_recording::{Column, Limits, Quantity, Roles, list_signals, signal_names};
-use trocar_scenario::{ScenarioError, Source, Values, parse_column};
+use trocar_recording::{Column, Limits, Quantity, Roles, list_signals, signal_names, signals_by_name};
+use trocar_scenario::{Reader, ScenarioError, Source, Values, keys_without_effect, parse_column};
 
 /// The columns of a recording.
 #[derive(Debug, Args)]
 pub(super) struct ColumnArgs {
-    /// Column with the time (its name as `trocar detect --list` shows it); converted to s by the factor or unit (s, ms, us, min), as in t:1e-3 or t:ms [default: time_s]
+    /// Column with the time (its name as `trocar detect --list` shows it); the factor or unit (s, ms, us, ns, min)
+    /// converts it to s, as in t:1e-3 or t:ms [default: time_s]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", value_parser = column("s"))]
     time: Option<Column>,
-    /// Column with the position of the needle; converted to m by the factor or unit (m, cm, mm, um) [default: position_m]
+    /// Column with the position of the needle; the factor or unit (m, cm, mm, um) converts it to m [default:
+    /// position_m]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m"))]
     position: Option<Column>,
-    /// Column with the velocity of the needle; converted to m/s by the factor or unit (m/s, cm/s, mm/s, um/s) [default: estimated from
-    /// the position]
+    /// Column with the velocity of the needle; the factor or unit (m/s, cm/s, mm/s, um/s) converts it to m/s
+    /// [default: estimated from the position]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m/s"))]
     velocity: Option<Column>,
-    /// Column with the force on the needle; converted to N by the factor or unit (N, kN, cN, mN, gf, kgf) [default: force_n]
+    /// Subtract the mean force of the first S seconds, in which the needle must be free [default: 0, no tare]
+    #[arg(long, value_name = "S", value_parser = quantity("s"), allow_hyphen_values = true)]
+    tare_s: Option<f64>,
+    /// Column with the force on the needle; the factor or unit (N, kN, cN, mN, gf, kgf) converts it to N [default:
+    /// force_n]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("N"))]
     force: Option<Column>,
 }
 
-/// The flags of a command about its recordings.
+/// The flags of a command that concern its recordings.
 pub(super) struct RecordedFlags<'a> {
     pub(super) columns: &'a ColumnArgs,
     pub(super) contact_m: Option<f64>,
@@ -35,8 +41,13 @@ pub(super) struct RecordedFlags<'a> {
 }
 
 impl RecordedFlags<'_> {
-    /// Returns the flags as settings, for a recording if one is given. They override those of `tuning`; those of --set come last and have
-    /// priority.
+    /// Returns the warnings about keys of `--set` that have no effect on a recording.
+    pub(super) fn unread(&self, values: &Values, reader: Reader) -> Vec<Warning> {
+        keys_without_effect(values, &self.changes.settings, reader)
+    }
+
+    /// Returns the flags as settings, with the path of the recording if given. Flags override `tuning`, and `--set`
+    /// comes last and overrides both.
     pub(super) fn settings(&self, recording: Option<&str>, tuning: &[String]) -> Vec<String> {
         let mut settings: Vec<String> = recording.and_then(file_setting).into_iter().collect();
         settings.extend(tuning.iter().cloned());
@@ -53,7 +64,6 @@ impl RecordedFlags<'_> {
 }
 
 impl ColumnArgs {
-    /// Returns the flags as given.
     pub(super) fn flags(&self) -> Vec<String> {
         let given = [
             ("--time", &self.time),
@@ -66,10 +76,10 @@ impl ColumnArgs {
             let scale = if column.scale() == 1.0 { String::new() } else { format!(":{:?}", column.scale()) };
             Some([flag.to_owned(), format!("{}{scale}", column.name())])
         };
-        given.into_iter().filter_map(words).flatten().collect()
+        let tare = self.tare_s.into_iter().flat_map(|tare_s| ["--tare-s".to_owned(), format!("{tare_s:?}")]);
+        given.into_iter().filter_map(words).flatten().chain(tare).collect()
     }
 
-    /// Returns the flags as settings.
     fn settings(&self) -> Vec<String> {
         let mut settings = vec![];
         let columns = [
@@ -87,21 +97,22 @@ impl ColumnArgs {
                 settings.push(format!("recording.{sign}={}", column.scale().signum()));
             }
         }
+        settings.extend(self.tare_s.map(|tare_s| format!("recording.tare_s={tare_s:?}")));
         settings
     }
 }
 
-/// Returns whether an argument names a scenario, and not a recording.
+/// Returns true if an argument names a scenario instead of a recording.
 pub(super) fn is_scenario(given: &str) -> bool {
     Source::parse(given).display().ends_with(".toml")
 }
 
-/// Returns the setting with the path of a recording, or `None` for a scenario, which names its own recording.
+/// Returns the setting `recording.file`, or `None` for a scenario, which names its own recording.
 pub(super) fn file_setting(given: &str) -> Option<String> {
     (!is_scenario(given)).then(|| format!("recording.file={}", quoted(given)))
 }
 
-/// Returns the values of a scenario file, or for a recording the values of the settings, which name the recording.
+/// Loads a scenario file, or makes the values of a recording from settings that name it.
 pub(super) fn load(given: &str, settings: &[String]) -> Result<Values, ScenarioError> {
     let source = Source::parse(given);
     if is_scenario(given) {
@@ -111,8 +122,8 @@ pub(super) fn load(given: &str, settings: &[String]) -> Result<Values, ScenarioE
     }
 }
 
-/// As [`load`] with the flags of a command; without a flag or a key for the columns, and without columns of the default names in the
-/// file, with the columns that names and units show, if they are unique, and a warning that says so.
+/// Loads like [`load`], and guesses the columns from the names and units of the signals. It guesses only if no flag
+/// or key sets the columns, the file has no default column and the guess is unique; then it returns a warning.
 pub(super) fn load_guessed(
     given: &str,
     flags: &RecordedFlags<'_>,
@@ -121,11 +132,12 @@ pub(super) fn load_guessed(
     let settings = flags.settings(Some(given), tuning);
     let values = load(given, &settings)?;
     let Some((columns, warning)) = guess(given, &values) else { return Ok((values, None)) };
-    let guessed: Vec<String> = settings.into_iter().chain(columns.settings()).collect();
+    // The guess comes before --set, which may also name a column.
+    let guessed: Vec<String> = columns.settings().into_iter().chain(settings).collect();
     Ok((load(given, &guessed)?, Some(warning)))
 }
 
-/// Returns the columns that names and units of the signals of a file show, if they are unique.
+/// Guesses the columns of a file from the names and units of its signals; `None` if the guess is not unique.
 fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     let path = std::path::Path::new(given);
     let sections = ["recording.columns", "recording.scale"];
@@ -141,14 +153,16 @@ fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     if defaults.iter().any(has) {
         return None;
     }
-    let signals = list_signals(path, &Limits::default()).ok()?;
+    let listed = list_signals(path, &Limits::default()).ok().filter(|signals| Roles::of(signals).are_unique());
+    // If a sample is invalid, use the names alone, so that reading the file reports the invalid sample.
+    let signals = listed.unwrap_or_else(|| signals_by_name(&names));
     let roles = Roles::of(&signals);
     if !roles.are_unique() {
         return None;
     }
     let [time, position, velocity, force] =
         Quantity::ALL.map(|quantity| parse_column(&signals[roles.first(quantity)?].column(), quantity.unit()).ok());
-    let columns = ColumnArgs { time, position, velocity, force };
+    let columns = ColumnArgs { time, position, velocity, force, tare_s: None };
     let flags = Quantity::ALL
         .into_iter()
         .filter_map(|quantity| Some(format!("--{} {}", quantity.name(), signals[roles.first(quantity)?].column())));
@@ -158,13 +172,13 @@ fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     Some((columns, Warning::new(Code::GuessedColumns, message).at("--time, --position, --force").remedy(remedy)))
 }
 
-/// Returns the error without its place. Without a scenario file, the place of an error is a flag, which the message names.
+/// Removes the place of an error. Without a scenario file, the place is a flag, which the message names.
 pub(super) fn of_flags(mut error: ScenarioError) -> ScenarioError {
     error.place = None;
     error
 }
 
-/// Returns a function that keeps the place of an error for a scenario file, and removes it otherwise.
+/// Returns a function that keeps the place of an error for a scenario file and removes it otherwise.
 pub(super) fn placed(given: &str) -> impl Fn(ScenarioError) -> ScenarioError {
     let is_scenario = is_scenario(given);
     move |error| if is_scenario { error } else { of_flags(error) }

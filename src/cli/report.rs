@@ -7,11 +7,10 @@ use trocar_report::Folder;
 use trocar_report::html::Again;
 use trocar_studies::run::Run;
 
-/// The file name of a report.
 pub(super) const FILE: &str = "report.html";
 
-/// Returns the path of a file as a report shows it. An absolute path is reduced to its file name, so that a report contains no path
-/// of this machine.
+/// Returns the path that a report shows. An absolute path becomes its file name, so that a report reveals no path of
+/// this machine.
 pub(super) fn shown(path: &str) -> String {
     let parsed = std::path::Path::new(path);
     match parsed.file_name() {
@@ -20,17 +19,16 @@ pub(super) fn shown(path: &str) -> String {
     }
 }
 
-/// Returns settings as `--set` flags.
 pub(super) fn set_flags(settings: &[String]) -> impl Iterator<Item = String> + '_ {
     settings.iter().flat_map(|setting| ["--set".to_owned(), setting.clone()])
 }
 
-/// Prints the path of the report.
 pub(super) fn print_path(folder: &Folder) -> Result<(), CliError> {
     terminal::print(&format!("report: {}\n", folder.path.join(FILE).display()))
 }
 
-/// Returns how a command is given again with the files of its runs, under their names, and with further flags.
+/// Returns the instructions to repeat a command with the scenarios of its runs, as files under their names, and
+/// further flags.
 pub(super) fn again(command: &'static str, runs: &[Run], flags: impl IntoIterator<Item = String>) -> Again {
     let files: Vec<_> = runs.iter().map(|run| (format!("{}.toml", run.scenario.name), run.scenario.echo())).collect();
     let names = files.iter().map(|(name, _)| name.clone());
@@ -39,7 +37,6 @@ pub(super) fn again(command: &'static str, runs: &[Run], flags: impl IntoIterato
     Again { command, line, files, note: Again::SAVE }
 }
 
-/// Returns a number of seeds as a flag.
 pub(super) fn seeds_flag(seeds: Option<u64>) -> impl Iterator<Item = String> {
     seeds.into_iter().flat_map(|seeds| ["--seeds".to_owned(), seeds.to_string()])
 }

@@ -6,12 +6,15 @@ use super::error::{CliError, DetectError};
 use super::finish::Finish;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
+use super::report::shown;
 use super::warnings::Warnings;
 use super::within::WithinArgs;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress, recorded};
 use trocar_core::detector::DistanceKind;
+use trocar_document::command_line;
 use trocar_recording::InVivoLikeVariant;
-use trocar_scenario::{DetectionSpec, Scenario, Source, Values};
+use trocar_report::html::Again;
+use trocar_scenario::{DetectionSpec, Reader, Scenario, Source, Values};
 use trocar_studies::roc::{Signal, Study};
 
 /// The default scenario, whose recording is evaluated.
@@ -26,17 +29,17 @@ Examples:
   trocar roc x.csv --time t --position x:mm --force f --rupture-s 1.8
                                             a recording with its rupture
   trocar roc layers/through-the-skin        a closed loop with layered tissue
-  trocar roc --trials --seeds 2000          2000 made recordings of every kind";
+  trocar roc --trials --seeds 2000          2000 synthetic recordings of every kind";
 
 /// Compute operating characteristics of detectors.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, mut_arg("out", |arg| arg.help("Folder for the files, which go directly into it")), mut_arg("within_s", |arg| arg.default_value("0.010").value_parser(within)))]
 pub(super) struct RocArgs {
-    /// Recordings (CSV, .mat, Parquet, TDMS, HDF5, Excel), or scenario files: their [recording], or their closed loop if they have no recording [default: the shipped
-    /// in-vivo-like insertion]
+    /// Recordings (CSV, .mat, Parquet, TDMS, HDF5, Excel), or scenario files: their [recording], or their closed loop
+    /// if they have no recording [default: the shipped in-vivo-like insertion]
     #[arg(value_name = "SCENARIO|RECORDING")]
     signals: Vec<String>,
-    /// Evaluate made recordings instead: each seed draws rate, noise, layers or other matter, and motion
+    /// Evaluate synthetic recordings instead: each seed draws rate, noise, motion, and layers or another material
     #[arg(long, conflicts_with_all = ["signals", "noise_std_n", "drop_n", "sharpness_s", "depth_m", "time", "position", "velocity", "force", "contact_m", "ruptures_s"])]
     trials: bool,
     #[command(flatten)]
@@ -53,21 +56,26 @@ pub(super) struct RocArgs {
     /// Standard deviations of the added white noise, in N; 0.025 N is the paper's variance of 6.25e-4 N²
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "0.025", allow_hyphen_values = true, value_parser = noise)]
     noise_std_n: Vec<f64>,
-    /// Force drops of the ruptures of the synthetic insertion, in N; 1 N is hard to detect, the shipped drops are 5.3 and 3.2 N
+    /// Force drops of the ruptures of the synthetic insertion, in N; 1 N is hard to detect, the shipped drops are 5.3
+    /// N and 3.2 N
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = drop)]
     drop_n: Vec<f64>,
-    /// Time constants of the force drops of the synthetic insertion, in s; the shipped one is 0.045 s
+    /// Time constants of the force drops of the synthetic insertion, in s; the shipped time constant is 0.045 s
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = sharpness)]
     sharpness_s: Vec<f64>,
-    /// Depths of the first rupture of the synthetic insertion, in m; positions are scaled, forces are not; the shipped one is 0.02705 m
+    /// Depths of the first rupture of the synthetic insertion, in m; they scale positions, not forces; the shipped
+    /// depth is 0.02705 m
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = depth)]
     depth_m: Vec<f64>,
-    /// Detectors, by their detector.distance [default: all]
+    /// Detectors, named by their detector.distance [default: all]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(DistanceKind::WORDS))]
     detectors: Vec<String>,
     /// Number of thresholds per detector, from 0.01 to 100 times its own threshold
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(2..=1000))]
     thresholds: u64,
+    /// Also write report.html: one self-contained page with the curves and the tables
+    #[arg(long)]
+    report: bool,
     #[command(flatten)]
     within: WithinArgs,
     #[command(flatten)]
@@ -98,7 +106,14 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     let document = roc.document(args.seeds);
     warnings.print(&document.warnings);
     let folder = args.output.folder();
-    Finish { output: &args.output, folder: folder.clone(), all: false, report: None }.document(&document)?;
+    let again = || Again {
+        command: "trocar roc",
+        files: vec![],
+        note: "Run this command in the folder of the files that it names.",
+        line: command_line(std::env::args().skip(1).map(|word| shown(&word))),
+    };
+    let finish = Finish { output: &args.output, folder: folder.clone(), all: false, report: args.report.then(again) };
+    finish.document(&document)?;
     if roc.cases < roc.cases_planned {
         let kept = format!("{} of {} cases are in {}", roc.cases, roc.cases_planned, folder.path.display());
         return Err(CliError::Interrupted { kept: Some(kept) });
@@ -106,7 +121,7 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Returns the requested signals. All of them are loaded before any of them is evaluated.
+/// Loads all requested signals before any of them is evaluated.
 fn signals(args: &RocArgs, warnings: &Warnings) -> Result<Vec<Signal>, CliError> {
     let kinds: Vec<DistanceKind> = DistanceKind::ALL
         .into_iter()
@@ -158,12 +173,13 @@ fn signal(
     if !values.is_given("recording.file") {
         return Ok(Signal::closed_loop(Scenario::load(&Source::parse(path), &flags.settings(None, &[]))?, kinds)?);
     }
-    warnings.print(&guess.map(|guess| guess.of(path)).into_iter().collect::<Vec<_>>());
+    let unread = flags.unread(&values, Reader::Roc);
+    warnings.print(&guess.into_iter().chain(unread).map(|warning| warning.of(path)).collect::<Vec<_>>());
     let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(path))?;
     Ok(Signal::recorded(values.name().to_owned(), &spec, kinds)?)
 }
 
-/// Returns the values of a list, or a single `None` for an empty list.
+/// Wraps the values of a list; an empty list becomes a single `None`.
 fn optional(list: &[f64]) -> Vec<Option<f64>> {
     if list.is_empty() { vec![None] } else { list.iter().copied().map(Some).collect() }
 }

@@ -24,8 +24,8 @@ pub(super) struct RunArgs {
     /// Scenario files, or shipped scenarios such as paper/classical (see `trocar scenarios`)
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<String>,
-    /// Also write report.html in the folder of each trace.csv: one self-contained page with the scenario, the metrics and their
-    /// meaning, the events, and interactive charts
+    /// Also write report.html into the folder of each trace.csv: one self-contained page with the scenario, the
+    /// metrics and their meaning, the events, and interactive charts
     #[arg(long)]
     report: bool,
     #[command(flatten)]
@@ -60,7 +60,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     }
     bar.finish_and_clear();
     if args.output.json {
-        // One document: the summary of one run, or a list of several.
+        // Print the summary of one run as an object, and of several as a list.
         let document = match summaries.len() {
             1 => summaries.remove(0),
             _ => summaries.into(),
@@ -70,7 +70,6 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Writes several runs in parallel, each into a folder with its name.
 pub(super) fn write_runs(folder: &Folder, runs: &[Run]) -> Result<(), CliError> {
     Ok(runs.par_iter().try_for_each(|run| write_document(&folder.folder(&run.scenario.name), &run.document()))?)
 }

@@ -1,10 +1,12 @@
 //! `trocar scenarios`.
 
 use clap::{Args, Subcommand};
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::error::CliError;
 use super::terminal;
+use trocar_document::{json_of, to_json};
 use trocar_report::{WIDTH, filled};
 use trocar_scenario::{Source, shipped_questions};
 
@@ -19,14 +21,14 @@ Examples:
 pub(super) struct ScenariosArgs {
     #[command(subcommand)]
     action: Option<Action>,
-    /// Print name, question and path of each as JSON
+    /// Print the name, question and path of each as JSON
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Print the text of a scenario, to read or to copy from
+    /// Print the text of a scenario, for reading or copying
     #[command(after_help = "Example:\n  trocar scenarios show layers/epidural > my.toml")]
     Show {
         /// A shipped scenario, such as layers/epidural, or a scenario file
@@ -35,27 +37,37 @@ enum Action {
     },
 }
 
+/// A shipped scenario.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct ShippedScenario {
+    /// The name that commands accept.
+    name: String,
+    /// The question that the scenario answers.
+    question: &'static str,
+    /// The path for `base` in a scenario file.
+    path: String,
+}
+
 pub(super) fn run(args: &ScenariosArgs) -> Result<(), CliError> {
     match &args.action {
         Some(Action::Show { name }) => terminal::print(&Source::parse(name).read()?),
         None if args.json => {
-            let entry = |(path, question): (&str, &str)| {
+            let entry = |(path, question)| {
                 let (folder, name) = parts(path);
-                json!({ "name": format!("{folder}/{name}"), "question": question, "path": format!("builtin:{path}") })
+                ShippedScenario { name: format!("{folder}/{name}"), question, path: format!("builtin:{path}") }
             };
-            let list: serde_json::Value = shipped_questions().map(entry).collect();
-            terminal::print(&format!("{list:#}\n"))
+            terminal::print(&to_json(&json_of(&shipped_questions().map(entry).collect::<Vec<_>>())))
         }
         None => terminal::print(&list()),
     }
 }
 
-/// The folder and the name of a shipped scenario.
+/// Splits a path into the folder and the name of a shipped scenario.
 fn parts(path: &str) -> (&str, &str) {
     path.trim_end_matches(".toml").split_once('/').unwrap_or(("", path))
 }
 
-/// The scenarios with their questions, folder by folder.
+/// Lists the scenarios with their questions, by folder.
 fn list() -> String {
     let widest = shipped_questions().map(|(path, _)| parts(path).1.len()).max().unwrap_or(0);
     let mut text = String::new();

@@ -8,15 +8,15 @@ use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress};
 use trocar_document::Study as _;
 use trocar_report::html::{Again, command_line};
-use trocar_scenario::Source;
-use trocar_stability::{Axis, Parameter, Terminations};
+use trocar_scenario::{Source, keys_outside_loop};
+use trocar_stability::{Axis, Parameter, Terminations, TissueRange};
+use trocar_studies::run::delays_rounded;
 use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
 const DEFAULT_HAND: &str = "0:inf";
 
-/// Maximum damping in N·s/m.
 const MAX_DAMPING_N_S_PER_M: f64 = 1e6;
 
 const EXAMPLES: &str = "\
@@ -51,30 +51,32 @@ pub(super) struct StabilityArgs {
     /// Also simulate every point of the map, from equilibrium in the tissue, and list disagreements
     #[arg(long)]
     simulate: bool,
-    /// Range of the tissue stiffness (N/m), which can change at any tick, in the analysis of events and of bounded hands; that
-    /// of the scenario's tissue without it
+    /// Range of the tissue stiffness (N/m) for the analysis of events and of bounded hands; the stiffness can change
+    /// within it at any tick [default: the range of the scenario's tissue]
     #[arg(long, value_name = "LOW:HIGH")]
     tissue: Option<String>,
-    /// Range of the tissue damping (N·s/m) for absolute stability with bounded tissues; the scenario's without it
+    /// Range of the tissue damping (N·s/m) for absolute stability with bounded tissues [default: the damping of the
+    /// scenario]
     #[arg(long, value_name = "LOW:HIGH")]
     tissue_damping: Option<String>,
-    /// Range of the damping of hands (N·s/m) for absolute stability: any passive hand behind dampers of LOW and HIGH, which can
-    /// be inf
+    /// Range of the damping of hands (N·s/m) for absolute stability: any passive hand behind dampers of LOW and HIGH;
+    /// HIGH can be inf
     #[arg(long, value_name = "LOW:HIGH", default_value = DEFAULT_HAND)]
     hand: String,
-    /// Also compute Llewellyn's parameter and the damping that a hand needs over a parameter, into absolute.csv and the figure
-    /// absolute
+    /// Also compute Llewellyn's parameter and the damping that a hand needs over a parameter, and write absolute.csv
+    /// and the figure absolute
     #[arg(long, value_name = "KEY=LOW:HIGH:COUNT")]
     absolute: Option<String>,
-    /// Also compute the poles of the closed loop over a parameter, into locus.csv and the figure locus
+    /// Also compute the poles of the closed loop over a parameter, and write locus.csv and the figure locus
     #[arg(long, value_name = "KEY=LOW:HIGH:COUNT")]
     locus: Option<String>,
-    /// Also compute the Z-width: the maximum stiffness of stable and passive walls over their damping (N·s/m), into
-    /// z_width.csv
+    /// Also compute the Z-width, the maximum stiffness of stable and of passive walls over their damping (N·s/m), and
+    /// write z_width.csv
     #[arg(long, value_name = "LOW:HIGH:COUNT")]
     z_width: Option<String>,
-    /// Also compute the limits of so many people drawn at random around the scenario's arm, into population.csv: short for
-    /// --set population.arm=people and population.size. [population] of a scenario also draws tissues and delays
+    /// Also compute the limits for COUNT people drawn at random around the scenario's arm, and write population.csv.
+    /// The flag is short for --set population.arm=people and population.size. The [population] of a scenario can also
+    /// draw tissues and delays
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     arms: Option<u64>,
     /// Also write report.html: one self-contained page with the map, limits, sensitivities, ports and events
@@ -87,7 +89,7 @@ pub(super) struct StabilityArgs {
 }
 
 impl StabilityArgs {
-    /// The changes of the scenario, with those that other flags stand for.
+    /// Returns the changes of the scenario, including the settings that other flags stand for.
     fn changes(&self) -> ScenarioArgs {
         let of_arms = |count: u64| ["population.arm=people".to_owned(), format!("population.size={count}")];
         let settings = self.changes.settings.iter().cloned().chain(self.arms.into_iter().flat_map(of_arms));
@@ -130,6 +132,11 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     study.make_worst_events(&Source::parse(&args.scenario), &args.changes.settings)?;
     let warnings = Warnings::new(&args.output);
     let document = study.document();
+    // For any other tissue, a run determines the stiffness, and the run reads every key.
+    if TissueRange::of_parameters(&scenario).is_some() {
+        warnings.print(&keys_outside_loop(&args.changes.settings));
+    }
+    warnings.print(&delays_rounded(&scenario));
     warnings.print(&document.warnings);
     let again = || Again {
         command: "trocar stability",
@@ -151,7 +158,6 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Returns the command that reproduces the analysis.
 fn command(args: &StabilityArgs, name: &str) -> String {
     let mut words = vec!["stability".to_owned(), format!("{name}.toml")];
     for (flag, value, default) in
@@ -175,13 +181,13 @@ fn command(args: &StabilityArgs, name: &str) -> String {
     command_line(words.into_iter().chain(["--report".to_owned()]))
 }
 
-/// Parses the damping of walls, `LOW:HIGH:COUNT`.
+/// Parses the damping of walls, `LOW:HIGH:COUNT`, in N·s/m.
 fn walls(text: &str) -> Result<Axis, CliError> {
     let axis = format!("{}={text}", Parameter::Damping.key());
     Axis::parse(&axis).map_err(|reason| CliError::Axis { axis: text.to_owned(), reason })
 }
 
-/// Parses a range of dampings, `LOW:HIGH`.
+/// Parses a range of dampings, `LOW:HIGH`, in N·s/m.
 fn dampings(text: &str, max: f64) -> Result<(f64, f64), CliError> {
     let numbers =
         text.split_once(':').and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
@@ -193,7 +199,7 @@ fn dampings(text: &str, max: f64) -> Result<(f64, f64), CliError> {
     })
 }
 
-/// Parses a range of stiffnesses, `LOW:HIGH`.
+/// Parses a range of stiffnesses, `LOW:HIGH`, in N/m.
 fn tissue(text: &str) -> Result<(f64, f64), CliError> {
     let numbers =
         text.split_once(':').and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));

@@ -22,13 +22,10 @@ Examples:
   trocar strategies --persons child,expert --patients 50 --seeds 2
   trocar strategies --schemes link/long-delay";
 
-/// The default scenario.
 const SCENARIO: &str = "layers/skin-augmented";
 
-/// Seeds without --seeds.
 const SEEDS: u64 = 10;
 
-/// Largest number of patients.
 const MAX_PATIENTS: u64 = 100_000;
 
 /// Compare the strategies against a rupture on one scenario.
@@ -41,16 +38,16 @@ pub(super) struct StrategiesArgs {
     /// Number of seeds of each patient and person [default: 10]; with --schemes: also run with N seeds
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MAX_SEEDS))]
     seeds: Option<u64>,
-    /// The persons, or groups of people of which each patient has another member
+    /// Persons, or groups of people from which each patient gets another member
     ///
-    /// attentive, distracted and practised are persons; adult, child and expert are groups, whose arms, grips, perception and
-    /// reactions are drawn for every patient.
+    /// attentive, distracted and practised are persons. adult, child and expert are groups, whose arms, grips,
+    /// perception and reactions are drawn for every patient.
     #[arg(long, value_name = "WHO,...", value_delimiter = ',', value_parser = PossibleValuesParser::new(PERSONS.map(|person| person.name)))]
     persons: Vec<String>,
-    /// With a sweep file: take its first N points as patients; with groups of people: draw N members
+    /// Number of patients: the first N points of a sweep file, or N members drawn from each group of people
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=MAX_PATIENTS))]
     patients: u64,
-    /// Compare the passivity schemes of the link instead: none and each that the architecture allows
+    /// Compare the passivity schemes of the link instead: none, and each scheme that the architecture allows
     #[arg(long, requires = "scenario", conflicts_with_all = ["persons", "patients"])]
     schemes: bool,
     /// Also print the tables of all metrics; only with --schemes
@@ -84,7 +81,6 @@ pub(super) fn run(args: &StrategiesArgs) -> Result<(), CliError> {
     Finish { output: &args.output, folder, all: false, report: None }.document(&study.document())
 }
 
-/// Compares one scenario with every passivity scheme.
 fn schemes(args: &StrategiesArgs, source: &Source) -> Result<(), CliError> {
     let warnings = Warnings::new(&args.output);
     let study = SchemeStudy::of(source, &args.changes.settings)?;

@@ -1,4 +1,4 @@
-//! Prints on standard output.
+//! Prints to standard output.
 
 use std::io::{ErrorKind, IsTerminal, Write};
 
@@ -6,7 +6,7 @@ use super::error::CliError;
 use trocar_document::Figure;
 use trocar_report::sketch;
 
-/// Prints text. A closed reader, such as `head`, is not an error.
+/// Prints text. A closed reader such as `head` is not an error.
 pub(super) fn print(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -15,7 +15,7 @@ pub(super) fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Prints a figure as dots if standard output is a terminal. The colours depend on NO_COLOR and on the terminal.
+/// Draws a figure in dots if standard output is a terminal. The colours depend on `NO_COLOR` and on the terminal.
 pub(super) fn draw(figure: Option<&Figure<'_>>) -> Result<(), CliError> {
     let Some(figure) = figure.filter(|_| std::io::stdout().is_terminal()) else { return Ok(()) };
     match writeln!(anstream::stdout().lock(), "{}", sketch(figure)) {

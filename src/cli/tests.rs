@@ -1,4 +1,4 @@
-//! The command line: what it accepts, its defaults, its errors and its exit codes.
+//! The command line: accepted arguments, defaults, errors and exit codes.
 
 use clap::CommandFactory as _;
 
@@ -51,7 +51,7 @@ fn a_run_needs_a_scenario_and_writes_to_out() {
 }
 
 #[test]
-fn what_is_unknown_is_refused_with_what_is_near() {
+fn invalid_arguments_are_refused_with_a_hint() {
     assert!(refused(&["comparee"]).contains("'compare'"));
     assert!(refused(&["run", "a.toml", "--quite"]).contains("'--quiet'"));
     assert!(refused(&["run", "a.toml", "--format", "cvs"]).contains("csv"));
@@ -62,9 +62,10 @@ fn what_is_unknown_is_refused_with_what_is_near() {
 }
 
 #[test]
-fn a_schema_is_that_of_scenarios_or_of_sweeps() {
-    assert!(matches!(parsed(&["schema"]), Command::Schema { sweep: false }));
-    assert!(matches!(parsed(&["schema", "--sweep"]), Command::Schema { sweep: true }));
+fn a_schema_has_one_kind() {
+    assert!(matches!(parsed(&["schema", "roc"]), Command::Schema(_)));
+    assert!(refused(&["schema", "rok"]).contains("'roc'"));
+    assert!(refused(&["schema", "roc", "--sweep"]).contains("cannot be used with"));
 }
 
 fn scenario_error() -> ScenarioError {
@@ -72,7 +73,6 @@ fn scenario_error() -> ScenarioError {
     Scenario::load(&Source::parse("paper/classical"), &settings).expect_err("an unknown key")
 }
 
-/// The exit code that an error is reported with.
 fn code(error: &CliError) -> String {
     format!("{:?}", error.report())
 }
@@ -123,7 +123,7 @@ fn invalid_input_ends_with_2_a_failure_with_1_and_an_interruption_with_130() {
 }
 
 #[test]
-fn an_error_tells_the_number_and_the_remedy() {
+fn an_error_states_the_number_and_the_remedy() {
     let told = |error: CliError| error.to_string();
     let same = |first: &str, second: &str| {
         told(CliError::SameName { name: "a".into(), first: first.into(), second: second.into() })
@@ -144,7 +144,7 @@ fn an_error_tells_the_number_and_the_remedy() {
 }
 
 #[test]
-fn an_error_of_a_part_is_told_as_that_of_the_command() {
+fn a_wrapped_error_is_reported_like_the_commands_own_error() {
     let error: CliError = trocar_studies::roc::RocError::Scenario(scenario_error()).into();
     assert!(matches!(error, CliError::Scenario(_)));
     let error: CliError = SweepError::File(scenario_error()).into();
@@ -162,7 +162,7 @@ fn an_error_of_a_part_is_told_as_that_of_the_command() {
 }
 
 #[test]
-fn scenarios_of_one_name_are_refused_and_an_error_names_its_file() {
+fn scenarios_with_the_same_name_are_refused_and_an_error_names_its_file() {
     let load = |paths: &[&str], settings: &[&str]| {
         let settings = settings.iter().map(|setting| (*setting).to_owned()).collect();
         let paths: Vec<String> = paths.iter().map(|path| (*path).to_owned()).collect();

@@ -8,7 +8,7 @@ use super::error::CliError;
 use trocar_base::warning::Warning;
 use trocar_report::{WIDTH, filled};
 
-/// Prints the warnings of a command, and counts them.
+/// Prints the warnings of a command and counts them.
 pub(super) struct Warnings {
     is_quiet: bool,
     are_errors: bool,
@@ -20,12 +20,11 @@ impl Warnings {
         Self { is_quiet: output.quiet, are_errors: output.deny_warnings, count: Cell::new(0) }
     }
 
-    /// Prints warnings.
     pub(super) fn print(&self, warnings: &[Warning]) {
         self.count.set(self.count.get() + warnings.len());
         if !self.is_quiet {
             for warning in warnings {
-                // Standard error can be closed; the work continues.
+                // Ignores a closed standard error.
                 let _ = write!(anstream::stderr(), "{}", text(warning));
             }
         }
@@ -62,7 +61,6 @@ pub(super) fn text(warning: &Warning) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Returns the style of the word "warning".
 fn emphasis() -> clap::builder::styling::Style {
     use clap::builder::styling::{AnsiColor, Style};
     Style::new().bold().fg_color(Some(AnsiColor::Yellow.into()))

@@ -1,16 +1,16 @@
-//! The option `--within-s` of the commands that judge alarms by labels.
+//! The option `--within-s` of the commands that compare alarms with labels.
 
 use clap::Args;
 
 use super::quantity::quantity;
 
-/// The longest delay of a detection.
+/// The maximum delay of a detection.
 ///
-/// The default belongs to the command, because the two commands treat later alarms differently. `trocar detect` counts them as false,
-/// and labels that a person set by eye are not exact to 10 ms. `trocar roc` counts them as late, up to 0.5 s, and its labels are exact.
+/// The default depends on the command. `trocar detect` counts later alarms as false, and its labels are set by eye
+/// and not exact to 10 ms. `trocar roc` counts later alarms as late, up to 0.5 s, and its labels are exact.
 #[derive(Debug, Args)]
 pub(super) struct WithinArgs {
-    /// How long after a labelled rupture an alarm counts as in time, in s
+    /// Maximum time from a labelled rupture to an alarm that counts as its detection, in s
     #[arg(long, value_name = "S", required = false, value_parser = quantity("s"), allow_hyphen_values = true)]
     pub(super) within_s: f64,
 }

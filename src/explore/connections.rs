@@ -1,7 +1,8 @@
 //! Accepts a limited number of connections, each for a limited time.
 //!
-//! A connection carries one request and is then closed, unless it becomes the WebSocket of a page, which has its own limit. If too
-//! many connections are open, the oldest one is closed, so that idle connections cannot block new ones.
+//! A connection carries one request and is then closed, unless it becomes the WebSocket of a page; those have a
+//! separate limit. Beyond the maximum number of connections the oldest one is closed, so that idle connections cannot
+//! block new ones.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -25,7 +26,7 @@ pub(super) async fn accept(listener: TcpListener, router: Router) -> Infallible 
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
             Err(_) => {
-                // No free descriptor, or the peer closed the connection. Try again after a short time.
+                // There is no free descriptor, or the peer closed the connection. Try again after a short time.
                 sleep(std::time::Duration::from_millis(20)).await;
                 continue;
             }
@@ -50,7 +51,6 @@ pub(super) async fn accept(listener: TcpListener, router: Router) -> Infallible 
     }
 }
 
-/// Returns a response with a text body.
 pub(super) fn text(status: u16, media: &'static str, body: &'static str) -> Response<Body> {
     let mut response = Response::new(Body::from(body));
     *response.status_mut() = axum::http::StatusCode::from_u16(status).unwrap_or_default();
@@ -62,7 +62,7 @@ pub(super) fn text(status: u16, media: &'static str, body: &'static str) -> Resp
     response
 }
 
-/// Headers of every response: only the page's own files, no frames, no caching, close the connection.
+/// Headers of every response: allow only the page's own files, no frames and no caching, and close the connection.
 const HEADERS: &[(&str, &str)] = &[
     (
         "content-security-policy",

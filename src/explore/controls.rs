@@ -1,4 +1,4 @@
-//! The data of a page's controls: every key that a page can set, with meaning, range and value.
+//! The data of a page's controls: the meaning, range and value of every key that a page can set.
 
 use serde_json::{Value as Json, json};
 
@@ -39,7 +39,7 @@ fn description(key: &KeyAt) -> Json {
         Kind::Choice(words) => json!({ "type": "choice", "choices": words }),
         Kind::Text | Kind::File => Json::Null,
     };
-    // With the condition, a page disables the controls that cannot act.
+    // The conditions let a page disable controls without effect.
     let acts = key.acts_for.into_iter().flat_map(|acts| acts.conditions());
     let acts: Vec<Json> = acts.map(|acts| json!({ "key": acts.key, "words": acts.words() })).collect();
     let name = plain_name(&key.path);

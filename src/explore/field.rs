@@ -1,6 +1,6 @@
-//! The page of a link: its pointer is the operator's hand, and it shows what the master's side knows.
+//! The page of a link: its pointer moves the operator's hand, and it shows the signals known to the master's side.
 //!
-//! The link runs on a thread of its own. Between its ticks and the page there are only the [`Hand`] and the rows of the last
+//! The link runs on its own thread. Its ticks and the page share only the [`Hand`] and the rows of the last
 //! [`FRAME`], so that a slow page delays no tick.
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,40 +22,39 @@ use trocar_engine::operator::Hand;
 use trocar_scenario::{Scenario, Value};
 use trocar_studies::animation::{DrawnTissue, LiveDrawing};
 
-/// Maximum number of rows that wait for the page; the oldest are left out beyond it.
+/// Maximum number of rows that wait for the page; further rows are dropped.
 const MAX_ROWS: usize = 4096;
 
-/// Time to deliver the last message to the page.
+/// Maximum time to deliver the last message to the page.
 const LAST_MESSAGE: Duration = Duration::from_millis(500);
 
-/// A request of the page.
 #[derive(Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase")]
 enum Request {
-    /// The person is ready.
-    Push { id: u32 },
+    Push {
+        id: u32,
+    },
     /// The desired position of the hand, in m.
-    Aim { m: f64 },
-    /// The person ends the link.
+    Aim {
+        m: f64,
+    },
     Stop {},
 }
 
-/// What waits for the page.
 #[derive(Debug, Default)]
 struct Waiting {
-    /// The number of the request with which the page began.
+    /// The id of the request with which the leading page began.
     leader: Option<u32>,
     rows: Vec<Row>,
     events: Vec<(f64, &'static str)>,
     tops_mm: Vec<f64>,
     torn: Vec<bool>,
     drawing: Option<LiveDrawing>,
-    /// The last text, and whether it was delivered.
     end: Option<String>,
     is_delivered: bool,
 }
 
-/// The field in which a person leads a link with the pointer.
+/// The field in which an operator leads a link with the pointer.
 #[derive(Debug)]
 pub struct Field {
     hand: Arc<Hand>,
@@ -67,7 +66,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// The field of a scenario: the travel is that of its operator and a little more.
+    /// Returns the field of a scenario. Its range is the travel of the scenario's operator and a little more.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
         let range_m = range_m(scenario);
@@ -87,7 +86,6 @@ impl Field {
         }
     }
 
-    /// The hand.
     #[must_use]
     pub fn hand(&self) -> &Arc<Hand> {
         &self.hand
@@ -97,20 +95,20 @@ impl Field {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits until the person is ready, at most for a time. Returns whether that is so.
+    /// Waits up to `time` until the operator is ready. Returns true if the operator is ready.
     pub fn wait(&self, time: Duration) -> bool {
         let waiting = self.waiting();
         let outcome = self.changed.wait_timeout_while(waiting, time, |waiting| waiting.leader.is_none());
         outcome.is_ok_and(|(waiting, _)| waiting.leader.is_some())
     }
 
-    /// Whether the person has ended the link, or left the page.
+    /// Returns true if the operator has ended the link or left the page.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Adds a row, and an alarm if there is one.
+    /// Adds a row, and its event if there is one.
     pub(crate) fn add(&self, row: Row, event: Option<(f64, &'static str)>, tissue: &DrawnTissue) {
         let mut waiting = self.waiting();
         if waiting.rows.len() < MAX_ROWS {
@@ -124,7 +122,6 @@ impl Field {
         }
     }
 
-    /// Ends with a text, which the page shows.
     pub fn end(&self, text: String) {
         let mut waiting = self.waiting();
         waiting.end = Some(text);
@@ -133,7 +130,8 @@ impl Field {
         let _ = self.changed.wait_timeout_while(waiting, LAST_MESSAGE, is_due);
     }
 
-    /// Takes a request of a page, which leads with request `leads` if it leads. Returns an answer.
+    /// Handles a request of a page and returns the answer. If the page leads, `leads` is the id of the request that
+    /// began.
     fn take(&self, request: &Request, leads: &mut Option<u32>) -> Option<ServerMessage> {
         match *request {
             Request::Push { id } => {
@@ -155,7 +153,7 @@ impl Field {
         None
     }
 
-    /// The next message for the page that leads, if there is one, and whether it is the last.
+    /// Returns the next message for the leading page, and true with the last message.
     fn next(&self, id: u32) -> Option<(ServerMessage, bool)> {
         let mut waiting = self.waiting();
         let waiting = &mut *waiting;
@@ -176,7 +174,7 @@ impl Field {
     }
 }
 
-/// Serves a page until it closes, violates a limit, or stops reading. If it leads, the link ends with it.
+/// Serves a page until it closes, violates a limit, or stops reading. If the page leads, the link ends with it.
 pub(super) async fn serve(mut socket: WebSocket, field: Arc<Field>, _permit: OwnedSemaphorePermit) {
     let mut leads = None;
     converse(&mut socket, &field, &mut leads).await;
@@ -239,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn one_page_leads_and_others_change_nothing() {
+    fn only_one_page_leads_and_other_pages_change_nothing() {
         let scenario = Scenario::load(&Source::parse("layers/skin-augmented"), &[]).expect("shipped");
         let field = Field::new(&scenario);
         assert!(!field.wait(Duration::ZERO));

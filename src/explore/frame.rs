@@ -1,7 +1,8 @@
-//! Binary messages: a length in bytes (32 bits, little endian), JSON of this length with spaces up to a multiple of four bytes, and
-//! the bytes of a file, or the points of the lines of both runs.
+//! Binary messages. A message has a length in bytes (32 bits, little endian), JSON of this length padded with spaces
+//! to a multiple of four bytes, and the content of a file or the points of both runs' lines.
 //!
-//! The points are 32-bit floats, little endian. The description of a line has the index of its first number and its number of points.
+//! The points are 32-bit floats, little endian. The description of a line contains the index of its first number and
+//! its number of points.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -29,7 +30,7 @@ use trocar_studies::run::Run;
 const BEFORE_S: f64 = 0.3;
 const AFTER_S: f64 = 1.5;
 
-/// What is told of a pair, apart from the points. It is written as it is: a tree of JSON in between would be a copy of all.
+/// The JSON part of a frame. It is serialised directly, because a JSON tree in between would copy everything.
 #[derive(Serialize)]
 struct Shown {
     #[serde(rename = "type")]
@@ -73,7 +74,6 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
     packed(&header, &points)
 }
 
-/// Describes the signals of runs at some ticks.
 pub(super) fn signals<'a>(runs: &'a [Run; 2], ticks: &Range<usize>) -> Result<Figure<'a>, FigureError> {
     let views: Vec<_> = runs.iter().map(|run| (run.view().at(ticks), run.estimation().at(ticks))).collect();
     let times_s = views.iter().flat_map(|(run, _)| run.time_s.first().into_iter().chain(run.time_s.last())).copied();
@@ -81,7 +81,7 @@ pub(super) fn signals<'a>(runs: &'a [Run; 2], ticks: &Range<usize>) -> Result<Fi
     figures::signals(&views, window)
 }
 
-/// Returns the displayed time in s: around the first rupture if asked for, and within the run.
+/// Returns the displayed time in s, limited to the run: the requested time, or the time around the first rupture.
 fn window_s(window: ShownTime, animation: Option<&Animation>, whole_s: (f64, f64)) -> (f64, f64) {
     match (window, animation) {
         (ShownTime::Between(from_s, to_s), _) => (from_s, to_s),
@@ -111,7 +111,6 @@ pub(super) fn picture(
     packed(&json!({ "type": "file", "id": id, "name": name }), &png)
 }
 
-/// Returns a message of JSON and bytes.
 fn packed(header: &impl Serialize, payload: &[u8]) -> Result<Vec<u8>, StateError> {
     let mut bytes = vec![0; 4];
     serde_json::to_writer(&mut bytes, header).map_err(StateError::Message)?;
@@ -124,7 +123,6 @@ fn packed(header: &impl Serialize, payload: &[u8]) -> Result<Vec<u8>, StateError
     Ok(bytes)
 }
 
-/// Returns the description of a run, apart from its signals.
 fn description(run: &Run) -> Json {
     json!({
         "name": run.scenario.name,
@@ -136,7 +134,7 @@ fn description(run: &Run) -> Json {
     })
 }
 
-/// Returns the table of `compare`: a row per metric, with the change.
+/// Returns the table of `compare`: one row per metric, with the change.
 pub(super) fn table(runs: &[Run; 2], noise: &[NoiseCheck]) -> Json {
     let metrics: Vec<_> = runs.iter().map(|run| &run.metrics).collect();
     let lines = rows(&metrics, noise).into_iter().map(|row| {

@@ -1,10 +1,10 @@
-//! The server accepts requests from its own pages only.
+//! Admits only requests from the server's own pages.
 //!
-//! A browser sends the page of a request (`Origin`) and the host name of the request (`Host`). A page of another site has another
-//! origin; a page with DNS rebinding has another host. So a host must be an IP address or `localhost` with the port of the server,
-//! and the origin of a WebSocket must be the same host.
+//! A browser sends the site of the requesting page (`Origin`) and the host name of the request (`Host`). A page of
+//! another site has another origin; a page that uses DNS rebinding has another host. Therefore the host must be an IP
+//! address or `localhost`, with the port of the server, and the origin of a WebSocket must be the same host.
 //!
-//! A server that other machines can reach also asks for a token, which is part of the address that it prints.
+//! A server that other machines can reach also requires a token, which is part of the printed address.
 
 use std::net::{IpAddr, SocketAddr};
 
@@ -16,7 +16,6 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// Returns the guard of a server with this address.
     #[must_use]
     pub fn new(bound: SocketAddr) -> Self {
         Self { bound, token: None }
@@ -25,7 +24,7 @@ impl Guard {
     /// Returns the same guard with a random token of 128 bits.
     ///
     /// # Errors
-    /// If the system has no random numbers.
+    /// Returns an error if the system has no random numbers.
     pub fn with_token(self) -> std::io::Result<Self> {
         let mut bytes = [0_u8; 16];
         getrandom::fill(&mut bytes).map_err(std::io::Error::other)?;
@@ -33,13 +32,13 @@ impl Guard {
         Ok(Self { token: Some(token), ..self })
     }
 
-    /// Returns the query of the address with the token: `?token=…`; empty without a token.
+    /// Returns the query with the token, `?token=…`; empty without a token.
     #[must_use]
     pub fn query(&self) -> String {
         self.token.as_ref().map_or(String::new(), |token| format!("?token={token}"))
     }
 
-    /// Returns whether the query of a request has the token, if there is one.
+    /// Returns true if no token is required, or if the query of a request contains it.
     #[must_use]
     pub fn admits_query(&self, query: Option<&str>) -> bool {
         let Some(token) = &self.token else { return true };
@@ -47,7 +46,7 @@ impl Guard {
         query.is_some_and(|query| query.split('&').any(given))
     }
 
-    /// Returns whether the `Host` of a request is this server.
+    /// Returns true if the `Host` of a request is this server.
     #[must_use]
     pub fn admits_host(&self, host: &str) -> bool {
         let (name, port) = match host.rsplit_once(':') {
@@ -73,7 +72,7 @@ impl Guard {
         }
     }
 
-    /// Returns whether a page of this server opened a WebSocket: its `Origin` is its `Host`.
+    /// Returns true if a page of this server opens the WebSocket: its `Origin` equals its `Host`.
     #[must_use]
     pub fn admits_origin(&self, origin: Option<&str>, host: &str) -> bool {
         let site = origin.and_then(|origin| origin.strip_prefix("http://"));
@@ -90,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn a_host_is_the_address_and_port_of_the_server() {
+    fn the_host_must_be_the_address_and_port_of_the_server() {
         let local = guard("127.0.0.1:8417");
         for host in ["127.0.0.1:8417", "localhost:8417", "LocalHost:8417", "[::1]:8417", "127.0.0.2:8417"] {
             assert!(local.admits_host(host), "{host}");
@@ -106,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_token_is_in_the_query() {
+    fn the_token_must_be_in_the_query() {
         let open = guard("127.0.0.1:8417");
         assert!(open.query().is_empty() && open.admits_query(None));
         let [one, two] = [0, 1].map(|_| guard("0.0.0.0:8417").with_token().expect("random numbers"));
@@ -121,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn an_origin_is_the_host() {
+    fn the_origin_must_be_the_host() {
         let own = guard("127.0.0.1:8417");
         assert!(own.admits_origin(Some("http://127.0.0.1:8417"), "127.0.0.1:8417"));
         for origin in ["https://127.0.0.1:8417", "http://localhost:8417", "http://evil.example", "null", ""] {

@@ -1,50 +1,43 @@
-//! Limits of a page, so that no client can block another client or the machine.
+//! Limits of a page, so that no client can block other clients or the machine.
 
 use std::time::Duration;
 
-/// Maximum number of open pages.
 pub const MAX_SESSIONS: usize = 16;
 
-/// Maximum number of connections that are not yet a page. Beyond it, the oldest one is closed.
+/// Maximum number of connections that are not yet a page. Beyond it, the server closes the oldest one.
 pub const MAX_WAITING: usize = 128;
 
-/// Maximum number of connections that wait to be accepted, if the system allows so many.
+/// Maximum number of connections that wait to be accepted; the system may allow fewer.
 pub const MAX_UNACCEPTED: u32 = 4096;
 
-/// Time limit for the head of a request.
 pub const HEAD_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// Time limit for a whole request.
 pub const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// Maximum size of a message from a page. A state has a few hundred bytes.
+/// Maximum size of a message from a page, in bytes. A state has a few hundred bytes.
 pub const MAX_MESSAGE_BYTES: usize = 16 << 10;
 
-/// Maximum burst of messages from a page, and messages per second.
+/// Maximum burst of messages from a page, and maximum rate of messages per second.
 pub const MESSAGES: (f64, f64) = (600.0, 300.0);
 
-/// Time limit for a page to read an answer.
 pub const SEND_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Interval of pings to a page.
 pub const PING_INTERVAL: Duration = Duration::from_secs(10);
 /// Maximum time without a message or a pong from a page.
 pub const MAX_SILENCE: Duration = Duration::from_secs(35);
 
-/// Maximum number of ticks of a run, which are two minutes at 1 kHz.
+/// Maximum number of ticks of a run: two minutes at 1 kHz.
 pub const MAX_TICKS: u64 = 120_000;
 
-/// Maximum number of stopped insertions of a page whose threads still run.
+/// Maximum number of stopped insertions per page whose threads still run.
 pub const MAX_ENDING: usize = 8;
 
-/// Maximum number of points of a line.
+/// Maximum number of points per line.
 pub const MAX_POINTS: usize = 4000;
 
-/// Number of points of a stability map along each axis.
+/// Number of points of a stability map per axis.
 pub const MAP_POINTS: usize = 48;
 
-/// Maximum number of changed keys.
 pub const MAX_KEYS: usize = 64;
 
-/// Maximum length of a list of numbers from a page.
 pub const MAX_NUMBERS: usize = 64;

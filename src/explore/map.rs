@@ -1,4 +1,4 @@
-//! The stability map of a page: the loop in permanent contact over any two parameters, around the values of the page.
+//! The stability map of a page: the loop in permanent contact over two parameters, around the values of the page.
 
 use serde_json::{Value, json};
 
@@ -10,7 +10,7 @@ use trocar_document::figure::{self as figures, X_TICKS};
 use trocar_stability::{Axis, Parameter, Spacing, map};
 use trocar_studies::stability_check::{CheckError, LoopVerdict};
 
-/// Ratio of the ends of an axis to a value that is not 0.
+/// Ratio between the ends of an axis and a value other than 0.
 const SPAN_RATIO: f64 = 12.0;
 
 /// Returns the stability map of a state.
@@ -63,7 +63,8 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
     Ok(ServerMessage::json(&message))
 }
 
-/// Returns the caption of a parameter in the unit of its slider, and the number of that unit in the SI unit: a delay is in ms.
+/// Returns the caption of a parameter in the displayed unit, and the number of displayed units per SI unit: delays
+/// are in ms.
 fn shown_unit(parameter: Parameter) -> (String, f64) {
     let caption = parameter.caption();
     match parameter {
@@ -72,19 +73,18 @@ fn shown_unit(parameter: Parameter) -> (String, f64) {
     }
 }
 
-/// Returns an axis with other ends, if they are valid for it.
+/// Returns the axis with a new range if the range is valid for it.
 fn with_range(axis: Axis, range: Option<(f64, f64)>) -> Axis {
     let (low, high) = range.unwrap_or((axis.low, axis.high));
     let is_valid = low < high.min(max_of(axis.parameter)) && low >= 0.0 && high.is_finite();
     if !is_valid {
         return axis;
     }
-    // The ends come from a map of this parameter, which was linear if it began at 0.
+    // The range comes from a map of this parameter, which was linear if it began at 0.
     let spacing = if low > 0.0 { Spacing::Logarithmic } else { Spacing::Linear };
     Axis { low, high: high.min(max_of(axis.parameter)), spacing, ..axis }
 }
 
-/// Returns an axis around a value.
 fn axis(parameter: Parameter, value: f64) -> Axis {
     let value = value.abs();
     let (low, high, spacing) = if value > 0.0 && value.is_finite() {
@@ -92,7 +92,7 @@ fn axis(parameter: Parameter, value: f64) -> Axis {
     } else if matches!(parameter, Parameter::Delay | Parameter::ForwardDelay | Parameter::BackwardDelay) {
         (0.0, 0.05, Spacing::Linear)
     } else if parameter == Parameter::Stiffness {
-        // Any tissue, under a force that depends on none.
+        // The force law does not depend on the tissue, so any tissue is possible.
         (10.0, 5000.0, Spacing::Logarithmic)
     } else {
         let high = match parameter {
@@ -108,7 +108,7 @@ fn axis(parameter: Parameter, value: f64) -> Axis {
     Axis { parameter, low, high, count: MAP_POINTS, spacing }
 }
 
-/// Returns the upper limit of an axis: a long tick gives no loop, and a delay adds a state per tick.
+/// Returns the upper limit of an axis. A long tick gives no loop, and each tick of delay adds a state.
 fn max_of(parameter: Parameter) -> f64 {
     match parameter {
         Parameter::Tick => 0.02,

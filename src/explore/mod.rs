@@ -1,8 +1,8 @@
-//! The page of `trocar explore`: classical and augmented teleoperation, with a new simulation at every change of a slider.
+//! The page of `trocar explore`: classical and augmented teleoperation, simulated again at every change of a slider.
 //!
-//! The command serves the page and its files on the loopback interface. A page has one WebSocket: it sends a state (a scenario and the
-//! changed keys) and receives both runs. [`state`] checks requests, [`guard`] checks the origin of requests, and [`limits`] has the
-//! limits.
+//! The command serves the page and its files on the loopback interface. A page has one WebSocket: it sends a state (a
+//! scenario and the changed keys) and receives both runs. [`state`] validates requests, [`guard`] checks their
+//! origin, and [`limits`] contains the limits.
 
 mod assets;
 mod connections;

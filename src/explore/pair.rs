@@ -7,18 +7,16 @@ use trocar_scenario::{KeyAt, Place, Scenario, Template, Value, Values, find_key}
 use trocar_studies::compare::{NoiseCheck, check_in_noise};
 use trocar_studies::run::{Run, RunError, run};
 
-/// The names of the two schemes.
 pub const SCHEMES: [&str; 2] = ["classical", "augmented"];
 
-/// Both runs.
 #[derive(Debug, Clone)]
 pub struct Pair {
-    /// The classical and the augmented run.
+    /// The classical run, then the augmented run.
     pub runs: [Run; 2],
 }
 
 impl Pair {
-    /// Returns the noise checks of both runs, which `compare` adds to its table.
+    /// Computes the noise checks of both runs, which `compare` adds to its table.
     ///
     /// # Errors
     /// [`RunError`].
@@ -27,7 +25,8 @@ impl Pair {
     }
 }
 
-/// Runs pairs of a catalogue's scenarios. It caches the last scenario with its recording, so that a change of a slider reads no file.
+/// Runs pairs of a catalogue's scenarios. Caches the last scenario with its recording, so that a change of a slider
+/// reads no file.
 #[derive(Debug)]
 pub struct PairMaker {
     catalogue: Catalogue,
@@ -44,13 +43,12 @@ struct Cached {
 }
 
 impl PairMaker {
-    /// Returns a maker for a catalogue.
     #[must_use]
     pub fn new(catalogue: Catalogue) -> Self {
         Self { catalogue, cached: None }
     }
 
-    /// Returns both scenarios of a state, to be run. Their [`Scenario::values`] are those of the first cached state.
+    /// Returns the two scenarios of a state. Their [`Scenario::values`] are those of the first cached state.
     ///
     /// # Errors
     /// [`StateError`].
@@ -74,7 +72,7 @@ impl PairMaker {
         bounded(template.whole(&scheme(&values, enabled), seed)?)
     }
 
-    /// Returns the scenario of a state as it is shipped or written, augmented or not.
+    /// Returns the scenario of a state with the augmentation as its file sets it.
     ///
     /// # Errors
     /// [`StateError`].
@@ -95,12 +93,12 @@ impl PairMaker {
             let augmented = run(augmented);
             (other.join(), augmented)
         });
-        // A panic of the thread continues in this thread.
+        // Propagate a panic of the thread.
         let classical = classical.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         Ok(Pair { runs: [classical?, augmented?] })
     }
 
-    /// Returns the template for a state, the values of its open keys without the scheme's, and the seed.
+    /// Returns the template for a state, the values of its open keys except the scheme's, and the seed.
     fn template(&mut self, state: &State) -> Result<(&Template, Vec<Value>, u64), StateError> {
         let source = self.catalogue.source(&state.scenario)?;
         let mut given = state.values()?;
@@ -125,7 +123,7 @@ impl PairMaker {
     }
 }
 
-/// Returns the values of the open keys, the scheme's first.
+/// Returns the values of the open keys; the first is the scheme's.
 fn scheme(values: &[Value], enabled: bool) -> Vec<Value> {
     std::iter::once(Value::Flag(enabled)).chain(values.iter().cloned()).collect()
 }
@@ -136,7 +134,7 @@ mod tests {
     use trocar_scenario::Source;
 
     #[test]
-    fn a_page_gives_the_runs_of_the_command_line() {
+    fn a_page_and_the_command_line_give_the_same_runs() {
         let mut maker = PairMaker::new(Catalogue::new(None));
         let mut state = State { scenario: "builtin:paper/augmented.toml".into(), ..State::default() };
         for (key, value) in [("scaling.force", 1.5), ("augmentation.min_hold_s", 0.3), ("scaling.force", 0.8)] {

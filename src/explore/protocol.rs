@@ -8,63 +8,49 @@ use super::state::State;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
 pub(super) enum Request {
-    /// The values of a scenario, for the controls.
     Open {
-        /// Id of the request.
         id: u32,
-        /// Name of the scenario in the catalogue.
         scenario: String,
     },
-    /// Both runs of a state.
     Show(Show),
-    /// The stability map of a state.
     Map(MapRequest),
-    /// A file of a state.
     Export(Export),
-    /// Starts an insertion by hand.
     Push {
-        /// Id of the request.
         id: u32,
-        /// The state of the page.
         state: State,
-        /// Whether the run is augmented.
+        /// True if the run is augmented.
         augmented: bool,
     },
-    /// The desired position of the hand.
     Aim {
         /// Desired position in m.
         m: f64,
     },
-    /// Stops the insertion by hand.
     Stop {},
 }
 
-/// A request for both runs of a state.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Show {
     pub id: u32,
     pub state: State,
-    /// Maximum number of points of a line.
+    /// Maximum number of points per line.
     pub points: usize,
     #[serde(default)]
     pub window: ShownTime,
 }
 
-/// The time that the lines show.
+/// The time range of the lines.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum ShownTime {
-    /// The first rupture and the time around it.
+    /// Around the first rupture.
     #[default]
     Rupture,
-    /// The whole run.
     All,
-    /// From a time to another, in s.
+    /// From one time to another, in s.
     Between(f64, f64),
 }
 
-/// A request for a stability map.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MapRequest {
@@ -72,26 +58,22 @@ pub(super) struct MapRequest {
     pub state: State,
     pub x: String,
     pub y: String,
-    /// The ends of the axes; without them, the axes lie around the values of the state.
+    /// The ranges of the axes; without them, the axes lie around the values of the state.
     #[serde(default)]
     pub x_range: Option<(f64, f64)>,
     #[serde(default)]
     pub y_range: Option<(f64, f64)>,
 }
 
-/// The format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum File {
-    /// The resolved scenario.
     Toml,
     /// All signals at every tick.
     Csv,
-    /// The figure of forces and positions.
     Png,
 }
 
-/// A request for a file of one run of a state.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Export {
@@ -99,7 +81,6 @@ pub(super) struct Export {
     pub state: State,
     pub augmented: bool,
     pub file: File,
-    /// Displayed time of a figure.
     #[serde(default)]
     pub window: ShownTime,
     /// Width of a figure, with its unit.
@@ -107,27 +88,23 @@ pub(super) struct Export {
     pub width: Option<String>,
 }
 
-/// A message to a page.
 #[derive(Debug, Clone)]
 pub(super) enum ServerMessage {
-    /// JSON.
     Text(String),
-    /// A [frame](super::frame).
     Frame(Vec<u8>),
 }
 
 impl ServerMessage {
-    /// Returns a message with a JSON object.
     pub(super) fn json(value: &serde_json::Value) -> Self {
         Self::Text(value.to_string())
     }
 
-    /// Returns the refusal of a request, with its reason.
+    /// Returns the refusal of a request with one reason.
     pub(super) fn refused(id: u32, reason: &dyn std::fmt::Display) -> Self {
         Self::refused_for(id, reason, &[reason.to_string()])
     }
 
-    /// Returns the refusal of a request, with all its reasons.
+    /// Returns the refusal of a request with all its reasons.
     pub(super) fn refused_for(id: u32, reason: &dyn std::fmt::Display, all: &[String]) -> Self {
         Self::json(&serde_json::json!({ "type": "refused", "id": id, "message": reason.to_string(), "all": all }))
     }

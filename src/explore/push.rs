@@ -1,6 +1,6 @@
-//! An insertion by hand: the pointer gives the desired position of the master, and the engine runs in real time.
+//! An insertion by hand: the pointer sets the desired position of the master, and the engine runs in real time.
 //!
-//! The engine is the same as for every other run. Its operator is a [`Hand`] with the desired position of the pointer. Its observer
+//! The engine is the same as in every other run. Its operator is a [`Hand`] that follows the pointer. Its observer
 //! waits for the time of each tick and sends the signals to the page 60 times per second.
 
 use std::sync::Arc;
@@ -32,25 +32,24 @@ use trocar_studies::run::{Run, RunError, event_shade, observe, run};
 /// Interval of messages to the page.
 pub(super) const FRAME: Duration = Duration::from_micros(16_667);
 
-/// Maximum lag of the engine behind real time. A larger lag is not caught up.
+/// Maximum lag of the engine behind real time. The engine does not catch up on a larger lag.
 const MAX_LAG: Duration = Duration::from_millis(100);
 
 /// Maximum sleep between two checks of the stop flag, because a tick can be long.
 const MAX_SLEEP: Duration = Duration::from_millis(50);
 
-/// How far the hand can go beyond the travel of the scenario's operator, as a share of that travel.
+/// Additional range of the hand beyond the travel of the scenario's operator, as a fraction of that travel.
 const EXTRA_TRAVEL: f64 = 0.15;
 
 /// Maximum duration of an insertion by hand, in s.
 const MAX_DURATION_S: f64 = 60.0;
 
-/// Time for which the hand rests at the end of a repeated insertion, in s: that of the advances which the result tells.
+/// Time for which the hand rests at the end of a repeated insertion, in s. It covers the horizon of the reported
+/// advances.
 const REST_S: f64 = HORIZON_S + 0.1;
 
-/// Number of intervals of the lines of a result.
 const RESULT_INTERVALS: usize = 1000;
 
-/// An insertion by hand.
 #[derive(Debug)]
 pub(super) struct Push {
     hand: Arc<Hand>,
@@ -112,12 +111,12 @@ impl Drop for Push {
     }
 }
 
-/// What a page draws of an insertion by hand before it begins.
+/// The message that opens an insertion by hand: the data that a page draws before it begins.
 #[derive(Debug)]
 pub(super) struct Opening(serde_json::Value);
 
 impl Opening {
-    /// That of a scenario whose hand can move in a range (m).
+    /// Returns the opening of a scenario with the range of the hand, in m.
     pub(super) fn new(scenario: &Scenario, augmented: bool, range_m: (f64, f64)) -> Self {
         let (grid, tissue) = (scenario.grid, DrawnTissue::of_scenario(scenario));
         let mut drawing = LiveDrawing::new(scenario, range_m);
@@ -136,7 +135,7 @@ impl Opening {
         }))
     }
 
-    /// The message to the request `id`.
+    /// Returns the message that answers the request `id`.
     pub(super) fn message(&self, id: u32) -> ServerMessage {
         let mut message = self.0.clone();
         message["id"] = id.into();
@@ -144,8 +143,8 @@ impl Opening {
     }
 }
 
-/// Returns a message with the rows and events since the last one, and the drawing of the last row. `tops_mm` are the tops of the
-/// layers, `torn` is true for each that has ruptured.
+/// Returns a message with the rows and events since the last message, and the drawing of the last row. `tops_mm` are
+/// the tops of the layers; `torn` is true for each ruptured layer.
 pub(super) fn moved(
     id: u32,
     (rows, events): (&[Row], &[(f64, &'static str)]),
@@ -162,7 +161,8 @@ pub(super) fn moved(
     }))
 }
 
-/// Repeats an insertion by hand with both schemes: the desired positions of the hand in m, one per tick, which then rests.
+/// Repeats an insertion by hand with both schemes. `desired_m` has one desired position of the hand per tick, after
+/// which the hand rests.
 ///
 /// # Errors
 /// [`RunError`].
@@ -183,7 +183,7 @@ fn replayed(both: [Scenario; 2], desired_m: &[f64]) -> Result<[Run; 2], RunError
     Ok([again(classical, false)?, again(augmented, true)?])
 }
 
-/// Returns the result of an insertion by hand: what both schemes make of it, as the page shows a scenario.
+/// Returns the result of an insertion by hand: both runs, in the form in which the page shows a scenario.
 fn result(id: u32, runs: &[Run; 2]) -> Result<ServerMessage, FigureError> {
     let [classical, augmented] = runs;
     let length = classical.trace.len().max(augmented.trace.len());
@@ -200,8 +200,8 @@ fn result(id: u32, runs: &[Run; 2]) -> Result<ServerMessage, FigureError> {
     })))
 }
 
-/// Returns the scenario of a state for an insertion by hand. A recorded force is a function of depth, because the hand does not
-/// follow the recording.
+/// Returns the scenario of a state for an insertion by hand. A recorded force becomes a function of depth, because
+/// the hand does not follow the recording.
 fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scenario, StateError> {
     let mut state = state.clone();
     let plain = maker.written(&state, augmented)?;
@@ -210,7 +210,7 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
         set("tissue.index", "depth".into());
     }
     let duration_s = plain.grid.time_s(plain.grid.ticks());
-    // The limit of ticks applies here too, so a shorter tick gives a shorter insertion.
+    // The limit on ticks applies here too, so a shorter tick shortens the insertion.
     let longest_s = MAX_DURATION_S.min((MAX_TICKS - 1) as f64 * plain.grid.tick_s());
     if duration_s < longest_s && plain.values().get("recording.file").is_none() {
         set("simulation.duration_s", longest_s.into());
@@ -218,7 +218,8 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
     bounded(maker.written(&state, augmented)?)
 }
 
-/// Returns the range of the hand in m: from the first position of the scenario's operator to a little beyond the deepest.
+/// Returns the range of the hand in m: from the first position of the scenario's operator to a little beyond the
+/// deepest one.
 pub(super) fn range_m(scenario: &Scenario) -> (f64, f64) {
     let (from_m, to_m) = travel(scenario);
     (from_m, to_m + EXTRA_TRAVEL * (to_m - from_m))
@@ -256,10 +257,9 @@ struct Pacer {
     is_closed: bool,
 }
 
-/// A row of a message, by [`COLUMNS`].
+/// A row of a message; see [`COLUMNS`].
 pub type Row = [f32; COLUMNS.len()];
 
-/// The columns of a row.
 const COLUMNS: [&str; 8] = [
     "time_s",
     "desired_position_mm",
@@ -271,7 +271,7 @@ const COLUMNS: [&str; 8] = [
     "operator_force_n",
 ];
 
-/// The columns of the lines of the figure, panel by panel: tissue, feedback and felt force, slave and master.
+/// The columns of the figure's lines by panel: tissue, feedback and felt force; slave and master position.
 const LINES: [&[usize]; 2] = [&[4, 5, 7], &[3, 2]];
 
 impl Pacer {
@@ -317,7 +317,7 @@ impl Pacer {
                 self.rows.clear();
                 self.events.clear();
             }
-            // A slow page gets these rows with the next message. A page that is too slow is closed.
+            // A slow page gets these rows with the next message; a page that is too slow is closed.
             Err(TrySendError::Full(_)) if self.rows.len() < 4096 => {}
             Err(_) => self.is_closed = true,
         }
@@ -371,7 +371,7 @@ impl Observer<f64> for Pacer {
     }
 }
 
-/// Describes the figure of the forces and positions of a run without its signals, which a page adds.
+/// Describes the figure of the forces and positions of a run, without the signals, which a page adds.
 ///
 /// # Errors
 /// [`FigureError`].

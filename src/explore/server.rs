@@ -21,45 +21,32 @@ use super::limits::{MAX_MESSAGE_BYTES, MAX_SESSIONS, MAX_UNACCEPTED};
 use super::session;
 use super::state::Catalogue;
 
-/// Options of the server.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// The address of the server.
     pub address: IpAddr,
-    /// The port; 0 for any free port.
+    /// Port of the server; 0 for any free port.
     pub port: u16,
-    /// The scenarios.
+    /// The available scenarios.
     pub catalogue: Catalogue,
-    /// The name of the first scenario in the catalogue.
     pub first: String,
 }
 
-/// The error of the server.
 #[derive(Debug, Error)]
 pub enum ExploreError {
-    /// The address is not available.
     #[error("cannot serve on {address}: {source}; give another --port, or --port 0 for any free port")]
-    Bind {
-        /// The address.
-        address: SocketAddr,
-        /// The cause.
-        source: std::io::Error,
-    },
+    Bind { address: SocketAddr, source: std::io::Error },
     /// The system has no threads or events for a server.
     #[error("cannot serve the page: {0}")]
     System(std::io::Error),
 }
 
-/// What a server shows.
 #[derive(Debug)]
 enum Site {
-    /// The page of `trocar explore`, with its scenarios and the first one.
+    /// The page of `trocar explore`, with its scenarios and the name of the first one.
     Explore(Catalogue, String),
-    /// The page of a link.
     Field(Arc<Field>),
 }
 
-/// The state of the server.
 #[derive(Debug)]
 struct ServerState {
     guard: Guard,
@@ -79,8 +66,8 @@ fn bind(address: SocketAddr) -> Result<(TcpListener, SocketAddr), ExploreError> 
     Ok((listener, bound))
 }
 
-/// Listens as [`TcpListener::bind`] does, with room for more connections that are not yet accepted: one without room is tried again
-/// by its client a second later.
+/// Listens like [`TcpListener::bind`], with a longer backlog. A client that finds no room in the backlog tries again
+/// only after a second.
 fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
     // On Windows this option has another meaning.
@@ -94,7 +81,7 @@ async fn answer_all(listener: TcpListener, state: Arc<ServerState>) -> std::conv
     accept(listener, Router::new().fallback(move |request: Request<Body>| answer(state.clone(), request))).await
 }
 
-/// Serves the page of a link on this machine, until the process ends. Returns the address of the server.
+/// Serves the page of a link on this machine until the process ends. Returns the address of the server.
 ///
 /// # Errors
 /// [`ExploreError`].
@@ -108,8 +95,8 @@ pub fn serve_field(field: Arc<Field>, port: u16) -> Result<SocketAddr, ExploreEr
     Ok(bound)
 }
 
-/// Serves the page until Ctrl-C or SIGTERM. `ready` is called with the address of the server and the query of the page's address. The
-/// query has a token if other machines can reach the server.
+/// Serves the page until Ctrl-C or SIGTERM. Calls `ready` with the address of the server and the query of the page's
+/// address. The query contains a token if other machines can reach the server.
 ///
 /// # Errors
 /// [`ExploreError`].
@@ -129,12 +116,12 @@ pub fn serve(options: Options, ready: impl FnOnce(SocketAddr, &str)) -> Result<(
             () = stopped => Ok(()),
         }
     });
-    // The threads of pages end with the process; they have no data to save.
+    // The threads of the pages end with the process; they have no data to save.
     runtime.shutdown_background();
     outcome
 }
 
-/// Installs handlers of Ctrl-C and SIGTERM, and returns a future that completes at one of them.
+/// Installs handlers for Ctrl-C and SIGTERM. Returns a future that completes at either.
 fn stopped() -> std::io::Result<impl Future<Output = ()>> {
     #[cfg(unix)]
     {
@@ -156,7 +143,6 @@ fn stopped() -> std::io::Result<impl Future<Output = ()>> {
     })
 }
 
-/// Returns an error response.
 fn refusal(status: u16, reason: &'static str) -> Response<Body> {
     text(status, "text/plain; charset=utf-8", reason)
 }
@@ -185,7 +171,6 @@ async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Bod
     }
 }
 
-/// Opens the WebSocket of a page.
 async fn link(state: &ServerState, request: Request<Body>) -> Response<Body> {
     if !state.guard.admits_origin(header(&request, "origin"), host(&request)) {
         return refusal(403, "The server accepts requests from its own pages only.\n");

@@ -1,4 +1,4 @@
-//! One page: its WebSocket, its requests, its answers.
+//! One page: its WebSocket, its requests and its answers.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -16,17 +16,15 @@ use super::push::Push;
 use super::state::Catalogue;
 use super::worker::{Job, Mailbox, WorkerContext, start};
 
-/// Maximum number of queued answers.
 const MAX_ANSWERS: usize = 4;
 
-/// A token bucket: allows a burst of messages and a rate.
+/// A token bucket: allows a burst of messages and limits their rate.
 pub(super) struct Allowance {
     left: f64,
     updated: Instant,
 }
 
 impl Allowance {
-    /// A full bucket.
     pub(super) fn new(now: Instant) -> Self {
         Self { left: MESSAGES.0, updated: now }
     }
@@ -40,7 +38,6 @@ impl Allowance {
     }
 }
 
-/// An open page.
 struct Session {
     mailbox: Arc<Mailbox>,
     answers: Sender<ServerMessage>,
@@ -80,7 +77,7 @@ pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: St
     loop {
         tokio::select! {
             answer = answered.recv() => {
-                // The session has a sender, so the channel is open.
+                // This session holds a sender, so the channel is open.
                 let Some(answer) = answer else { return };
                 if !sent(&mut socket, message(answer)).await {
                     return;
@@ -131,7 +128,7 @@ impl Session {
             Request::Export(export) => return self.job(export.id, Job::Export(export)),
             Request::Push { id, state, augmented } => {
                 self.push = None;
-                // The page, its two threads and each running insertion hold a permit.
+                // The page, its two threads and each running insertion hold one permit each.
                 if Arc::strong_count(&self.permit) > 3 + MAX_ENDING {
                     return Some(ServerMessage::refused(id, &"too many requests at once"));
                 }
@@ -183,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_allowance_lets_a_burst_pass_and_then_a_rate() {
+    fn an_allowance_passes_a_burst_and_then_limits_the_rate() {
         let start = Instant::now();
         let mut allowance = Allowance::new(start);
         let passed = (0..10_000).filter(|_| allowance.take(start)).count();

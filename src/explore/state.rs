@@ -15,82 +15,54 @@ use trocar_studies::stability_check::CheckError;
 /// The key that differs between the two runs of a page.
 pub(super) const SCHEME: &str = "augmentation.enabled";
 
-/// A scenario by its name in the catalogue, with keys and their values as JSON.
+/// A scenario of the catalogue, with changed keys and their values as JSON.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct State {
-    /// Name of the scenario.
     pub scenario: String,
-    /// The changed keys and their values.
     #[serde(default)]
     pub set: BTreeMap<String, serde_json::Value>,
 }
 
-/// The refusal of a request.
+/// The reason for refusing a request.
 #[derive(Debug, Error)]
 pub enum StateError {
-    /// The scenario does not exist.
     #[error("this page has no scenario {0:?}")]
     Scenario(String),
-    /// The key does not exist.
     #[error("there is no key {path:?}{}", .nearest.map(|near| format!("; did you mean {near}?")).unwrap_or_default())]
-    Key {
-        /// The requested key.
-        path: String,
-        /// The most similar key.
-        nearest: Option<&'static str>,
-    },
-    /// The key cannot be set from a page.
+    Key { path: String, nearest: Option<&'static str> },
     #[error("{0} cannot be set from the page: {1}")]
     NotForPages(String, &'static str),
-    /// The value is invalid.
     #[error("{key} must be {must}")]
-    Value {
-        /// The key.
-        key: String,
-        /// The required value.
-        must: String,
-    },
-    /// Several keys or values are invalid.
+    Value { key: String, must: String },
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     Several(Vec<StateError>),
-    /// Too many keys.
     #[error("{0} keys are changed; the maximum is {MAX_KEYS}")]
     Keys(usize),
-    /// The run is too long.
     #[error("the run has {0} ticks; the maximum on this page is {MAX_TICKS}; shorten the run or lengthen the tick")]
     Ticks(u64),
-    /// The scenario is invalid.
     #[error(transparent)]
     Refused(#[from] ScenarioError),
-    /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The stability analysis failed.
     #[error(transparent)]
     Stability(#[from] CheckError),
-    /// A figure cannot be described.
     #[error(transparent)]
     Figure(#[from] FigureError),
-    /// A figure cannot be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// The width of a figure is invalid.
     #[error("the width {0}")]
     Width(String),
-    /// The answer cannot be written.
     #[error("cannot write the answer: {0}")]
     Message(serde_json::Error),
-    /// No thread is available.
     #[error("cannot start the insertion: {0}")]
     Thread(std::io::Error),
-    /// The axes of a map are invalid.
     #[error("no map over {0} and {1}: the axes must be two independent parameters")]
     Axes(String, String),
 }
 
 impl State {
-    /// Returns the changed keys and their checked values.
+    /// Returns the changed keys with their validated values.
     ///
     /// # Errors
     /// [`StateError`].
@@ -114,7 +86,7 @@ impl State {
 }
 
 impl StateError {
-    /// Returns each reason as a text, without the places of keys that have no file.
+    /// Returns each reason as a text, without the places of keys, which have no file.
     pub(super) fn reasons(&self) -> Vec<String> {
         let one = |error: &ScenarioError| {
             let remedy = error.remedy.as_ref().map_or(String::new(), |remedy| format!("; {remedy}"));
@@ -163,13 +135,11 @@ pub(super) fn bounded(scenario: Scenario) -> Result<Scenario, StateError> {
 /// A scenario in the menu of a page.
 #[derive(Debug, Clone, Serialize)]
 pub struct Entry {
-    /// Its name in the catalogue.
     pub name: String,
-    /// Its title: the beginning of its question.
+    /// Title: the beginning of the question.
     pub title: String,
-    /// The question that it answers.
     pub question: String,
-    /// The question of its group.
+    /// The question of the scenario's group.
     pub group: &'static str,
 }
 
@@ -185,7 +155,6 @@ const GROUPS: [(&str, &str); 8] = [
     ("passivity", "Is a delayed link stable, and at what cost?"),
 ];
 
-/// Returns the question of a shipped scenario's group.
 fn group(name: &str) -> &'static str {
     let folder = name.split('/').next().unwrap_or_default();
     GROUPS.iter().find(|(known, _)| *known == folder).map_or("Other scenarios", |(_, question)| question)
@@ -198,14 +167,14 @@ pub struct Catalogue {
 }
 
 impl Catalogue {
-    /// Returns the catalogue with the scenario of the command line, if any, as the first.
+    /// Returns the catalogue. The scenario of the command line, if any, is the first.
     #[must_use]
     pub fn new(own: Option<&str>) -> Self {
         let own = own.map(Source::parse).filter(|source| !matches!(source, Source::Builtin(_)));
         Self { own: own.map(|source| (source.display(), source)) }
     }
 
-    /// Returns all entries: the user's scenario first.
+    /// Returns all entries, with the user's scenario first.
     pub fn entries(&self) -> impl Iterator<Item = Entry> {
         let own = self.own.iter().map(|(name, _)| Entry {
             name: name.clone(),
@@ -257,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_catalogue_has_only_given_files() {
+    fn a_catalogue_contains_only_the_given_files() {
         let catalogue = Catalogue::new(Some("mine.toml"));
         assert!(catalogue.source("mine.toml").is_ok() && catalogue.source("builtin:paper/classical.toml").is_ok());
         for name in ["other.toml", "/etc/passwd", "builtin:in_vivo_like.csv", "builtin:../Cargo.toml", ""] {

@@ -1,7 +1,7 @@
-//! The threads of a page: one for runs and one for maps, so that neither waits for the other.
+//! The two threads of a page, one for runs and one for maps, so that neither waits for the other.
 //!
-//! If a page sends several states during a computation, only the last one is computed. So a slider can move faster than the machine
-//! computes, and a hostile page cannot cause more work.
+//! If a page sends several states during a computation, only the last one is computed. Therefore a slider can move
+//! faster than the machine computes, and a hostile page cannot cause more work.
 
 use std::collections::VecDeque;
 use std::panic::AssertUnwindSafe;
@@ -22,13 +22,13 @@ use trocar_report::draw::FigureWidth;
 use trocar_studies::compare::NoiseCheck;
 use trocar_studies::run::{run, trace_table};
 
-/// Maximum number of queued jobs. Additional jobs are refused.
+/// Maximum number of queued jobs. Further jobs are refused.
 const MAX_JOBS: usize = 8;
 
 /// Time without requests after which the noise checks start.
 const IDLE: Duration = Duration::from_millis(600);
 
-/// A request other than a state to show or a map.
+/// A request other than for a state or a map.
 #[derive(Debug)]
 pub(super) enum Job {
     Open { id: u32, scenario: String },
@@ -43,7 +43,6 @@ struct Queue {
     ended: bool,
 }
 
-/// The queued requests of a page.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
     queue: Mutex<Queue>,
@@ -77,14 +76,13 @@ impl Mailbox {
         Ok(())
     }
 
-    /// Ends the threads after their current work.
     pub(super) fn end(&self) {
         self.lock().ended = true;
         self.changed.notify_all();
     }
 }
 
-/// The shared data of the threads of a page. The permit of the page is free after the last thread has ended.
+/// The shared data of a page's threads. The page's permit becomes free after the last thread has ended.
 pub(super) struct WorkerContext {
     pub(super) mailbox: Arc<Mailbox>,
     pub(super) catalogue: Catalogue,
@@ -95,13 +93,13 @@ pub(super) struct WorkerContext {
 /// Starts the threads of a page.
 ///
 /// # Errors
-/// If no thread is available.
+/// Returns an error if no thread is available.
 pub(super) fn start(context: WorkerContext) -> std::io::Result<()> {
     let WorkerContext { mailbox, catalogue, answers, permit } = context;
     let maps = (mailbox.clone(), PairMaker::new(catalogue.clone()), answers.clone(), permit.clone());
     std::thread::Builder::new().name("trocar map".into()).spawn(move || {
         let (mailbox, mut maker, answers, permit) = maps;
-        // One thread for maps; the other processors are for runs.
+        // Maps use one thread; the other processors are for runs.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         while let Some(request) = next_map(&mailbox) {
             let answer = or_panicked(request.id, || {
@@ -134,9 +132,10 @@ fn or_refused(id: u32, answer: Result<ServerMessage, StateError>) -> ServerMessa
     answer.unwrap_or_else(|reason| ServerMessage::refused_for(id, &reason, &reason.reasons()))
 }
 
-/// Returns the answer to a request. After a panic it is a refusal, and the page goes on: the next request computes everything anew.
+/// Returns the answer to a request. A panic becomes a refusal, and the page continues: the next request computes
+/// everything anew.
 pub(super) fn or_panicked(id: u32, answer: impl FnOnce() -> ServerMessage) -> ServerMessage {
-    // The state that a panic leaves is that of the last complete answer, or is computed again.
+    // A panic leaves the state of the last complete answer, or a state that is computed again.
     std::panic::catch_unwind(AssertUnwindSafe(answer)).unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
@@ -200,11 +199,10 @@ fn next_task(mailbox: &Mailbox, checks_noise: bool) -> Option<Task> {
     }
 }
 
-/// The worker of the runs, with the last pair.
 struct RunWorker {
     maker: PairMaker,
     shown: Option<(Show, Pair)>,
-    /// The noise checks of that pair, once they are complete.
+    /// The noise checks of that pair, when they are complete.
     noise: Option<Vec<NoiseCheck>>,
 }
 
@@ -222,7 +220,7 @@ impl RunWorker {
             }
             Task::Idle => {
                 let Some((show, pair)) = &self.shown else { return ServerMessage::json(&serde_json::Value::Null) };
-                // After a failure the noise checks are not repeated.
+                // Set first, so that the noise checks are not repeated after a failure.
                 let noise = self.noise.insert(vec![]);
                 match pair.in_noise() {
                     Ok(checks) => {
@@ -254,7 +252,7 @@ impl RunWorker {
     fn export(&mut self, export: &Export) -> Result<ServerMessage, StateError> {
         let scenario = self.maker.written(&export.state, export.augmented)?;
         let which = usize::from(export.augmented);
-        // All files of a scenario can be saved into the same folder.
+        // Different names let all files of a scenario be saved into one folder.
         let name = &scenario.name;
         let name = if name.ends_with(SCHEMES[which]) { name.clone() } else { format!("{name}_{}", SCHEMES[which]) };
         let (extension, content) = match export.file {
@@ -288,7 +286,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn after_a_panic_the_page_is_told_and_goes_on() {
+    fn a_page_gets_an_error_after_a_panic_and_continues() {
         let failing = || -> ServerMessage { panic!("no such lane") };
         let ServerMessage::Text(text) = or_panicked(7, failing) else { panic!("a text") };
         let message: serde_json::Value = serde_json::from_str(&text).expect("JSON");

@@ -1,4 +1,4 @@
-//! The charts: keys, the pointer, and the marks of events.
+//! The charts: their keys, the pointer, and the marks of events.
 
 use std::time::Duration;
 
@@ -11,17 +11,17 @@ use crate::page::BrowserPage;
 use crate::picture::column;
 use crate::test_folder::TestFolder;
 
-/// Collects the errors of scripts in `failed`.
+/// Collects script errors in `failed`.
 const WATCH: &str =
     "window.failed = []; window.addEventListener('error', ({ message }) => failed.push(message)); return null";
 
-/// The first canvas of each group of charts: its text for screen readers.
+/// Returns the screen reader's text of the first canvas of a group of charts.
 async fn told(client: &Client, selector: &str) -> String {
     let canvas = client.find(Locator::Css(selector)).await.expect("a chart");
     canvas.attr("aria-valuetext").await.expect("an attribute").unwrap_or_default()
 }
 
-/// The number after a word in a text such as "Time 5.520 s, slave, classical 19.04 mm".
+/// Returns the number after a word in a text such as "Time 5.520 s, slave, classical 19.04 mm".
 fn number_after(text: &str, word: &str) -> f64 {
     let rest = text.split(word).nth(1).unwrap_or_else(|| panic!("{word} in {text}")).trim_start();
     rest.split(' ')
@@ -38,7 +38,7 @@ pub async fn keys(page: BrowserPage) -> BrowserPage {
     let press = async |keys: &str| chart.send_keys(keys).await.expect("pressed");
     let shown = "const { x } = trocarPictures.panel('position'); return [x.low, x.high]";
     let range = async || -> (f64, f64) { serde_json::from_value(page.evaluate(shown).await).expect("times") };
-    // The next rupture, and the values there, which are those of the trace.
+    // Go to the next rupture; the values there equal those of the trace.
     press("e").await;
     let text = told(&page.client, CHART).await;
     let folder = TestFolder::new();
@@ -50,11 +50,11 @@ pub async fn keys(page: BrowserPage) -> BrowserPage {
     let expected_mm = 1e3 * column(&csv, "slave_position_m")[tick];
     assert_eq!(number_after(&text, "Time"), rupture_s);
     assert!((number_after(&text, "slave, classical") - expected_mm).abs() < 0.01, "{text}, {expected_mm}");
-    // The animation is at the same time, and rests there.
+    // The animation rests at the same time.
     let animated = "const a = trocar.animation(); return [a.data.time_s[a.at], a.isPlaying]";
     let now = page.evaluate(animated).await;
     assert!((now[0].as_f64().expect("a time") - rupture_s).abs() < 0.003 && now[1] == json!(false), "{now}");
-    // Another chart of the same time has the cursor too.
+    // Another chart with the same time axis also shows the cursor.
     let other = page.evaluate("return document.querySelector('#chart-2 figcaption').textContent").await;
     assert_eq!(number_after(other.as_str().unwrap_or_default(), "Time"), rupture_s);
     press(&String::from(char::from(Key::Right))).await;
@@ -70,18 +70,18 @@ pub async fn keys(page: BrowserPage) -> BrowserPage {
     page.wait(&format!("return (() => {{ {shown} }})()[0] < {}", zoomed.0 - 0.01)).await;
     press("0").await;
     page.wait(&format!("return (() => {{ {shown} }})()[0] === 0")).await;
-    // A line is hidden by Enter on its name.
+    // Enter on the name of a line hides the line.
     let name = page.client.find(Locator::Css("#chart-1 .legend button")).await.expect("a name");
     name.send_keys(&String::from(char::from(Key::Enter))).await.expect("pressed");
     assert_eq!(name.attr("aria-checked").await.expect("an attribute").as_deref(), Some("false"));
     assert_eq!(page.evaluate("return failed").await, json!([]));
-    // Moving the animation's slider moves the cursor of the charts and fills in the values.
+    // Moving the animation's slider moves the charts' cursor and updates the values.
     let slider = page.client.find(Locator::Css("#animation .player input")).await.expect("a slider");
     slider.send_keys(&String::from(char::from(Key::Right))).await.expect("pressed");
     let reading = page.evaluate("return document.querySelector('#chart-2 figcaption').textContent").await;
     let at = page.evaluate(animated).await[0].as_f64().expect("a time");
     assert!((number_after(reading.as_str().unwrap_or_default(), "Time") - at).abs() < 0.001, "{reading}, {at}");
-    // Every chart of every report takes the keys.
+    // Every chart of every report accepts the keys.
     let folder = TestFolder::new();
     folder.good(&["compare", "--report", "--quiet", "--out", "compared"]);
     folder.good(&["stability", "paper/augmented", "--report", "--quiet", "--out", "loop"]);
@@ -103,7 +103,7 @@ pub async fn keys(page: BrowserPage) -> BrowserPage {
     page
 }
 
-/// The pointer on the stability map reads the boundary of the table of verdicts.
+/// The pointer on the stability map shows the boundary in the table of verdicts.
 pub async fn boundary(page: BrowserPage) -> BrowserPage {
     let folder = TestFolder::new();
     folder.good(&["stability", "paper/classical", "--report", "--quiet", "--out", "o"]);
@@ -124,7 +124,7 @@ pub async fn boundary(page: BrowserPage) -> BrowserPage {
         let read = page.evaluate(read).await;
         let [place, legend] = [0, 1].map(|index| read[index].as_str().unwrap_or_default().to_owned());
         let at = number_after(&place, "Force scale");
-        // Between the last stable and the first unstable stiffness of the columns on both sides.
+        // The pointer is between the last stable and the first unstable stiffness of the columns on both sides.
         let near = || points().filter(|(x, ..)| (x / at).ln().abs() < 0.025);
         let limit = |is_stable: bool| near().filter(move |(.., stable)| *stable == is_stable).map(|(_, y, _)| y);
         if limit(false).next().is_none() {
@@ -139,7 +139,7 @@ pub async fn boundary(page: BrowserPage) -> BrowserPage {
     page
 }
 
-/// The words of an event are those of the hold, and a cue is drawn where it vibrates.
+/// The name of an event matches the hold, and a cue is drawn where the master vibrates.
 pub async fn events(page: BrowserPage) -> BrowserPage {
     let scenarios = [
         ("layers/skin-augmented", "frozen", "clamp"),
@@ -168,7 +168,7 @@ pub async fn events(page: BrowserPage) -> BrowserPage {
     page
 }
 
-/// Under forced colours, a shade stays pale and a curve differs from it.
+/// With forced colours, a shade stays pale and differs from a curve.
 pub async fn forced_colours(page: BrowserPage) -> BrowserPage {
     for theme in ["light", "dark"] {
         let features =

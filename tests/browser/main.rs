@@ -1,6 +1,6 @@
 //! The page in a real browser: Debian's chromium, driven by its chromedriver.
 //!
-//! Without a browser the tests are skipped with a message; with `TROCAR_BROWSER=required` that is a failure.
+//! Without a browser the tests are skipped with a message; with `TROCAR_BROWSER=required` they fail.
 //! `TROCAR_SCREENSHOTS=docs cargo test --test browser screenshots` writes the pictures of the README.
 
 mod charts;

@@ -1,4 +1,4 @@
-//! A server, a browser and their user.
+//! A server, a browser and a simulated user.
 
 use std::future::Future;
 use std::net::SocketAddr;
@@ -14,16 +14,16 @@ use serde_json::{Value as Json, json};
 
 use crate::server::{Running, explore};
 
-/// The body of a trial.
 pub type Body = fn(BrowserPage) -> Pin<Box<dyn Future<Output = BrowserPage>>>;
 
-/// Time limit of a page; a machine that runs all tests at once is slow.
+/// Time limit of a page. A machine that runs all tests at once is slow.
 const TIMEOUT: Duration = Duration::from_secs(20);
 
-/// Maximum number of elements that Tab reaches.
+/// Maximum number of presses of Tab to reach an element.
 const MAX_TABS: usize = 150;
 
-/// A function that returns what covers an element, or why it is out of view; `null` if it can be used.
+/// A JavaScript function that returns the element that covers another one, or why the element is out of view; `null`
+/// if it can be used.
 pub const COVERED: &str = r"const covered = (one) => {
     const box = one.getBoundingClientRect();
     const [x, y] = [box.left + box.width / 2, box.top + Math.min(box.height, innerHeight) / 2];
@@ -36,20 +36,18 @@ fn found(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// Returns whether a browser and its driver are installed.
+/// Returns true if a browser and its driver are installed.
 pub fn is_there() -> bool {
     found("chromium") && found("chromedriver")
 }
 
-/// An open page.
 pub struct BrowserPage {
     pub client: Client,
     pub address: SocketAddr,
-    /// The process of the server.
+    /// The process id of the server.
     pub server: u32,
 }
 
-/// Runs a trial with a new page, server and browser.
 pub fn run(body: Body) -> Result<(), String> {
     let (server, address) = explore(&[]);
     let server_id = server.id();
@@ -65,7 +63,7 @@ pub fn run(body: Body) -> Result<(), String> {
         let mut builder = ClientBuilder::new(hyper_util::client::legacy::connect::HttpConnector::new());
         builder.capabilities([("goog:chromeOptions".to_owned(), options)].into_iter().collect());
         let client = builder.connect(&format!("http://127.0.0.1:{port}")).await.map_err(|error| error.to_string())?;
-        // Apart, so that a trial that fails closes its browser, too.
+        // Run the trial in its own task, so that a failing trial also closes its browser.
         let trial = tokio::task::spawn_local(body(BrowserPage { client: client.clone(), address, server: server_id }));
         let outcome = trial.await;
         client.close().await.map_err(|error| error.to_string())?;
@@ -76,24 +74,23 @@ pub fn run(body: Body) -> Result<(), String> {
 impl BrowserPage {
     /// Opens the page of a state and waits for its charts.
     pub async fn open(&self, state: &str) {
-        // The same address with another hash does not load a new page.
+        // Changing only the hash of an address does not load a new page.
         self.client.goto("about:blank").await.expect("goes");
         self.client.goto(&format!("http://{}/#{state}", self.address)).await.expect("goes");
         self.wait("return typeof trocar !== 'undefined' && trocar.timings.length > 0 && !trocar.busy()").await;
     }
 
-    /// Sets the size of the page in pixels, as a telephone's or a screen's.
+    /// Sets the size of the page in pixels.
     pub async fn resize(&self, width: u32, height: u32) {
         let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
         self.devtools("Emulation.setDeviceMetricsOverride", size).await;
     }
 
-    /// Sends a command of the DevTools protocol.
     pub async fn devtools(&self, command: &str, parameters: Json) -> Json {
         self.client.issue_cmd(DevTools(json!({ "cmd": command, "params": parameters }))).await.expect("a command")
     }
 
-    /// Stops an animation at its still, in a theme.
+    /// Stops an animation at its still frame, in a theme.
     pub async fn still(&self, animation: &str, theme: &str) {
         self.evaluate(&format!(
             "{animation}.rest(); document.documentElement.dataset.theme = '{theme}'; \
@@ -103,12 +100,10 @@ impl BrowserPage {
         tokio::time::sleep(Duration::from_millis(700)).await;
     }
 
-    /// Returns the result of a script.
     pub async fn evaluate(&self, script: &str) -> Json {
         self.client.execute(script, vec![]).await.expect("a script of this test")
     }
 
-    /// Waits until a script returns true.
     pub async fn wait(&self, script: &str) {
         let until = Instant::now() + TIMEOUT;
         while self.evaluate(script).await != Json::Bool(true) {
@@ -120,7 +115,7 @@ impl BrowserPage {
         }
     }
 
-    /// Presses keys, one after the other, wherever the focus is.
+    /// Presses keys, one after the other, at the present focus.
     pub async fn press(&self, keys: &[Key]) {
         for key in keys {
             let (name, code, text) = match key {
@@ -138,11 +133,10 @@ impl BrowserPage {
         }
     }
 
-    /// Types a text wherever the focus is.
     pub async fn type_text(&self, text: &str) {
         for letter in text.chars() {
             let text = letter.to_string();
-            // The codes of other characters are those of keys such as Delete.
+            // Other characters have no code, because their codes would be those of keys such as Delete.
             let code = if letter.is_ascii_alphanumeric() { letter.to_ascii_uppercase() as u32 } else { 0 };
             self.key(&text, code, &text).await;
         }
@@ -156,7 +150,8 @@ impl BrowserPage {
         }
     }
 
-    /// Presses Tab until an element that matches a selector has the focus, and the focus is in view and covered by nothing.
+    /// Presses Tab until an element that matches a selector has the focus. Checks that each focused element is in
+    /// view and uncovered.
     pub async fn tab_to(&self, selector: &str) {
         let is_there = format!("return document.activeElement.matches({selector:?})");
         for _ in 0..MAX_TABS {
@@ -170,14 +165,12 @@ impl BrowserPage {
         panic!("{selector} is not reached by Tab");
     }
 
-    /// Moves or presses the mouse: `mouseMoved`, `mousePressed` or `mouseReleased`.
     pub async fn mouse(&self, event: &str, (x, y): (f64, f64)) {
         let buttons = i32::from(event != "mouseReleased");
         let at = json!({ "type": event, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
         self.devtools("Input.dispatchMouseEvent", at).await;
     }
 
-    /// Returns left, top, width and height of an element in the window.
     pub async fn place(&self, selector: &str) -> [f64; 4] {
         let script = format!(
             "const box = document.querySelector({selector:?}).getBoundingClientRect(); return [box.left, box.top, box.width, box.height]"
@@ -211,7 +204,7 @@ impl BrowserPage {
     }
 }
 
-/// A command of the DevTools protocol, which chromedriver passes on.
+/// A command of the DevTools protocol, which chromedriver forwards.
 #[derive(Debug)]
 struct DevTools(Json);
 

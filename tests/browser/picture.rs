@@ -1,4 +1,4 @@
-//! The animation, the layout and the look of the page.
+//! The animation, the layout and the appearance of the page.
 
 use std::time::Duration;
 
@@ -9,14 +9,14 @@ use crate::page::BrowserPage;
 use crate::similar::{assert_similar, changed_share};
 use crate::test_folder::TestFolder;
 
-/// Returns a column of a trace.
 pub fn column(csv: &str, name: &str) -> Vec<f64> {
     let mut lines = csv.lines();
     let at = lines.next().and_then(|head| head.split(',').position(|one| one == name)).expect("a column");
     lines.map(|line| line.split(',').nth(at).and_then(|cell| cell.parse().ok()).expect("a number")).collect()
 }
 
-/// The lower end of the needle, the ends of the bracket and its text, and the length of the scale in pixels and mm, for both runs.
+/// For both runs: the lower end of the needle, the ends of the bracket and its text, and the length of the scale in
+/// pixels and mm.
 const DRAWN: &str = r"return [...document.querySelectorAll('#animation .needle-panel')].map(panel => {
     const box = (kind) => panel.querySelector(kind).getBoundingClientRect();
     const { top } = panel.querySelector('svg').getBoundingClientRect();
@@ -34,7 +34,7 @@ pub async fn animation(page: BrowserPage) -> BrowserPage {
             .expect("the times of the frames");
         let still = page.evaluate("return trocar.animation().data.still").await.as_u64().expect("a frame") as usize;
         assert!(still > 100 && (times[still] - times[0] - 0.6).abs() < 0.002, "{still} of {}", times.len());
-        // It plays on until the needle has caught up.
+        // The animation continues until the needle has caught up.
         let states = page.evaluate("return trocar.animation().data.panels[1].states").await;
         let states: Vec<String> = serde_json::from_value(states).expect("states");
         assert!(states[still] != "teleoperation" && states[states.len() - 1] == "teleoperation", "{states:?}");
@@ -66,7 +66,7 @@ pub async fn animation(page: BrowserPage) -> BrowserPage {
             }
         }
         assert!(states.iter().any(|state| state == "frozen"), "{states:?}");
-        // The frame at rest is the end of the metric's time.
+        // The frame at rest is at the end of the metric's time.
         let drawn = page.evaluate(&format!("trocar.animation().rest(); {DRAWN}")).await;
         let row = table.iter().find(|row| row[0] == "rupture 1: overshoot in 0.5 s").expect("the metric");
         for run in 0..2 {
@@ -83,7 +83,7 @@ pub async fn animation(page: BrowserPage) -> BrowserPage {
     assert_eq!(drawn[0]["text"], json!(""));
     let title = page.evaluate("return document.querySelector('.animation-title').textContent").await;
     assert!(title.as_str().is_some_and(|title| title.starts_with("No layer ruptures: ")), "{title}");
-    // Under reduced motion it is a still, which the keyboard can step.
+    // With reduced motion it is a still frame, which the keyboard can step.
     page.devtools(
         "Emulation.setEmulatedMedia",
         json!({ "features": [{ "name": "prefers-reduced-motion", "value": "reduce" }] }),
@@ -102,7 +102,7 @@ pub async fn animation(page: BrowserPage) -> BrowserPage {
     page
 }
 
-/// The ends of elements, in pixels from the top left of the window.
+/// Returns the ends of elements, in pixels from the top left of the window.
 async fn ends(page: &BrowserPage, elements: &str) -> Vec<(String, f64, f64)> {
     let script = format!(
         "return [...document.querySelectorAll('{elements}')].map(one => {{
@@ -138,7 +138,7 @@ pub async fn layout(page: BrowserPage) -> BrowserPage {
     for (name, _, bottom) in ends(&page, "#animation svg, #chart-1 canvas").await {
         assert!(bottom > 0.0 && bottom < 844.0, "{name} ends at {bottom}");
     }
-    // The page opens zoomed on the rupture at 5.52 s.
+    // The page opens with a zoom to the rupture at 5.52 s.
     let shown = page.evaluate("const { x } = trocarPictures.panel('position'); return [x.low, x.high]").await;
     let shown: (f64, f64) = serde_json::from_value(shown).expect("times");
     assert!(shown.0 > 5.0 && shown.0 < 5.52 && shown.1 > 5.52 && shown.1 < 8.0, "{shown:?}");
@@ -165,7 +165,8 @@ pub async fn look(page: BrowserPage) -> BrowserPage {
     page
 }
 
-/// Checks the accessibility of every page with axe-core, if `TROCAR_AXE` names its `axe.min.js`, and the length of a printed report.
+/// Checks the accessibility of every page with axe-core, if `TROCAR_AXE` names its `axe.min.js`, and the length of a
+/// printed report.
 pub async fn axe(page: BrowserPage) -> BrowserPage {
     let folder = TestFolder::new();
     let sweep =
@@ -196,7 +197,7 @@ pub async fn axe(page: BrowserPage) -> BrowserPage {
     let axe = std::fs::read_to_string(axe).expect("axe.min.js");
     let mut found = vec![];
     let address = format!("http://{}/", page.address);
-    // The page also as on a telephone, and with the result of an insertion by hand.
+    // Also check the page at the size of a telephone, with the result of an insertion by hand.
     let pages = [(&address, 1400, false), (&address, 390, true)].into_iter();
     for (address, width, is_pushed) in pages.chain(reports.iter().map(|report| (report, 1400, false))) {
         page.resize(width, 900).await;

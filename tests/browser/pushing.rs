@@ -1,4 +1,4 @@
-//! An insertion by hand: what is heard, felt and told of it.
+//! An insertion by hand: its sound, vibration and text.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use tokio::time::sleep;
 
 use crate::page::BrowserPage;
 
-/// Records vibrations in `vibrated` in place of a device.
+/// Records vibrations in `vibrated` instead of on a device.
 const DEVICE: &str = "window.vibrated = []; Object.defineProperty(navigator, 'vibrate', { value: (ms) => vibrated.push(ms), configurable: true });
     const pad = { vibrationActuator: { playEffect: (kind, how) => { vibrated.push([kind, how]); return Promise.resolve(); } } };
     Object.defineProperty(navigator, 'getGamepads', { value: () => [null, pad], configurable: true }); return null";
@@ -22,14 +22,14 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
     page.tab_to("#push-open").await;
     page.press(&[Key::Enter]).await;
     page.wait("return !!trocarPush.state()?.range && document.activeElement.id === 'field'").await;
-    // On a telephone, the field is whole in the window, and nothing covers it.
+    // On a telephone, the whole field is in the window and uncovered.
     let [_, top, _, height] = page.place("#field").await;
     assert!(top > 0.0 && top + height < 844.0, "{top}, {height}");
     let free = "const box = document.getElementById('field').getBoundingClientRect();
         return [0.1, 0.5, 0.9].every((share) => document.elementFromPoint(box.left + box.width / 2, box.top + share * box.height).closest('#field'))";
     assert_eq!(page.evaluate(free).await, json!(true));
-    // At about 10 mm/s, as in an insertion: jumps of the hand would restart the settling time of the detector. The tone is that of the load
-    // before the rupture; after it a felt force of 0 is silent.
+    // Move at about 10 mm/s, as in an insertion: jumps of the hand would restart the detector's settling time. The
+    // tone follows the load before the rupture; a felt force of 0 after it is silent.
     let mut loudness = 0.0_f64;
     for _ in 0..320 {
         page.press(&[Key::Down]).await;
@@ -40,16 +40,16 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
             break;
         }
     }
-    // A tone, a click and one vibration of each device for the rupture.
+    // The rupture gives a tone, a click and one vibration on each device.
     let sound = page.evaluate("return trocarListen.state()").await;
     assert_eq!(sound["state"], json!("running"));
     assert!(loudness > 0.0, "{sound}");
     page.wait(&format!("return trocarListen.state().clicks === {RUPTURES} && vibrated.length === 2 * {RUPTURES}"))
         .await;
     assert_eq!(page.evaluate("return [typeof vibrated[0], vibrated[1][0]]").await, json!(["number", "dual-rumble"]));
-    // The advance of the needle in the time of the metric.
+    // Wait for the time of the metric of the needle's advance.
     sleep(Duration::from_millis(900)).await;
-    // Without sound there is neither at the next rupture.
+    // With the sound off, the next rupture gives no click and no vibration.
     page.element("push-sound").await.click().await.expect("clicked");
     let before = page.evaluate("return [trocarListen.state().clicks, vibrated.length]").await;
     page.evaluate("document.getElementById('field').focus(); return null").await;
@@ -60,7 +60,8 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
     assert_eq!(page.evaluate("return [trocarListen.state().clicks, vibrated.length]").await, before);
     page.element("push").await.click().await.expect("ended");
     page.wait("return !document.getElementById('push-result').hidden").await;
-    // The result: the same motion of the hand with both schemes. The augmented run is the one that the person felt.
+    // The result shows the same motion of the hand with both schemes. The augmented run is the one that the user
+    // felt.
     let text = page.text("push-text").await;
     assert!(text.contains("both schemes") && text.contains("without augmentation"), "{text}");
     let compared = "const { rows, events } = trocarPush.state();
@@ -100,7 +101,7 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
             .is_some_and(|mm| mm > 1.0)
     );
     page.mouse("mouseReleased", (left, top)).await;
-    // Before contact, the axes do not magnify what is not there.
+    // The axes do not magnify the signals before contact.
     let axes = "return [...document.querySelectorAll('#pushed canvas')].length";
     assert_eq!(page.evaluate(axes).await, json!(2));
     page.element("push-close").await.click().await.expect("closed");
@@ -110,7 +111,7 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
     page
 }
 
-/// A bar of a force has the same length in every run, and tells its scale.
+/// A force bar has the same length in every run and shows its scale.
 pub async fn scale(page: BrowserPage) -> BrowserPage {
     for state in ["", "scaling.force=0.002", "scenario=builtin:layers/skin-augmented.toml"] {
         page.open(state).await;

@@ -1,18 +1,17 @@
-//! Perceptual comparison of screenshots: the mean colours of small blocks. The smoothing of letters and lines differs between
-//! machines, and hardly changes a mean.
+//! Perceptual comparison of screenshots by the mean colours of small blocks. The smoothing of letters and lines
+//! differs between machines, but hardly changes a mean.
 
 use std::path::Path;
 
-/// Width and height of a block in pixels.
+/// Width and height of a block, in pixels.
 const BLOCK: usize = 16;
 
-/// Difference of a colour's mean, of 255, above which a block has changed.
+/// Difference of a mean colour, on the scale of 255, above which a block has changed.
 const CHANGED: f64 = 24.0;
 
-/// Share of the blocks that may have changed.
 const MAX_SHARE: f64 = 0.05;
 
-/// Compares a screenshot with the file of that name; `BLESS=1` writes the file.
+/// Compares a screenshot with the file of this name. `BLESS=1` writes the file.
 pub fn assert_similar(name: &str, screenshot: &[u8]) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/screens").join(format!("{name}.png"));
     if std::env::var_os("BLESS").is_some() {
@@ -28,7 +27,7 @@ pub fn assert_similar(name: &str, screenshot: &[u8]) {
     }
 }
 
-/// Returns the share of the blocks that differ; 1 for pictures of another size.
+/// Returns the fraction of differing blocks; 1 for pictures of different sizes.
 pub fn changed_share(one: &[u8], other: &[u8]) -> f64 {
     let ((size, one), (other_size, other)) = (blocks(one), blocks(other));
     if size != other_size {
@@ -38,7 +37,7 @@ pub fn changed_share(one: &[u8], other: &[u8]) -> f64 {
     one.iter().zip(&other).filter(differs).count() as f64 / one.len() as f64
 }
 
-/// Returns the size of a picture, and the mean colours of its blocks.
+/// Returns the size of a picture and the mean colours of its blocks.
 fn blocks(bytes: &[u8]) -> ((u32, u32), Vec<[f64; 3]>) {
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("a PNG file");
     let mut pixels = vec![0; reader.output_buffer_size().expect("a small picture")];

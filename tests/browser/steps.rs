@@ -1,4 +1,4 @@
-//! Steps of a session: undo, Back, the address, and what is typed.
+//! Steps of a session: undo, Back, the address, and typed values.
 
 use std::process::Command;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use tokio::time::sleep;
 use crate::page::BrowserPage;
 use crate::server::Running;
 
-/// What a step can change.
+/// The state that a step can change.
 const STATE: &str = "const { x } = trocarPictures.panel('position');
     return [trocar.state.set, [x.low, x.high].map((at) => Number(at.toFixed(2))), document.getElementById('key-scaling-force-number').value]";
 
@@ -21,10 +21,10 @@ pub async fn undo(page: BrowserPage) -> BrowserPage {
     let mut states = vec![page.evaluate(STATE).await];
     let settled = async || {
         page.wait("return !trocar.busy()").await;
-        // The next change is another step.
+        // Wait, so that the next change is another step.
         sleep(Duration::from_millis(900)).await;
     };
-    // Two settings and a zoom, each a step.
+    // Two settings and a zoom are one step each.
     for (control, keys) in [("key-scaling-force", 3), ("key-scaling-position", 2)] {
         let slider = page.element(control).await;
         slider.send_keys(&String::from(char::from(Key::Right)).repeat(keys)).await.expect("moved");
@@ -36,11 +36,12 @@ pub async fn undo(page: BrowserPage) -> BrowserPage {
     settled().await;
     states.push(page.evaluate(STATE).await);
     assert!((1..states.len()).all(|index| states[index] != states[index - 1]), "{states:?}");
-    // The address has all of it: another page shows the same, and its animation rests at the time of the cursor.
+    // The address contains the whole state: another page shows the same, with its animation at the time of the
+    // cursor.
     let address = page.client.current_url().await.expect("there");
     let fragment = address.fragment().expect("the state").to_owned();
     assert!(fragment.contains("time=") && fragment.contains("at=5.52"), "{fragment}");
-    // Undo by its button, by Ctrl+Z, and by Back: each goes back by one step.
+    // Undo by the button, by Ctrl+Z and by Back each go back by one step.
     page.element("undo").await.click().await.expect("clicked");
     settled().await;
     assert_eq!(page.evaluate(STATE).await, states[2]);
@@ -60,7 +61,7 @@ pub async fn undo(page: BrowserPage) -> BrowserPage {
     assert_eq!(page.evaluate(STATE).await, states[3]);
     let at = page.evaluate("const a = trocar.animation(); return a.data.time_s[a.at]").await;
     assert!(at.as_f64().is_some_and(|at| (at - 5.52).abs() < 0.003), "{at}");
-    // Another scenario has another title, and Back returns to the first.
+    // Another scenario has another title, and Back returns to the first one.
     page.evaluate("const menu = document.getElementById('scenario'); menu.value = 'builtin:strategies/cue.toml'; menu.dispatchEvent(new Event('change')); return null").await;
     page.wait("return document.title.startsWith('A vibration') && !trocar.busy()").await;
     settled().await;
@@ -90,12 +91,12 @@ pub async fn comma(page: BrowserPage) -> BrowserPage {
     }
     let is_wrong =
         format!("return document.getElementById('{id}').closest('.control').querySelector('.error').textContent");
-    // It could be a thousand or one.
+    // The number is ambiguous: a thousand or one.
     assert_eq!(typed("1,000").await, json!(5e-5));
     assert!(page.evaluate(&is_wrong).await.as_str().is_some_and(|text| text.contains("1,000 is not a number")));
     assert_eq!(typed("1,5").await, json!(1.5e-3));
     assert_eq!(page.evaluate(&is_wrong).await, json!(""));
-    // A changed control has a button more and moves nothing, not even the slider of the longest name.
+    // The additional button of a changed control moves nothing, not even the slider with the longest name.
     assert_eq!(place().await, before);
     let slider =
         page.client.find(fantoccini::Locator::Css("#front [id^='key-both'][type=range]")).await.expect("a slider");
@@ -125,7 +126,7 @@ pub async fn ended(page: BrowserPage) -> BrowserPage {
         return [top >= 0 && bottom > top && width > 0.9 * innerWidth, document.getElementById('controls').inert, trocar.animation().isPlaying,
             Number(getComputedStyle(document.querySelector('#chart-1 canvas')).opacity) < 0.5]";
     assert_eq!(page.evaluate(seen).await, json!([true, true, false, true]));
-    // Another server on the same port: the page goes on with the same state.
+    // The page continues with the same state on another server at the same port.
     let mut again = Command::new(env!("CARGO_BIN_EXE_trocar"));
     again.args(["explore", "--no-open", "--port", &page.address.port().to_string()]);
     let _again = Running::start(&mut again, |line| line.contains("http://").then_some(())).expect("served again");

@@ -12,9 +12,8 @@ use tokio::time::sleep;
 use crate::page::{Body, BrowserPage};
 use crate::test_folder::TestFolder;
 
-/// All trials.
 pub const ALL: [(&str, Body); 26] = [
-    // The longest first, so that none is left for the end.
+    // The longest trial comes first, so that it does not run alone at the end.
     ("thirteen_tasks_are_done_by_keys_alone_at_four_sizes", |page| Box::pin(crate::tasks::tasks(page))),
     ("every_control_can_be_reached_at_every_size", |page| Box::pin(crate::tasks::sizes(page))),
     ("the_keys_of_charts_move_zoom_and_tell_what_the_trace_has", |page| Box::pin(crate::charts::keys(page))),
@@ -43,17 +42,16 @@ pub const ALL: [(&str, Body); 26] = [
     ("screenshots", |page| Box::pin(screenshots(page))),
 ];
 
-/// Returns the lines that `compare` prints for the shipped pair with settings.
+/// Returns the lines that `compare` prints for the shipped pair with these settings.
 fn compared(settings: &[&str]) -> Vec<String> {
     let settings = settings.iter().flat_map(|setting| ["--set", setting]);
     let arguments = ["compare", "--all", "paper/classical", "paper/augmented"].into_iter().chain(settings);
     let text = TestFolder::new().good(&arguments.collect::<Vec<_>>());
-    // The longest labels, those of the checks in noise, are wrapped in a terminal.
+    // The terminal wraps the longest labels, those of the noise checks.
     let is_row = |line: &&str| !line.is_empty() && !line.starts_with("in noise");
     text.split("\n\n").nth(2).expect("all metrics").lines().skip(2).take_while(is_row).map(squeezed).collect()
 }
 
-/// Returns a line with single spaces.
 fn squeezed(line: &str) -> String {
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -91,7 +89,7 @@ async fn warnings(page: BrowserPage) -> BrowserPage {
     page
 }
 
-/// What is no number, and what is refused, changes nothing and is shown as wrong.
+/// Texts that are not numbers and refused values change nothing and are marked as wrong.
 async fn refused(page: BrowserPage) -> BrowserPage {
     page.open("").await;
     let number = page.element("key-scaling-force-number").await;
@@ -104,7 +102,7 @@ async fn refused(page: BrowserPage) -> BrowserPage {
         let outdated = page.evaluate("return trocar.state.set['scaling.force'] === undefined").await;
         assert_eq!(outdated, Json::Bool(true), "{text}");
     }
-    // The browser takes it for a number, the scenario does not.
+    // The browser accepts it as a number, but the scenario does not.
     number.send_keys(&format!("{all}-3{}", char::from(Key::Tab))).await.expect("typed");
     page.wait("return document.getElementById('main').classList.contains('outdated')").await;
     assert!(page.text("status").await.contains("last valid values"));
@@ -116,7 +114,7 @@ async fn refused(page: BrowserPage) -> BrowserPage {
     page.client.goto(&format!("http://{}/#{state}", page.address)).await.expect("goes");
     let marked = "return [...document.querySelectorAll('.control.wrong')].map(box => box.dataset.key).sort().join()";
     page.wait(&format!("{} === 'detector.threshold,scaling.force,tissue.contact_m'", marked)).await;
-    // A control that cannot act says why and is disabled.
+    // A control without effect is disabled and says why.
     let script = "const box = document.querySelector('[data-key=\"operator.speed_m_per_s\"]');
         return [box.querySelector('.reason').textContent, box.querySelector('input').disabled]";
     let inactive = page.evaluate(script).await;
@@ -125,11 +123,11 @@ async fn refused(page: BrowserPage) -> BrowserPage {
     page
 }
 
-/// Prints the time from the input to the drawn frame. A browser hands the moves of a pointer over with a frame of the screen, and a
-/// key at any moment between two.
+/// Prints the time from the input to the drawn frame. A browser delivers pointer moves with a frame of the screen,
+/// but a key at any time between two frames.
 async fn timing(page: BrowserPage) -> BrowserPage {
     page.resize(1280, 800).await;
-    // 7 s of insertion through the skin, in ticks of 1 ms, classical and augmented.
+    // 7 s of insertion through the skin in ticks of 1 ms, classical and augmented.
     page.open("scenario=builtin:layers/skin-augmented.toml&simulation.duration_s=7").await;
     let slider = page.element("key-scaling-force").await;
     let (mut by_key, mut by_drag) = (vec![], vec![]);
@@ -164,7 +162,7 @@ async fn timing(page: BrowserPage) -> BrowserPage {
     page
 }
 
-/// Moves the slider; returns the times in ms of the answer to it: on the server, and from the input to the drawn frame.
+/// Moves the slider. Returns the time of the server, and the time from the input to the drawn frame, in ms.
 async fn timing_of(page: &BrowserPage, moved: impl AsyncFnOnce()) -> [f64; 2] {
     page.evaluate("trocar.timings.length = 0").await;
     moved().await;
@@ -196,7 +194,7 @@ async fn map(page: BrowserPage) -> BrowserPage {
     let set = page.evaluate("return trocar.state.set").await;
     let near = |key: &str, value: f64| (set[key].as_f64().expect("a number") / value - 1.0).abs() < 0.05;
     assert!(near("scaling.force", 8.0) && near("tissue.stiffness_n_per_m", 1500.0), "{set}");
-    // Beyond the boundary in this corner of the map, according to `trocar stability`.
+    // This corner of the map is beyond the boundary, according to `trocar stability`.
     page.wait("return document.getElementById('map-text').textContent.includes(': not stable in contact')").await;
     assert_eq!(page.evaluate(ends).await, before, "the map stays where it is");
     let address = page.client.current_url().await.expect("there");
@@ -219,12 +217,12 @@ async fn push(page: BrowserPage) -> BrowserPage {
         .then(PointerAction::MoveToElement { element: field, duration: None, x: 0.0, y: top })
         .then(PointerAction::Down { button: 0 });
     page.client.perform_actions(mouse).await.expect("pressed");
-    // A mode can last a third of a second, less than the time between two queries, so the page records the modes.
+    // A mode can be shorter than the time between two queries, so the page records the modes.
     let watch = "const text = document.querySelector('#field .state'); window.modes = [text.textContent];
         new MutationObserver(() => modes.push(text.textContent)).observe(text, { childList: true }); return null";
     page.evaluate(watch).await;
     for _ in 0..15 {
-        // Ten moves at once, because the driver is slow to confirm each.
+        // Send ten moves at once, because the driver is slow to confirm each.
         let step = PointerAction::MoveBy { duration: Some(Duration::from_millis(15)), x: 0.0, y: 3.0 };
         let down = (0..10).fold(MouseActions::new("mouse".into()), |down, _| down.then(step.clone()));
         page.client.perform_actions(down).await.expect("pulled");
@@ -236,7 +234,7 @@ async fn push(page: BrowserPage) -> BrowserPage {
     page.wait("return modes.includes('frozen')").await;
     let modes: Vec<String> = serde_json::from_value(page.evaluate("return modes").await).expect("texts");
     assert_eq!(modes.first().map(String::as_str), Some("teleoperation"));
-    // The recorded rows of the first frozen interval: the hand moves, the slave does not.
+    // In the recorded rows of the first frozen interval, the hand moves and the slave does not.
     sleep(Duration::from_millis(300)).await;
     let first = "const rows = trocarPush.state().rows, from = rows.slice(rows.findIndex(row => row[6] === 1));
         const end = from.findIndex(row => row[6] !== 1); return end < 0 ? from : from.slice(0, end)";
@@ -266,14 +264,14 @@ async fn export(page: BrowserPage) -> BrowserPage {
     let scenario = name.trim_end_matches(".toml");
     assert!(folder.text(&format!("out/{scenario}/trace.csv")) == csv, "the same bytes");
     assert_eq!(folder.text(&format!("out/{scenario}/scenario.toml")), toml);
-    // The command that the page displays gives the same file.
+    // The displayed command gives the same file.
     let command = page.text("command").await.replace('\'', "");
     let arguments = command.split_whitespace().skip(1).chain(["--out", "typed"]);
     folder.good(&arguments.collect::<Vec<_>>());
     assert!(folder.text(&format!("typed/{scenario}/trace.csv")) == csv, "the same bytes");
     page.element("export-png").await.click().await.expect("clicked");
     page.wait("return trocar.file().name.endsWith('augmented.png') && trocar.file().size > 10000").await;
-    // The picture has the chosen width at 300 dots per inch, and is that of the chosen run.
+    // The picture has the chosen width at 300 dots per inch and shows the chosen run.
     let width = "const { content } = trocar.file(), at = content.byteOffset; return new DataView(content.buffer).getUint32(at + 16)";
     assert_eq!(page.evaluate(width).await, json!(2148));
     page.evaluate("document.getElementById('export-width').value = '3.5in'; document.getElementById('export-scheme').value = '0'; return null").await;
@@ -285,7 +283,7 @@ async fn export(page: BrowserPage) -> BrowserPage {
 
 async fn access(page: BrowserPage) -> BrowserPage {
     page.open("").await;
-    // The settings that are not in front are folded.
+    // The settings that are not in front are collapsed.
     page.element("all").await.find(Locator::Css("summary")).await.expect("a summary").click().await.expect("opened");
     let tab = String::from(char::from(Key::Tab));
     let body = page.client.find(Locator::Css("body")).await.expect("a body");
@@ -303,7 +301,7 @@ async fn access(page: BrowserPage) -> BrowserPage {
     // Screen readers need a name for every control.
     let nameless = "return [...document.querySelectorAll('input, select, button, canvas[tabindex], [role]')].filter(e => !(e.labels?.length || e.getAttribute('aria-label') || e.getAttribute('aria-labelledby') || e.textContent.trim() || e.role === 'status' || e.role === 'alert')).map(e => e.outerHTML)";
     assert_eq!(page.evaluate(nameless).await, Json::Array(vec![]));
-    // 1400 pixels at 125 %, a small window, 1280 pixels at 200 %, a telephone.
+    // Sizes: 1400 pixels at 125 %, a small window, 1280 pixels at 200 %, a telephone.
     for (width, height) in [(1120, 800), (800, 600), (640, 400), (500, 800)] {
         page.client.set_window_size(width, height).await.expect("set");
         sleep(Duration::from_millis(300)).await;
@@ -313,7 +311,7 @@ async fn access(page: BrowserPage) -> BrowserPage {
     page
 }
 
-/// Sends the steps of a finger: the name of an event, and the point it touches if it does.
+/// Sends the steps of a finger: the name of an event, and the touched point if any.
 async fn finger(page: &BrowserPage, steps: &[(&str, Option<(f64, f64)>)]) {
     for (event, point) in steps {
         let points: Vec<Json> = point.iter().map(|(x, y)| json!({ "x": x, "y": y })).collect();
@@ -331,14 +329,14 @@ async fn touch(page: BrowserPage) -> BrowserPage {
     let at = |share: f64| Some((of_chart[0] + share * of_chart[2], of_chart[1] + 0.5 * of_chart[3]));
     let shown = "const { x } = trocarPictures.panel('position'); return x.high - x.low";
     let before = page.evaluate(shown).await.as_f64().expect("a time");
-    // Across a chart a finger selects, and two taps show everything.
+    // A finger moved across a chart selects, and two taps show everything.
     let across = [("touchStart", at(0.3)), ("touchMove", at(0.4)), ("touchMove", at(0.6)), ("touchEnd", None)];
     finger(&page, &across).await;
     page.wait(&format!("return (() => {{ {shown} }})() < {}", 0.6 * before)).await;
     let taps = [("touchStart", at(0.5)), ("touchEnd", None), ("touchStart", at(0.5)), ("touchEnd", None)];
     finger(&page, &taps).await;
     page.wait(&format!("return (() => {{ {shown} }})() > {}", 1.5 * before)).await;
-    // Down a chart it scrolls the page.
+    // A finger moved down a chart scrolls the page.
     let down = [0.9, 0.6, 0.3, 0.0, -0.5, -1.0]
         .map(|share| ("touchMove", Some((of_chart[0] + 0.5 * of_chart[2], of_chart[1] + share * of_chart[3]))));
     finger(&page, &[("touchStart", at(0.5))]).await;
@@ -348,7 +346,7 @@ async fn touch(page: BrowserPage) -> BrowserPage {
     page
 }
 
-/// Writes the pictures of the README, if a folder for them is given.
+/// Writes the pictures of the README if a folder for them is given.
 async fn screenshots(page: BrowserPage) -> BrowserPage {
     page.resize(1280, 800).await;
     page.open("scenario=builtin:paper/augmented.toml").await;
@@ -358,7 +356,7 @@ async fn screenshots(page: BrowserPage) -> BrowserPage {
     assert!(explored.len() > 20_000, "a page that is not empty");
     let folder = TestFolder::new();
     folder.good(&["compare", "builtin:paper/classical.toml", "builtin:paper/augmented.toml", "--report", "--quiet"]);
-    // Without motion, the picture is the same every time.
+    // With reduced motion, the picture is the same every time.
     let reduced = json!({ "features": [{ "name": "prefers-reduced-motion", "value": "reduce" }] });
     page.devtools("Emulation.setEmulatedMedia", reduced).await;
     page.client.goto(&format!("file://{}", folder.path("out/report.html").display())).await.expect("goes");

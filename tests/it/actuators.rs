@@ -1,5 +1,5 @@
-//! Motors with saturation, rate limit and lag: compared with numerical integration, closed forms and motors without
-//! limits, and checked for their limits.
+//! Motors with saturation, rate limit and lag, compared with numerical integration, closed forms and motors without
+//! limits. Their limits are never exceeded.
 
 use crate::support;
 use crate::support::pair::Pair;
@@ -20,7 +20,7 @@ const TIGHT: ActuatorLimits =
 const LOOSE: ActuatorLimits =
     ActuatorLimits { master_force_n: Some(1e6), slave_command: Some(1e6), ..ActuatorLimits::NONE };
 
-/// `x_d, F_ed, x_ref`: forces to 3 N that change sign, and steps of the reference.
+/// Returns `x_d, F_ed, x_ref`: forces up to 3 N that change sign, and steps of the reference.
 fn input(k: usize) -> (f64, f64, f64) {
     let t = k as f64 * TICK_S;
     (0.02 * t, 3.0 * (9.0 * t).sin(), if (k / 150).is_multiple_of(2) { 0.002 } else { -0.001 })
@@ -79,12 +79,13 @@ fn a_limit_that_is_never_reached_changes_nothing() {
     }
 }
 
-/// Returns `U_m` over a tick, from the motion alone: the master's equation solved for it, to the accuracy of the tick.
+/// Returns `U_m` over a tick from the motion alone, by solving the master's equation, with an error of the order of a
+/// tick.
 fn motor_forces(columns: &[Vec<f64>; 5]) -> Vec<f64> {
     let MasterParameters { mass_kg, damping_n_s_per_m, .. } = MasterParameters::default();
     let [x_h, v_h, f_h, ..] = columns;
     let at = |k: usize| {
-        // Over a tick: m Δv + b Δx = ∫F_h - U_m T, the integral by the trapezium.
+        // Over a tick, m Δv + b Δx = ∫F_h - U_m T. The trapezium rule gives the integral.
         let impulse = TICK_S * (f_h[k] + f_h[k + 1]) / 2.0;
         let momentum = mass_kg * (v_h[k + 1] - v_h[k]) + damping_n_s_per_m * (x_h[k + 1] - x_h[k]);
         (impulse - momentum) / TICK_S
@@ -100,14 +101,14 @@ fn the_motor_never_exceeds_its_limit() {
         largest(&drive(limited(&TIGHT, Coupling::Physical, Damping::Velocity), input)),
         largest(&drive(unlimited(Damping::Velocity), input)),
     );
-    // The trapezium over a tick is good to some 1e-3 N here.
+    // The trapezium rule has an error of about 1e-3 N here.
     assert!((clipped - 1.2).abs() < 5e-3, "{clipped}");
     assert!(free > 2.5, "{free}");
 }
 
 #[test]
 fn the_force_integral_does_not_wind_up() {
-    // Half a second of an excessive command, then none: the motor must release at once.
+    // After half a second of an excessive command, the motor must release at once.
     let motor_after = |overload_ticks: usize| {
         let push = |k: usize| (0.0, if k < overload_ticks { 4.0 } else { 0.0 }, 0.0);
         let columns = drive(limited(&TIGHT, Coupling::Physical, Damping::Velocity), push);
@@ -131,7 +132,7 @@ fn a_limit_of_zero_is_rejected() {
     }
 }
 
-/// Every limit of both plants at once, each reached: the range, the rate and a lag of some ticks.
+/// All limits of both plants together, and each is reached: the range, the rate and a lag of some ticks.
 const ALL: ActuatorLimits = ActuatorLimits {
     master_force_n: Some(1.2),
     slave_command: Some(0.4),
@@ -147,7 +148,7 @@ fn range_rate_and_lag_agree_with_numerical_integration() {
         ALL,
         ActuatorLimits { master_lag_s: 0.0, slave_command_rate_per_s: None, ..ALL },
         ActuatorLimits { slave_lag_s: 0.0, master_force_rate_n_per_s: None, ..ALL },
-        // Far shorter than the tick, and far longer.
+        // Lags far shorter than the tick and far longer.
         ActuatorLimits { master_lag_s: 5e-6, slave_lag_s: 30.0, ..ActuatorLimits::NONE },
         ActuatorLimits { master_lag_s: 30.0, slave_lag_s: 5e-6, ..ActuatorLimits::NONE },
     ];
@@ -157,7 +158,7 @@ fn range_rate_and_lag_agree_with_numerical_integration() {
             let error = difference(&exact, &drive(integrated(&limits, damping), input));
             assert!(error < 1e-8, "{damping:?} {limits:?}: {error:e}");
         }
-        // Each limit has an effect, on its own side.
+        // Each limit affects its own side.
         let exact = drive(limited(&ALL, Coupling::Physical, damping), input);
         for (without, columns) in [
             (ActuatorLimits { master_force_n: None, ..ALL }, 0..3),
@@ -175,15 +176,14 @@ fn range_rate_and_lag_agree_with_numerical_integration() {
     }
 }
 
-/// Returns plants with closed forms: a master of 1 kg without damping that no hand holds, and
-/// a slave of any kind.
+/// Returns plants with closed forms: a master of 1 kg without damping and without a hand, and a given slave.
 fn simple(slave: &SlaveParameters, limits: &ActuatorLimits) -> LimitedPlants<f64> {
     let master = MasterParameters { mass_kg: 1.0, damping_n_s_per_m: 0.0, ..MasterParameters::default() };
     let arm = ArmParameters { k_a_n_per_m: 0.0, b_a_n_s_per_m: 0.0, ..ArmParameters::default() };
     LimitedPlants::new((&master, &arm, slave), limits, TICK_S, 0.0, 0.0).expect("valid")
 }
 
-/// A slave `2 / ((s + 2) (s + 30))` under a gain so high that its command stands at the limit.
+/// Returns a slave `2 / ((s + 2) (s + 30))` with so high a gain that its command stays at the limit.
 fn overdriven() -> SlaveParameters {
     SlaveParameters {
         numerator: vec![2.0],
@@ -194,17 +194,17 @@ fn overdriven() -> SlaveParameters {
     }
 }
 
-/// A slave `1 / s²`: its velocity changes by the mean of its command over the tick.
+/// Returns a slave `1 / s²`, whose velocity changes by the mean of its command over the tick.
 fn free_mass(proportional_gain: f64) -> SlaveParameters {
     SlaveParameters { numerator: vec![1.0], denominator: vec![1.0, 0.0, 0.0], proportional_gain, ..overdriven() }
 }
 
 #[test]
-fn a_lagging_slave_answers_a_step_as_partial_fractions_say() {
+fn the_step_response_of_a_lagging_slave_agrees_with_partial_fractions() {
     for lag_s in [1e-5, 7e-4, 0.02, 5.0] {
         let limits = ActuatorLimits { slave_command: Some(3.0), slave_lag_s: lag_s, ..ActuatorLimits::NONE };
         let [.., position, velocity] = drive(simple(&overdriven(), &limits), |_| (0.0, 0.0, 1.0));
-        // 3 · 2 / (s (s + 2) (s + 30) (τ s + 1)): one residue for each pole.
+        // 3 · 2 / (s (s + 2) (s + 30) (τ s + 1)) has one residue per pole.
         let poles = [0.0, -2.0, -30.0, -1.0 / lag_s];
         let residue = |p: f64| poles.iter().filter(|&&q| q != p).fold(6.0 / lag_s, |product, q| product / (p - q));
         for k in 0..TICKS {
@@ -239,7 +239,7 @@ fn no_command_changes_faster_than_its_rate() {
             (steps.iter().any(|&step| step > 0.99 * per_tick), steps.iter().any(|&step| step < -0.99 * per_tick));
         assert!(up && down, "{per_tick} is reached either way");
     }
-    // Towards a distant command, every tick changes by the maximum, up to the range.
+    // Towards a distant command, every tick changes by the maximum, until the range is reached.
     let limits = ActuatorLimits { slave_command: Some(1.5), ..limits };
     let [.., velocity] = drive(simple(&free_mass(1e6), &limits), |_| (0.0, 0.0, 10.0));
     for (k, push) in pushes(&velocity).into_iter().enumerate() {
@@ -249,15 +249,15 @@ fn no_command_changes_faster_than_its_rate() {
 }
 
 #[test]
-fn the_master_leaves_a_limit_at_once_when_the_error_turns() {
+fn the_master_leaves_a_limit_as_soon_as_the_error_changes_sign() {
     const OVERLOAD: usize = 500;
     let turning = |k: usize| (0.0, if k < OVERLOAD { 4.0 } else { -0.5 }, 0.0);
     let motor = |limits: &ActuatorLimits| -> Vec<f64> {
         let [_, velocity, ..] = drive(simple(&free_mass(0.0), limits), turning);
         pushes(&velocity).into_iter().map(|push| -push).collect()
     };
-    // No hand holds this master, so F_ed is the whole error. With windup, the integral would have added
-    // 12 · 4 N · 0.5 s = 24 N, and at -0.5 N would have kept the motor at its limit for all that is left.
+    // No hand holds this master, so F_ed is the whole error. With windup, the integral would have added 12 · 4 N ·
+    // 0.5 s = 24 N, and at -0.5 N it would have kept the motor at its limit for the rest of the run.
     let at =
         |k: usize, motor_n: f64, expected: f64| assert!((motor_n - expected).abs() < 1e-9, "{k}: {motor_n} {expected}");
     let ranged = motor(&ActuatorLimits { master_force_n: Some(1.2), ..ActuatorLimits::NONE });
@@ -267,25 +267,26 @@ fn the_master_leaves_a_limit_at_once_when_the_error_turns() {
         ..ActuatorLimits::NONE
     });
     for (k, (&ranged, &rated)) in ranged.iter().zip(&rated).enumerate() {
-        // After the overload the integral starts from 0: -0.5 N, then K_i T of it more each tick, down to the limit.
+        // After the overload the integral starts from 0: first -0.5 N, then K_i T of it more each tick, down to the
+        // limit.
         let after = |k: usize| (-0.5 * (1.0 + 12.0 * TICK_S * (k - OVERLOAD) as f64)).max(-1.2);
         at(k, ranged, if k < OVERLOAD { 1.2 } else { after(k) });
         if k < OVERLOAD {
             at(k, rated, (0.01 * (k + 1) as f64).min(1.2));
         } else {
-            // While the motor exceeds the command on its way down, the integral is constant.
+            // While the motor force falls and exceeds the command, the integral is constant.
             at(k, rated, (1.2 - 0.01 * (k + 1 - OVERLOAD) as f64).max(rated_end(k - OVERLOAD)));
         }
     }
-    // Without a range, only the rate limits the integral: the motor reverses at this tick.
+    // Without a range, only the rate limits the integral. The motor reverses at this tick.
     let rate_alone = motor(&ActuatorLimits { master_force_rate_n_per_s: Some(10.0), ..ActuatorLimits::NONE });
     let (before, turned) = (rate_alone[OVERLOAD - 1], rate_alone[OVERLOAD]);
     assert!(before > 4.0, "{before}: the overload was followed");
     at(OVERLOAD, turned, before - 0.01);
 }
 
-/// Returns the motor force of the case above after it reaches the command, `k` ticks after the turn: 170 ticks of 0.01
-/// N later.
+/// Returns the motor force of the case above after it reaches the command. `k` counts the ticks after the turn; the
+/// motor needs 170 ticks of 0.01 N.
 fn rated_end(k: usize) -> f64 {
     const DOWN: usize = 169;
     (-0.5 * (1.0 + 12.0 * TICK_S * k.saturating_sub(DOWN) as f64)).max(-1.2)
@@ -312,7 +313,7 @@ fn lanes_are_identical_bit_for_bit_to_single_runs() {
         }
         let both = |pick: fn((f64, f64, f64)) -> f64, k: usize| Pair([pick(input(k)), pick(shifted(k))]);
         let (now, next) = (both(|row| row.0, k), both(|row| row.0, k + 1));
-        together.step(now, next, both(|row| row.1, k), both(|row| row.2, k)).expect("steps");
+        together.step(now, next, both(|row| row.1, k), both(|row| row.2, k), both(|_| 0.0, k)).expect("steps");
     }
     let bits = |columns: &[Vec<f64>; 5]| columns.iter().flatten().map(|value| value.to_bits()).collect::<Vec<_>>();
     for (seen, alone) in seen.iter().zip(&alone) {
@@ -321,7 +322,7 @@ fn lanes_are_identical_bit_for_bit_to_single_runs() {
 }
 
 #[test]
-fn a_slave_that_is_held_at_rest_stays_there() {
+fn a_slave_held_at_rest_stays_at_rest() {
     // A slave with a spring needs a command even at rest, which its motor must have from the start.
     let slave = SlaveParameters { proportional_gain: 500.0, ..overdriven() };
     let machines = (&MasterParameters::default(), &ArmParameters::default(), &slave);
@@ -335,7 +336,7 @@ fn a_slave_that_is_held_at_rest_stays_there() {
 }
 
 #[test]
-fn a_weak_and_slow_master_hides_the_rupture_for_longer_and_lets_the_needle_go_faster() {
+fn a_weak_and_slow_master_hides_the_rupture_for_longer_and_the_needle_moves_faster() {
     let skin = |settings: &[&str]| {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
         let scenario = Scenario::load(&Source::parse("builtin:link/saturating-master.toml"), &settings).expect("loads");

@@ -52,7 +52,8 @@ fn slave() -> TransferFunction {
     tf(&[7.778, 656.0], &[1.0, 104.1, 1.131e-4, 0.0])
 }
 
-/// Eq. 32-35, literally: `F_h = own · (reach · X_d - X_h)`, with `own = s Z_a / (1 + Z_a G_h)` and `reach = Z_h G_h`.
+/// Returns `own` and `reach` of eq. 32-35, as printed: `F_h = own · (reach · X_d - X_h)`, with `own = s Z_a / (1 +
+/// Z_a G_h)` and `reach = Z_h G_h`.
 fn arm() -> (TransferFunction, TransferFunction) {
     let s = tf(&[1.0, 0.0], &[1.0]);
     let one = tf(&[1.0], &[1.0]);
@@ -101,14 +102,14 @@ fn oracle_master_closed_by_transfer_function_algebra() {
     let (own, _) = arm();
     let controlled = &master() * &(&tf(&[1.0], &[1.0]) + &tf(&[K_I], &[1.0, 0.0]));
     let around = &own * &controlled;
-    // Both G_m (1 + K_i/s) and the arm's own part carry an s: cancel before closing the loop.
+    // Both G_m (1 + K_i/s) and the arm's part contain an s, so cancel before closing the loop.
     let loop_only = minimal(&around).feedback(&tf(&[1.0], &[1.0])).expect("regular");
     assert_poles(&minimal(&loop_only).poles().expect("converges"), &PHYSICAL_MASTER);
 }
 
 #[test]
 fn paper_master_as_printed_is_unstable() {
-    // X_h = G_m U_m: the hand does not act on the master; X_h = G_m (F_ed + K_i/s (F_ed - F_h)).
+    // X_h = G_m U_m, without an action of the hand on the master: X_h = G_m (F_ed + K_i/s (F_ed - F_h)).
     let (own, _) = arm();
     let around = &(&own * &master()) * &tf(&[-K_I], &[1.0, 0.0]);
     let poles = minimal(&around.feedback(&tf(&[1.0], &[1.0])).expect("regular")).poles().expect("converges");
@@ -117,13 +118,14 @@ fn paper_master_as_printed_is_unstable() {
     assert!((unstable[0] - 41.961).norm() < 5e-4, "{poles:?}");
 }
 
-/// The master side as the plant builds it: x_h, v_h, x_a, v_a and the force integral, joined by static gains.
+/// Returns the master side like the plant builds it: x_h, v_h, x_a, v_a and the force integral, joined by static
+/// gains.
 fn master_side() -> StateSpace<Continuous> {
     let blocks = append(&[
         &realise_with_derivative(&master()).expect("relative degree 2"),
         &realise_with_derivative(&tf(&[1.0], &[M_H, 0.0, 0.0])).expect("relative degree 2"),
         &realise(&tf(&[K_I], &[1.0, 0.0])).expect("proper"),
-        // F_h out of (x_a - x_h, v_a - v_h): a block without states.
+        // F_h from (x_a - x_h, v_a - v_h): a block without states.
         &StateSpace::gain(dmatrix![K_A, B_A], Continuous).expect("finite"),
     ])
     .expect("all continuous");
@@ -152,7 +154,7 @@ fn oracle_master_side_by_connection() {
 
 #[test]
 fn the_connection_and_the_algebra_agree_on_the_force() {
-    // F_h / X_d = own reach / (1 + own G_m (1 + K_i/s)), its input x_d' = s x_d.
+    // F_h / X_d = own reach / (1 + own G_m (1 + K_i/s)); the input is x_d' = s x_d.
     let (own, reach) = arm();
     let system = master_side();
     for s in [Complex64::new(1.0, 3.0), Complex64::new(-7.0, 40.0), Complex64::new(20.0, -5.0)] {

@@ -1,4 +1,4 @@
-//! The architectures: the impedance of a tissue that each transmits to the hand, and the augmentation with each.
+//! The architectures: the tissue's impedance that each transmits to the hand, and the augmentation with each.
 
 use std::f64::consts::TAU;
 
@@ -29,8 +29,8 @@ fn ratio((a, b): (f64, f64), (c, d): (f64, f64)) -> (f64, f64) {
     ((a * c + b * d) / square, (b * c - a * d) / square)
 }
 
-/// Returns the deviation of the impedance at the hand from the tissue's `K + jωB`, as a share of its magnitude, for a
-/// hand that oscillates by 2 mm inside the tissue.
+/// Returns the deviation of the impedance at the hand from the tissue's `K + jωB`, as a fraction of its magnitude.
+/// The hand oscillates by 2 mm inside the tissue.
 fn impedance_error(kind: &str, frequency_hz: f64, (stiffness, damping): (f64, f64), more: &[&str]) -> f64 {
     let mut settings = vec![
         format!("controller.kind={kind}"),
@@ -64,7 +64,7 @@ fn four_channels_show_the_tissue_within_five_percent_up_to_five_hertz() {
 }
 
 #[test]
-fn the_papers_architecture_does_not() {
+fn the_papers_architecture_does_not_show_the_tissue_within_five_percent() {
     assert!(impedance_error("position-force", 5.0, (200.0, 5.0), &[]) > 0.5);
     let local = impedance_error("local-force", 5.0, (200.0, 5.0), &[]);
     let paper = impedance_error("position-force", 5.0, (200.0, 5.0), &[]);
@@ -72,7 +72,7 @@ fn the_papers_architecture_does_not() {
 }
 
 #[test]
-fn scales_grips_and_a_slave_that_yields_leave_four_channels_transparent() {
+fn four_channels_stay_transparent_with_scales_grips_and_a_compliant_slave() {
     for more in [
         &["arm.grip=firm"][..],
         &["arm.grip=relaxed"],
@@ -82,7 +82,8 @@ fn scales_grips_and_a_slave_that_yields_leave_four_channels_transparent() {
         let error = impedance_error("four-channel", 5.0, (200.0, 5.0), more);
         assert!(error < 0.05, "{more:?}: {error}");
     }
-    // With half the slave motion and three times the force, the impedance at the hand is 1.5 times that of the tissue.
+    // With half the slave motion and three times the force, the impedance at the hand is 1.5 times that of the
+    // tissue.
     let scaled = ["scaling.position=0.5", "scaling.force=3"];
     let mut settings: Vec<String> = scaled.iter().map(|&setting| setting.to_owned()).collect();
     settings.extend(
@@ -98,13 +99,13 @@ fn scales_grips_and_a_slave_that_yields_leave_four_channels_transparent() {
 }
 
 #[test]
-fn four_channels_bear_a_stiff_tissue_in_a_firm_grip() {
+fn four_channels_are_stable_with_a_stiff_tissue_in_a_firm_grip() {
     let error = impedance_error("four-channel", 0.5, (4000.0, 0.0), &["arm.grip=firm"]);
     assert!(error < 0.05, "{error}");
 }
 
 #[test]
-fn only_a_slave_that_the_tissue_pushes_lets_position_position_feel_it() {
+fn position_position_feels_the_tissue_only_with_a_compliant_slave() {
     let peak = |more: &str| {
         let settings = [
             "controller.kind=position-position",
@@ -117,8 +118,8 @@ fn only_a_slave_that_the_tissue_pushes_lets_position_position_feel_it() {
         let (trace, _) = ran("paper/classical.toml", &settings.map(str::to_owned));
         trace.feedback_force_n[trace.feedback_force_n.len() - 1]
     };
-    // At rest at 20 mm the stiff slave follows the hand exactly; the compliant one is 0.77 mm/N behind, on a spring of
-    // 1000 N/m.
+    // At rest at 20 mm the stiff slave follows the hand exactly. The compliant slave lags by 0.77 mm/N, and the
+    // coupling spring has 1000 N/m.
     assert!(peak("slave.compliance_m_per_n=0").abs() < 0.01);
     let felt = peak("slave.compliance_m_per_n=7.7e-4");
     // f = K x_e, x_e = x_h - c f, F = K_c c f, and the hand deflects by F / 698.845.
@@ -153,7 +154,7 @@ fn augmentation_holds_the_needle_with_every_architecture() {
 }
 
 #[test]
-fn what_does_not_go_together_is_refused_with_a_remedy() {
+fn settings_that_exclude_each_other_are_refused_with_a_remedy() {
     for (settings, expected) in [
         (&["controller.kind=four-channel", "passivity.scheme=wave-variables"][..], "wave variables carry"),
         (&["controller.kind=local-force", "master.coupling=as-printed"], "without the hand's force"),

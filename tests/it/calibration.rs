@@ -1,5 +1,4 @@
-//! The settings of `calibrate` from the first 5 s of each recording, with one rule for all, evaluated on the whole
-//! recording.
+//! One rule calibrates every recording from its first 5 s, and the settings are evaluated on the whole recording.
 
 use std::fmt::Write as _;
 
@@ -16,7 +15,6 @@ fn spec(settings: &[String]) -> DetectionSpec {
     DetectionSpec::resolve(&mut values).expect("a good recording")
 }
 
-/// A recording of the lever rig.
 fn lever(file: &str, force: &str, ruptures_s: &str) -> DetectionSpec {
     spec(&[
         format!("recording.file={file}"),
@@ -27,7 +25,7 @@ fn lever(file: &str, force: &str, ruptures_s: &str) -> DetectionSpec {
     ])
 }
 
-/// Returns a recording for a test: time in s, position in m, velocity in m/s, force in N.
+/// Returns a recording with rows of time in s, position in m, velocity in m/s and force in N.
 fn written(rows: impl Iterator<Item = [f64; 4]>, ruptures_s: &str) -> DetectionSpec {
     let mut text = String::from("time_s,position_m,velocity_m_per_s,force_n\n");
     for [time, position, velocity, force] in rows {
@@ -42,12 +40,12 @@ fn written(rows: impl Iterator<Item = [f64; 4]>, ruptures_s: &str) -> DetectionS
     ])
 }
 
-/// The shipped insertion with more noise on its force.
+/// Returns the shipped insertion with more noise on its force.
 fn noisy_insertion(seed: u64, noise_std_n: f64) -> DetectionSpec {
     noisy_variant(InVivoLikeVariant::default(), seed, noise_std_n)
 }
 
-/// Returns a variant with other ruptures.
+/// Returns a variant of the shipped insertion with other ruptures.
 fn noisy_variant(variant: InVivoLikeVariant, seed: u64, noise_std_n: f64) -> DetectionSpec {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let recording = in_vivo_like_variant_csv(1, &variant);
@@ -105,7 +103,7 @@ fn one_rule_is_sufficient_for_synthetic_and_real_recordings() {
     assert_eq!(assert_right("m2_d_free_motion", &free).contact_rule, ContactRule::Lowest);
 }
 
-/// Returns the real recordings, with and without a given contact.
+/// Returns the real recordings, with and without a given contact position.
 fn real() -> [(&'static str, DetectionSpec); 3] {
     [
         ("own_ctrl_pop", lever("builtin:own_ctrl_pop.csv", "env_out_Nm_derived", "[1.779]")),
@@ -115,7 +113,7 @@ fn real() -> [(&'static str, DetectionSpec); 3] {
 }
 
 #[test]
-fn two_seconds_are_enough_for_the_rest() {
+fn two_seconds_are_sufficient_for_the_other_recordings() {
     let request = CalibrationRequest { first_s: 2.0, ..CalibrationRequest::default() };
     for (name, spec) in real() {
         assert_right_as(name, &spec, &request);
@@ -124,7 +122,7 @@ fn two_seconds_are_enough_for_the_rest() {
 }
 
 #[test]
-fn a_contact_that_is_given_wrongly_does_little_harm() {
+fn a_wrong_contact_position_has_little_effect() {
     let request = CalibrationRequest { keeps_contact: true, ..CalibrationRequest::default() };
     for (name, mut spec) in real() {
         for contact_mm in [-9.0, -7.5, -5.0, -2.0, 0.0, 3.0] {
@@ -173,7 +171,7 @@ fn half_the_sampling_rate_is_sufficient() {
 }
 
 #[test]
-fn a_given_quiet_segment_is_taken() {
+fn a_given_quiet_segment_is_used() {
     let request = CalibrationRequest { quiet_s: Some((2.0, 4.0)), ..CalibrationRequest::default() };
     let calibration = calibrate(&noisy_insertion(0, 0.0), &request).expect("calibrates");
     let (from_s, to_s) = calibration.quiet_segment_s.expect("given");
@@ -185,7 +183,7 @@ fn a_given_quiet_segment_is_taken() {
 }
 
 #[test]
-fn a_longer_wanted_interval_needs_a_higher_threshold() {
+fn a_longer_requested_interval_needs_a_higher_threshold() {
     let threshold = |false_alarm_s: f64| {
         let request = CalibrationRequest { false_alarm_s, ..CalibrationRequest::default() };
         let calibration = calibrate(&noisy_insertion(0, 0.0), &request).expect("calibrates");
@@ -196,7 +194,6 @@ fn a_longer_wanted_interval_needs_a_higher_threshold() {
 
 #[test]
 fn degenerate_recordings_give_finite_settings_and_no_alarm() {
-    /// Position, velocity and force as functions of time.
     type Row = fn(f64) -> [f64; 3];
     let rows = |count: u32, row: Row| {
         (0..count).map(move |k| {

@@ -8,7 +8,6 @@ use insta::assert_snapshot;
 use crate::support::file;
 use crate::support::test_folder::TestFolder;
 
-/// A short scenario that needs no recording.
 const SHORT: &str =
     "name = \"short\"\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nsimulation.duration_s = 0.5\n";
 
@@ -55,7 +54,7 @@ fn the_number_of_threads_does_not_matter() {
 }
 
 #[test]
-fn json_on_standard_output_is_what_the_files_hold() {
+fn json_on_standard_output_equals_the_content_of_the_files() {
     let folder = TestFolder::new();
     folder.file("a.toml", SHORT);
     let printed = folder.good(&["run", "a.toml", "--json"]);
@@ -128,7 +127,7 @@ fn a_bad_key_is_underlined_and_named() {
         "scaling.position = -1\nslave.velocty_gain = 2\nchannel.forward_delay_s = -1",
     ];
     let message = |lines: &str| {
-        // A key can stand once in a file.
+        // A file cannot contain a key twice.
         let short = if lines.starts_with("tissue.kind") { "operator.kind = \"ramp\"\n" } else { SHORT };
         folder.file("bad.toml", format!("{short}\n{lines}\n"));
         let message = folder.refusal(&["check", "bad.toml"]);
@@ -141,7 +140,7 @@ fn a_bad_key_is_underlined_and_named() {
 }
 
 #[test]
-fn bases_are_followed_and_circles_found() {
+fn bases_are_resolved_and_cycles_are_refused() {
     let folder = TestFolder::new();
     fs::create_dir(folder.path("deep")).expect("made");
     folder
@@ -203,7 +202,7 @@ fn a_scenario_without_a_recording_says_which_part_replays_one() {
 }
 
 #[test]
-fn a_sweep_file_is_checked_but_is_no_scenario() {
+fn a_sweep_file_can_be_checked_but_not_run_as_a_scenario() {
     let folder = TestFolder::new();
     folder
         .file("a.toml", SHORT)
@@ -239,7 +238,7 @@ fn a_sweep_names_its_figures() {
 }
 
 #[test]
-fn a_column_that_does_not_exist_is_named_with_its_flag() {
+fn a_missing_column_is_named_with_its_flag() {
     let folder = TestFolder::new();
     let rig = ["detect", "builtin:own_ctrl_pop.csv", "--time", "t_s", "--position", "xs_rad:0.075"];
     let refused = |force: &str, phrases: &[&str]| folder.refused(&[&rig[..], &["--force", force]].concat(), phrases);
@@ -287,9 +286,9 @@ fn a_quiet_segment_ends_after_its_start() {
 }
 
 #[test]
-fn of_many_alarms_calibrate_names_the_first() {
+fn calibrate_lists_only_the_first_of_many_alarms() {
     let folder = TestFolder::new();
-    // An insertion every two seconds, which ruptures after one.
+    // Insertions of two seconds each, with a rupture after one second.
     let mut text = String::from("time_s,position_m,force_n\n");
     for k in 0..40_000 {
         let time_s = 1e-3 * f64::from(k);
@@ -311,7 +310,7 @@ fn of_many_alarms_calibrate_names_the_first() {
 }
 
 #[test]
-fn a_calibration_leaves_the_figures_of_a_detection_alone() {
+fn a_calibration_keeps_the_figures_of_a_detection() {
     let folder = TestFolder::new();
     folder.good(&["detect", "builtin:in_vivo_like.csv", "--quiet"]);
     let before = folder.files("out/in_vivo_like");
@@ -322,7 +321,7 @@ fn a_calibration_leaves_the_figures_of_a_detection_alone() {
     for name in ["calibrated.toml", "calibration.json", "calibration/estimation.png"] {
         assert!(after.contains_key(Path::new(name)), "{name}: {:?}", after.keys());
     }
-    // At most four significant digits, and the same numbers in every file.
+    // Numbers have at most four significant digits, and are the same in every file.
     let toml: toml::Table = folder.text("out/in_vivo_like/calibrated.toml").parse().expect("TOML");
     let json: serde_json::Value =
         serde_json::from_str(&folder.text("out/in_vivo_like/calibration.json")).expect("JSON");
@@ -377,7 +376,7 @@ fn a_bad_recording_is_refused_with_the_line() {
 }
 
 #[test]
-fn the_sign_of_a_columns_factor_counts() {
+fn the_sign_of_a_columns_factor_is_used() {
     let folder = TestFolder::new();
     let row = |k: u32| format!("{},{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5, 0.01);
     folder.file("r.csv", format!("t,x,v,f\n{}", (0..50).map(row).collect::<String>()));
@@ -401,7 +400,7 @@ fn the_sign_of_a_columns_factor_counts() {
 }
 
 #[test]
-fn a_detection_leaves_the_run_of_its_scenario_alone() {
+fn a_detection_keeps_the_files_of_a_run_of_its_scenario() {
     let folder = TestFolder::new();
     folder.good(&["run", "builtin:paper/augmented.toml", "--quiet"]);
     let before = folder.files("out/augmented");
@@ -421,7 +420,7 @@ fn a_recording_of_a_gigabyte_is_refused_by_its_size() {
     folder.file("s.toml", "recording.file = \"big.csv\"\n").refused(&["run", "s.toml"], &["big.csv", "max_bytes"]);
 }
 
-/// A CSV recording of rows at given times.
+/// Returns a CSV recording with rows at these times.
 fn recording(times_s: impl Iterator<Item = f64>) -> String {
     let mut text = String::from("time_s,position_m,force_n\n");
     for (k, time_s) in times_s.enumerate() {
@@ -430,7 +429,7 @@ fn recording(times_s: impl Iterator<Item = f64>) -> String {
     text
 }
 
-/// Returns this many times, 1 ms apart, from a time on, in s.
+/// Returns `count` times, 1 ms apart, from `from_s` on, in s.
 fn milliseconds(from_s: f64, count: u32) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| from_s + f64::from(k) * 1e-3)
 }
@@ -454,7 +453,7 @@ fn a_gap_that_would_be_filled_with_endless_samples_is_refused() {
 }
 
 #[test]
-fn settings_from_a_file_that_has_none_are_refused() {
+fn a_settings_file_without_settings_is_refused() {
     let folder = TestFolder::new();
     folder.file("r.csv", recording(milliseconds(0.0, 200)));
     folder.file("none.toml", SHORT).file("half.toml", "detector.threshold = 0.05\n");
@@ -471,7 +470,7 @@ fn settings_from_a_file_that_has_none_are_refused() {
 }
 
 #[test]
-fn samples_too_far_apart_for_a_rupture_are_warned_of() {
+fn samples_too_far_apart_for_a_rupture_give_a_warning() {
     let folder = TestFolder::new();
     let every = |interval_s: f64| recording((0..600).map(|k| f64::from(k) * interval_s));
     folder.file("a/slow.csv", every(1.0)).file("a/fast.csv", every(0.01));
@@ -506,7 +505,7 @@ fn a_time_between_false_alarms_out_of_range_is_rejected_with_the_limit() {
 }
 
 #[test]
-fn scenarios_of_one_name_are_both_named() {
+fn scenarios_with_the_same_name_are_refused_and_both_named() {
     let folder = TestFolder::new();
     folder.file("a.toml", SHORT).file("b.toml", SHORT);
     folder.refused(
@@ -528,7 +527,7 @@ fn every_exit_code_is_documented() {
 }
 
 #[test]
-fn an_output_that_cannot_be_written_is_the_works_failure() {
+fn an_output_that_cannot_be_written_is_a_failure() {
     let folder = TestFolder::new();
     folder.file("a.toml", SHORT).file("taken", "a file");
     let outcome = folder.trocar(&["run", "a.toml", "--out", "taken"]);
@@ -572,7 +571,8 @@ fn a_starter_is_written_once_and_runs() {
         "--rupture-s",
         "8.85",
     ]);
-    assert!(detection.contains("2 labelled ruptures: 0 missed, 0 false alarms"), "{detection}");
+    let said = detection.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("0 of 2 labelled ruptures missed, 0 false alarms."), "{detection}");
 }
 
 #[test]
@@ -586,7 +586,7 @@ fn a_shipped_scenario_has_short_names() {
         let outcome = resolved(name);
         assert_eq!((&outcome.out, outcome.err.as_str()), (&present.out, ""), "{name}");
     }
-    // A file comes first, and a base falls back to what is shipped.
+    // A file has priority, and a base falls back to shipped scenarios.
     folder.file("own.toml", "name = \"own\"\nbase = \"paper/augmented\"\n");
     assert!(folder.good(&["check", "own.toml"]).starts_with("own: valid, 17000 ticks"));
     folder.file(
@@ -599,7 +599,7 @@ fn a_shipped_scenario_has_short_names() {
 }
 
 #[test]
-fn the_list_of_scenarios_is_json_too() {
+fn the_list_of_scenarios_can_be_json() {
     let listed: serde_json::Value =
         serde_json::from_str(&TestFolder::new().good(&["scenarios", "--json"])).expect("JSON");
     let first = &listed[0];
@@ -684,7 +684,7 @@ fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
 }
 
 #[test]
-fn scenarios_that_cannot_be_realised_say_why() {
+fn scenarios_that_cannot_be_realised_are_refused_with_the_reason() {
     let folder = TestFolder::new();
     let skin = "builtin:layers/through-the-skin.toml";
     for (setting, phrases) in [
@@ -708,18 +708,19 @@ fn scenarios_that_cannot_be_realised_say_why() {
 }
 
 #[test]
-fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
+fn roc_writes_every_point_and_refuses_what_it_cannot_evaluate() {
     let folder = TestFolder::new();
     let few = ["roc", "--seeds", "2", "--thresholds", "4", "--detectors", "squared-residual,page-hinkley", "--json"];
     let json: serde_json::Value = serde_json::from_str(&folder.good(&few)).expect("JSON");
     assert_eq!(json["characteristics"]["cases"], 2);
-    // Without a false alarm in half a minute, the rate is not 0.
+    // Without a false alarm in half a minute, the rate is undefined and not 0.
     assert!(json["characteristics"]["all"][0]["points"][2]["false_alarms_per_minute"].is_null());
     let left = folder.files("out");
     let names: Vec<_> = left.keys().map(|path| path.display().to_string()).collect();
     assert_eq!(names, ["roc.csv", "roc.json", "roc.png", "roc.svg"]);
     let csv = String::from_utf8(left[Path::new("roc.csv")].clone()).expect("text");
-    // A heading, and four thresholds for each of the two detectors: over all conditions, and for the single one.
+    // A heading, and four thresholds for each of the two detectors: for all conditions together and for the single
+    // condition.
     assert_eq!(csv.lines().count(), 1 + 2 * 2 * 4);
     let columns = csv.lines().next().expect("a heading").split(',').count();
     assert!(csv.lines().all(|line| line.split(',').count() == columns), "{csv}");
@@ -741,7 +742,7 @@ fn roc_leaves_every_point_and_refuses_what_it_cannot_judge() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_roc_says_what_it_kept() {
+fn an_interrupted_roc_reports_what_it_kept() {
     let folder = TestFolder::new();
     let child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("trocar"))
         .current_dir(folder.path(""))
@@ -750,7 +751,7 @@ fn an_interrupted_roc_says_what_it_kept() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .expect("started");
-    // Waits until the handler is installed and the work has started.
+    // Wait until the handler is installed and the work has started.
     std::thread::sleep(std::time::Duration::from_secs(3));
     let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("sent");
     assert!(kill.success());
@@ -810,7 +811,7 @@ fn completions_know_the_shipped_scenarios_and_the_keys() {
     assert!(zsh.contains(":_trocar_scenarios'") && zsh.starts_with("#compdef trocar"), "{zsh}");
 }
 
-/// Files of the user are no words of the script: bash completes them because the script returns none.
+/// The script returns no files of the user; bash completes them itself.
 #[test]
 fn bash_completes_scenarios_and_keys() {
     let folder = TestFolder::new();
@@ -835,7 +836,7 @@ fn bash_completes_scenarios_and_keys() {
 }
 
 #[test]
-fn what_is_no_terminal_gets_no_chart_and_no_colour() {
+fn output_without_a_terminal_has_no_chart_and_no_colour() {
     let folder = TestFolder::new();
     let printed = folder.good(&["run", "builtin:paper/augmented.toml"]);
     assert!(!printed.contains('\u{1b}') && !printed.contains("slave position around"), "{printed}");

@@ -1,4 +1,5 @@
-//! Degenerate signals: no alarm, finite values only, and a gain that stays symmetric, positive definite and bounded.
+//! Degenerate signals cause no alarm and no infinite or undefined value, and the gain stays symmetric, positive
+//! definite and bounded.
 
 use proptest::prelude::*;
 use trocar::augmentation::{AmplifySettings, AugmentationSettings, ForceLawSettings, Reengage};
@@ -6,7 +7,7 @@ use trocar::detector::{DetectorSettings, DistanceKind, Hypotheses};
 use trocar::estimation::{Parameters, RlsSettings};
 use trocar::rig::{Command, HapticController, Sample, Settings, VelocitySource};
 
-/// Returns the problem of a command, a value that is not finite.
+/// Returns true if all values of a command are finite.
 fn is_finite(command: &Command) -> bool {
     [
         command.slave_reference_m,
@@ -24,7 +25,7 @@ fn is_finite(command: &Command) -> bool {
     .all(|number| number.is_finite())
 }
 
-/// Evaluates samples, checks the invariants, and returns the number of alarms.
+/// Evaluates samples and checks the invariants. Returns the number of alarms.
 fn alarms(settings: &Settings, samples: impl Iterator<Item = Sample>) -> Result<usize, TestCaseError> {
     let mut controller = HapticController::new(settings).expect("valid");
     let greatest = settings.estimator.initial_gain;
@@ -41,7 +42,7 @@ fn alarms(settings: &Settings, samples: impl Iterator<Item = Sample>) -> Result<
     Ok(alarms)
 }
 
-/// A needle and a hand at the same place.
+/// Returns a sample with the needle and the hand at the same place.
 fn at(position_m: f64, velocity_m_per_s: f64, force_n: f64) -> Sample {
     Sample {
         master_position_m: position_m,
@@ -51,8 +52,8 @@ fn at(position_m: f64, velocity_m_per_s: f64, force_n: f64) -> Sample {
     }
 }
 
-/// The shipped rule, the constant weighting, an infinite memory, and the stiffness alone, each with and without a dead
-/// zone.
+/// Returns the shipped rule, the constant weighting, an infinite memory, and the stiffness alone, each with and
+/// without a dead zone.
 fn estimators() -> impl Strategy<Value = RlsSettings> {
     let rule = RlsSettings::default();
     let constant = RlsSettings { normalisation: 0.0, initial_gain: 1e4, reset_threshold: 7e-4, ..rule };
@@ -97,7 +98,6 @@ fn any_settings() -> impl Strategy<Value = Settings> {
     )
 }
 
-/// Values of a broken sensor.
 fn bad_number() -> impl Strategy<Value = f64> {
     prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN, 1e6, -1e6])
 }
@@ -109,9 +109,9 @@ fn any_number() -> impl Strategy<Value = f64> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// With any samples and any settings, the commands are finite and the gain is bounded.
+    /// With any samples and settings, the commands are finite and the gain is bounded.
     #[test]
-    fn any_samples_leave_only_numbers(
+    fn any_samples_give_finite_values(
         settings in any_settings(),
         numbers in prop::collection::vec((any_number(), any_number(), any_number(), any_number()), 1..400),
     ) {
@@ -142,7 +142,8 @@ proptest! {
         prop_assert_eq!(alarms(&settings, (0..3000).map(above))?, 0);
     }
 
-    /// No excitation: the depth is constant, bit for bit, while the force is outside the dead zone at most samples.
+    /// There is no excitation: the depth is exactly constant, while the force is outside the dead zone at most
+    /// samples.
     #[test]
     fn a_motionless_needle_is_no_rupture(
         estimator in estimators(), depth in prop::sample::select(vec![1e-300, 1e-12, 1e-6, 1e-3, 0.02, 0.9]),
@@ -153,13 +154,13 @@ proptest! {
         prop_assert_eq!(alarms(&settings, samples)?, 0);
     }
 
-    /// A gap anywhere in an insertion, of any length and in any channel.
+    /// A gap of any length, in any channel, anywhere in an insertion.
     #[test]
-    fn a_hole_is_no_rupture(
+    fn a_gap_is_no_rupture(
         kind in prop::sample::select(DistanceKind::ALL.to_vec()), velocity in velocities(), start in 0..3000_u64,
         length in 1..600_u64, channel in 0..4_usize, bad in bad_number(), every in 1..5_u64,
     ) {
-        // Below the step that the derivative distance detects as a rupture, for every kind of gap.
+        // Stay below the step that the derivative distance detects as a rupture, for every kind of gap.
         let detector = DetectorSettings::for_kind(kind, Hypotheses::default());
         let settings = Settings { detector, velocity, ..Settings::default() };
         let sample = |k: u64| {
@@ -185,9 +186,9 @@ proptest! {
     }
 }
 
-/// A standard deviation of 0 is rejected, as is every other divisor of 0; settings that may be 0 are safe at 0.
+/// A standard deviation of 0 and every other divisor of 0 are refused. Settings that may be 0 are safe at 0.
 #[test]
-fn what_would_be_divided_by_zero_is_refused() {
+fn a_setting_that_would_be_a_divisor_of_zero_is_refused() {
     let refused = |hypotheses: Hypotheses| {
         let detector = DetectorSettings {
             distance: trocar::detector::DistanceSettings {

@@ -8,17 +8,16 @@ use std::time::Duration;
 use crate::support::test_folder::TestFolder;
 use serde_json::Value as Json;
 
-/// Time limit for a busy machine, after which a waiting test fails.
+/// Time limit for a test that waits on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 const VELOCITY: [&str; 2] = ["--velocity", "velocity_m_per_s"];
 
-/// The shipped insertion as text.
 fn insertion() -> String {
     trocar::recording::in_vivo_like_csv(1)
 }
 
-/// A stream that a test feeds and reads.
+/// A stream that a test writes and reads.
 struct Rig {
     child: Child,
     input: Option<ChildStdin>,
@@ -65,7 +64,6 @@ impl Rig {
         self.lines.recv_timeout(PATIENCE).expect("a line in time")
     }
 
-    /// Returns the exit code, and the output after the last line that was read.
     fn end(mut self) -> (i32, Vec<String>, Vec<String>) {
         drop(self.input.take());
         let code = self.child.wait().expect("ended").code().unwrap_or(-1);
@@ -91,7 +89,7 @@ fn json(text: &str) -> Json {
 }
 
 #[test]
-fn an_even_stream_raises_the_alarms_of_its_file_bit_by_bit() {
+fn an_evenly_sampled_stream_gives_the_alarms_of_its_file_bit_for_bit() {
     let folder = TestFolder::new();
     let root = env!("CARGO_MANIFEST_DIR");
     let lever = std::fs::read_to_string(format!("{root}/scenarios/recordings/own_ctrl_pop.csv")).expect("there");
@@ -108,7 +106,7 @@ fn an_even_stream_raises_the_alarms_of_its_file_bit_by_bit() {
     for (file, flags, expected) in cases {
         let stem = file.strip_suffix(".csv").expect("a name");
         folder.good(&[&["detect", file, "--no-figures", "--quiet"], &flags[..]].concat());
-        // Text against text: every digit.
+        // The texts are compared, so every digit counts.
         let stored = folder.text(&format!("out/{stem}/detection.json"));
         let interval = stored.lines().find_map(|line| line.trim().strip_prefix("\"interval_s\": ")).expect("there");
         let mut all = vec!["detect", "-", "--interval-s", interval.trim_end_matches(',')];
@@ -119,7 +117,7 @@ fn an_even_stream_raises_the_alarms_of_its_file_bit_by_bit() {
             let cells: Vec<&str> = row.split(',').collect();
             columns.iter().map(|&column| cells[column].to_owned()).collect::<Vec<_>>()
         };
-        // Time, sample, position, depth, force and residual.
+        // The columns are time, sample, position, depth, force and residual.
         let live: Vec<_> = streamed.out.lines().skip(1).map(|row| numbers(row, &[1, 2, 3, 4, 6, 7])).collect();
         let events = folder.text(&format!("out/{stem}/events.csv"));
         let stored: Vec<_> = events.lines().skip(1).map(|row| numbers(row, &[2, 3, 4, 5, 6, 7])).collect();
@@ -133,7 +131,7 @@ fn an_alarm_is_printed_before_the_next_sample_arrives() {
     assert!(rig.line().starts_with("event,time_s,sample,position_m"), "the header comes at once");
     let text = insertion();
     let all: Vec<&str> = text.lines().collect();
-    // Header and samples 0 to 5527, the alarm's; then silence.
+    // Send the header and samples 0 to 5527, the sample of the alarm, and then nothing.
     rig.feed(&(all[..=5528].join("\n") + "\n"));
     assert!(rig.line().starts_with("alarm,5.527,5527,"));
     rig.feed(&(all[5529..].join("\n") + "\n"));
@@ -149,13 +147,13 @@ fn an_alarm_is_printed_before_the_next_sample_arrives() {
 }
 
 #[test]
-fn a_signal_ends_it_with_what_was_found_so_far() {
+fn a_signal_ends_the_stream_with_the_results_so_far() {
     for signal in ["-INT", "-TERM"] {
         let mut rig = Rig::start(&[&VELOCITY[..], &["--json"]].concat());
         let text = insertion();
         rig.feed(&(text.lines().take(6001).collect::<Vec<_>>().join("\n") + "\n6.0,0.0283"));
         assert_eq!(json(&rig.line())["event"], "alarm");
-        // The input stays open: the command waits for the rest of the line.
+        // The input stays open, so the command waits for the rest of the line.
         rig.signal(signal);
         let summary = json(&rig.line());
         assert_eq!((&summary["event"], &summary["ended"]), (&Json::from("summary"), &Json::from("signal")));
@@ -166,7 +164,7 @@ fn a_signal_ends_it_with_what_was_found_so_far() {
 }
 
 #[test]
-fn a_reader_that_goes_away_ends_it_quietly() {
+fn a_closed_reader_ends_the_stream_without_an_error() {
     let mut child = Command::new(env!("CARGO_BIN_EXE_trocar"))
         .args(["detect", "-", "--every", "1"])
         .args(VELOCITY)
@@ -178,7 +176,7 @@ fn a_reader_that_goes_away_ends_it_quietly() {
     let mut input = child.stdin.take().expect("a pipe");
     let mut first = String::new();
     BufReader::new(child.stdout.take().expect("a pipe")).read_line(&mut first).expect("the header");
-    // The reader is closed: the command ends at the next row, and the feeder after the command.
+    // The command ends at its next row, because the reader is closed; then writing fails.
     let _ = input.write_all(insertion().as_bytes());
     let output = child.wait_with_output().expect("ended");
     assert!(output.status.success());
@@ -215,7 +213,6 @@ fn bad_rows_are_skipped_reported_and_counted() {
         assert!(outcome.err.contains(place), "{}", outcome.err);
     }
 
-    // The rate of warnings is limited.
     let flood = text.clone() + &"what\n".repeat(100_000);
     let outcome = folder.fed(&[&["detect", "-"], &VELOCITY[..]].concat(), flood.as_bytes());
     assert_eq!(outcome.code, 0);
@@ -227,7 +224,7 @@ fn bad_rows_are_skipped_reported_and_counted() {
 }
 
 #[test]
-fn a_lost_second_begins_anew_and_a_few_lost_samples_do_not() {
+fn the_detector_restarts_after_a_lost_second_but_not_after_a_few_lost_samples() {
     let folder = TestFolder::new();
     let text = insertion();
     let kept: Vec<&str> =
@@ -268,10 +265,10 @@ fn a_stream_that_cannot_be_used_is_refused() {
     assert_eq!((one.code, &json(&one.out)["samples"]), (0, &Json::from(1)), "with an interval one sample is one");
 }
 
-/// Three million rows: the peak memory hardly grows after the first hundred thousand.
+/// Three million rows; the peak memory hardly grows after the first hundred thousand.
 #[cfg(target_os = "linux")]
 #[test]
-fn memory_is_constant() {
+fn memory_of_a_stream_is_constant() {
     let mut rig = Rig::start(&["--every", "100000", "--interval-s", "0.001", "--json", "--velocity", "v"]);
     rig.feed("time_s,position_m,force_n,v\n");
     let mut early = 0;
@@ -280,7 +277,7 @@ fn memory_is_constant() {
         for k in block * 100_000..(block + 1) * 100_000 {
             let t = f64::from(k) * 1e-3;
             let phase = t.fract();
-            // An oscillation through a layer that ruptures twice a second, so that there are alarms and warnings.
+            // Oscillate through a layer that ruptures twice a second, so that there are alarms and warnings.
             let force = if phase < 0.5 { 8.0 * phase } else { 0.1 };
             text.push_str(&format!("{t:.3},{:.5},{force:.4},0.01\n", 0.01 + 0.01 * phase));
             if k % 1000 == 77 {

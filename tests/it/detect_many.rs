@@ -6,7 +6,7 @@ use serde_json::Value as Json;
 /// A tick of the small recordings below, in s.
 const TICK_S: f64 = 1e-3;
 
-/// Returns a needle that moves at 10 mm/s through a tissue of 300 N/m that ruptures at `ruptures_s`, for `duration_s`.
+/// Returns a needle that moves at 10 mm/s for `duration_s` through a tissue of 300 N/m that ruptures at `ruptures_s`.
 fn insertion(start_s: f64, duration_s: f64, ruptures_s: &[f64]) -> String {
     let mut text = String::from("time_s,position_m,velocity_m_per_s,force_n\n");
     for k in 0..=(duration_s / TICK_S).round() as u32 {
@@ -22,8 +22,8 @@ fn insertion(start_s: f64, duration_s: f64, ruptures_s: &[f64]) -> String {
 
 const VELOCITY: [&str; 2] = ["--velocity", "velocity_m_per_s"];
 
-/// Returns a folder with three recordings: ruptures at 1 s and 2 s; at 1.5 s, with a clock that starts at 10 s; and
-/// none.
+/// Returns a folder with three recordings: with ruptures at 1 s and 2 s; with a rupture at 1.5 s and a clock that
+/// starts at 10 s; and without ruptures.
 fn three_recordings() -> TestFolder {
     let folder = TestFolder::new();
     folder
@@ -42,7 +42,7 @@ fn json(text: &str) -> Json {
 }
 
 #[test]
-fn a_folder_stands_for_its_recordings_and_a_bad_one_does_not_lose_the_others() {
+fn a_folder_stands_for_its_recordings_and_a_bad_recording_does_not_stop_the_others() {
     let folder = three_recordings();
     folder.file("a/bad.csv", "time_s,position_m,velocity_m_per_s,force_n\n0,0,0,0\n0.001,soft,0,0\n");
     folder.file("a/notes.txt", "no recording");
@@ -88,7 +88,7 @@ fn the_number_of_threads_does_not_matter() {
 }
 
 #[test]
-fn one_json_for_many_and_the_same_object_for_one() {
+fn many_recordings_give_one_json_document_and_a_single_one_the_same_object() {
     let folder = three_recordings();
     let printed = folder.good(&detect(&["a", "b", "--json"]));
     assert_eq!(printed, folder.text("out/detections.json"));
@@ -108,7 +108,7 @@ fn one_json_for_many_and_the_same_object_for_one() {
 }
 
 #[test]
-fn names_that_collide_have_folders_of_their_own() {
+fn recordings_with_the_same_name_have_separate_folders() {
     let folder = three_recordings();
     folder.file("c/two.csv", insertion(0.0, 3.0, &[1.2]));
     folder.file("s.toml", "name = \"two\"\nrecording.file = \"a/two.csv\"\nrecording.ruptures_s = [1.0, 2.0]\n");
@@ -124,9 +124,9 @@ fn names_that_collide_have_folders_of_their_own() {
 }
 
 #[test]
-fn labels_are_held_against_alarms_one_by_one() {
+fn labels_are_matched_with_alarms_one_to_one() {
     let folder = three_recordings();
-    // Two ruptures and a false label; one; none; in any order.
+    // Two ruptures and a false label; one rupture; none; in any order.
     folder.file(
         "l.csv",
         "# seen on video\nfile;time_s;kind\na/two.csv;2.0;muscle\none.csv;11.5;skin\ntwo.csv;0.4;skin\nnone.csv;;\n\
@@ -178,7 +178,6 @@ fn labels_in_the_folder_of_a_recording_are_read_by_default() {
     assert_eq!((&of(1)["scores"]["found"], &of(1)["false_alarms"]), (&Json::from(1), &Json::from(1)));
     assert_eq!((&of(2)["scores"]["ruptures"], &of(2)["false_alarms"]), (&Json::from(0), &Json::from(0)));
     assert_eq!(all["scores"]["recordings"], 2);
-    // Explicit labels have priority.
     let explicit = json(&folder.good(&detect(&["a/two.csv", "--rupture-s", "1", "--rupture-s", "2", "--json"])));
     assert_eq!((&explicit["missed_ruptures"], &explicit["false_alarms"]), (&Json::from(0), &Json::from(0)));
     folder.file("b/none.labels.csv", "time_s\nsoon\n");
@@ -227,7 +226,7 @@ fn bad_labels_are_refused_with_file_and_line() {
 }
 
 #[test]
-fn flags_that_do_not_go_together_are_refused() {
+fn flags_that_exclude_each_other_are_refused() {
     let folder = three_recordings();
     folder.file("l.csv", "file,time_s\n");
     folder.refused(&detect(&["a", "--rupture-s", "1"]), &["--rupture-s labels a single recording", "--labels"]);
@@ -246,7 +245,7 @@ fn flags_that_do_not_go_together_are_refused() {
 }
 
 #[test]
-fn the_phases_of_the_shipped_insertion_are_those_that_were_made() {
+fn the_phases_of_the_shipped_insertion_are_found() {
     let folder = TestFolder::new();
     let found = json(&folder.good(&["detect", "builtin:in_vivo_like.csv", "--no-figures", "--json"]));
     let phases = found["phases"].as_array().expect("a list");
@@ -262,7 +261,7 @@ fn the_phases_of_the_shipped_insertion_are_those_that_were_made() {
 }
 
 #[test]
-fn a_folder_is_many_whatever_it_holds() {
+fn a_folder_counts_as_many_recordings_even_with_one() {
     let folder = three_recordings();
     let all = json(&folder.good(&detect(&["b", "--json"])));
     assert_eq!(all["recordings"].as_array().map(Vec::len), Some(1));
@@ -270,7 +269,7 @@ fn a_folder_is_many_whatever_it_holds() {
 }
 
 #[test]
-fn without_figures_there_are_none() {
+fn no_figures_are_written_without_figures() {
     let folder = three_recordings();
     folder.good(&detect(&["a", "b"]));
     let drawn = folder.files("out").keys().filter(|path| path.extension().is_some_and(|end| end == "png")).count();
@@ -278,7 +277,7 @@ fn without_figures_there_are_none() {
 }
 
 #[test]
-fn degenerate_recordings_raise_no_alarm_and_no_number_that_is_none() {
+fn degenerate_recordings_give_no_alarm_and_only_finite_numbers() {
     let folder = TestFolder::new();
     let table = |row: &dyn Fn(f64) -> [f64; 2], samples: u32| {
         let mut text = String::from("time_s,position_m,velocity_m_per_s,force_n\n");

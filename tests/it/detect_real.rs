@@ -6,10 +6,10 @@ use trocar::recording::Recording;
 use trocar::scenario::{DetectionSettings, DetectionSpec, Values};
 use trocar::warning::Code;
 
-/// The default, and the paper's detector.
+/// The default detector and the paper's detector.
 const DETECTORS: [&[&str]; 2] = [&[], &["detector.distance=squared-residual"]];
 
-/// Detects in a recording of the lever rig with a contact in m, and returns the specification too.
+/// Detects in a recording of the lever rig with a contact position in m. Also returns the specification.
 fn on_lever(file: &str, force: &str, contact_m: f64, settings: &[&str]) -> (Detection, DetectionSpec) {
     let mut all: Vec<String> = [
         format!("recording.file={file}"),
@@ -30,7 +30,7 @@ fn on_lever(file: &str, force: &str, contact_m: f64, settings: &[&str]) -> (Dete
 }
 
 #[test]
-fn the_virtual_rupture_is_announced_once_within_2_ms() {
+fn the_virtual_rupture_gives_one_alarm_within_2_ms() {
     for detector in DETECTORS {
         let settings = [&["recording.ruptures_s=[1.779]"], detector].concat();
         let (detection, spec) = on_lever("builtin:own_ctrl_pop.csv", "env_out_Nm_derived", 6.30e-3, &settings);
@@ -43,7 +43,7 @@ fn the_virtual_rupture_is_announced_once_within_2_ms() {
 }
 
 #[test]
-fn it_hardly_depends_on_where_contact_is_taken_to_be() {
+fn the_detection_hardly_depends_on_the_contact_position() {
     for (settings, sample) in DETECTORS.into_iter().zip([3561, 3559]) {
         for contact_mm in [0.0, 2.0, 4.0, 5.0, 6.0, 6.3, 7.0, 7.5] {
             let (detection, _) =
@@ -54,7 +54,7 @@ fn it_hardly_depends_on_where_contact_is_taken_to_be() {
 }
 
 #[test]
-fn without_a_recorded_velocity_the_filter_serves() {
+fn without_a_recorded_velocity_the_velocity_filter_is_sufficient() {
     let settings = [
         "recording.file=builtin:own_ctrl_pop.csv",
         "recording.columns={time_s='t_s', position_m='xs_rad', force_n='env_out_Nm_derived'}",
@@ -68,7 +68,7 @@ fn without_a_recorded_velocity_the_filter_serves() {
 
 #[test]
 fn a_spring_and_free_motion_raise_no_alarm() {
-    // The needle is in contact throughout: the force of the spring is 0 about 8.5 mm before the lever's zero.
+    // The needle is in contact throughout, because the force of the spring is 0 about 8.5 mm before the lever's zero.
     let spring = ("tests/data/teleop_1dof/m2_f_spring.csv", &[-9.0, -8.5, -8.0][..]);
     let free = ("tests/data/teleop_1dof/m2_d_free_motion.csv", &[-9.0, -6.0, -5.0, -2.0, 0.0, 3.0][..]);
     for ((file, contacts_mm), settings) in [spring, free].into_iter().flat_map(|file| DETECTORS.map(|s| (file, s))) {
@@ -80,7 +80,7 @@ fn a_spring_and_free_motion_raise_no_alarm() {
 }
 
 #[test]
-fn a_wrong_factor_that_changes_the_alarms_is_told_at_its_column() {
+fn a_wrong_factor_that_changes_the_alarms_gives_a_warning_at_its_column() {
     let recordings = [
         ("builtin:own_ctrl_pop.csv", "env_out_Nm_derived"),
         ("tests/data/teleop_1dof/m2_f_spring.csv", "tau_e_Nm"),
@@ -103,7 +103,7 @@ fn a_wrong_factor_that_changes_the_alarms_is_told_at_its_column() {
         for ((column, key, right), factor) in columns.into_iter().flat_map(|one| factors.map(|factor| (one, factor))) {
             let scale = format!("{key}={:?}", right * f64::abs(factor));
             let sign = format!("recording.{column}_sign={:?}", f64::signum(factor));
-            // Without its own sign a velocity has that of the position.
+            // Without its own sign, a velocity has the sign of the position.
             let signs = [&sign, "recording.velocity_sign=1.0"];
             let (warnings, others) =
                 report(&[&[scale.as_str()], &signs[..1 + usize::from(column != "velocity")]].concat());
@@ -117,7 +117,7 @@ fn a_wrong_factor_that_changes_the_alarms_is_told_at_its_column() {
 }
 
 #[test]
-fn the_detector_is_adaptive_unless_a_setting_asks_for_another() {
+fn the_detector_is_adaptive_unless_a_setting_selects_another() {
     let kind = |settings: &[&str]| {
         let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
         let mut values = Values::from_settings("mine", &settings).expect("good").with_adaptive_detector();
@@ -135,7 +135,7 @@ fn the_detector_is_adaptive_unless_a_setting_asks_for_another() {
 }
 
 #[test]
-fn a_saturated_or_stuck_force_is_told() {
+fn a_saturated_or_stuck_force_gives_a_warning() {
     let codes = |force: fn(usize) -> f64| {
         let time_s: Vec<f64> = (0..3000).map(|k| 1e-3 * k as f64).collect();
         let position_m: Vec<f64> = time_s.iter().map(|time_s| 0.01 * time_s).collect();

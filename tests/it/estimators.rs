@@ -1,5 +1,5 @@
-//! Every estimator finds its own parameters and predicts its own force better than the others, and the tables of the
-//! book are the output of the example.
+//! Every estimator finds its own parameters and predicts its own force better than the others. The example prints the
+//! tables of the book.
 
 #[path = "../../examples/estimators.rs"]
 mod tables;
@@ -11,7 +11,7 @@ use trocar::scenario::{Scenario, Source};
 
 const TICK_S: f64 = 1e-3;
 
-/// Depth and velocity at a tick of a needle that moves in, out and in again, with ripples that excite every parameter.
+/// Returns depth and velocity of a needle that moves in, out and in again, with ripples that excite every parameter.
 fn motion(k: u32) -> (f64, f64) {
     let t = TICK_S * f64::from(k);
     let (slow, fast) = (1.3, 23.0);
@@ -23,7 +23,7 @@ fn settings(parameters: Parameters) -> RlsSettings {
     RlsSettings { parameters, dead_zone_n: 0.0, ..RlsSettings::default() }
 }
 
-/// The estimates over 20 s of a force law of depth and velocity.
+/// Returns the estimates over 20 s for a force law of depth and velocity.
 fn estimates(settings: &RlsSettings, force: impl Fn(f64, f64) -> f64) -> Vec<Estimate<f64>> {
     let mut estimator = AnyEstimator::<f64>::new(settings);
     let mut last = (0.0, 0.0);
@@ -50,7 +50,7 @@ fn with_friction(p: f64, v: f64) -> f64 {
 }
 
 fn hunt_crossley(power: f64) -> impl Fn(f64, f64) -> f64 {
-    // 2 N at 1 cm for every power.
+    // The force is 2 N at 1 cm for every power.
     move |p, v| 2.0 * (p / 0.01).powf(power) * (1.0 + 6.0 * v)
 }
 
@@ -58,7 +58,7 @@ fn assert_close(value: f64, expected: f64, share: f64) {
     assert!((value - expected).abs() <= share * expected.abs(), "{value} for {expected}");
 }
 
-/// Returns an estimator with equal weights and an infinite memory except for the forgetting factor.
+/// Returns an estimator with equal weights and, except for the forgetting factor, an infinite memory.
 fn keeping(parameters: Parameters, forgetting: Forgetting) -> RlsSettings {
     let (initial_gain, reset_threshold) = (1e6, 1e6);
     RlsSettings { normalisation: 0.0, initial_gain, reset_threshold, forgetting, ..settings(parameters) }
@@ -102,10 +102,10 @@ fn stiffness_and_damping_are_found_while_forgetting() {
 }
 
 #[test]
-fn every_model_foretells_its_own_force_best() {
+fn every_model_predicts_its_own_force_best() {
     use Parameters::{HuntCrossley, Stiffness, StiffnessAndDamping, StiffnessDampingFriction};
     let error = |parameters, force: &dyn Fn(f64, f64) -> f64| {
-        // With the default dead zone, in which the estimator does not update.
+        // Use the default dead zone, in which the estimator does not update.
         let settings = RlsSettings { parameters, ..RlsSettings::default() };
         mean_error_n(&estimates(&settings, force))
     };
@@ -118,7 +118,7 @@ fn every_model_foretells_its_own_force_best() {
 }
 
 #[test]
-fn least_residual_is_never_further_off_than_either_model() {
+fn least_residual_is_never_less_accurate_than_either_model() {
     for force in [&with_friction as &dyn Fn(f64, f64) -> f64, &hunt_crossley(1.5)] {
         let of = |parameters| estimates(&RlsSettings { parameters, ..RlsSettings::default() }, force);
         let without = of(Parameters::StiffnessAndDamping);
@@ -132,7 +132,7 @@ fn least_residual_is_never_further_off_than_either_model() {
 }
 
 #[test]
-fn no_model_makes_anything_of_nothing() {
+fn no_model_estimates_anything_from_degenerate_signals() {
     let forgettings = [Forgetting::Resetting, Forgetting::Exponential { factor: 0.9 }];
     for (parameters, forgetting) in
         Parameters::ALL.into_iter().flat_map(|parameters| forgettings.map(|forgetting| (parameters, forgetting)))
@@ -164,7 +164,7 @@ fn no_model_makes_anything_of_nothing() {
 }
 
 #[test]
-fn files_show_what_is_estimated_besides() {
+fn files_contain_the_additional_estimates() {
     let columns = |parameters: &str| {
         let settings = [format!("estimator.parameters={parameters}")];
         let source = Source::parse("layers/direct-access");
@@ -190,7 +190,7 @@ fn files_show_what_is_estimated_besides() {
 }
 
 #[test]
-fn what_an_estimator_cannot_take_is_refused_with_its_reason() {
+fn settings_that_an_estimator_does_not_support_are_refused_with_the_reason() {
     for (setting, reason) in [
         ("estimator.forgetting_factor=1.0", "from 0 to 0.99999"),
         ("estimator.friction_speed_m_per_s=0.0", "estimator.friction_speed_m_per_s is 0"),

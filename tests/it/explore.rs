@@ -23,7 +23,6 @@ fn get(address: SocketAddr, path: &str, host: &str) -> String {
     answer(address, &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n"))
 }
 
-/// A page of this server.
 pub(crate) struct ServedPage {
     socket: Socket,
     last_id: u32,
@@ -75,7 +74,7 @@ impl ServedPage {
         self.request(json!({ "type": "show", "state": state, "points": 400 }), "shown")
     }
 
-    /// Requests a new run and returns the time until its answer.
+    /// Requests a new run. Returns the time until its answer.
     fn moves_a_slider(&mut self, force: f64) -> Duration {
         let began = Instant::now();
         let shown = self.show(json!({ "scaling.force": force }));
@@ -101,7 +100,7 @@ fn the_page_is_complete_and_its_policy_admits_no_other_source() {
 }
 
 #[test]
-fn a_page_of_another_site_is_not_heard() {
+fn a_page_of_another_site_is_refused() {
     let (_server, address) = explore(&[]);
     let own = format!("http://{address}");
     let port = address.port();
@@ -187,7 +186,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
         assert!(took < RESPONSIVE, "{what}: the honest page waited {took:?}");
     };
 
-    // A frame whose header announces a gigabyte, and its beginning.
+    // The beginning of a frame whose header announces a gigabyte.
     let mut liar = link(address, Some(&own), &host).expect("opens");
     let stream = liar.get_mut();
     let mut frame = vec![0x82, 0xff];
@@ -195,12 +194,12 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     frame.extend_from_slice(&[1, 2, 3, 4]);
     stream.write_all(&frame).expect("sent");
     let block = vec![0_u8; 1 << 16];
-    // The server closes the connection early, so that sending fails.
+    // The server closes the connection early, so sending fails.
     let sent = (0..1 << 14).take_while(|_| stream.write_all(&block).is_ok()).count();
     assert!(sent < 1 << 10, "{sent} blocks of a frame that is too large were taken");
     watch("a frame of a gigabyte", 1.1);
 
-    // Garbage, as requests and as messages.
+    // Invalid bytes, as requests and as messages.
     for garbage in ["\0\0\0\0\0\0\0\0\r\n\r\n", "GET / HTTP/9.9\r\n\r\n", "\u{16}\u{3}\u{1}\u{2}", &"A".repeat(1 << 20)]
     {
         let mut stream = connect(address);
@@ -228,7 +227,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     assert!(get(address, "/", &host).starts_with("HTTP/1.1 200"), "a newcomer is served all the same");
     drop(half_open);
 
-    // Ten thousand connections, one after another, a few hundred of them kept.
+    // Ten thousand connections, one after another, of which a few hundred stay open.
     let mut kept = std::collections::VecDeque::new();
     for count in 0..10_000 {
         if let Ok(stream) = TcpStream::connect_timeout(&address, RESPONSIVE) {
@@ -273,7 +272,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
 }
 
 #[test]
-fn pages_are_counted_and_make_room_when_they_go() {
+fn the_number_of_pages_is_limited_and_a_closed_page_makes_room() {
     let (_server, address) = explore(&[]);
     let own = format!("http://{address}");
     let host = address.to_string();
@@ -330,7 +329,8 @@ fn a_hand_pushes_through_the_skin_in_real_time() {
     assert!(moved_mm < 0.5, "frozen, and moved by {moved_mm} mm");
     assert!(last_s <= passed_s, "{last_s} s in {passed_s} s: not faster than time");
     page.send(&json!({ "type": "stop" }));
-    // The same motion with both schemes: the augmented run is the one above, and the classical needle goes on.
+    // The same motion runs with both schemes: the augmented run equals the one above, and the classical needle moves
+    // on.
     let result = page.receive("pushed");
     let overshoot_mm = |run: usize| result["overshoot_mm"][run][0].as_f64().expect("an overshoot");
     assert!(overshoot_mm(0) > 3.0 && overshoot_mm(1) < 1.0, "{result}");
@@ -355,7 +355,7 @@ fn a_hand_pushes_through_the_skin_in_real_time() {
 
 #[test]
 #[cfg(unix)]
-fn ctrl_c_ends_it_cleanly_with_a_page_open() {
+fn ctrl_c_ends_the_server_cleanly_with_an_open_page() {
     let (mut server, address) = explore(&[]);
     let mut page = ServedPage::open(address);
     page.moves_a_slider(1.0);
@@ -365,7 +365,7 @@ fn ctrl_c_ends_it_cleanly_with_a_page_open() {
 }
 
 #[test]
-fn a_port_that_is_taken_is_named_with_the_remedy() {
+fn an_occupied_port_is_named_with_the_remedy() {
     let (_server, address) = explore(&[]);
     let port = address.port().to_string();
     let folder = TestFolder::new();

@@ -1,4 +1,4 @@
-//! The first table of a comparison beside the traces of its runs: each row is computed again from the columns of `trace.csv`.
+//! The first table of a comparison is recomputed row by row from the columns of `trace.csv`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -22,7 +22,7 @@ const NAMES: [&str; 10] = [
     "strategies/cue",
 ];
 
-/// The columns of a CSV file by name; what is not a number is NaN.
+/// Returns the columns of a CSV file by name; NaN for cells that are not numbers.
 fn columns(path: &Path) -> BTreeMap<String, Vec<f64>> {
     let mut reader = csv::Reader::from_path(path).expect("a table");
     let names: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
@@ -35,8 +35,8 @@ fn columns(path: &Path) -> BTreeMap<String, Vec<f64>> {
     columns
 }
 
-/// The rows of the first table for each rupture of a trace at a tick, by their keys without the number; `scale`: of the intended
-/// motion.
+/// Computes the rows of the first table for the ruptures at these ticks of a trace, by their keys without the number.
+/// `scale` is the position scale of the intended motion.
 fn by_definition(
     trace: &BTreeMap<String, Vec<f64>>,
     ticks: &[usize],
@@ -67,7 +67,7 @@ fn by_definition(
             rows.insert("horizon_advance_m", advance(end));
             rows.insert("deepest_advance_m", (at..=end).map(advance).fold(0.0, f64::max));
         }
-        // The event whose alarm is that of this rupture: it begins before the next rupture.
+        // The event of this rupture's alarm begins before the next rupture.
         let next = ticks.get(index + 1).copied().unwrap_or(slave.len());
         let begins = (at..next.min(at + 501)).find(|&tick| mode[tick] == 1.0 && mode[tick - 1] == 0.0);
         let returns = begins.and_then(|begins| (begins..slave.len()).find(|&tick| mode[tick] == 0.0));
@@ -82,7 +82,7 @@ fn by_definition(
     all
 }
 
-/// The scale of the intended motion, for a hand that is not recorded, and the ticks of the ruptures.
+/// Returns the scale of the intended motion, if the hand is not recorded, and the ticks of the ruptures.
 fn known_of(name: &str) -> (Option<f64>, Vec<usize>) {
     let run = run(load(name)).expect("a run");
     let ticks = run.metrics.ruptures.iter().map(|rupture| (1e3 * rupture.time_s).round() as usize).collect();
@@ -95,7 +95,7 @@ fn load(name: &str) -> Scenario {
 }
 
 #[test]
-fn the_rows_of_the_first_table_are_those_of_the_traces() {
+fn the_rows_of_the_first_table_agree_with_the_traces() {
     let folder = tempfile::tempdir().expect("a folder");
     Command::cargo_bin("trocar")
         .expect("the program")
@@ -127,7 +127,7 @@ fn the_rows_of_the_first_table_are_those_of_the_traces() {
 }
 
 #[test]
-fn the_medians_over_seeds_are_those_of_runs_one_by_one() {
+fn the_medians_over_seeds_agree_with_separate_runs() {
     let scenario = load("layers/through-the-skin");
     let study = SeedStudy::of(std::slice::from_ref(&scenario), 5, || ()).expect("runs");
     let of_seed = |offset: u64| -> Run { run(scenario.with_seed(scenario.seed + offset)).expect("a run") };

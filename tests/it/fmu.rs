@@ -1,5 +1,5 @@
-//! Functional mock-up units: the instance inside gives the commands of Rust's rig and the signals of a run, and what is wrong is said.
-//! `python/tests/test_fmu.py` runs the packed units with FMPy.
+//! Functional mock-up units (FMUs): an instance gives the commands of the Rust controller and the signals of a run,
+//! and reports errors. `python/tests/test_fmu.py` runs the packed FMUs with FMPy.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use trocar_studies::fmu::{Causality, Instance, Model, Scalar, Type, Unit, Variab
 
 use crate::support::{file, table, test_folder::TestFolder};
 
-/// A unit that is unpacked, without a library.
+/// An unpacked FMU without a library.
 struct Unpacked {
     folder: TestFolder,
     token: String,
@@ -53,7 +53,7 @@ impl Unpacked {
         instance.set(self.reference(name), "any", value).expect("can be set");
     }
 
-    /// The bits of the outputs of a name.
+    /// Returns the bits of the outputs with a name.
     fn bits(&self, instance: &Instance, name: &str) -> u64 {
         match instance.get(self.reference(name), "any").expect("a variable") {
             Scalar::Real(value) => value.to_bits(),
@@ -63,7 +63,7 @@ impl Unpacked {
     }
 }
 
-/// The outputs of a rig's unit.
+/// The outputs of a rig's FMU.
 const COMMANDS: [&str; 12] = [
     "slave_reference_m",
     "master_force_n",
@@ -79,7 +79,7 @@ const COMMANDS: [&str; 12] = [
     "faulty_samples",
 ];
 
-/// Compares a rig's unit with Rust's controller, sample by sample, and returns the number of alarms.
+/// Compares a rig's FMU with the Rust controller, sample by sample. Returns the number of alarms.
 fn assert_same_commands(unit: &Unpacked, settings: &Settings, samples: &[Sample]) -> u64 {
     let mut instance = unit.instance();
     instance.initialise().expect("its own parameters");
@@ -114,7 +114,6 @@ fn assert_same_commands(unit: &Unpacked, settings: &Settings, samples: &[Sample]
     alarms
 }
 
-/// The samples of a recording of the lever rig.
 fn recorded(path: &str, torque: &str) -> Vec<Sample> {
     let columns = table(path);
     let slave = &columns["xs_rad"];
@@ -168,7 +167,7 @@ const SHORT: &str = "base = \"builtin:layers/skin-augmented\"\nsimulation.durati
 const LAYERED: &str = "base = \"builtin:layers/skin-augmented\"\nsimulation.duration_s = 4.0\n";
 
 #[test]
-fn a_simulations_unit_with_its_own_person_is_the_run() {
+fn a_simulations_unit_with_the_scenarios_operator_equals_the_run() {
     let unit = Unpacked::of(SHORT, Model::Simulation, Version::Three);
     let source = Source::Text { name: "same".into(), text: SHORT.into() };
     let trace = run(Scenario::load(&source, &[]).expect("loads")).expect("runs").trace;
@@ -186,19 +185,18 @@ fn a_simulations_unit_with_its_own_person_is_the_run() {
 }
 
 #[test]
-fn a_person_that_is_led_goes_where_the_input_is() {
+fn a_led_operator_follows_the_input() {
     let unit = Unpacked::of(SHORT, Model::Simulation, Version::Two);
     let mut instance = unit.instance();
     instance.initialise().expect("its own parameters");
     unit.set(&mut instance, "person.position_m", Scalar::Real(-0.01));
-    // Several ticks in one step.
     instance.step(0.4).expect("400 ticks");
     let desired = instance.get(unit.reference("desired_position_m"), "any").expect("an output");
     assert_eq!(desired, Scalar::Real(-0.01));
 }
 
 #[test]
-fn what_is_derived_follows_a_changed_parameter_and_a_parameter_at_its_start_changes_nothing() {
+fn derived_values_follow_a_changed_parameter_and_an_unchanged_parameter_has_no_effect() {
     let unit = Unpacked::of("base = \"builtin:paper/augmented\"\n", Model::Rig, Version::Three);
     let (mut plain, mut all_set, mut wider) = (unit.instance(), unit.instance(), unit.instance());
     for variable in unit.variables.iter().filter(|variable| variable.causality == Causality::Parameter) {
@@ -265,7 +263,7 @@ fn a_tissues_unit_gives_the_forces_of_the_run() {
     assert!(names.contains(&"tissue.layer.skin.stiffness_n_per_m") && !names.contains(&"scaling.force"), "{names:?}");
 }
 
-/// Steps a unit through `ticks` ticks from `first` on, and returns the bits of an output after each.
+/// Steps an FMU through `ticks` ticks from `first` on. Returns the bits of an output after each tick.
 fn stepped(
     unit: &Unpacked,
     instance: &mut Instance,
@@ -274,7 +272,7 @@ fn stepped(
     ticks: u32,
 ) -> Vec<u64> {
     let each = (first..first + ticks).map(|k| {
-        // A push with a knock, so that each tick differs.
+        // A motion with ripples, so that each tick differs.
         unit.set(instance, input, Scalar::Real(1e-5 * f64::from(k) + 1e-6 * f64::from(k % 7)));
         instance.step(1e-3).expect("a tick");
         unit.bits(instance, output)
@@ -283,7 +281,7 @@ fn stepped(
 }
 
 #[test]
-fn a_restored_state_gives_the_same_again() {
+fn a_restored_state_gives_the_same_outputs_again() {
     for (text, model, signals) in [
         (SHORT, Model::Rig, ("sample.slave_position_m", "command.stiffness_n_per_m")),
         (SHORT, Model::Simulation, ("person.position_m", "feedback_force_n")),
@@ -307,7 +305,7 @@ fn a_restored_state_gives_the_same_again() {
 }
 
 #[test]
-fn what_a_unit_refuses_it_names() {
+fn a_unit_names_what_it_refuses() {
     let unit = Unpacked::of(SHORT, Model::Simulation, Version::Three);
     let mut instance = unit.instance();
     let error = instance.step(1e-3).expect_err("not initialised").to_string();
@@ -352,7 +350,7 @@ fn every_parameter_has_a_meaning_and_numbers_their_range() {
 }
 
 #[test]
-fn a_file_of_the_scenario_goes_with_the_unit() {
+fn the_unit_contains_the_files_of_the_scenario() {
     let folder = TestFolder::new();
     let recording = std::fs::read(file("scenarios/recordings/in_vivo_like.csv")).expect("shipped");
     folder.file("mine/force.csv", &recording);
@@ -372,7 +370,7 @@ fn a_file_of_the_scenario_goes_with_the_unit() {
 }
 
 #[test]
-fn the_command_says_what_is_missing() {
+fn the_command_reports_what_is_missing() {
     let folder = TestFolder::new();
     let outcome = folder.trocar(&["export", "fmu", "paper/augmented", "--library", "none.so"]);
     assert_eq!(outcome.code, 2);

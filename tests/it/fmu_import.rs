@@ -1,5 +1,6 @@
-//! A tissue in a unit of others: a unit written in C gives the bits of the built-in model; what is wrong with a unit is said, and
-//! nothing of it is executed before a run. `python/tests/test_fmu.py` runs units that trocar and other programs export.
+//! A tissue in an imported FMU: an FMU written in C gives the bits of the built-in model, errors of an FMU are
+//! reported, and nothing in it is executed before a run. `python/tests/test_fmu.py` runs FMUs that trocar and other
+//! programs export.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -13,7 +14,7 @@ use zip::write::SimpleFileOptions;
 use crate::support::test_folder::TestFolder;
 use crate::support::unit::{Fault, container, description, library, place, unit, unit_with};
 
-/// An insertion of 0.4 s, whose tissue is `[tissue]` and below.
+/// Returns an insertion of 0.4 s with the given `[tissue]` and following sections.
 fn insertion(tissue: &str) -> String {
     format!(
         "name = \"insertion\"\nsimulation.duration_s = 0.4\noperator = {{ kind = \"ramp\", start_m = -5e-4, end_m = 0.02, speed_m_per_s = 0.03 }}\n\
@@ -27,19 +28,17 @@ const BUILT_IN: &str =
 const OF_UNIT: &str = "kind = \"fmu\"\n[tissue.fmu]\nfile = \"tissue.fmu\"\nposition = \"x\"\nvelocity = \"v\"\nforce = \"f\"\n\
                        parameters = \"k = 350; b=4.0; contact = 1e-3\"\n";
 
-/// The trace of a scenario in a folder.
 fn trace(folder: &TestFolder, text: &str) -> Trace {
     folder.file("scenario.toml", text);
     let scenario = Scenario::load(&Source::Disk(folder.path("scenario.toml")), &[]).expect("loads");
     run(scenario).expect("runs").trace
 }
 
-/// The bits of a column.
 fn bits(column: &[f64]) -> Vec<u64> {
     column.iter().map(|value| value.to_bits()).collect()
 }
 
-/// What is the same in two runs, bit for bit.
+/// Checks that two runs are identical, bit for bit.
 fn assert_same(found: &Trace, expected: &Trace) {
     assert!(expected.tissue_force_n.iter().any(|force_n| *force_n > 1.0), "the needle enters");
     assert_eq!(bits(&found.slave_position_m), bits(&expected.slave_position_m));
@@ -49,7 +48,7 @@ fn assert_same(found: &Trace, expected: &Trace) {
 }
 
 #[test]
-fn a_unit_in_c_gives_the_bits_of_the_built_in_model() {
+fn a_unit_in_c_gives_the_same_bits_as_the_built_in_model() {
     let folder = TestFolder::new();
     for variant in [
         "",
@@ -60,7 +59,7 @@ fn a_unit_in_c_gives_the_bits_of_the_built_in_model() {
     ] {
         let own = |tissue: &str| {
             let text = insertion(tissue);
-            // The sections before that of the tissue.
+            // The sections before `[tissue]`.
             let (head, tissue) = text.split_once("[tissue]").expect("a section");
             format!("{}{variant}[tissue]{tissue}", head.replace("simulation.duration_s = 0.4\n", "")).replacen(
                 "[simulation]\n",
@@ -80,7 +79,7 @@ fn a_unit_in_c_gives_the_bits_of_the_built_in_model() {
 }
 
 #[test]
-fn the_tissue_of_a_unit_moves_with_breathing_as_the_built_in_one() {
+fn the_tissue_of_a_unit_moves_with_breathing_like_the_built_in_tissue() {
     let folder = TestFolder::new();
     folder.file("tissue.fmu", unit(3, Fault::None));
     let moving = |tissue: &str| insertion(&tissue.replacen('\n', "\nbreathing_amplitude_m = 2e-3\n", 1));
@@ -109,7 +108,7 @@ fn a_longer_step_holds_the_force() {
 }
 
 #[test]
-fn ruptures_and_the_force_on_the_shaft_are_those_of_the_outputs() {
+fn ruptures_and_the_force_on_the_shaft_come_from_the_outputs() {
     let folder = TestFolder::new();
     for fmi in [2, 3] {
         folder.file("tissue.fmu", unit(fmi, Fault::None));
@@ -125,7 +124,7 @@ fn ruptures_and_the_force_on_the_shaft_are_those_of_the_outputs() {
         let first = trace.slave_position_m.iter().position(|position_m| *position_m - 1e-3 > 3e-3).expect("reached");
         let ruptures: Vec<f64> = found.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect();
         assert_eq!(ruptures, [trace.time_s[first]], "once, though the output stays true");
-        // A first-order lag of 10 ms behind the needle, in ten steps a tick.
+        // A first-order lag of 10 ms behind the needle, in ten steps per tick.
         let mut state = 0.0;
         for (k, position_m) in trace.slave_position_m.iter().enumerate() {
             for _ in 0..10 {
@@ -162,7 +161,7 @@ fn a_unit_that_fails_in_a_run_ends_it_with_its_message() {
 }
 
 #[test]
-fn what_is_no_unit_for_this_tissue_is_refused_before_the_run() {
+fn an_unsuitable_unit_is_refused_before_the_run() {
     let folder = TestFolder::new();
     folder.file("scenario.toml", insertion(OF_UNIT));
     let plain = library(2, Fault::None);
@@ -244,7 +243,7 @@ fn a_path_that_leads_out_of_the_container_is_not_written() {
             container(&[("modelDescription.xml", description(3).as_bytes()), (&path, b"x"), (&place(3), b"x")]);
         folder.file("tissue.fmu", content);
         let outcome = folder.trocar(&["check", "scenario.toml"]);
-        // An absolute path loses its root when it is packed or unpacked, and is then inside.
+        // Packing or unpacking removes the root of an absolute path, so that the path stays inside.
         assert!(
             outcome.code == 2 && outcome.err.contains("leads out of it") || path.starts_with('/'),
             "{path}: {}",
@@ -259,19 +258,19 @@ fn a_path_that_leads_out_of_the_container_is_not_written() {
 }
 
 #[test]
-fn a_check_executes_nothing_and_a_run_says_what_cannot_be_loaded() {
+fn a_check_executes_nothing_and_a_run_reports_what_cannot_be_loaded() {
     let folder = TestFolder::new();
     folder.file("scenario.toml", insertion(OF_UNIT));
     folder.file("tissue.fmu", unit_with(&description(3), 3, b"not a library"));
     folder.good(&["check", "scenario.toml"]);
     folder.refused(&["run", "scenario.toml"], &["its library cannot be loaded", "scenario.toml:8"]);
-    // The functions of the other version of the standard.
+    // The library has the functions of the other version of the standard.
     folder.file("tissue.fmu", unit_with(&description(3), 3, &library(2, Fault::None)));
     folder.refused(&["run", "scenario.toml"], &["its library has no function fmi3InstantiateCoSimulation"]);
 }
 
 #[test]
-fn a_comparison_and_a_sweep_give_the_numbers_of_the_built_in_model() {
+fn a_comparison_and_a_sweep_give_the_same_numbers_as_the_built_in_model() {
     let folder = TestFolder::new();
     let sweep = "base = \"scenario.toml\"\n[axes.scaling]\nforce = [0.5, 0.8, 1.0, 1.2]\n";
     folder.file("tissue.fmu", unit(3, Fault::None)).file("sweep.toml", sweep);
@@ -286,7 +285,7 @@ fn a_comparison_and_a_sweep_give_the_numbers_of_the_built_in_model() {
         .file("two.toml", insertion(OF_UNIT).replace("\"insertion\"", "\"two\""));
     let compared = folder.good(&["compare", "one.toml", "two.toml", "--json"]);
     assert!(compared.contains("\"two\""), "{compared}");
-    // Lanes of one engine have an instance each, and one process only one.
+    // Lanes of one engine need an instance each, but a process may have only one.
     let single = description(3).replace(
         "modelIdentifier=\"tissue\"",
         "modelIdentifier=\"tissue\" canBeInstantiatedOnlyOncePerProcess=\"true\"",
@@ -298,7 +297,7 @@ fn a_comparison_and_a_sweep_give_the_numbers_of_the_built_in_model() {
 }
 
 #[test]
-fn stability_says_that_the_tissue_of_a_unit_is_left_out() {
+fn stability_reports_that_it_leaves_out_the_tissue_of_a_unit() {
     let folder = TestFolder::new();
     folder.file("scenario.toml", insertion(OF_UNIT)).file("tissue.fmu", unit(3, Fault::None));
     let text = folder.good(&["stability", "scenario.toml"]);

@@ -1,4 +1,4 @@
-//! The metrics against the intended motion, beside their definitions applied to whole traces.
+//! The metrics of the intended motion agree with their definitions, applied to whole traces.
 
 use trocar::metrics::{HORIZON_S, Metrics};
 use trocar::run::{Run, run};
@@ -9,8 +9,8 @@ fn ran(name: &str, settings: &[&str]) -> Run {
     run(Scenario::load(&Source::parse(name), &settings).expect("a scenario")).expect("a run")
 }
 
-/// The excess, the advance and the unintended cut after each rupture, from a trace. Without tremor the desired position is
-/// the intended one.
+/// Computes the excess, the advance and the unintended cut after each rupture from a trace. Without tremor the
+/// desired position is the intended one.
 fn by_definition(run: &Run) -> Vec<Option<[f64; 3]>> {
     let (trace, scale) = (&run.trace, run.scenario.position_scale());
     let ticks: Vec<usize> =
@@ -31,7 +31,7 @@ fn by_definition(run: &Run) -> Vec<Option<[f64; 3]>> {
 }
 
 #[test]
-fn excess_advance_and_cut_are_those_of_their_definitions() {
+fn excess_advance_and_cut_agree_with_their_definitions() {
     for name in ["layers/through-the-skin", "layers/skin-augmented", "strategies/clutch", "hand/reflex-augmented"] {
         let run = ran(name, &[]);
         assert!(!run.metrics.ruptures.is_empty(), "{name}");
@@ -53,7 +53,7 @@ fn excess_advance_and_cut_are_those_of_their_definitions() {
 }
 
 #[test]
-fn the_depth_at_return_is_read_when_teleoperation_is_back() {
+fn the_depth_at_return_is_measured_when_teleoperation_resumes() {
     let run = ran("layers/skin-augmented", &[]);
     let modes = &run.trace.mode;
     for rupture in &run.metrics.ruptures {

@@ -1,4 +1,4 @@
-//! Recordings in files of arrays: a real one of MATLAB, trocar's own, damaged ones, and lists of signals.
+//! Recordings in files of arrays: a real file from MATLAB, trocar's own files, damaged files, and lists of signals.
 
 use proptest::prelude::*;
 use serde_json::Value as Json;
@@ -8,7 +8,7 @@ use trocar::recording::{Columns, Limits, open_recording};
 use crate::support::file;
 use crate::support::test_folder::TestFolder;
 
-/// The shipped recording as MATLAB wrote it, and its columns.
+/// The shipped recording in the file that MATLAB wrote, and its columns.
 const REAL: &str = "tests/data/teleop_1dof/own_ctrl_pop.mat";
 const REAL_COLUMNS: [&str; 6] = [
     "--time",
@@ -34,7 +34,7 @@ fn traces() -> (TestFolder, [&'static str; 6]) {
 }
 
 #[test]
-fn scopes_of_a_real_rig_are_those_of_the_csv_file() {
+fn scope_signals_of_a_real_rig_agree_with_the_csv_file() {
     let column = |text: &str| text.parse().expect("a column");
     let open = |path: &str, time: &str, position: &str, force: &str| {
         let columns = Columns { time: column(time), position: column(position), velocity: None, force: column(force) };
@@ -132,7 +132,7 @@ fn a_recording_has_its_operating_characteristic_with_flags() {
 }
 
 #[test]
-fn labels_in_the_folder_are_no_recording() {
+fn label_files_in_the_folder_are_not_recordings() {
     let folder = TestFolder::new();
     let rows: String = (0..400)
         .map(|k| format!("{},{},{}\n", 1e-3 * f64::from(k), 1e-5 * f64::from(k), 0.03 * f64::from(k)))
@@ -149,7 +149,7 @@ fn labels_in_the_folder_are_no_recording() {
     );
 }
 
-/// Reads damaged content as a recording. A panic ends with another code.
+/// Reads damaged content as a recording. A panic ends with another exit code.
 fn is_refused_or_read(folder: &TestFolder, name: &str, content: &[u8], columns: &[&str]) -> Result<(), TestCaseError> {
     folder.file(name, content);
     for arguments in [[&["detect", name, "--quiet", "--no-figures"], columns].concat(), vec!["detect", name, "--list"]]

@@ -5,7 +5,6 @@ use trocar::engine::{Observer, Signals};
 use trocar::lane::{Lane, Mask};
 use trocar::scenario::{Scenario, Source};
 
-/// All numbers of all ticks of one lane.
 #[derive(Default)]
 struct Seen(Vec<Vec<u64>>);
 
@@ -47,7 +46,7 @@ impl Observer<Pair> for Both {
 }
 
 #[test]
-fn a_lane_gives_the_bits_of_a_single_run() {
+fn a_lane_gives_the_same_bits_as_a_single_run() {
     let late = ["channel.forward_delay_s=0.012", "channel.backward_delay_s=0.007"];
     let rough = ["channel.jitter_s=0.004", "channel.loss=0.3", "channel.outage_s=0.004"];
     for settings in [

@@ -1,4 +1,4 @@
-//! The ranges of measurements of tissue: values outside are warnings with a reason, shipped values are inside, and the
+//! The ranges of tissue measurements: values outside give warnings with a reason, shipped values are inside, and the
 //! book lists the ranges.
 
 use std::path::Path;
@@ -32,7 +32,6 @@ const OF_SHAFT: [(&str, &Bounds); 4] = [
     ("shaft_damping_n_s_per_m2", &literature::SHAFT_DAMPING_N_S_PER_M2),
 ];
 
-/// Every key with a range.
 fn ranged() -> Vec<(String, &'static Bounds)> {
     let of_layer =
         |name: &'static str| OF_LAYERS.map(|(field, bounds)| (format!("tissue.layer.{name}.{field}"), bounds));
@@ -40,7 +39,7 @@ fn ranged() -> Vec<(String, &'static Bounds)> {
     LAYERS.into_iter().flat_map(of_layer).chain(of_shaft).collect()
 }
 
-/// The warnings about a scenario's tissue, and its error, with a setting.
+/// Returns the warnings about a scenario's tissue with a setting, or its error.
 fn said(key: &str, value: f64) -> Result<Vec<Warning>, String> {
     let setting = format!("{key}={value:e}");
     let scenario = Scenario::load(&Source::Builtin(SKIN.into()), &[setting]).map_err(|error| error.message)?;
@@ -48,7 +47,7 @@ fn said(key: &str, value: f64) -> Result<Vec<Warning>, String> {
 }
 
 #[test]
-fn what_is_outside_the_measurements_is_a_warning_with_place_and_range() {
+fn a_value_outside_the_measurements_gives_a_warning_with_place_and_range() {
     for (key, bounds) in ranged() {
         for value in [bounds.low.next_down(), bounds.high.next_up()].into_iter().filter(|value| *value > 0.0) {
             // A relation between two keys may refuse the value.
@@ -75,7 +74,6 @@ fn a_firm_phantom_runs_with_a_warning() {
         ["tissue.layer.skin.rupture_force_n=30", "tissue.layer.skin.stiffness_n_per_m=5000", "simulation.duration_s=1"];
     let set: Vec<&str> = firm.iter().flat_map(|setting| ["--set", setting]).collect();
     let run = [&["run", SKIN_NAME][..], &set].concat();
-    // Warnings are wrapped at the width of the terminal.
     let unwrapped = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let told = "tissue.layer.skin.rupture_force_n is 30, outside of 0.0005 to 19.2 N";
     let (run, check) = (folder.trocar(&run), folder.trocar(&[&["check", SKIN_NAME][..], &set].concat()));
@@ -84,7 +82,7 @@ fn a_firm_phantom_runs_with_a_warning() {
 }
 
 #[test]
-fn what_ships_lies_in_the_ranges() {
+fn shipped_values_lie_in_the_ranges() {
     let mut seen = 0;
     for (name, _) in shipped_questions() {
         let scenario = Scenario::load(&Source::Builtin(name.into()), &[]).expect("ships");
@@ -108,7 +106,7 @@ fn what_ships_lies_in_the_ranges() {
 }
 
 #[test]
-fn the_book_lists_what_was_measured() {
+fn the_book_lists_the_measured_ranges() {
     let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/src/evidence/literature.md"))
         .expect("there");
     let mut from = 0;

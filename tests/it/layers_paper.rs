@@ -1,4 +1,4 @@
-//! The layered insertions compared with the paper's (3.2.1, 3.2.2), and the two engines with each other.
+//! The layered insertions agree with the paper's (3.2.1, 3.2.2), and the two engines with each other.
 
 use trocar::engine::{Observer, Signals};
 use trocar::metrics::{Metrics, Outcome};
@@ -37,7 +37,7 @@ fn within_a_factor_of_two(value: f64, paper: f64) -> bool {
 fn paper_direct_access_has_the_forces_and_errors_of_3_2_1() {
     for seed in 1..=SEEDS {
         let (least, greatest, m) = measure("layers/direct-access", &[&seeded(seed)]);
-        // Within the paper's range, and close to both ends of it.
+        // The forces are in the paper's range and close to both of its ends.
         assert!((-0.37..-0.9 * 0.3).contains(&least) && (0.9 * 1.45..1.45).contains(&greatest), "{least} {greatest}");
         assert!(within_a_factor_of_two(error_n(&m), 0.019), "seed {seed}: {}", error_n(&m));
         assert_eq!((m.ruptures.len(), m.missed_ruptures, m.false_alarms), (1, 0, 0), "seed {seed}: the capsule");
@@ -49,7 +49,7 @@ fn paper_stiffness_alone_is_about_three_times_worse_on_direct_access() {
     for seed in 1..=SEEDS {
         let both = error_n(&measure("layers/direct-access", &[&seeded(seed)]).2);
         let alone = error_n(&measure("layers/direct-access", &[&seeded(seed), "estimator.parameters=stiffness"]).2);
-        // The paper states 0.0612 N and 0.019 N: a ratio of 3.2.
+        // The paper states 0.0612 N and 0.019 N, a ratio of 3.2.
         assert!(within_a_factor_of_two(alone, 0.0612), "seed {seed}: {alone}");
         assert!((2.5..=3.9).contains(&(alone / both)), "seed {seed}: {}", alone / both);
     }
@@ -66,7 +66,7 @@ fn paper_through_the_skin_has_the_forces_and_errors_of_3_2_2() {
     }
 }
 
-/// The ticks of ruptures, and position and force of each tick.
+/// The ticks of ruptures, and the position and force at each tick.
 #[derive(Default)]
 struct Watch {
     ruptures: Vec<u64>,

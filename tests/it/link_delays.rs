@@ -1,4 +1,4 @@
-//! Delays of fractions of a tick: compared with exact solutions that do not share the engine's step.
+//! Delays of fractions of a tick agree with exact solutions that do not share the engine's step.
 
 use crate::support::difference;
 use nalgebra::{DMatrix, DVector};
@@ -24,7 +24,7 @@ fn trace(settings: &[&str]) -> Trace {
     run(scenario).expect("runs").trace
 }
 
-/// Returns `exp(A t)` and `∫₀ᵗ exp(A s) ds`, by a Taylor series in small steps, independent of the holds of `lti`.
+/// Returns `exp(A t)` and `∫₀ᵗ exp(A s) ds` by a Taylor series in small steps, independent of the holds of `lti`.
 fn flow(a: &DMatrix<f64>, t: f64) -> (DMatrix<f64>, DMatrix<f64>) {
     const HALVINGS: i32 = 12;
     let n = a.nrows();
@@ -59,7 +59,7 @@ impl Side {
 
 #[test]
 fn a_delay_of_a_fraction_of_a_tick_shifts_the_step_response_of_the_channel() {
-    // The slave with a stepped reference: after 3.7 ticks it moves as in its closed form, within a microsecond.
+    // With a stepped reference, the slave follows its closed form after 3.7 ticks, within a microsecond.
     let slave = slave_system(&SlaveParameters::default(), ControlTiming::Continuous).expect("valid");
     let (share, whole) = (0.7, 3);
     let trace = trace(&["channel.forward_delay_s=0.0037", "scaling.force=0"]);
@@ -77,8 +77,28 @@ fn a_delay_of_a_fraction_of_a_tick_shifts_the_step_response_of_the_channel() {
 }
 
 #[test]
-fn the_closed_loop_with_delays_of_3_7_and_1_25_ticks_is_that_of_its_parts() {
-    let trace = trace(&["channel.forward_delay_s=0.0037", "channel.backward_delay_s=0.00125"]);
+fn the_closed_loop_with_delays_of_3_7_and_1_25_ticks_agrees_with_its_parts() {
+    is_that_of_its_parts(0.0);
+}
+
+#[test]
+fn a_compliant_slave_also_reads_a_delayed_sample_on_arrival() {
+    is_that_of_its_parts(5e-4);
+    // Delays of 2.1 and 2.6 ticks must not both act as 3.
+    let with = |delay: &str| trace(&[&format!("channel.delay_s={delay}"), "slave.compliance_m_per_n=5e-4"]);
+    let [early, late, whole] = ["0.0021", "0.0026", "0.003"].map(with);
+    for (a, b) in [(&early, &late), (&late, &whole)] {
+        assert!(difference(&a.slave_position_m, &b.slave_position_m, 1) > 1e-6);
+    }
+}
+
+/// Compares a loop with its parts between the arrivals of samples. The tissue moves the slave by `compliance` (m/N).
+fn is_that_of_its_parts(compliance: f64) {
+    let trace = trace(&[
+        "channel.forward_delay_s=0.0037",
+        "channel.backward_delay_s=0.00125",
+        &format!("slave.compliance_m_per_n={compliance}"),
+    ]);
     let master = master_system(&MasterParameters::default(), &ArmParameters::default(), ControlTiming::Continuous);
     let slave = slave_system(&SlaveParameters::default(), ControlTiming::Continuous).expect("valid");
     let mut master = Side { system: master.expect("valid"), state: DVector::zeros(5) };
@@ -98,7 +118,7 @@ fn the_closed_loop_with_delays_of_3_7_and_1_25_ticks_is_that_of_its_parts() {
         force.push(if depth > 0.0 { 200.0 * depth + 5.0 * velocity } else { 0.0 });
         let late = |samples: &[f64], ticks: usize| k.checked_sub(ticks).map_or(0.0, |k| samples[k]);
         for (part, ticks) in [(0.7, 4), (0.3, 3)] {
-            slave.go(part * TICK_S, &[late(&hand, ticks)]);
+            slave.go(part * TICK_S, &[late(&hand, ticks) - compliance * force[k]]);
         }
         let speed = (desired(k + 1) - desired(k)) / TICK_S;
         let mut at = desired(k);
@@ -129,10 +149,12 @@ fn the_closed_loop_with_delays_of_3_7_and_1_25_ticks_is_that_of_its_parts() {
 #[test]
 fn the_integrated_engine_agrees_and_sampled_controllers_wait_for_their_tick() {
     let delays = ["channel.forward_delay_s=0.0023", "channel.backward_delay_s=0.0006"];
-    let exact = trace(&delays);
-    let integrated = trace(&[&delays[..], &["simulation.engine=dop853"]].concat());
-    for (a, b) in exact.numbers()[..10].iter().zip(&integrated.numbers()[..10]) {
-        assert!(difference(a, b, 1) < 1e-8);
+    for compliance in ["slave.compliance_m_per_n=0", "slave.compliance_m_per_n=5e-4"] {
+        let exact = trace(&[&delays[..], &[compliance]].concat());
+        let integrated = trace(&[&delays[..], &[compliance, "simulation.engine=dop853"]].concat());
+        for (a, b) in exact.numbers()[..10].iter().zip(&integrated.numbers()[..10]) {
+            assert!(difference(a, b, 1) < 1e-8);
+        }
     }
     let sampled = |forward: &str, backward: &str| trace(&["simulation.control=sampled", forward, backward]);
     assert_eq!(

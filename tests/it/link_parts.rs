@@ -18,14 +18,14 @@ fn link(settings: &[&str]) -> Link<f64> {
 
 const MODES: [Mode; 3] = [Mode::Teleoperation, Mode::Augmented, Mode::Reengaging];
 
-/// Returns the results of a tick: the target of the reference, the mode and the force that arrive, the feedback force,
-/// and the reference with the tissue force.
+/// Returns the results of a tick: the arriving mode, and the target of the reference, the arriving force, the
+/// feedback force, and the reference with the tissue force.
 fn tick(link: &mut impl Connection<f64>, mode: Mode, master: &AtMaster<f64>, slave: &AtSlave<f64>) -> (Mode, [u64; 4]) {
     let commanded_m = link.to_slave(master, slave);
     let target_m = link.limit_reference(commanded_m, slave);
     let (arrived_mode, force_n) = link.to_master(Modes::splat(mode), slave, master);
     let fed_back_n = link.limit(force_n, master);
-    let reference_m = link.apply_compliance(target_m, slave.force_n);
+    let reference_m = target_m - link.deflection_m(slave.force_n);
     (arrived_mode.lane(0), [target_m, force_n, fed_back_n, reference_m].map(f64::to_bits))
 }
 

@@ -1,5 +1,5 @@
-//! A thousand random links, each with an insertion and a rupture: all values are finite, a frozen slave stays in place,
-//! and the return to the hand has its speed limit.
+//! A thousand random links, each with an insertion and a rupture: all values are finite, a frozen slave stays in
+//! place, and the return to the hand respects its speed limit.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -27,13 +27,13 @@ impl Random {
     fn one<T: Copy>(&mut self, of: &[T]) -> T {
         of[self.between(0.0, of.len() as f64) as usize]
     }
-    /// Returns 0 with a probability of 1/4, else a number up to `max`.
+    /// Returns 0 with a probability of 1/4, otherwise a number up to `max`.
     fn up_to(&mut self, max: f64) -> f64 {
         self.one(&[0.0, 1.0, 1.0, 1.0]) * self.between(0.0, max)
     }
 }
 
-/// Returns an insertion at 15 mm/s into a spring of 300 N/m, which loses 70 % of its force at `rupture_s`.
+/// Returns an insertion at 15 mm/s into a spring of 300 N/m that loses 70 % of its force at `rupture_s`.
 fn insertion(rupture_s: f64) -> String {
     let mut text = String::from("time_s,position_m,velocity_m_per_s,force_n\n");
     for tick in 0..=1500 {
@@ -44,8 +44,8 @@ fn insertion(rupture_s: f64) -> String {
     text
 }
 
-/// Returns a delay trace, a random walk from 0 to 200 ms with a loss of one sample in ten, and the range of its delays
-/// in ticks.
+/// Returns a delay trace and the range of its delays in ticks. The delays are a random walk from 0 to 200 ms, and one
+/// sample in ten is lost.
 fn logged_delays(random: &mut Random) -> (String, RangeInclusive<u64>) {
     let mut text = String::from("time_s,forward_delay_s,backward_delay_s\n");
     let (mut delay_s, mut min, mut max) = (random.between(0.0, 0.2), u64::MAX, 0);
@@ -93,7 +93,7 @@ impl Tables {
     }
 }
 
-/// A random link: its settings, and the range of its delays before jitter, if no key gives the delay.
+/// A random link: its settings, and the range of its logged delays before jitter if it has a delay trace.
 struct RandomLink {
     settings: Vec<String>,
     logged: Option<RangeInclusive<u64>>,
@@ -165,8 +165,8 @@ fn draw(random: &mut Random, tables: &Tables) -> RandomLink {
     RandomLink { settings, logged }
 }
 
-/// Returns whether the reference is constant, bit for bit, from each tick with a frozen slave to the next, and whether
-/// there is any.
+/// Returns true if the slave is frozen at any tick. Returns an error if the reference changes, by any bit, between
+/// two ticks with a frozen slave.
 fn stays_while_frozen(trace: &Trace) -> Result<bool, String> {
     let frozen = |tick: usize| trace.mode[tick] == FROZEN;
     for tick in 1..trace.len() {
@@ -178,9 +178,9 @@ fn stays_while_frozen(trace: &Trace) -> Result<bool, String> {
     Ok((0..trace.len()).any(frozen))
 }
 
-/// Checks that the reference returns to the hand within its speed limit after an outage, and returns the number of
-/// checked outages. The return ends when the reference equals, bit for bit, a position of the hand that was sent after
-/// the outage.
+/// Checks that the reference returns to the hand within its speed limit after an outage. Returns the number of
+/// checked outages. The return ends when the reference equals, bit for bit, a position of the hand sent after the
+/// outage.
 fn comes_back_slowly(scenario: &Scenario, trace: &Trace, ticks: &RangeInclusive<u64>) -> Result<usize, String> {
     let numbers = scenario.values();
     let number = |key: &str| match numbers.get(key) {
@@ -198,7 +198,8 @@ fn comes_back_slowly(scenario: &Scenario, trace: &Trace, ticks: &RangeInclusive<
     for pair in outages_s.chunks(2) {
         let tick = |time_s: f64| (time_s / TICK_S).ceil() as usize;
         let (begin, end) = (tick(pair[0]), tick(pair[1]));
-        // Samples from before arrive until `begin + max`, samples from after from `end + min` on.
+        // Samples sent before the outage arrive until `begin + max`, and samples sent after it arrive from `end +
+        // min` on.
         if end + min <= begin + max + outage {
             continue;
         }
@@ -241,7 +242,7 @@ fn a_thousand_links_give_finite_values_hold_a_frozen_slave_and_return_slowly() {
             assert!(odd.is_none(), "{name} is no number at tick {odd:?}, {}", about());
         }
         diverged += usize::from(run.metrics.outcome != Outcome::Completed);
-        // A passivity scheme that has held the slave back lets it catch up with the position at which it is frozen.
+        // With a passivity scheme, a slave that was held back catches up with the position at which it is frozen.
         if scenario.link.passivity.scheme == Scheme::None {
             frozen += usize::from(stays_while_frozen(trace).unwrap_or_else(|error| panic!("{error}, {}", about())));
         }
@@ -259,7 +260,7 @@ fn a_thousand_links_give_finite_values_hold_a_frozen_slave_and_return_slowly() {
 
 /// The properties that determine whether the trace shows the return.
 struct LinkKind {
-    /// Whether the reference is the received position of the hand.
+    /// True if the reference is the received position of the hand.
     plain: bool,
     ramps: bool,
 }

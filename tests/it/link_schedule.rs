@@ -1,4 +1,4 @@
-//! Outages and logged delays, from the scenario file to the trace; and invalid ones.
+//! Outages and logged delays, from the scenario file to the trace, and invalid ones.
 
 use crate::support::test_folder::TestFolder;
 use trocar::engine::Trace;
@@ -10,7 +10,7 @@ const BASE: &str = "name = \"x\"\noperator.kind = \"ramp\"\noperator.speed_m_per
     tissue = { kind = \"kelvin-voigt\", stiffness_n_per_m = 20.0 }\nsimulation.duration_s = 1.0\n\
     augmentation.enabled = false\n";
 
-/// Loads the scenario in a folder, with these keys of its channel.
+/// Loads the scenario in a folder with these keys of its channel.
 fn load(folder: &TestFolder, channel: &str) -> Scenario {
     folder.file("x.toml", format!("{BASE}[channel]\n{channel}\n"));
     Scenario::load(&Source::Disk(folder.path("x.toml")), &[]).expect("loads")
@@ -25,8 +25,8 @@ fn refuse(folder: &TestFolder, channel: &str, phrases: &[&str]) {
     folder.refused(&["check", "x.toml"], phrases);
 }
 
-/// Returns the reference of the slave if each sample of the master takes a number of ticks and the latest sample
-/// counts; a sample that has not arrived at the end is lost.
+/// Returns the slave's reference if each sample of the master takes a number of ticks and the latest arrived sample
+/// applies. A sample that never arrives is lost.
 fn held(trace: &Trace, ticks: impl Fn(usize) -> Option<usize>) -> Vec<f64> {
     let arrived = |now: usize| (0..=now).rev().find(|&sent| ticks(sent).is_some_and(|ticks| sent + ticks <= now));
     let position_m = |now| arrived(now).map_or(0.0, |sent| trace.master_position_m[sent]);
@@ -34,9 +34,9 @@ fn held(trace: &Trace, ticks: impl Fn(usize) -> Option<usize>) -> Vec<f64> {
 }
 
 #[test]
-fn a_logged_delay_is_what_samples_take() {
+fn samples_take_the_logged_delay() {
     let folder = TestFolder::new();
-    // Late, lost, early enough to overtake, and lost until the end; no backward delay.
+    // Late, lost, early enough to overtake, and lost until the end. There is no backward delay.
     folder.file(
         "logs/wifi.csv",
         "# from a rig\ntime_s,forward_delay_s,backward_delay_s\n0.1,0.0304,0\n0.3005,,0\n0.35,0.1,0\n0.4,0.0052,0\n0.9,lost,0\n",
@@ -54,7 +54,7 @@ fn a_logged_delay_is_what_samples_take() {
 }
 
 #[test]
-fn a_trace_of_one_delay_is_that_delay() {
+fn a_trace_with_one_delay_equals_that_constant_delay() {
     let folder = TestFolder::new();
     folder.file("d.csv", "backward_delay_s;time_s;forward_delay_s\n0.02;0;0.03\n0.02;0.5;0.03\n");
     assert_eq!(
@@ -84,18 +84,18 @@ fn an_echo_finds_the_delays_again() {
 }
 
 #[test]
-fn the_slave_stands_still_through_an_outage_and_runs_to_the_hand_at_its_speed() {
+fn the_slave_stops_during_an_outage_and_returns_to_the_hand_at_its_speed() {
     let folder = TestFolder::new();
     let link = "forward_delay_s = 0.02\njitter_s = 0.003\noutages_s = [0.3, 0.6]";
     let ramp = format!("{link}\nrecovery_speed_m_per_s = 0.05");
     let trace = traced(&folder, &ramp);
     let reference = &trace.slave_reference_m;
-    // No sample from before 0.3 s arrives after 0.322 s, none from after it before 0.62 s.
+    // No sample sent before 0.3 s arrives after 0.322 s, and no later sample arrives before 0.62 s.
     assert!(reference[322..620].iter().all(|&position| position == reference[322]));
     let there = (620..1000).find(|&tick| trace.master_position_m[600..tick].contains(&reference[tick])).expect("there");
     let steps: Vec<f64> = (620..=there).map(|tick| reference[tick] - reference[tick - 1]).collect();
     assert!(steps.iter().all(|&step| step <= 5e-5 * (1.0 + 1e-9)), "faster than 50 mm/s");
-    // 6 mm behind a hand at 20 mm/s takes 0.2 s at 50 mm/s.
+    // Catching up 6 mm on a hand at 20 mm/s takes 0.2 s at 50 mm/s.
     assert!((780..860).contains(&there), "{there}");
     assert_eq!(
         trace.slave_reference_m[..320],
@@ -169,7 +169,7 @@ fn invalid_delays_are_rejected_with_file_line_and_remedy() {
 }
 
 #[test]
-fn a_delays_file_and_a_delay_do_not_go_together_and_its_size_has_a_limit() {
+fn a_delays_file_excludes_a_constant_delay_and_its_size_is_limited() {
     let folder = TestFolder::new();
     folder.file("d.csv", "time_s,forward_delay_s,backward_delay_s\n0,0,0\n1,0,0\n2,0,0\n");
     for key in ["forward_delay_s", "backward_delay_s"] {

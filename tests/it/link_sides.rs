@@ -1,5 +1,5 @@
-//! The two sides as two processes: in virtual time they give the signals of a run, bit for bit; in real time on this machine, what they
-//! log gives them again.
+//! The two sides as two processes. In virtual time they give the signals of a run bit for bit; in real time on this
+//! machine, their logs reproduce their signals.
 
 use std::process::{Child, Command, Stdio};
 
@@ -17,7 +17,7 @@ use trocar_link::{
 };
 use trocar_report::ColumnFormat;
 
-/// Layers, a hand that reacts, noise, and augmentation: a rupture is detected within the time.
+/// Layers, a reacting hand, noise and augmentation. The rupture is detected within the simulated time.
 const BASE: &str = "name = \"x\"\nbase = \"builtin:layers/skin-augmented\"\n\
     [operator]\ntremor_amplitude_m = 1e-4\n[perception]\nreflex = \"withdraw\"\n[simulation]\nduration_s = 2.5\n";
 
@@ -26,7 +26,6 @@ fn scenario(more: &str) -> Scenario {
     Scenario::load(&Source::Text { name: "x".into(), text: text.into() }, &[]).expect("loads")
 }
 
-/// A session of both sides.
 fn greeted(scenario: &Scenario, key: &Key) -> (Greeted, Greeted) {
     let scenario = fingerprint(scenario);
     let (mut master, mut slave) =
@@ -36,7 +35,7 @@ fn greeted(scenario: &Scenario, key: &Key) -> (Greeted, Greeted) {
     (master.greeted(0).expect("ready"), slave.greeted().expect("started").clone())
 }
 
-/// Runs both ends in virtual time, with the scenario's channel between them. `disturb` sees each packet on its way.
+/// Runs both ends in virtual time, with the scenario's channel between them. `disturb` sees each packet in transit.
 fn in_virtual_time(
     scenario: &Scenario,
     key: &Key,
@@ -67,7 +66,6 @@ fn in_virtual_time(
     (master, slave)
 }
 
-/// Checks that both ends have the signals of a run.
 fn assert_is_run(scenario: &Scenario, (master, slave): &(MasterEnd, SlaveEnd)) {
     let trace = run(scenario.clone()).expect("runs").trace;
     let both = [(MasterEnd::COLUMNS, master.trace()), (SlaveEnd::COLUMNS, slave.trace())];
@@ -97,7 +95,7 @@ fn both_ends_give_the_signals_of_a_run_for_every_scheme_and_architecture() {
             let ends = in_virtual_time(&scenario, &Key::of_loopback(), |_, _, _, _| ());
             assert_is_run(&scenario, &ends);
             let (master, slave) = ends;
-            // The meter has the energies as they arrive: a promise holds for them, too.
+            // The meter gets the energies as they arrive; the promise also holds for these.
             for meter in [master.meter(), slave.meter()] {
                 assert!(meter.promised_j.is_none_or(|promised_j| meter.generated_j <= promised_j), "{scheme} {kind}");
             }
@@ -110,14 +108,14 @@ fn both_ends_give_the_signals_of_a_run_for_every_scheme_and_architecture() {
 fn both_ends_give_the_signals_of_a_run_for_other_links_and_machines() {
     for parts in [
         "[channel]\ndelay_s = 0.0\nloss = 1e-3\n",
-        // Down from the start; each recovery.
+        // An outage from the start; each recovery.
         "[channel]\ndelay_s = 0.01\noutages_s = [0.0, 0.3, 1.5, 1.8]\nrecovery = \"hold\"\n",
         "[channel]\ndelay_s = 0.3\njitter_s = 0.1\noutages_s = [1.5, 2.2]\nrecovery = \"give-up\"\n",
         "[channel]\ndelay_s = 0.003\n[estimator]\nforgetting = \"exponential\"\n",
         "[channel]\ndelay_s = 0.004\n[sensor]\nposition_resolution_m = 1e-6\n[slave]\ncompliance_m_per_n = 1e-4\n",
         "[channel]\ndelay_s = 0.004\n[actuator]\nmaster_lag_s = 2e-3\nslave_lag_s = 1e-3\nmaster_force_limit_n = 20.0\n",
     ] {
-        // Limits of the motors need controllers on the tick.
+        // Motor limits need sampled control.
         let control = if parts.contains("[actuator]") { "control = \"sampled\"\n" } else { "" };
         let scenario = scenario(&parts.replacen("[channel]", &format!("{control}[channel]"), 1));
         let ends = in_virtual_time(&scenario, &Key::of_loopback(), |_, _, _, _| ());
@@ -129,7 +127,6 @@ fn both_ends_give_the_signals_of_a_run_for_other_links_and_machines() {
 fn a_million_foreign_old_and_mutated_packets_change_nothing() {
     let scenario = scenario(CHANNEL);
     let key = Key::new(&[3; 32]).expect("long enough");
-    // The packets of a session with another key.
     let (other, _) = greeted(&scenario, &Key::new(&[4; 32]).expect("long enough"));
     let mut foreign = MasterEnd::new(&scenario, other.session).expect("builds");
     let mut seen: Vec<[u8; PACKET_BYTES]> = vec![];
@@ -177,7 +174,7 @@ fn a_million_foreign_old_and_mutated_packets_change_nothing() {
 }
 
 #[test]
-fn no_message_is_lost_uncounted() {
+fn every_lost_message_is_counted() {
     let scenario = scenario(CHANNEL);
     let (master, slave) = in_virtual_time(&scenario, &Key::of_loopback(), |_, _, _, _| ());
     for (from, to) in [
@@ -201,7 +198,7 @@ impl Drop for Running {
     }
 }
 
-/// A side that has started, and the address that it tells.
+/// Returns a started side and the address that it prints.
 fn started(mut side: Child) -> (Running, String) {
     let mut line = String::new();
     let mut told = std::io::BufReader::new(side.stderr.take().expect("a pipe"));
@@ -211,7 +208,7 @@ fn started(mut side: Child) -> (Running, String) {
 }
 
 #[test]
-fn a_person_leads_a_link_with_the_pointer_of_a_page_and_the_log_repeats_it() {
+fn an_operator_leads_a_link_with_the_pointer_and_the_log_repeats_the_motion() {
     let folder = TestFolder::new();
     folder.file("x.toml", BASE);
     let start = |arguments: &[&str]| {
@@ -232,7 +229,7 @@ fn a_person_leads_a_link_with_the_pointer_of_a_page_and_the_log_repeats_it() {
             }
         }
     };
-    // Before the person begins, aims have no effect and the slave is not called.
+    // Before the operator begins, aims have no effect and the slave is not called.
     tell(&mut page, r#"{"type":"aim","m":0.01}"#);
     tell(&mut page, r#"{"type":"push","id":7,"state":null,"augmented":false}"#);
     let opening = hear(&mut page);
@@ -250,7 +247,7 @@ fn a_person_leads_a_link_with_the_pointer_of_a_page_and_the_log_repeats_it() {
         let new = message["rows"].as_array().expect("rows");
         rows += new.len();
         alarms += message["events"].as_array().expect("events").len();
-        // A hand that goes steadily to the end of its travel.
+        // Move the hand steadily to the end of its travel.
         let time_s = new.last().and_then(|row| row[0].as_f64()).expect("a row");
         let aim_mm = range[0] + (range[1] - range[0]) * (time_s / 2.0).min(1.0);
         tell(&mut page, &format!(r#"{{"type":"aim","m":{}}}"#, aim_mm / 1e3));
@@ -270,7 +267,7 @@ fn a_person_leads_a_link_with_the_pointer_of_a_page_and_the_log_repeats_it() {
 }
 
 #[test]
-fn what_a_link_in_real_time_logs_is_simulated_again() {
+fn the_log_of_a_link_in_real_time_can_be_simulated() {
     let folder = TestFolder::new();
     folder.file("x.toml", format!("{BASE}{CHANNEL}").replace("duration_s = 2.5", "duration_s = 1.0"));
     folder.file("key", [7; 32]);
@@ -293,7 +290,7 @@ fn what_a_link_in_real_time_logs_is_simulated_again() {
     }
     let told = folder.good(&["link", "replay", "out/x"]);
     assert_eq!(told.matches("1000 ticks, the replay is the same bit for bit").count(), 2, "{told}");
-    // A run of the scenario that it wrote is that replay; a changed log is found.
+    // A run of the written scenario equals the replay; a changed log is detected.
     folder.good(&["run", "out/x/replay.toml", "--out", "again", "--quiet"]);
     let log = folder.text("out/x/master/trace.csv");
     let (head, last) = log.trim_end().rsplit_once('\n').expect("rows");
@@ -310,7 +307,7 @@ fn what_a_link_in_real_time_logs_is_simulated_again() {
 }
 
 #[test]
-fn what_cannot_be_linked_is_refused() {
+fn invalid_links_are_refused() {
     let folder = TestFolder::new();
     folder.file("x.toml", format!("{BASE}{CHANNEL}")).file("short", "secret");
     folder.refused(&["link", "master", "x.toml"], &["act with --proxy only"]);

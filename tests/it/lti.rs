@@ -12,7 +12,7 @@ use trocar::lti::{
 const TICK_S: f64 = 1e-3;
 
 #[test]
-fn a_held_force_moves_the_master_as_its_closed_form() {
+fn the_response_of_the_master_to_a_held_force_agrees_with_the_closed_form() {
     let held = exact_step(&MassDamper::MASTER.system(), TICK_S, &[InputHold::Held]).expect("finite");
     let force = dvector![2.5];
     let mut x = DVector::zeros(2);
@@ -24,7 +24,7 @@ fn a_held_force_moves_the_master_as_its_closed_form() {
 }
 
 #[test]
-fn a_ramped_force_moves_the_master_as_its_closed_form() {
+fn the_response_of_the_master_to_a_ramped_force_agrees_with_the_closed_form() {
     let linear = exact_step(&MassDamper::MASTER.system(), 0.02, &[InputHold::Linear]).expect("finite");
     let force = |k: u32| dvector![3.0 * 0.02 * f64::from(k)];
     let mut x = DVector::zeros(2);
@@ -36,7 +36,7 @@ fn a_ramped_force_moves_the_master_as_its_closed_form() {
 }
 
 #[test]
-fn a_lag_steps_as_its_closed_form() {
+fn the_step_response_of_a_lag_agrees_with_the_closed_form() {
     let lag = Lag { time_constant_s: 0.03 };
     let response = step_response(&lag.system(), 0, 0.01, 50).expect("finite");
     let discrete = zero_order_hold(&lag.system(), 0.01).expect("finite");
@@ -47,14 +47,15 @@ fn a_lag_steps_as_its_closed_form() {
 }
 
 #[test]
-fn the_master_comes_back_from_its_hold() {
+fn the_hold_of_the_master_can_be_inverted() {
     let master = MassDamper::MASTER.system();
     let back = undo_zero_order_hold(&zero_order_hold(&master, TICK_S).expect("finite")).expect("principal");
     assert!((back.a() - master.a()).amax() < 1e-9);
     assert!((back.b() - master.b()).amax() < 1e-9);
 }
 
-/// A stable system of three states: A = R - (λ_max of its symmetric part + margin) I, so that every pole has Re < 0.
+/// Returns a stable system of three states: A = R - (λ_max of its symmetric part + margin) I, so that every pole has
+/// Re < 0.
 fn stable_system() -> impl Strategy<Value = StateSpace<Continuous>> {
     (prop::collection::vec(-5.0..5.0f64, 9), prop::collection::vec(-3.0..3.0f64, 14), 0.1..5.0f64).prop_map(
         |(r, rest, margin)| {
@@ -94,7 +95,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
     #[test]
-    fn a_zero_order_hold_is_undone(system in stable_system(), tick_s in 1e-3..0.1f64) {
+    fn a_zero_order_hold_can_be_inverted(system in stable_system(), tick_s in 1e-3..0.1f64) {
         let back = undo_zero_order_hold(&zero_order_hold(&system, tick_s).expect("finite")).expect("principal");
         prop_assert!(close(back.a(), system.a(), 1e-8), "{}{}", back.a(), system.a());
         prop_assert!(close(back.b(), system.b(), 1e-8));
@@ -108,7 +109,7 @@ proptest! {
     }
 
     #[test]
-    fn tustin_is_undone(system in stable_system(), tick_s in 1e-3..0.1f64, warped in any::<bool>()) {
+    fn the_tustin_transform_can_be_inverted(system in stable_system(), tick_s in 1e-3..0.1f64, warped in any::<bool>()) {
         let prewarp = warped.then_some(10.0);
         let there = tustin(&system, tick_s, prewarp).expect("regular");
         prop_assert!(there.is_stable().expect("converges"));
@@ -127,7 +128,7 @@ proptest! {
     }
 
     #[test]
-    fn two_half_ticks_make_a_tick(system in stable_system(), tick_s in 1e-3..0.5f64) {
+    fn two_half_ticks_equal_one_tick(system in stable_system(), tick_s in 1e-3..0.5f64) {
         let whole = exponential(&(system.a() * tick_s)).expect("finite");
         let half = exponential(&(system.a() * (tick_s / 2.0))).expect("finite");
         prop_assert!(close(&(&half * &half), &whole, 1e-13));
@@ -142,7 +143,7 @@ proptest! {
     }
 
     #[test]
-    fn roots_multiply_back(roots in prop::collection::vec(-10.0..10.0f64, 0..4), pairs in prop::collection::vec((-5.0..5.0f64, 0.1..9.0f64), 0..3), leading in 0.1..10.0f64) {
+    fn the_product_of_the_roots_gives_the_polynomial(roots in prop::collection::vec(-10.0..10.0f64, 0..4), pairs in prop::collection::vec((-5.0..5.0f64, 0.1..9.0f64), 0..3), leading in 0.1..10.0f64) {
         let mut all: Vec<Complex64> = roots.iter().map(|re| Complex64::new(*re, 0.0)).collect();
         all.extend(pairs.iter().flat_map(|(re, im)| [Complex64::new(*re, *im), Complex64::new(*re, -im)]));
         let polynomial = Polynomial::from_roots(leading, &all).expect("finite");
@@ -156,7 +157,7 @@ proptest! {
     }
 
     #[test]
-    fn joined_systems_are_joined_transfer_functions(g in transfer_function(), h in transfer_function(), s in right_half_plane_point()) {
+    fn joined_systems_agree_with_joined_transfer_functions(g in transfer_function(), h in transfer_function(), s in right_half_plane_point()) {
         let (a, b) = (realise(&g).expect("proper"), realise(&h).expect("proper"));
         let value = |system: &StateSpace<Continuous>| system.evaluate(s).expect("not a pole")[(0, 0)];
         prop_assert!(near(value(&series(&a, &b).expect("one by one")), (&g * &h).evaluate(s)));

@@ -48,6 +48,8 @@ mod recording;
 mod report;
 mod rig;
 mod roc;
+mod schemas;
+mod silent_mistakes;
 mod stability;
 mod support;
 mod sweep;

@@ -1,4 +1,4 @@
-//! The catalogue of metrics: each is declared once, and all outputs use it.
+//! The catalogue of metrics: each metric is declared once, and all outputs use the declaration.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! The linear loop of a scenario says the same on every surface: `trocar stability`, a sweep and the page.
+//! `trocar stability`, a sweep and the page report the same results for the linear loop of a scenario.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use trocar::scenario::{Scenario, Source, shipped_questions};
 use trocar::stability::{ClosedLoop, Margins, Parameter, TissueRange, TissueSource};
 use trocar::stability_check::LoopVerdict;
 
-/// The force scales at which the surfaces are compared, relative to the scenario's.
+/// The force scales at which the outputs are compared, relative to the scenario's force scale.
 const FACTORS: [f64; 3] = [0.7, 1.0, 3.5];
 
 fn scenario(name: &str, settings: &[String]) -> Scenario {
@@ -22,7 +22,7 @@ fn names() -> Vec<String> {
     shipped_questions().map(|(name, _)| name.trim_end_matches(".toml").to_owned()).collect()
 }
 
-/// What a surface says: verdict, worst stiffness, spectral radius and gain margin.
+/// The results of an output: verdict, worst stiffness, spectral radius and margins.
 #[derive(Debug, PartialEq)]
 struct Said {
     is_stable: Option<bool>,
@@ -63,7 +63,7 @@ impl Said {
 }
 
 #[test]
-fn sweep_and_page_say_of_every_shipped_scenario_what_stability_says() {
+fn sweep_and_page_agree_with_stability_on_every_shipped_scenario() {
     let folder = TestFolder::new();
     let (_server, address) = explore(&[]);
     let mut page = ServedPage::open(address);
@@ -86,7 +86,7 @@ fn sweep_and_page_say_of_every_shipped_scenario_what_stability_says() {
             unstable += usize::from(said.is_stable == Some(false));
             unknown += usize::from(said.is_stable.is_none());
         }
-        // The page computes a whole map; one of the three scales is enough.
+        // The page computes a whole map, so one of the three scales is enough.
         let scale = scales[index % 3];
         let state = json!({ "scenario": format!("builtin:{name}.toml"), "set": { "scaling.force": scale } });
         let request = json!({
@@ -113,8 +113,8 @@ fn stability_prints_and_writes_the_verdict_of_the_loop() {
     }
 }
 
-/// Skin with a rupture force of 5.3 N has a slope of 874 N/m just before it ruptures; cut at 1.5 N, 482 N/m, with the 400 N/m
-/// of the sticking shaft on top.
+/// Skin with a rupture force of 5.3 N has a slope of 874 N/m just before it ruptures. Cut at 1.5 N, its slope is 482
+/// N/m plus the 400 N/m of the sticking shaft.
 #[test]
 fn oracle_layers_are_as_stiff_as_their_stiffest_slope_between_ruptures() {
     let verdict = LoopVerdict::of(&scenario("layers/skin-augmented", &[])).expect("analysed");
@@ -124,15 +124,15 @@ fn oracle_layers_are_as_stiff_as_their_stiffest_slope_between_ruptures() {
     assert_eq!(tissue.source, TissueSource::Layers);
     assert!((tissue.stiffness_n_per_m.1 - stiffest).abs() < 1e-9 * stiffest, "{tissue:?}");
     assert_eq!(verdict.settings.stiffness_n_per_m, tissue.stiffness_n_per_m.1);
-    // Without damping the gain is proportional to the stiffness: 2517.674 N/m is the limit.
+    // Without damping the gain is proportional to the stiffness, and the limit is 2517.674 N/m.
     let gain = verdict.margins.gain.expect("stable");
     assert!((gain * stiffest / 2_517.674_458 - 1.0).abs() < 1e-6, "{gain}");
 }
 
-/// The slopes that a run shows while the needle advances, without the time after ruptures, are within the range of the
-/// parameters; the damping of the layers adds 6 % in the fastest stab.
+/// The slopes of a run while the needle advances, without the time after ruptures, are within the range of the
+/// parameters. The damping of the layers adds 6 % in the fastest stab.
 #[test]
-fn a_run_shows_no_stiffer_tissue_than_the_parameters() {
+fn the_tissue_in_a_run_is_never_stiffer_than_its_parameters_state() {
     use trocar::engine::{Observer, Signals};
     struct Steepest {
         surface_m: f64,
@@ -186,16 +186,16 @@ fn a_force_recorded_over_time_closes_no_loop_unless_a_tissue_is_stated() {
     let free = of(&["scaling.force=1000"]);
     assert_eq!((free.settings.stiffness_n_per_m, free.settings.damping_n_s_per_m), (0.0, 0.0));
     assert_eq!((free.is_stable(), free.margins.gain), (Some(true), None));
-    // Master and slave alone: the slowest pole is that of the arm and the controller of the master.
+    // Only master and slave remain: the slowest pole is that of the arm and the master's controller.
     assert!((free.mode.spectral_radius - (-12.624_623_69e-3_f64).exp()).abs() < 1e-9, "{:?}", free.mode);
     let stated = of(&["tissue.stiffness_n_per_m=1000", "tissue.damping_n_s_per_m=0"]);
     assert_eq!(stated.settings.tissue.source, TissueSource::Stated);
     assert!((stated.margins.gain.expect("stable") - 2.517_674_458).abs() < 1e-8, "{:?}", stated.margins);
 }
 
-/// Of three resonances the second is the worst stiffness: softer and stiffer tissues have more room.
+/// The second of three resonances is the worst stiffness: softer and stiffer tissues have larger margins.
 #[test]
-fn verdict_and_margins_are_those_of_the_worst_stiffness_in_the_range() {
+fn verdict_and_margins_use_the_worst_stiffness_in_the_range() {
     let scenario = scenario("passivity/late-wall", &["scaling.force=0.5".to_owned()]);
     let range = TissueRange::of_slopes(TissueSource::Model, (0.0, 1500.0));
     let worst = trocar::stability::LinearLoop::of(&scenario, range).expect("analysed");

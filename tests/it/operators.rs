@@ -14,8 +14,7 @@ fn trace(name: &str, settings: &[&str]) -> Trace {
     run(scenario(name, settings)).expect("runs").trace
 }
 
-/// Returns the first tick from `from` on at which the desired position stops, and the number of ticks for which it
-/// does.
+/// Returns the first tick from `from` on at which the desired position stops, and the number of ticks of the stop.
 fn pause(trace: &Trace, from: usize) -> (usize, usize) {
     let desired = &trace.desired_position_m;
     let stands = |k: &usize| desired[*k + 1] == desired[*k];
@@ -36,7 +35,7 @@ fn the_operator_stops_150_to_250_ms_after_the_rupture_of_the_skin_for_half_a_sec
 }
 
 #[test]
-fn the_reaction_is_that_of_the_integrated_engine() {
+fn the_reaction_agrees_with_the_integrated_engine() {
     let settings = ["simulation.duration_s=2.5"];
     let exact = trace("hand/reflex", &settings);
     let integrated = trace("hand/reflex", &[settings[0], "simulation.engine=dop853"]);
@@ -71,7 +70,7 @@ fn without_a_reflex_there_is_no_reaction_and_without_tremor_no_tremor() {
 }
 
 #[test]
-fn a_firm_hand_gives_way_less_than_a_relaxed_one_and_both_are_stable() {
+fn a_firm_hand_moves_less_than_a_relaxed_one_and_both_are_stable() {
     let settings = [
         "operator.kind=ramp",
         "operator.speed_m_per_s=0.02",
@@ -86,7 +85,7 @@ fn a_firm_hand_gives_way_less_than_a_relaxed_one_and_both_are_stable() {
         assert!(spread < 1e-6, "{grip} has come to rest: {spread}");
         tail[0]
     };
-    // At rest the spring of the hand, k_a k_h / (k_a + k_h), and that of the tissue are in series.
+    // At rest the spring of the hand, k_a k_h / (k_a + k_h), and the tissue are in series.
     let expected = |factor: f64| {
         let hand = factor * 733.0 * 14998.0 / (733.0 + 14998.0);
         0.02 * hand / (hand + 200.0)
@@ -97,7 +96,7 @@ fn a_firm_hand_gives_way_less_than_a_relaxed_one_and_both_are_stable() {
 }
 
 #[test]
-fn a_hand_at_rest_has_the_stiffness_that_reflexes_and_grip_give_it() {
+fn reflexes_and_grip_determine_the_stiffness_of_a_hand_at_rest() {
     let settings = [
         "operator.kind=ramp",
         "operator.speed_m_per_s=0.02",
@@ -112,12 +111,13 @@ fn a_hand_at_rest_has_the_stiffness_that_reflexes_and_grip_give_it() {
         assert!(tail.iter().all(|x| (x - tail[0]).abs() < 1e-6), "{own} has come to rest");
         tail[0]
     };
-    // At rest the spring of the hand and that of the tissue are in series; the reflex of long latency adds its gain to the hand's.
+    // At rest the springs of the hand and the tissue are in series. The long-latency reflex adds its gain to the
+    // hand's stiffness.
     let in_series = |hand: f64| 0.02 * hand / (hand + 200.0);
     for engine in ["simulation.engine=exact", "simulation.engine=dop853"] {
         let reflex = final_m("operator.stretch_long_gain_n_per_m=150", engine);
         assert!((reflex - in_series(hand + 150.0)).abs() < 1e-6, "{engine}: {reflex}");
-        // The short latency answers to speed only.
+        // The short-latency reflex responds to speed only.
         let short = final_m("operator.stretch_short_gain_n_s_per_m=15", engine);
         assert!((short - in_series(hand)).abs() < 1e-6, "{engine}: {short}");
         let stiff = final_m("operator.stiffening_per_n=0.1", engine);
@@ -128,7 +128,7 @@ fn a_hand_at_rest_has_the_stiffness_that_reflexes_and_grip_give_it() {
 }
 
 #[test]
-fn reflexes_shorten_the_lurch_and_act_within_a_tenth_of_a_second() {
+fn reflexes_reduce_the_overshoot_and_act_within_a_tenth_of_a_second() {
     let plain = run(scenario("hand/reflex", &["perception.reflex=none"])).expect("runs");
     let settings = ["perception.reflex=none", "operator.stretch_short_gain_n_s_per_m=20"];
     let tense = run(scenario("hand/reflex", &settings)).expect("runs");
@@ -143,7 +143,7 @@ fn reflexes_shorten_the_lurch_and_act_within_a_tenth_of_a_second() {
 }
 
 #[test]
-fn every_shipped_scenario_runs_to_its_end_and_the_same_way_twice() {
+fn every_shipped_scenario_runs_to_its_end_and_is_reproducible() {
     for (name, _) in trocar::scenario::shipped_questions() {
         let load = || Scenario::load(&Source::parse(&format!("builtin:{name}")), &[]).expect("loads");
         let (one, two) = (run(load()).expect("runs"), run(load()).expect("runs"));

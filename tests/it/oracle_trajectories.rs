@@ -1,4 +1,4 @@
-//! The engine and the estimator compared with trajectories of an independent implementation (`tests/reference`).
+//! The engine and the estimator agree with trajectories of an independent implementation (`tests/reference`).
 
 use crate::support::{ClosedLoop, difference, drive, table};
 use trocar::engine::{ExactPlants, IntegratedPlants, Trace};
@@ -122,7 +122,7 @@ fn oracle_estimator_and_cusum_on_the_real_recording() {
 }
 
 #[test]
-fn oracle_a_slave_of_degree_two_rests_where_the_exact_one_does() {
+fn oracle_a_slave_of_degree_two_rests_at_the_exact_position() {
     for damping in [Damping::Velocity, Damping::AsPrinted] {
         let slave = SlaveParameters {
             numerator: vec![6.0],

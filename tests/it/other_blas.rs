@@ -1,4 +1,4 @@
-//! A program with this crate and another BLAS links, and each uses its own routines.
+//! A program can link this crate and another BLAS, and each uses its own routines.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -12,7 +12,7 @@ const ROUTINES: [&str; 38] = [
     "potri", "potrs", "syev", "syevd", "syevr", "sygv", "geev", "gesdd", "gesvd", "gelsd",
 ];
 
-/// Return value of the user's routines, which trocar's do not return.
+/// Return value of the user's routines, which trocar's routines never return.
 const MARK: f64 = 41.0;
 
 /// Returns a BLAS in a single object file, so that all its names are linked.
@@ -41,7 +41,7 @@ fn main() {
 }
 "#;
 
-/// Returns cargo's folder of the dependencies of this test, and the latest library in it.
+/// Returns cargo's folder with the dependencies of this test, and the latest trocar library in it.
 fn built() -> (PathBuf, PathBuf) {
     let folder = env::current_exe().expect("a path").parent().expect("a folder").to_owned();
     let is_library = |path: &PathBuf| {

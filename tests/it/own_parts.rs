@@ -32,7 +32,8 @@ fn assert_same_bits(own: &Run, built_in: &Run, what: &str) {
         [&trace.slave_position_m, &trace.master_position_m, &trace.feedback_force_n, &trace.residual_n, &trace.decision]
             .map(|column| numbers(column))
     };
-    // A run with own parts cannot be repeated and has its own tissue, so it has no reasons for missed ruptures and no layers.
+    // A run with user-defined parts cannot be repeated and has its own tissue, so it has no reasons for missed
+    // ruptures and no layers.
     let mut expected = built_in.metrics.clone();
     expected.ruptures.iter_mut().for_each(|rupture| (rupture.layer, rupture.miss) = (None, None));
     assert_eq!(own.metrics, expected, "{what}");
@@ -75,7 +76,7 @@ fn a_scenario_with_boxed_parts_is_identical_to_the_built_in_one_bit_for_bit() {
         ("link/four-channel", &["augmentation.events_s=[1.5]"]),
     ] {
         let built_in = run(scenario(name, settings)).expect("runs");
-        // The wiring of own parts, with none.
+        // The wiring for user-defined parts, without any.
         let (scenario, none) = (scenario(name, settings), OwnParts::default());
         let mut trace = empty_trace_with(&scenario, &none);
         let metrics = observe_with(&scenario, none, &mut trace.recorder()).expect("runs");
@@ -83,7 +84,6 @@ fn a_scenario_with_boxed_parts_is_identical_to_the_built_in_one_bit_for_bit() {
     }
 }
 
-/// A part that delegates to a built-in one.
 struct Copied<T>(T);
 
 impl<T: Tissue<f64>> Tissue<f64> for Copied<T> {
@@ -170,7 +170,7 @@ fn copies_of_built_in_parts_are_identical_bit_for_bit() {
     assert_same_bits(&with_detector, &built_in, "the detector");
 }
 
-/// A part that spoils a value from a tick on.
+/// A part that returns a bad value from a tick on.
 struct Spoiled(f64);
 
 impl Tissue<f64> for Spoiled {
@@ -209,7 +209,7 @@ fn a_number_that_is_not_finite_names_the_part_that_returned_it() {
 }
 
 #[test]
-fn a_run_with_own_parts_says_what_it_cannot_know() {
+fn a_run_with_user_defined_parts_reports_what_it_cannot_know() {
     struct Silent;
     impl Detector<f64> for Silent {
         fn update(&mut self, _evidence: &Evidence<f64>) -> Decision<f64> {
@@ -223,10 +223,10 @@ fn a_run_with_own_parts_says_what_it_cannot_know() {
     assert!(missed.iter().any(|warning| warning.code == Code::MissedRupture), "{missed:?}");
     let swing = with("passivity/late-wall", &[]);
     assert!(swing.iter().any(|warning| warning.code == Code::Oscillating), "{swing:?}");
-    // Without an own part it is a scenario's run.
+    // Without a user-defined part, it is a run of the scenario.
     let late = run_with(scenario("passivity/late-wall", &[]), OwnParts::default()).expect("runs");
     assert!(matches!(late.metrics.outcome, Outcome::Oscillating { .. }), "{:?}", late.metrics.outcome);
-    // What would be left out silently is refused.
+    // A setting that would silently be left out is refused.
     let moved = scenario("layers/skin-augmented", &["tissue.breathing_amplitude_m=5 mm"]);
     let error = run_with(moved, OwnParts::default().tissue(Spoiled(0.0))).expect_err("refused").to_string();
     assert!(error.contains("motion of the organs"), "{error}");

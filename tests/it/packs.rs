@@ -1,4 +1,4 @@
-//! Eight scenarios in lanes have, bit for bit, the metrics of separate runs, in every instruction set.
+//! Eight scenarios in lanes have the metrics of separate runs, bit for bit, in every instruction set.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -7,7 +7,6 @@ use trocar::engine::InstructionSet;
 use trocar::run::{PACK, can_share, measure, run_pack, run_pack_in};
 use trocar::scenario::{Scenario, Source};
 
-/// Returns a shipped scenario with settings.
 fn load(name: &str, settings: &[String]) -> Scenario {
     let path = format!("builtin:{name}");
     Scenario::load(&Source::parse(&path), settings).unwrap_or_else(|error| panic!("{name} {settings:?}: {error:?}"))
@@ -47,13 +46,13 @@ const COMMON: [(&str, f64, f64); 5] = [
     ("detector.settle_s", 0.02, 0.3),
 ];
 
-/// Of a scenario with augmentation.
+/// Keys of a scenario with augmentation.
 const EVENTS: [(&str, f64, f64); 2] = [("augmentation.min_hold_s", 0.1, 0.6), ("augmentation.blend_s", 0.02, 0.3)];
 
-/// Of re-engaging by a ramp.
+/// A key for re-engaging by a ramp.
 const CATCH_UP: (&str, f64, f64) = ("augmentation.catch_up_speed_m_per_s", 0.01, 0.1);
 
-/// Checks that scenarios in packs give, in every instruction set, the results of separate runs, and returns these.
+/// Checks that scenarios in packs give the results of separate runs in every instruction set. Returns these results.
 fn each_as_alone(name: &str, scenarios: &[Scenario]) -> Vec<String> {
     let single: Vec<String> = scenarios.iter().map(alone).collect();
     for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
@@ -131,7 +130,7 @@ fn layers() {
     compare("layers/through-the-skin", &[], &own, 8, 7);
     compare("hand/reflex-augmented", &[], &own, 6, 8);
     compare("hand/trembling-hand", &[], &own, 4, 9);
-    // The arm stiffens and pulls back by its own gains, and by one delay.
+    // The arm stiffens and pulls back by different gains and with the same delay.
     let tense = [
         ("operator.stretch_short_gain_n_s_per_m", 1.0, 30.0),
         ("operator.stretch_long_gain_n_per_m", 1.0, 300.0),
@@ -216,7 +215,7 @@ fn delays_of_whole_ticks_may_differ() {
 }
 
 #[test]
-fn a_part_of_a_pack_and_several_packs_keep_their_order() {
+fn partial_packs_and_several_packs_keep_their_order() {
     let scenarios: Vec<Scenario> =
         (0..21).map(|i| load("augmented", &[format!("scaling.force={}", 0.5 + 0.05 * f64::from(i))])).collect();
     let single: Vec<String> = scenarios.iter().map(alone).collect();

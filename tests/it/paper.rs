@@ -1,4 +1,5 @@
-//! The paper's facts, the readings of its appendix, and the agreement of the two engines, on the shipped scenarios.
+//! The paper's statements, the readings of its appendix, and the agreement of the two engines, on the shipped
+//! scenarios.
 
 use crate::support;
 use crate::support::difference;
@@ -75,7 +76,7 @@ fn paper_every_law_and_policy_keeps_its_bounds() {
 }
 
 #[test]
-fn paper_the_fed_back_force_keeps_its_bound_recomputed_from_the_trace() {
+fn paper_the_feedback_force_recomputed_from_the_trace_keeps_its_bound() {
     let (tick_s, time_constant_s, gain, blend_ticks) = (1e-3_f64, 0.03, 2.0, 100.0);
     for (law, is_decay) in [("decay", true), ("amplify", false)] {
         let trace = run(scenario("augmented", &[&format!("augmentation.force_law={law}")])).expect("runs").trace;
@@ -125,13 +126,13 @@ fn paper_detection_works_in_noise_in_which_the_derivative_fails() {
 }
 
 #[test]
-fn paper_master_as_printed_diverges_and_says_when() {
+fn paper_master_as_printed_diverges_and_reports_when() {
     let run = run(scenario("classical", &["master.coupling=as-printed"])).expect("a result");
     let Outcome::Diverged { time_s } = run.metrics.outcome else { panic!("{:?}", run.metrics.outcome) };
     assert!(time_s > 0.0 && time_s < 17.0);
     assert_eq!(run.trace.len() as u64, run.metrics.ticks);
     assert!(run.trace.numbers().iter().all(|column| column.iter().all(|value| value.is_finite())));
-    // The growth rate is that of the pole at +41.961.
+    // The growth rate equals the pole at +41.961.
     let speeds = &run.trace.master_velocity_m_per_s;
     let (late, last) = (speeds[speeds.len() - 51].abs(), speeds[speeds.len() - 1].abs());
     let rate = (last / late).ln() / 0.05;
@@ -142,7 +143,7 @@ fn paper_master_as_printed_diverges_and_says_when() {
 fn paper_slave_as_printed_has_its_static_error() {
     let m = metrics("classical", &["slave.damping=as-printed"]);
     assert_eq!(m.outcome, Outcome::Completed);
-    // With a constant reference: 1 - 1300/1315.
+    // With a constant reference the error is 1 - 1300/1315.
     let still = [
         "slave.damping=as-printed",
         "operator.kind=ramp",
@@ -165,7 +166,8 @@ fn oracle_dop853_agrees_on_the_shipped_scenarios() {
             let integrated = run(scenario(name, &[&control, "simulation.engine=dop853"])).expect("runs");
             assert_eq!(exact.trace.mode, integrated.trace.mode);
             for (column, (a, b)) in COLUMNS.iter().zip(exact.trace.numbers().iter().zip(integrated.trace.numbers())) {
-                // The branches of the estimator make its signals sensitive; only the physical signals are compared.
+                // The branches of the estimator make its signals sensitive, so only the physical signals are
+                // compared.
                 if ["stiffness_n_per_m", "damping_n_s_per_m", "residual_n", "distance", "decision"].contains(column) {
                     continue;
                 }
@@ -185,7 +187,7 @@ fn oracle_stability_limits() {
         let delay_s = ticks * 1e-3;
         let growth = |stiffness: f64| {
             let settings = [
-                // A slow ramp into the tissue and a rest, with little oscillation, so that contact is permanent.
+                // Use a slow ramp into the tissue and a rest, with little oscillation, so that contact is permanent.
                 "operator.kind=ramp".to_owned(),
                 "operator.speed_m_per_s=0.005".to_owned(),
                 "simulation.duration_s=9".to_owned(),
@@ -238,9 +240,9 @@ fn a_replay_by_depth_closes_the_loop() {
     }
     let overshoot = |m: &Metrics| m.ruptures[0].slave_overshoot_m.expect("seen");
     assert!(overshoot(&augmented) < 0.05 * overshoot(&classical));
-    // The remaining steps that the book lists.
+    // The remaining numbers that the book states.
     assert_eq!((classical.missed_ruptures, augmented.missed_ruptures), (0, 1));
-    // A frozen needle has a constant tissue force, except for its settling between rupture and alarm.
+    // A frozen needle has a constant tissue force, except while it settles between rupture and alarm.
     let trace = run(scenario("paper/depth-augmented", &[])).expect("runs").trace;
     let frozen: Vec<usize> = (0..trace.len()).filter(|&k| trace.mode[k] == 1).collect();
     let (first, last) = (frozen[100], frozen[450]);

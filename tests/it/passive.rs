@@ -1,11 +1,11 @@
 //! The promises of the passivity schemes at the physical ports, over random hands, tissues and links.
 //!
-//! A scheme promises that hand and needle together never receive more than they have given and `E_0`:
+//! A scheme promises that hand and needle together never receive more energy than they have given plus `E_0`:
 //!
 //! ```text
 //! E_m - E_s >= -E_0    E_m = Σ F_ed Δx_h, E_s = ∫ f_e dx_e, at every tick
 //! ```
-//! `examples/passive.rs` goes through more cases.
+//! `examples/passive.rs` runs more cases.
 
 use rayon::prelude::*;
 use trocar::engine::Trace;
@@ -28,7 +28,8 @@ fn with(scheme: &str, settings: &[&str]) -> Vec<String> {
     settings.iter().map(|&setting| setting.to_owned()).chain([format!("passivity.scheme={scheme}")]).collect()
 }
 
-/// The smallest `E_m - E_s` of a trace, computed here from forces and positions, and the energy moved.
+/// Returns the smallest `E_m - E_s` of a trace, computed here from forces and positions, and the total exchanged
+/// energy.
 fn smallest_balance(trace: &Trace) -> (f64, f64) {
     let (mut master_j, mut needle_j, mut smallest_j, mut moved_j) = (0.0, 0.0, 0.0_f64, 0.0);
     for k in 1..trace.len() {
@@ -50,7 +51,7 @@ fn no_scheme_breaks_its_promise_in_two_thousand_random_cases() {
         .par_iter()
         .enumerate()
         .filter_map(|(index, case)| {
-            // Each case with one of the schemes: all of them in turn.
+            // Each case uses one scheme, in turn.
             let scheme = SCHEMES[index % 3];
             let settings = case.with(scheme);
             let run = ran(case.base, &settings);
@@ -66,7 +67,7 @@ fn no_scheme_breaks_its_promise_in_two_thousand_random_cases() {
 }
 
 #[test]
-fn the_energies_of_the_exact_engine_are_those_of_the_integrated_one() {
+fn the_energies_of_both_engines_agree() {
     let late = ["channel.forward_delay_s=0.02", "channel.backward_delay_s=0.02", "simulation.duration_s=2"];
     let wall = [
         "operator.kind=sine",
@@ -92,7 +93,7 @@ fn the_energies_of_the_exact_engine_are_those_of_the_integrated_one() {
 }
 
 #[test]
-fn the_columns_and_metrics_are_the_sums_of_force_and_displacement() {
+fn the_columns_and_metrics_agree_with_the_sums_of_force_times_displacement() {
     for scheme in ["none", "time-domain"] {
         let run = ran("passivity/late-wall", &with(scheme, &["simulation.duration_s=3"]));
         let (smallest_j, moved_j) = smallest_balance(&run.trace);
@@ -140,8 +141,9 @@ fn in_free_motion_and_soft_tissue_a_scheme_keeps_the_force() {
     }
 }
 
-/// The largest energy (J) that the plain loop may have to spend at a tick: `E_s - E_m` so far, and the work of a needle that
-/// brakes, which the paper's slave does within 4 ms of its motion, in the stiffest tissue that a scheme expects.
+/// Returns the largest energy (J) that the plain loop may have to spend at a tick: `E_s - E_m` so far, plus the work
+/// to brake the needle in the stiffest tissue that a scheme expects. The paper's slave brakes within 4 ms of its
+/// motion.
 fn demanded_j(trace: &Trace) -> f64 {
     const STOP_S: f64 = 4e-3;
     const MAX_STIFFNESS_N_PER_M: f64 = 2e4;
@@ -158,7 +160,7 @@ fn demanded_j(trace: &Trace) -> f64 {
 }
 
 #[test]
-fn without_delay_a_scheme_changes_a_stab_only_where_the_plain_loop_nears_what_is_promised() {
+fn without_delay_a_scheme_changes_a_stab_only_if_the_plain_loop_comes_near_the_promise() {
     let peak = |trace: &Trace| trace.feedback_force_n.iter().fold(0.0, |peak, force| f64::abs(*force).max(peak));
     let mut random = Random::new(70);
     let cases: Vec<Case> = (0..140).map(|_| Case::draw_stab(&mut random, 1.5)).collect();
@@ -172,7 +174,7 @@ fn without_delay_a_scheme_changes_a_stab_only_where_the_plain_loop_nears_what_is
                 let tracking = with / without - 1.0;
                 let force = peak(&run.trace) / peak(&plain.trace) - 1.0;
                 let promised_j = run.metrics.link.and_then(|link| link.promised_energy_j).expect("a promise");
-                // A fifth of the promise is kept back, and over another fifth the hand is damped.
+                // A scheme reserves a fifth of the promise and damps the hand over another fifth.
                 let share = demanded_j(&plain.trace) / promised_j;
                 let is_changed = tracking.abs() >= 0.01 || force.abs() >= 0.01;
                 (is_changed, share > 0.7, format!("{scheme}: {tracking} {force} {share} {:?}", case.settings))
@@ -181,7 +183,7 @@ fn without_delay_a_scheme_changes_a_stab_only_where_the_plain_loop_nears_what_is
         .collect();
     let unforced: Vec<_> = found.iter().filter(|(is_changed, is_near, _)| *is_changed && !is_near).collect();
     assert!(unforced.is_empty(), "{} of {}, the first: {}", unforced.len(), found.len(), unforced[0].2);
-    // Both kinds of stabs are among the cases.
+    // Both kinds of stabs occur in the cases.
     let near = found.iter().filter(|(_, is_near, _)| *is_near).count();
     assert!((found.len() / 5..found.len() * 4 / 5).contains(&near), "{near} of {}", found.len());
 }
@@ -210,7 +212,7 @@ fn check_names_what_a_promise_does_not_cover() {
         let scenario = Scenario::load(&Source::parse(&format!("builtin:{base}.toml")), &settings).expect("loads");
         let gaps = promise_gaps(&scenario);
         assert!(gaps.iter().all(|gap| gap.code == Code::PromiseNotCovered));
-        // Of the energy; a bound of the force no scheme promises.
+        // The gap concerns the energy; no scheme promises a bound of the force.
         let force = force_bound_gap(&scenario);
         assert_eq!(force.is_some(), scenario.link.passivity.scheme != Scheme::None);
         assert!(force.is_none_or(|gap| gap.code == Code::ForceNotBounded && gap.place.as_deref() == Some("passivity.scheme")));
@@ -227,7 +229,7 @@ fn check_names_what_a_promise_does_not_cover() {
 
 #[test]
 fn a_broken_promise_is_a_warning_with_its_place_and_amount() {
-    // A wall far stiffer than what the scheme expects.
+    // A wall far stiffer than the scheme expects.
     let settings = [
         "passivity.budget_j=1e-4",
         "passivity.max_stiffness_n_per_m=1",

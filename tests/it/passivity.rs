@@ -1,4 +1,4 @@
-//! The passivity schemes of a delayed link: their effect, their cost, and their logged energies.
+//! The passivity schemes of a delayed link: their effect, their cost and their logged energies.
 
 use proptest::prelude::*;
 use trocar::engine::Trace;
@@ -14,7 +14,7 @@ fn ran(file: &str, settings: &[String]) -> (Trace, Metrics) {
     (run.trace, run.metrics)
 }
 
-/// Returns the amplitude of a signal over an interval in s.
+/// Returns the peak-to-peak amplitude of a signal over an interval in s.
 fn swing(signal: &[f64], from_s: usize, to_s: usize) -> f64 {
     let part = &signal[from_s * 1000..to_s * 1000];
     let (low, high) = part.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
@@ -37,8 +37,8 @@ fn every_scheme_stabilises_the_contact_in_which_the_plain_loop_grows() {
 }
 
 #[test]
-fn the_limit_of_the_plain_loop_is_where_the_reference_has_it() {
-    // The stability limit is 907 N/m: below it the oscillation decays, above it grows.
+fn the_limit_of_the_plain_loop_agrees_with_the_reference() {
+    // The stability limit is 907 N/m: below it the oscillation decays, above it the oscillation grows.
     let late = |stiffness: f64| {
         let (trace, _) = ran("passivity/late-wall.toml", &[format!("tissue.stiffness_n_per_m={stiffness}")]);
         swing(&trace.feedback_force_n, 10, 12) / swing(&trace.feedback_force_n, 7, 9)
@@ -89,10 +89,10 @@ fn random_link() -> impl Strategy<Value = (Vec<String>, f64)> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// The force of the master is held over a tick, so the integral of force times velocity is the sum of forces times
-    /// displacements; the work of the needle on a spring is the energy of the spring.
+    /// The master's force is held over a tick, so the integral of force times velocity is the sum of forces times
+    /// displacements. The work of the needle on a spring is the energy of the spring.
     #[test]
-    fn the_energies_logged_are_the_integrals_at_the_ports((settings, stiffness) in random_link()) {
+    fn the_logged_energies_are_the_integrals_at_the_ports((settings, stiffness) in random_link()) {
         let (trace, metrics) = ran("paper/classical.toml", &settings);
         let link = metrics.link.expect("the link is late");
         let last = trace.mode.len() - 1;

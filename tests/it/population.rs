@@ -1,4 +1,4 @@
-//! The limits over a population, against eigenvalues of its members' matrices.
+//! The limits over a population agree with the eigenvalues of its members' matrices.
 
 use crate::support;
 use std::f64::consts::SQRT_2;
@@ -22,7 +22,7 @@ fn axes() -> (Axis, Axis) {
     (axis(Parameter::ForceScale, 0.2, 5.0), axis(Parameter::Stiffness, 100.0, 4000.0))
 }
 
-/// The loop of a member, by the keys of its scenario.
+/// Returns the loop of a member, by the keys of its scenario.
 fn of_member(settings: &LinearLoop, draw: &Draw) -> LinearLoop {
     let arm = [Parameter::ArmKa, Parameter::ArmBa, Parameter::ArmKh, Parameter::ArmBh, Parameter::ArmMass];
     let tissue = [(Parameter::Stiffness, draw.stiffness), (Parameter::Damping, draw.damping)];
@@ -39,7 +39,7 @@ fn spectral_radius(settings: &LinearLoop) -> f64 {
 }
 
 #[test]
-fn oracle_the_limits_of_members_are_where_an_eigenvalue_leaves_the_circle() {
+fn oracle_at_the_limits_of_members_an_eigenvalue_leaves_the_unit_circle() {
     let scenario = scenario(&EVERYTHING);
     let settings = support::linear_loop(&scenario);
     let (x, y) = axes();
@@ -77,7 +77,7 @@ fn oracle_the_limits_of_members_are_where_an_eigenvalue_leaves_the_circle() {
 }
 
 #[test]
-fn oracle_the_share_at_a_point_is_the_count_by_eigenvalues() {
+fn oracle_the_fraction_at_a_point_agrees_with_the_eigenvalues() {
     let scenario = scenario(&EVERYTHING);
     let settings = support::linear_loop(&scenario);
     let (x, y) = axes();
@@ -94,7 +94,7 @@ fn oracle_the_share_at_a_point_is_the_count_by_eigenvalues() {
 }
 
 #[test]
-fn people_with_a_firm_grip_alone_have_that_arm() {
+fn people_with_only_a_firm_grip_have_the_firm_arm() {
     // Without spread between people, the only grip is the firm one.
     let firm =
         ["population.arm=people", "population.grip_min=2", "population.grip_max=2", "population.person_spread=1"];
@@ -131,7 +131,7 @@ fn a_section_and_the_flag_give_the_same_files() {
 }
 
 #[test]
-fn ends_that_are_exchanged_are_an_error() {
+fn exchanged_ends_of_a_range_are_an_error() {
     let error = |settings: &[&str]| {
         let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
         Scenario::load(&Source::parse("paper/classical"), &settings).expect_err("refused").to_string()

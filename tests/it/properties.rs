@@ -1,9 +1,8 @@
-//! Loading any file ends with a scenario or an error, and the echo of a resolved scenario is faithful.
+//! Loading any file gives a scenario or an error, and the echo of a resolved scenario loads to the same scenario.
 
 use proptest::prelude::*;
 use trocar::scenario::{Fallback, KEYS, Key, Kind, Scenario, Source, Starter, find_key, json_schema};
 
-/// Loads a text as a scenario file.
 fn load(text: &[u8]) -> Result<Scenario, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scenario.toml");
@@ -47,7 +46,7 @@ fn extreme_value() -> impl Strategy<Value = String> {
     .prop_map(str::to_owned)
 }
 
-/// Returns the number of undefined metrics of a run; NaN and infinity, which JSON also writes as null, do not count.
+/// Returns the number of undefined metrics of a run. NaN and infinity, which JSON also writes as null, do not count.
 fn null_count(metrics: &trocar::metrics::Metrics) -> usize {
     let undefined = [
         metrics.mean_absolute_residual_n,
@@ -133,7 +132,7 @@ proptest! {
     fn arbitrary_values_of_known_keys_do_not_panic(
         entries in prop::collection::vec((0..KEYS.len(), any_value()), 1..6),
     ) {
-        // Without the recording a case is quick; long runs are rejected or only resolved, but not run.
+        // Without the recording a case is quick. Long runs are refused or only resolved.
         let mut text = String::from("operator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\n");
         for (index, value) in entries {
             if !KEYS[index].path.ends_with("kind") {
@@ -164,7 +163,7 @@ proptest! {
     }
 
     #[test]
-    fn a_resolved_scenario_is_echoed(
+    fn the_echo_of_a_resolved_scenario_loads_to_the_same_scenario(
         scale in 0.1..3.0f64, tick in prop::sample::select(vec![1e-3, 5e-4, 2e-3]), k_v in 0.0..40.0f64,
         seed in 0..i64::MAX, ratio in 0.0..=1.0f64, reengage in prop::sample::select(vec!["ramp", "clutch", "snap"]),
         distance in prop::sample::select(trocar::detector::DistanceKind::WORDS.to_vec()),
@@ -185,10 +184,10 @@ proptest! {
 }
 
 #[test]
-fn the_starter_is_valid_as_it_is_and_with_every_default_uncommented() {
+fn the_starter_is_valid_unchanged_and_with_every_default_uncommented() {
     let text = Starter::All.text("mine");
     assert_eq!(load(text.as_bytes()).expect("good").name, "mine");
-    // Keys of other kinds than the starter's would be refused: they would have no effect.
+    // Keys for other kinds than the starter's have no effect and would be refused.
     let values = load(text.as_bytes()).expect("good");
     let acts = |path: String| find_key(&path).is_some_and(|key| values.values().is_acting(&key));
     let mut active = String::new();

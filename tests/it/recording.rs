@@ -4,7 +4,7 @@ use std::path::Path;
 
 use trocar::recording::{Columns, Limits, Recording, RecordingError, open_recording};
 
-/// A lever of 0.075 m carries the needle: position = 0.075 * angle, force = torque / 0.075.
+/// Columns of a rig whose needle is on a lever of 0.075 m: position = 0.075 * angle, force = torque / 0.075.
 fn lever(force: &str) -> Columns {
     Columns {
         time: "t_s".parse().expect("a column"),
@@ -20,7 +20,7 @@ fn open(path: &str, force: &str) -> Result<Recording, RecordingError> {
 }
 
 #[test]
-fn the_recordings_are_whole() {
+fn the_recordings_are_complete() {
     for (path, force, len) in [
         ("tests/data/teleop_1dof/m2_f_spring.csv", "tau_e_Nm", 9817),
         ("tests/data/teleop_1dof/m2_d_free_motion.csv", "tau_e_Nm", 9215),
@@ -40,7 +40,7 @@ fn the_recordings_are_whole() {
 
 /// The label: the last loaded sample is 3558, t = 1.7790 s, 15 N, 11.27 mm; then the tool travels 0.99 mm in 0.3 s.
 #[test]
-fn the_pop_is_where_its_label_says() {
+fn the_pop_occurs_at_its_label() {
     let pop = open("scenarios/recordings/own_ctrl_pop.csv", "env_out_Nm_derived").expect("a recording");
     let (time_s, position_m, force_n) = (pop.time_s(), pop.position_m(), pop.force_n());
     assert_eq!(time_s[3558], 1.7790);
@@ -52,7 +52,7 @@ fn the_pop_is_where_its_label_says() {
 }
 
 #[test]
-fn a_misspelt_column_is_answered_with_the_near_one() {
+fn the_error_for_a_misspelt_column_suggests_the_similar_one() {
     let error = open("scenarios/recordings/own_ctrl_pop.csv", "env_out_Nm").expect_err("misspelt");
     let message = error.to_string();
     let expected = "own_ctrl_pop.csv: no column 'env_out_Nm' (--force or recording.columns.force_n); the file has \

@@ -6,17 +6,15 @@ use std::process::Command;
 use crate::support::test_folder::TestFolder;
 use serde_json::Value as Json;
 
-/// Maximum size of a page.
+/// Maximum size of a page, in bytes.
 const MAX_BYTES: usize = 2_000_000;
 
-/// A short scenario that needs no recording.
 const SHORT: &str =
     "name = \"short\"\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nsimulation.duration_s = 0.5\n";
 
-/// A text that would run if it were not escaped.
+/// A text that would be executed if it were not escaped.
 const EVIL: &str = "</script><script>alert(1)</script><img src=x onerror=alert(2)>";
 
-/// Returns an escaped text unescaped.
 fn unescaped(html: &str) -> String {
     let pairs = [
         ("&lt;", "<"),
@@ -30,18 +28,16 @@ fn unescaped(html: &str) -> String {
     pairs.iter().fold(html.to_owned(), |text, (code, plain)| text.replace(code, plain)).replace("&amp;", "&")
 }
 
-/// Returns the first text between two texts.
 fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
     let rest = text.split_once(from).unwrap_or_else(|| panic!("no {from}")).1;
     rest.split_once(to).unwrap_or_else(|| panic!("no {to} after {from}")).0
 }
 
-/// Returns the data of the page's script.
 fn data(html: &str) -> Json {
     serde_json::from_str(between(html, "<script id=\"data\" type=\"application/json\">", "</script>")).expect("JSON")
 }
 
-/// Returns the rows of all tables: the first cell without its meaning, then the others.
+/// Returns the rows of all tables. The first cell has no meaning text.
 fn rows(html: &str) -> Vec<Vec<String>> {
     let cell = |cell: &str| {
         let content = cell.split_once('>').map_or("", |(_, content)| content);
@@ -54,21 +50,20 @@ fn rows(html: &str) -> Vec<Vec<String>> {
     html.split("<tr>").skip(1).map(row).collect()
 }
 
-/// Checks the properties of every page.
 fn is_sound(html: &str) {
     assert!(html.len() < MAX_BYTES, "{} bytes", html.len());
     assert!(html.starts_with("<!doctype html>\n<html lang=\"en\">"));
     assert!(!between(html, "<title>", "</title>").is_empty());
     assert!(html.contains("http-equiv=\"Content-Security-Policy\" content=\"default-src &#x27;none&#x27;; script-src"));
     assert!(html.contains("<noscript>"));
-    // Headings: one of level 1, then those of level 2, without a skipped level.
+    // There is one heading of level 1, followed by headings of level 2, and no level is skipped.
     let headings: Vec<&str> =
         html.split("<h").skip(1).map(|rest| &rest[..1]).filter(|level| "123456".contains(level)).collect();
     assert!(
         headings[0] == "1" && headings.len() > 3 && headings[1..].iter().all(|level| *level == "2"),
         "{headings:?}"
     );
-    // Two script elements, the data and the program; no file is loaded.
+    // There are two script elements, the data and the program, and the page loads no file.
     assert_eq!((html.matches("<script").count(), html.matches("</script").count()), (2, 2));
     for tag in html.split('<').skip(1).map(|rest| rest.split('>').next().unwrap_or_default()) {
         let is_tag = tag.starts_with(|c: char| c.is_ascii_lowercase());
@@ -79,12 +74,12 @@ fn is_sound(html: &str) {
     }
     assert!(html.split("href=\"").skip(1).all(|rest| rest.starts_with('#')), "only places on the page");
     assert!(!html.contains("http://") && !html.contains("https://"), "no address");
-    // Every figure has a place, every panel a named line, and every line points.
+    // Every figure has a place, every panel has a named line, and every line has points.
     for (name, figures) in data(html)["figures"].as_object().expect("figures") {
         let is_empty = figures.as_array() == Some(&vec![]);
         assert!(html.contains(&format!("<div class=\"charts\" data-name=\"{name}\">")) || is_empty);
         for (title, panel) in titled_panels(figures) {
-            // Bars have the title of their row at the left.
+            // Bars have the title of their row on the left.
             let is_bars = panel["y"]["caption"] == "";
             let caption = if is_bars { &title } else { &panel["y"]["caption"] };
             assert!(caption.as_str().is_some_and(|caption| caption.len() > 2), "{name}");
@@ -98,14 +93,13 @@ fn is_sound(html: &str) {
     }
 }
 
-/// Returns the panels of figures, in order, each with the title of its row.
+/// Returns the panels of figures in order, each with the title of its row.
 fn titled_panels(figures: &Json) -> Vec<(Json, Json)> {
     let list = |of: &Json| of.as_array().cloned().unwrap_or_default();
     let rows = list(figures).into_iter().flat_map(|figure| list(&figure["rows"]));
     rows.flat_map(|row| list(&row["panels"]).into_iter().map(move |panel| (row["title"].clone(), panel))).collect()
 }
 
-/// Returns the panels of figures, in order.
 fn panels(figures: &Json) -> Vec<Json> {
     titled_panels(figures).into_iter().map(|(_, panel)| panel).collect()
 }
@@ -147,7 +141,7 @@ fn the_shipped_pair_fits_on_a_page_with_every_number_that_is_printed() {
 }
 
 #[test]
-fn the_same_gives_the_same_bytes_wherever_and_as_the_command_on_the_page_says() {
+fn the_page_is_reproducible_anywhere_and_with_the_command_that_it_states() {
     let (here, there) = (TestFolder::new(), TestFolder::new());
     let given =
         ["run", "builtin:paper/augmented.toml", "--set", "sensor.force_noise_std_n=0.02", "--report", "--quiet"];
@@ -156,14 +150,14 @@ fn the_same_gives_the_same_bytes_wherever_and_as_the_command_on_the_page_says() 
     let html = here.text("out/augmented/report.html");
     assert!(html == there.text("far/away/augmented/report.html"));
     is_sound(&html);
-    // The instructions of the page: the scenario saved under its name, and the command.
+    // Follow the page's instructions: save the scenario under its name and run the command.
     let toml = unescaped(between(&html, "aria-label=\"augmented.toml\">", "</pre>"));
     let command = unescaped(between(&html, "aria-label=\"Command\">", "</pre>"));
     let again = TestFolder::new();
     again.file("augmented.toml", toml);
     again.good(&command.split(' ').skip(1).collect::<Vec<_>>());
     assert!(html == again.text("out/augmented/report.html"));
-    // The other files do not depend on it.
+    // The report changes no other file.
     let plain = TestFolder::new();
     plain.good(&given[..4]);
     let mut files: BTreeMap<_, _> = here.files("out");
@@ -171,7 +165,6 @@ fn the_same_gives_the_same_bytes_wherever_and_as_the_command_on_the_page_says() 
     assert!(files == plain.files("out"));
 }
 
-/// Returns the columns of a CSV file by their names.
 fn columns(text: &str) -> BTreeMap<String, Vec<f64>> {
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next().expect("a heading").split(',').collect();
@@ -182,7 +175,7 @@ fn columns(text: &str) -> BTreeMap<String, Vec<f64>> {
 }
 
 #[test]
-fn what_is_drawn_is_what_was_recorded_to_five_digits() {
+fn the_drawn_lines_agree_with_the_trace_to_five_digits() {
     let folder = TestFolder::new();
     folder.good(&["run", "builtin:paper/augmented.toml", "--report", "--quiet"]);
     let trace = columns(&folder.text("out/augmented/trace.csv"));
@@ -221,20 +214,20 @@ fn what_is_drawn_is_what_was_recorded_to_five_digits() {
             extremes = (extremes.0.min(value), extremes.1.max(value));
             seen += 1;
         }
-        // They include the minimum and the maximum of the whole run.
+        // The points include the minimum and the maximum of the whole run.
         let (least, most) = whole.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(*v), m.max(*v)));
         assert!((extremes.0 - factor * least).abs() <= 0.6e-4 * (factor * least).abs(), "{column}");
         assert!((extremes.1 - factor * most).abs() <= 0.6e-4 * (factor * most).abs(), "{column}");
     }
     assert!(seen > 9 * 500);
-    // The 0.1 s after a rupture has every tick of the force drop.
+    // In the 0.1 s after a rupture, every tick of the force drop is drawn.
     let points = line("Force (N)", "tissue");
     let times: Vec<f64> = points[0].as_array().expect("times").iter().filter_map(Json::as_f64).collect();
     assert!(times.iter().filter(|time| (5.52..5.62).contains(*time)).count() >= 95);
 }
 
 #[test]
-fn names_that_would_run_are_shown_and_do_not() {
+fn names_with_scripts_are_shown_and_not_executed() {
     let folder = TestFolder::new();
     let row = |k: u32| format!("{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5);
     let content = format!("{EVIL},x_mm,f\n{}", (0..400).map(row).collect::<String>());
@@ -263,7 +256,7 @@ fn names_that_would_run_are_shown_and_do_not() {
 }
 
 #[test]
-fn nothing_of_the_machine_is_on_a_page() {
+fn a_page_reveals_nothing_about_the_machine() {
     let folder = TestFolder::new();
     let row = |k: u32| format!("{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5);
     folder.file("r.csv", format!("time_s,position_m,force_n\n{}", (0..400).map(row).collect::<String>()));
@@ -293,7 +286,7 @@ fn nothing_of_the_machine_is_on_a_page() {
 }
 
 #[test]
-fn a_large_sweep_fits_and_says_how_much_of_it_is_drawn() {
+fn a_large_sweep_fits_and_the_page_states_how_much_is_drawn() {
     let folder = TestFolder::new();
     folder.file("base.toml", SHORT.replace("0.5", "0.02"));
     let axes = "scaling.force = { from = 0.5, to = 2.0, points = 100 }\nscaling.position = { from = 0.1, to = 1.0, points = 70, log = true }\noperator.kind = [\"ramp\", \"sine\"]\n";
@@ -329,7 +322,7 @@ fn a_large_sweep_fits_and_says_how_much_of_it_is_drawn() {
 }
 
 #[test]
-fn a_sweep_that_is_done_gets_its_page_all_the_same() {
+fn a_complete_sweep_still_gets_its_page() {
     let folder = TestFolder::new();
     folder.file("base.toml", SHORT.replace("0.5", "0.02"));
     let sweep = "base = \"base.toml\"\nmetrics = [\"tracking_rmse_m\"]\n[axes]\nscaling.force = [0.5, 1.0, 2.0]\n";
@@ -340,7 +333,7 @@ fn a_sweep_that_is_done_gets_its_page_all_the_same() {
     let mut after = folder.files("out/s");
     let page = after.remove(std::path::Path::new("report.html")).expect("written");
     is_sound(&String::from_utf8(page.clone()).expect("text"));
-    // The page comes with the figures of its cases; what was there is as it was.
+    // The page comes with the figures of its cases; the existing files do not change.
     after.retain(|path, _| !path.to_string_lossy().starts_with("cases_"));
     assert!(before == after);
     // The page of joined shards differs only in the command.
@@ -386,7 +379,7 @@ fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
     let map = &panels(&data(&html)["figures"]["stability"])[0];
     let csv = folder.text("out/augmented/stability_map.csv");
     let stable = csv.lines().skip(1).filter(|line| line.split(',').nth(2) == Some("1")).count();
-    // The axes are logarithmic, with 12 by 11 cells; those at the ends are half as wide and high.
+    // The axes are logarithmic, with 12 by 11 cells; the cells at the ends are half as wide and high.
     let share = |axis: &str, points: &Json| -> f64 {
         let ends: Vec<f64> = points.as_array().expect("an outline").iter().filter_map(Json::as_f64).collect();
         let [low, high] = ["low", "high"].map(|end| map[axis][end].as_f64().expect("a number"));
@@ -425,7 +418,7 @@ fn the_page_of_stability_draws_walls_and_absolute_stability_and_repeats_its_comm
         let text = folder.text(&format!("out/augmented/{name}.csv"));
         let rows = text.lines().skip(1).filter(|line| line.starts_with(of));
         let cell = |line: &str| line.split(',').nth(column).and_then(|cell| cell.parse().ok());
-        // A value that does not exist is not drawn.
+        // An undefined value is not drawn.
         rows.filter_map(cell).filter(|value: &f64| value.is_finite()).collect()
     };
     for (drawn, kept) in [
@@ -444,20 +437,20 @@ fn the_page_of_stability_draws_walls_and_absolute_stability_and_repeats_its_comm
 }
 
 #[test]
-fn every_command_that_has_it_says_what_it_does() {
+fn every_command_with_a_report_describes_it() {
     let folder = TestFolder::new();
-    for command in [&["run"][..], &["compare"], &["detect"], &["sweep"], &["sweep", "merge"], &["stability"]] {
+    for command in [&["run"][..], &["compare"], &["detect"], &["roc"], &["sweep"], &["sweep", "merge"], &["stability"]]
+    {
         let help = folder.good(&[command, &["--help"]].concat());
         let about = between(&help, "--report", "--out").split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(about.contains("report.html"), "{command:?}: {about}");
     }
-    assert!(!folder.good(&["roc", "--help"]).contains("--report"));
     folder.refused(&["detect", "-", "--report"], &["--report"]);
     folder.file("s.toml", format!("name = \"report.html\"\n{}", SHORT.replace("name = \"short\"\n", "")));
     folder.refused(&["compare", "s.toml"], &["report.html"]);
 }
 
-/// In a browser, if available: the policy of the page admits its script, and the script draws everything without an
+/// In a browser, if available, the policy of the page admits its script, and the script draws everything without an
 /// error.
 #[test]
 fn a_browser_draws_the_pages() {

@@ -1,4 +1,4 @@
-//! The controller of the rig: the commands of the simulator on its samples, and the policy for bad samples.
+//! The controller of the rig gives the commands of the simulation on its samples, and handles bad samples.
 
 use trocar::augmentation::Mode;
 use trocar::engine::{Observer, Signals};
@@ -6,7 +6,6 @@ use trocar::lane::Lane;
 use trocar::rig::{Command, HapticController, Limits, Sample, Settings, VelocitySource};
 use trocar::scenario::{Scenario, Source};
 
-/// Records the signals of each tick.
 #[derive(Default)]
 struct Tape(Vec<Signals<f64>>);
 
@@ -28,7 +27,6 @@ fn tape(scenario: &Scenario) -> Vec<Signals<f64>> {
     tape.0
 }
 
-/// Returns the sensor readings of a tick.
 fn sample(signals: &Signals<f64>, resolution_m: f64) -> Sample {
     let read = |position: f64| {
         if resolution_m > 0.0 { position.round_to(resolution_m, 1.0 / resolution_m) } else { position }
@@ -45,7 +43,7 @@ fn bits(numbers: [f64; 9]) -> [u64; 9] {
     numbers.map(f64::to_bits)
 }
 
-/// Replays a run through the controller, compares each command with that of the tick, and returns the number of events.
+/// Replays a run through the controller and compares each command with the tick's. Returns the number of events.
 fn replay(name: &str, settings: &[&str]) -> usize {
     let scenario = scenario(name, settings);
     let mut controller = HapticController::new(&scenario.rig_settings()).expect("valid");
@@ -83,7 +81,7 @@ fn replay(name: &str, settings: &[&str]) -> usize {
 }
 
 #[test]
-fn on_the_same_samples_the_commands_are_the_simulators_to_the_last_bit() {
+fn the_same_samples_give_the_commands_of_the_simulation_bit_for_bit() {
     assert_eq!(replay("classical", &[]), 2);
     assert_eq!(replay("augmented", &[]), 2);
     assert_eq!(replay("augmented", &["augmentation.reengage=clutch", "augmentation.force_law=amplify"]), 2);
@@ -97,7 +95,7 @@ fn on_the_same_samples_the_commands_are_the_simulators_to_the_last_bit() {
 }
 
 #[test]
-fn with_an_encoder_the_velocity_is_filtered_as_the_simulator_does() {
+fn with_an_encoder_the_velocity_is_filtered_like_in_the_simulation() {
     assert!(replay("augmented", &["sensor.position_resolution_m=1e-5"]) > 0);
 }
 
@@ -117,7 +115,7 @@ fn controller() -> HapticController {
 }
 
 #[test]
-fn a_bad_force_holds_the_force_and_leaves_the_slave_to_the_hand() {
+fn a_bad_force_holds_the_force_and_the_slave_follows_the_hand() {
     let mut controller = controller();
     let before = (0..1000).map(|k| controller.step(&insertion(k))).last().expect("a command");
     for (bad, k) in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e4, -1e300].into_iter().zip(1000..) {
@@ -136,7 +134,7 @@ fn a_bad_force_holds_the_force_and_leaves_the_slave_to_the_hand() {
 }
 
 #[test]
-fn a_bad_position_holds_the_reference_which_then_runs_to_the_hand() {
+fn a_bad_position_holds_the_reference_which_then_returns_to_the_hand() {
     let mut controller = controller();
     let limits = Limits::default();
     let mut last = (0..1000).map(|k| controller.step(&insertion(k))).last().expect("a command");
@@ -145,7 +143,7 @@ fn a_bad_position_holds_the_reference_which_then_runs_to_the_hand() {
         assert_eq!(command.slave_reference_m, last.slave_reference_m);
         last = command;
     }
-    // 5.02 mm behind a resting hand, at 30 mm/s: 167.3 ms.
+    // The reference is 5.02 mm behind a resting hand, which takes 167.3 ms at 30 mm/s.
     let resting = Sample { slave_velocity_m_per_s: 0.0, ..insertion(1501) };
     let mut ticks = 0;
     while last.slave_reference_m != resting.master_position_m {
@@ -158,7 +156,7 @@ fn a_bad_position_holds_the_reference_which_then_runs_to_the_hand() {
 }
 
 #[test]
-fn a_gap_raises_no_alarm_and_the_detector_listens_again() {
+fn a_gap_raises_no_alarm_and_the_detector_works_afterwards() {
     let mut controller = controller();
     let drop = |k: u64, by_n: f64| Sample { force_n: insertion(k).force_n - by_n, ..insertion(k) };
     let mut alarms = vec![];
@@ -168,16 +166,16 @@ fn a_gap_raises_no_alarm_and_the_detector_listens_again() {
         }
     };
     (0..1000).for_each(|k| take(k, insertion(k)));
-    // The force falls while the samples are missing: no detection.
+    // The force falls while samples are missing, so nothing is detected.
     (1000..1200).for_each(|k| take(k, Sample::MISSING));
     (1200..1600).for_each(|k| take(k, drop(k, 1.0)));
-    // It falls again while samples arrive.
+    // The force falls again while samples arrive.
     (1600..1700).for_each(|k| take(k, drop(k, 2.0)));
     assert_eq!(alarms, [1600]);
 }
 
 #[test]
-fn an_event_ends_though_nothing_is_read() {
+fn an_event_ends_even_without_samples() {
     let mut controller = controller();
     for k in 0..1000 {
         controller.step(&insertion(k));
@@ -198,7 +196,7 @@ fn before_the_first_good_sample_the_rig_is_at_rest() {
 }
 
 #[test]
-fn a_velocity_that_is_not_read_cannot_be_bad() {
+fn an_unused_velocity_cannot_be_bad() {
     let velocity = VelocitySource::Filtered { resolution_m: 1e-6, acceleration_std_m_per_s2: 1.0 };
     let mut controller = HapticController::new(&Settings { velocity, ..Settings::default() }).expect("valid");
     let mut last = 0.0;

@@ -1,4 +1,4 @@
-//! Operating characteristics: the counts are those of the separate detectors, for any number of threads; and the
+//! Operating characteristics: the counts equal those of the separate detectors, for any number of threads; and the
 //! performance of the defaults.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -27,7 +27,7 @@ fn judged(study: &Study) -> Characteristics {
     study.run(&AtomicBool::new(false), &|| ()).expect("judged")
 }
 
-/// Returns the residual of the shipped insertion in noise (N), with a few values that are not finite.
+/// Returns the evidence of the shipped insertion in noise (N), with a few values that are not finite.
 fn evidence(noise_std_n: f64) -> Vec<Evidence<f64>> {
     let spec = shipped();
     let recording = &spec.recording.recording;
@@ -53,7 +53,7 @@ fn evidence(noise_std_n: f64) -> Vec<Evidence<f64>> {
 }
 
 #[test]
-fn a_bank_raises_the_alarms_of_the_separate_detectors() {
+fn a_bank_gives_the_same_alarms_as_the_separate_detectors() {
     let evidence = evidence(0.06);
     let armings = [
         ArmingSettings::default(),
@@ -63,7 +63,7 @@ fn a_bank_raises_the_alarms_of_the_separate_detectors() {
         for arming in armings {
             let mut settings = DetectorSettings { arming, ..DetectorSettings::for_kind(kind, Hypotheses::default()) };
             settings.cusum.cap = 3.0 * settings.cusum.threshold;
-            // Thirteen thresholds: a full group of lanes, and a partial one.
+            // Thirteen thresholds fill one group of lanes and part of another.
             let bank = DetectorBank::around(settings, 13);
             let mut found = vec![vec![]; 13];
             bank.evaluate(&evidence, 1e-3, &mut |index, sample| found[index].push(sample));
@@ -78,7 +78,7 @@ fn a_bank_raises_the_alarms_of_the_separate_detectors() {
 }
 
 #[test]
-fn a_point_is_what_detect_reports_with_its_threshold() {
+fn a_point_agrees_with_detect_at_its_threshold() {
     let spec = shipped();
     for kind in DistanceKind::ALL {
         let roc = judged(&study(&[kind], 0.0, 1, 8));
@@ -111,7 +111,7 @@ fn the_number_of_threads_changes_nothing() {
 }
 
 #[test]
-fn a_stopped_study_counts_what_was_done() {
+fn a_stopped_study_counts_the_finished_cases() {
     let study = study(&[DistanceKind::SquaredResidual], 0.025, 40, 2);
     let (stop, done) = (AtomicBool::new(false), AtomicU64::new(0));
     let roc = study
@@ -128,7 +128,7 @@ fn a_stopped_study_counts_what_was_done() {
 }
 
 #[test]
-fn a_made_insertion_that_differs_in_nothing_is_the_shipped_one() {
+fn a_synthetic_insertion_with_the_defaults_equals_the_shipped_one() {
     let kinds = [DistanceKind::SquaredResidual];
     let made = Signal::made(&shipped(), InVivoLikeVariant::default(), &kinds).expect("a signal");
     let recorded = Signal::recorded("in_vivo_like".into(), &shipped(), &kinds).expect("a signal");
@@ -140,7 +140,7 @@ fn a_made_insertion_that_differs_in_nothing_is_the_shipped_one() {
 }
 
 #[test]
-fn a_closed_loop_is_judged_as_its_own_detector_judged_it() {
+fn a_closed_loop_gives_the_same_alarms_as_its_own_detector() {
     let source = Source::parse("layers/through-the-skin");
     let scenario = Scenario::load(&source, &["simulation.seed=1".into()]).expect("good");
     let metrics = trocar::run::run(scenario.clone()).expect("runs").metrics;
@@ -152,19 +152,18 @@ fn a_closed_loop_is_judged_as_its_own_detector_judged_it() {
     assert_eq!(point.false_alarms, metrics.false_alarms);
 }
 
-/// Returns the counts at a detector's own threshold.
 fn own(roc: &Characteristics, detector: usize) -> &Point {
     roc.all[detector].at_own_threshold().expect("there")
 }
 
 #[test]
-fn the_defaults_keep_the_bar_that_the_derivative_never_reaches() {
+fn the_defaults_reach_the_target_that_the_derivative_never_reaches() {
     let roc = judged(&study(&[DistanceKind::SquaredResidual, DistanceKind::ForceDerivative], 0.025, 1000, 8));
     let paper = own(&roc, 0);
     assert_eq!(paper.cases, 1000);
     assert!(paper.detection_of_each.iter().all(|share| *share >= 0.995), "{:?}", paper.detection_of_each);
-    // Significantly below one per hour: with three in 4.4 h, or with one, the upper end of the interval would be above
-    // it.
+    // The rate must be significantly below one false alarm per hour. With even one false alarm in 4.4 h, the upper
+    // end of the interval would be above it.
     let (_, max_per_minute) = paper.false_alarms_per_minute_interval.expect("listened");
     assert!(60.0 * max_per_minute < 1.0, "{} in {} h", paper.false_alarms, paper.hours);
     assert_eq!(roc.all[1].at_detection(0.995), None);
@@ -173,13 +172,13 @@ fn the_defaults_keep_the_bar_that_the_derivative_never_reaches() {
 }
 
 #[test]
-fn on_made_recordings_the_adaptive_detector_leaves_the_others_behind() {
+fn the_adaptive_detector_outperforms_the_others_on_synthetic_recordings() {
     let kinds = [DistanceKind::Adaptive, DistanceKind::SquaredResidual, DistanceKind::ForceDerivative];
     let signals = vec![Signal::trials(&shipped(), &kinds)];
     let roc = judged(&Study { signals, ..study(&kinds, 0.0, 150, 24) });
     let [adaptive, others @ ..] = &roc.all[..] else { panic!("three curves") };
     let own = adaptive.at_own_threshold().expect("its own");
-    // `trocar roc --trials --seeds 2000` gives the figures of the book; these bounds are for 150.
+    // `trocar roc --trials --seeds 2000` gives the figures of the book; these bounds are for 150 seeds.
     assert!(own.detection.is_some_and(|share| share > 0.9), "{own:?}");
     assert!(own.false_alarms_per_minute.unwrap_or(0.0) < 0.6, "{own:?}");
     for per_hour in [6.0, 60.0, 600.0] {
@@ -190,7 +189,7 @@ fn on_made_recordings_the_adaptive_detector_leaves_the_others_behind() {
     }
 }
 
-/// The shipped insertion, interpolated to a rate and with noise of a seed.
+/// Returns the shipped insertion, interpolated to a rate and with noise of a seed.
 fn interpolated(rate_hz: f64, noise_std_n: f64, seed: u64) -> Vec<Evidence<f64>> {
     let text = trocar::recording::in_vivo_like_csv(1);
     let rows: Vec<Vec<f64>> =
@@ -219,7 +218,7 @@ fn interpolated(rate_hz: f64, noise_std_n: f64, seed: u64) -> Vec<Evidence<f64>>
 }
 
 #[test]
-fn without_settings_the_shipped_insertion_is_found_at_every_rate_and_noise() {
+fn the_defaults_detect_the_shipped_ruptures_at_every_rate_and_noise() {
     let settings = DetectorSettings::for_kind(DistanceKind::Adaptive, Hypotheses::default());
     for rate_hz in [100.0, 200.0, 333.0, 500.0, 1000.0, 2000.0, 5000.0, 10_000.0] {
         for noise_std_n in [0.025, 0.1] {

@@ -1,4 +1,4 @@
-//! The linearised loop compared with the engine, the reference limits, the eigenvalues and closed forms.
+//! The linearised loop agrees with the engine, the reference limits, the eigenvalues and closed forms.
 
 use crate::support;
 use nalgebra::DVector;
@@ -36,7 +36,7 @@ fn settings(settings: &[&str]) -> LinearLoop {
 }
 
 /// The loops of the tests: architecture, timing, delays and lags.
-const LOOPS: [&[&str]; 13] = [
+const LOOPS: [&[&str]; 14] = [
     &["channel.forward_delay_s=0", "channel.backward_delay_s=0"],
     &["channel.forward_delay_s=0.005", "channel.backward_delay_s=0.002", "tissue.damping_n_s_per_m=5"],
     &["channel.forward_delay_s=0.0037", "channel.backward_delay_s=0.0021"],
@@ -60,6 +60,7 @@ const LOOPS: [&[&str]; 13] = [
         "channel.forward_delay_s=0.002",
         "scaling.force=0.5",
     ],
+    &["slave.compliance_m_per_n=0.0002", "channel.forward_delay_s=0.0037", "channel.backward_delay_s=0.0021"],
 ];
 
 fn softly(settings: &[&'static str]) -> Vec<&'static str> {
@@ -69,14 +70,14 @@ fn softly(settings: &[&'static str]) -> Vec<&'static str> {
 }
 
 #[test]
-fn powers_of_the_matrix_are_the_trajectory_of_the_engine() {
+fn powers_of_the_matrix_agree_with_the_trajectory_of_the_engine() {
     for case in LOOPS {
         let scenario = scenario(&softly(case));
         let closed = ClosedLoop::new(&support::linear_loop(&scenario)).expect("built");
         let (matrix, [now, next], slave) = closed.matrix().expect("not too long");
         let trace: Trace = run(scenario).expect("runs").trace;
         assert!(trace.slave_position_m.iter().skip(1).all(|&x| x >= 0.0), "{case:?}: contact is lost");
-        // Tick by tick until the hand has stopped, then by powers of the matrix alone.
+        // Advance tick by tick until the hand has stopped, then only by powers of the matrix.
         let ticks = trace.time_s.len();
         let stops = 2 * ticks / 5;
         let desired = &trace.desired_position_m;
@@ -117,7 +118,7 @@ fn powers_of_the_matrix_are_the_trajectory_of_the_engine() {
 }
 
 #[test]
-fn oracle_the_largest_stable_stiffness_is_the_references() {
+fn oracle_the_largest_stable_stiffness_agrees_with_the_reference() {
     let table = support::table("tests/reference/stability_limits.csv");
     let rows = table["largest_stable_stiffness_n_per_m"].len();
     assert_eq!(rows, 8);
@@ -134,14 +135,14 @@ fn oracle_the_largest_stable_stiffness_is_the_references() {
 }
 
 #[test]
-fn at_fifty_milliseconds_each_way_the_wall_may_have_907_newtons_a_metre() {
+fn at_fifty_milliseconds_each_way_the_maximum_stiffness_of_the_wall_is_907_newtons_per_metre() {
     let limit = largest_stable(&settings(&[]), Parameter::Stiffness, Search::of(Parameter::Stiffness)).expect("found");
     let largest = limit.largest().expect("stable");
     assert_eq!(largest.floor(), 907.0);
 }
 
 #[test]
-fn poles_counted_by_turns_are_the_eigenvalues_outside() {
+fn the_winding_number_equals_the_number_of_unstable_eigenvalues() {
     let mut seen = [0; 4];
     for case in LOOPS {
         for (k, stiffness) in [3.0, 60.0, 300.0, 900.0, 1600.0, 4000.0, 30_000.0].into_iter().enumerate() {
@@ -165,7 +166,7 @@ fn poles_counted_by_turns_are_the_eigenvalues_outside() {
 }
 
 #[test]
-fn both_readings_of_the_appendix_are_counted_too() {
+fn the_winding_number_is_right_for_both_readings_of_the_appendix() {
     for (reading, always_unstable) in [("slave.damping=as-printed", false), ("master.coupling=as-printed", true)] {
         for stiffness in [10.0, 100.0, 500.0, 2000.0] {
             let no_delay = ["channel.forward_delay_s=0", "channel.backward_delay_s=0.003"];
@@ -180,7 +181,7 @@ fn both_readings_of_the_appendix_are_counted_too() {
 }
 
 #[test]
-fn a_long_delay_has_the_mode_that_its_matrix_has() {
+fn the_mode_of_a_long_delay_agrees_with_its_matrix() {
     for stiffness in [100.0, 600.0, 1500.0] {
         let settings = settings(&[]).with(Parameter::Delay, 0.15).with(Parameter::Stiffness, stiffness);
         let closed = ClosedLoop::new(&settings).expect("built");
@@ -195,7 +196,7 @@ fn a_long_delay_has_the_mode_that_its_matrix_has() {
 }
 
 #[test]
-fn the_gain_margin_is_how_much_the_force_scale_may_grow_and_the_delay_margin_how_much_the_delay() {
+fn the_gain_and_delay_margins_are_the_allowed_increases_of_force_scale_and_delay() {
     let settings = settings(&[]).with(Parameter::Delay, 0.005).with(Parameter::Stiffness, 1000.0);
     let margins = ClosedLoop::new(&settings).expect("built").margins().expect("followed");
     let largest = |parameter| {
@@ -204,7 +205,7 @@ fn the_gain_margin_is_how_much_the_force_scale_may_grow_and_the_delay_margin_how
     };
     let gain = margins.gain.expect("some");
     assert!((gain - largest(Parameter::ForceScale)).abs() < 1e-9 * gain, "{gain}");
-    // A single continuous delay compared with two that divide their ticks: equal to far less than a tick.
+    // A single continuous delay equals two delays that divide their ticks, to far less than a tick.
     let further_s = 2.0 * (largest(Parameter::Delay) - 0.005);
     let delay_s = margins.delay_s.expect("some");
     assert!((delay_s - further_s).abs() < 1e-5, "{delay_s} {further_s}");
@@ -213,7 +214,7 @@ fn the_gain_margin_is_how_much_the_force_scale_may_grow_and_the_delay_margin_how
 }
 
 #[test]
-fn without_damping_the_limits_go_as_one_over_the_others() {
+fn without_damping_the_limits_are_inversely_proportional() {
     let settings = settings(&[]).with(Parameter::Delay, 0.0037);
     let limits = [Parameter::Stiffness, Parameter::ForceScale]
         .map(|parameter| largest_stable(&settings, parameter, Search::of(parameter)).expect("found"));
@@ -263,7 +264,7 @@ fn a_mass_damper_pair_has_the_hybrid_parameters_of_its_closed_form() {
         for (found, expected) in h.iter().flatten().zip(expected.iter().flatten()) {
             assert!((found - expected).norm() < 1e-12 * (1.0 + expected.norm()), "{hz}: {found} {expected}");
         }
-        // A slave without compliance: the loop must have no lag.
+        // With a slave without compliance, the loop must have no lag.
         let around = expected[0][1] * expected[1][0];
         let hybrid = Hybrid { h };
         assert!((hybrid.llewellyn() + around.arg().cos()).abs() < 1e-12);
@@ -272,7 +273,7 @@ fn a_mass_damper_pair_has_the_hybrid_parameters_of_its_closed_form() {
 }
 
 #[test]
-fn an_ideal_two_port_is_absolutely_stable_and_no_delayed_one_without_damping_is() {
+fn an_ideal_two_port_is_absolutely_stable_and_a_delayed_one_without_damping_is_not() {
     let zero = point(0.0, 0.0);
     let ideal = Hybrid { h: [[zero, point(1.0, 0.0)], [point(-1.0, 0.0), zero]] };
     assert!(ideal.is_absolutely_stable() && ideal.is_passive((1.0, 1.0)));
@@ -290,7 +291,8 @@ fn an_ideal_two_port_is_absolutely_stable_and_no_delayed_one_without_damping_is(
             let bare = delayed(omega, 0.0, 0.0);
             assert!((bare.llewellyn() - (2.0 * omega * delay_s).cos()).abs() < 1e-12);
             assert!(!bare.is_absolutely_stable() && !bare.is_passive((1.0, 1.0)), "{delay_s} {share}");
-            // 2 r g >= 1 - cos(2ωτ) is enough damping (Llewellyn), at most 2: r g = 1 always.
+            // The damping suffices if 2 r g >= 1 - cos(2ωτ) (Llewellyn). The right side is at most 2, so r g = 1
+            // always suffices.
             assert!(delayed(omega, 2.0, 0.5).is_absolutely_stable());
             let just = 0.5 * (1.0 - (2.0 * omega * delay_s).cos());
             assert!(!delayed(omega, 0.999 * just, 1.0).is_absolutely_stable());
@@ -300,7 +302,7 @@ fn an_ideal_two_port_is_absolutely_stable_and_no_delayed_one_without_damping_is(
 }
 
 #[test]
-fn arm_and_tissue_at_the_ports_make_the_loop() {
+fn the_two_port_with_arm_and_tissue_gives_the_loop() {
     let late = ["channel.forward_delay_s=0.0125", "channel.backward_delay_s=0.02", "tissue.damping_n_s_per_m=5"];
     let settings = settings(&late).with(Parameter::Tick, 1e-4).with(Parameter::ForceScale, 0.8);
     let closed = ClosedLoop::new(&settings).expect("built");
@@ -325,7 +327,8 @@ fn a_sampled_loop_without_an_integral_has_the_condition_of_colgate_and_schenkel(
         settings(&bare).with(Parameter::Stiffness, stiffness).with(Parameter::Delay, delay_s)
     };
     let bound = |stiffness, delay_s| SampledBound::of(&with(stiffness, delay_s)).expect("built").expect("applies");
-    // Linear in the stiffness, larger with delay, and sufficient for stability of the loop with the arm.
+    // The bound is linear in the stiffness, grows with the delay, and suffices for stability of the loop with the
+    // arm.
     let (one, ten) = (bound(10.0, 0.0), bound(100.0, 0.0));
     assert!((ten.min_damping_n_s_per_m - 10.0 * one.min_damping_n_s_per_m).abs() < 1e-9);
     assert!(bound(100.0, 0.02).min_damping_n_s_per_m > ten.min_damping_n_s_per_m);
@@ -335,7 +338,7 @@ fn a_sampled_loop_without_an_integral_has_the_condition_of_colgate_and_schenkel(
     assert_eq!(SampledBound::of(&settings(&[])).expect("built"), None);
 }
 
-/// The Z-width over a damping of the walls from 0 to 10 N·s/m.
+/// Returns the Z-width over damping of the walls from 0 to 10 N·s/m.
 fn z_width(settings: &LinearLoop) -> ZWidth {
     let axis = Axis::parse("tissue.damping_n_s_per_m=0:10:6").expect("an axis");
     ZWidth::of(settings, &axis).expect("computed")
@@ -354,7 +357,7 @@ fn virtual_walls_are_passive_up_to_the_condition_of_colgate_and_schenkel_and_sta
                 assert!(b >= damping, "{b}");
                 continue;
             };
-            // The general condition, over the frequencies, of the same wall.
+            // The general condition over the frequencies, for the same wall.
             let needed = wall.min_damping_n_s_per_m(|angle| {
                 let before = Complex64::from_polar(1.0, -angle);
                 (Complex64::new(1.0, 0.0) - before) * (b / settings.tick_s) + passive
@@ -392,7 +395,7 @@ fn walls_in_the_tissue_end_at_the_limits_of_the_loop_and_of_the_sampled_conditio
         assert!((stable / limit.stable[0].1 - 1.0).abs() < 1e-9, "{b}: {stable} {:?}", limit.stable);
         let Some(passive) = walls.passive_n_per_m else { continue };
         assert!(passive < stable);
-        // Passive in the two-port of continuous time, so up to the error of a hold near the sampling rate.
+        // The two-port of continuous time is passive, so this holds up to the error of a hold near the sampling rate.
         for (share, is_passive) in [(0.97, true), (1.03, false)] {
             let near = here.with(Parameter::Stiffness, share * passive);
             let bound = SampledBound::of(&near).expect("computed").expect("it applies");
@@ -403,7 +406,7 @@ fn walls_in_the_tissue_end_at_the_limits_of_the_loop_and_of_the_sampled_conditio
 }
 
 #[test]
-fn every_architecture_is_analysed_whole() {
+fn every_architecture_is_analysed_completely() {
     for case in [LOOPS[6], LOOPS[9], LOOPS[10], LOOPS[11], LOOPS[12]] {
         let settings = settings(&softly(case));
         let analysis = Analysis::of(&settings).expect("analysed");
@@ -442,7 +445,7 @@ fn the_engine_agrees_with_every_verdict_of_a_map() {
 }
 
 #[test]
-fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
+fn the_command_writes_its_files_and_refuses_invalid_axes() {
     let folder = crate::support::test_folder::TestFolder::new();
     let small = ["--x", "channel.delay_s=0:0.1:12", "--y", "scaling.force=0.1:10:10:log"];
     let printed =
@@ -479,12 +482,12 @@ fn the_command_writes_its_files_and_refuses_what_is_no_axis() {
     }
 }
 
-/// A hand that is a damper and either a spring or a mass, whose impedance at a frequency is `impedance`; the mass is part
-/// of the arm behind the damper only if there is none.
+/// Returns a loop with a hand that is a damper and either a spring or a mass, with the given impedance at a
+/// frequency. A mass is added to the master in front of the damper.
 fn hand(settings: &LinearLoop, impedance: Complex64, frequency_hz: f64) -> LinearLoop {
     let omega = std::f64::consts::TAU * frequency_hz;
     let mut held = settings.clone();
-    // The spring and damper of the hand end at the ground, a mass that is held.
+    // The spring and damper of the hand end at the ground, which is a fixed mass.
     held.arm.b_a_n_s_per_m = impedance.re;
     held.arm.k_a_n_per_m = (-impedance.im * omega).max(0.0);
     held.arm.m_h_kg = 1.0;
@@ -495,7 +498,7 @@ fn hand(settings: &LinearLoop, impedance: Complex64, frequency_hz: f64) -> Linea
 }
 
 #[test]
-fn oracle_a_hand_with_less_than_the_needed_damping_swings_on() {
+fn oracle_a_hand_with_less_than_the_needed_damping_oscillates() {
     for (delay, integral) in [("0.02", "0"), ("0.05", "0"), ("0.02", "6"), ("0.005", "12")] {
         let delays = [format!("channel.forward_delay_s={delay}"), format!("channel.backward_delay_s={delay}")];
         let integral = format!("master.force_integral_gain={integral}");
@@ -515,7 +518,7 @@ fn oracle_a_hand_with_less_than_the_needed_damping_swings_on() {
             ClosedLoop::new(&held).expect("built").dominant_mode().expect("computed")
         };
         if transmitted.im > 0.0 {
-            // A spring. With a mass the force integral is fed what the mass takes.
+            // The hand is a spring. With a mass, the force integral would get the force that the mass takes.
             assert!(at(0.97).spectral_radius > 1.0, "{delay} {most:?}");
             assert!(at(1.03).spectral_radius < 1.0, "{delay} {most:?}");
             assert!((at(1.0).frequency_hz / most.frequency_hz - 1.0).abs() < 0.02, "{delay} {most:?}");
@@ -570,7 +573,7 @@ fn a_longer_delay_needs_a_hand_with_more_damping() {
         over.points.iter().map(|point| point.bounded.most().expect("known").damping_n_s_per_m).collect();
     assert!(needed.windows(2).all(|pair| pair[1] > pair[0]), "{needed:?}");
     assert!(over.points.iter().all(|point| point.min_llewellyn < 1.0 && !point.is_absolutely_stable));
-    // Hands of a bounded range need no more than all, and exactly as much for that as the range's own minimum allows.
+    // Hands of a bounded range need no more than all hands, and exactly as much as the range's minimum allows.
     let enough = Terminations { hand_n_s_per_m: (1.01 * needed[5], f64::INFINITY), ..terminations };
     let over = AbsoluteOver::of(&settings(&[]), &axis, &enough).expect("analysed");
     assert!(over.points.iter().all(|point| point.bounded.is_stable() == Some(true)));

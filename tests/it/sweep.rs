@@ -1,4 +1,4 @@
-//! Sweeps from the command line: identical bytes for any threads, shards and interruptions; and invalid sweeps.
+//! Sweeps on the command line: identical files for any threads, shards and interruptions; and invalid sweeps.
 
 use crate::support;
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,7 +12,7 @@ use trocar::run::measure;
 use trocar::scenario::Source;
 use trocar::sweep::{Execution, Part, Plan, Progress, Rows, Shard, execute};
 
-/// Three axes and three seeds, on a short insertion into layers with noise and an event or two.
+/// Three axes and three seeds, on a short insertion into layers with noise and one or two events.
 const SMALL: &str = r#"
 base = "builtin:layers/skin-augmented.toml"
 seeds = 3
@@ -25,7 +25,6 @@ augmentation.reengage = ["ramp", "snap"]
 tissue.layer.skin.rupture_force_n = [4.9, 5.3]
 "#;
 
-/// A sweep of some seconds.
 const LONG: &str = r#"
 base = "builtin:layers/direct-access.toml"
 metrics = ["max_slave_overshoot_m", "tracking_rmse_m"]
@@ -53,7 +52,7 @@ scaling.force = { from = 0.5, to = 2.0, points = 120 }
 detector.threshold = { from = 2e-3, to = 0.2, points = 20, log = true }
 "#;
 
-/// Patients from distributions, with named layers that are tough together.
+/// Patients from distributions, whose named layers are tough together.
 const PATIENTS: &str = r#"
 base = "builtin:tearing/yellow-ligament.toml"
 metrics = ["detected_ruptures", "max_slave_overshoot_m"]
@@ -92,14 +91,14 @@ fn patients_are_drawn_from_correlated_distributions() {
     let correlation = moment(0, 1) / (moment(0, 0) * moment(1, 1)).sqrt();
     assert!((0.65..0.92).contains(&correlation), "{correlation}");
     assert!((moment(0, 0).sqrt() - 1.4_f64.ln()).abs() < 0.04, "{}", moment(0, 0).sqrt());
-    // The stored sweep is the same sweep.
+    // The stored sweep is recognised as the same sweep.
     folder.good(&["sweep", "patients.toml", "--out", "out", "--quiet"]);
     let again = folder.good(&["sweep", "patients.toml", "--out", "out"]);
     assert!(again.contains("share their influence"), "{again}");
 }
 
 #[test]
-fn wrong_distributions_and_correlations_are_refused() {
+fn invalid_distributions_and_correlations_are_refused() {
     let folder = TestFolder::new();
     for (from, to, reasons) in [
         ("spread = 1.4 }\noperator", "spread = 1.0 }\noperator", &["above 1 and at most 10"][..]),
@@ -119,7 +118,7 @@ fn wrong_distributions_and_correlations_are_refused() {
     }
 }
 
-/// Points of one's own, two of which have a value in common, with listed seeds.
+/// User-defined points, two of which share a value, with listed seeds.
 const LISTED: &str = r#"
 base = "builtin:paper/augmented.toml"
 seeds = [7, 3]
@@ -178,7 +177,6 @@ fn begin(folder: &TestFolder, arguments: &[&str]) -> Child {
         .expect("begun")
 }
 
-/// Waits until a running sweep has written a pack.
 fn await_a_pack(folder: &TestFolder, below: &str, child: &mut Child) {
     let part = folder.path(below).join("cases.part");
     while !std::fs::metadata(&part).is_ok_and(|file| file.len() > 0) {
@@ -187,7 +185,7 @@ fn await_a_pack(folder: &TestFolder, below: &str, child: &mut Child) {
     }
 }
 
-/// Returns the files of a folder without those of its shards.
+/// Returns the files of a folder without the files of its shards.
 fn files(folder: &TestFolder, below: &str) -> BTreeMap<PathBuf, Vec<u8>> {
     folder.files(below).into_iter().filter(|(path, _)| !path.to_string_lossy().contains("shard-")).collect()
 }
@@ -200,7 +198,6 @@ fn same(folder: &TestFolder, one: &str, other: &str) {
     }
 }
 
-/// Returns the cells of a CSV file by row.
 pub(crate) fn rows(folder: &TestFolder, name: &str) -> Vec<BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_path(folder.path(name)).expect("there");
     let names: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
@@ -209,10 +206,14 @@ pub(crate) fn rows(folder: &TestFolder, name: &str) -> Vec<BTreeMap<String, Stri
 }
 
 #[test]
-fn a_row_has_the_results_of_its_case_alone() {
+fn a_row_has_the_results_of_a_separate_run() {
     let folder = sweep_files();
     let printed = folder.good(&["sweep", "small.toml"]);
-    assert!(printed.starts_with("small: 36 cases, 12 points (grid) with 3 seeds each"), "{printed}");
+    let said = printed.split("\n\n").next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+    let answer = "small: The strongest influence on detected ruptures is scaling.force, with 36 % of its variance: on average 1.5 at 2 and 2 at \
+                  1.25.";
+    assert!(said.starts_with(answer), "{said}");
+    assert!(said.contains("36 cases, 12 points (grid) with 3 seeds each"), "{said}");
     let rows = rows(&folder, "out/small/cases.csv");
     assert_eq!(rows.len(), 36);
     for case in [0, 7, 22, 35] {
@@ -243,7 +244,7 @@ fn a_row_has_the_results_of_its_case_alone() {
 }
 
 #[test]
-fn the_energies_of_the_ports_are_those_of_each_run() {
+fn the_energies_of_the_ports_agree_with_each_run() {
     let folder = TestFolder::new();
     folder.file(
         "ports.toml",
@@ -325,7 +326,7 @@ fn sharing_runs_changes_no_byte() {
 }
 
 #[test]
-fn parquet_holds_what_the_csv_does() {
+fn parquet_and_csv_have_the_same_content() {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
     let folder = sweep_files();
@@ -361,7 +362,7 @@ fn the_number_of_threads_changes_no_byte() {
 }
 
 #[test]
-fn shards_join_to_the_bytes_of_the_whole_sweep_after_a_killed_worker() {
+fn shards_join_to_the_files_of_the_whole_sweep_after_a_killed_worker() {
     let folder = sweep_files();
     folder.good(&["sweep", "long.toml", "--quiet", "--out", "whole"]);
     let shard = |index: &'static str| ["sweep", "long.toml", "--quiet", "--threads", "1", "--shard", index];
@@ -426,12 +427,12 @@ fn killed_ten_times(name: &str) {
         std::thread::sleep(Duration::from_millis(30 + (moment >> 33) % 300));
         let _ = child.kill();
         let has_ended = child.wait().expect("ended").success();
-        // Killed between its last step and its end, a sweep is complete too.
+        // A sweep killed between its last step and its end is also complete.
         let manifest = folder.path(&out).join("manifest.json");
         let is_complete = std::fs::read_to_string(manifest).is_ok_and(|text| text.contains("\"is_complete\": true"));
         if has_ended || is_complete {
-            // The sweep was complete: its packs became the files, and a new one starts. Killed before its last step, it drops
-            // them when it is run again.
+            // The sweep is complete and its packs have become the files, so the loop starts a new sweep. If the
+            // process was killed before the last step, the next run removes the packs.
             folder.good(&["sweep", &file, "--quiet"]);
             same(&folder, &undisturbed, &out);
             std::fs::remove_dir_all(folder.path(&out)).expect("there");
@@ -461,7 +462,7 @@ fn a_folder_in_use_by_another_process_is_not_changed() {
 }
 
 #[test]
-fn axes_that_cannot_be_ranked_and_none_at_all_are_summed_up() {
+fn sweeps_without_axes_or_with_unrankable_axes_have_a_summary() {
     let folder = TestFolder::new();
     let head = "base = \"builtin:paper/augmented.toml\"\nseeds = 4\nmetrics = [\"tissue_energy_j\", \"augmented_s\"]\n\
                 focus = [\"tissue_energy_j\"]\n[set]\nsimulation.duration_s = 6.0\nsensor.force_noise_std_n = 0.02\n";
@@ -475,7 +476,7 @@ fn axes_that_cannot_be_ranked_and_none_at_all_are_summed_up() {
         folder.good(&["sweep", &format!("{name}.toml"), "--quiet", "--report"]);
         let text = folder.text(&format!("out/{name}/summary.txt"));
         assert!(text.contains("energy into the tissue"), "{name}: {text}");
-        // Without augmentation the slave is never frozen, also with other lanes augmented.
+        // Without augmentation the slave is never frozen, even if other lanes are augmented.
         for row in rows(&folder, &format!("out/{name}/cases.csv")) {
             let is_off = row.get("augmentation.enabled").is_some_and(|enabled| enabled == "false");
             assert_eq!(row["augmented_s"] == "0.0", is_off, "{name}: {row:?}");
@@ -500,7 +501,7 @@ fn ctrl_c_stops_a_sweep_and_keeps_its_cases() {
 fn a_full_disk_is_reported_and_complete_cases_are_kept() {
     let folder = sweep_files();
     folder.good(&["sweep", "long.toml", "--quiet", "--out", "undisturbed"]);
-    // A limit on the size of files fails like a full disk, during the sweep. The unit is 1 KiB or 512 bytes, depending
+    // A limit on the size of files fails like a full disk during the sweep. Its unit is 1 KiB or 512 bytes, depending
     // on the shell.
     let line = format!(
         "trap '' XFSZ; ulimit -f 24; exec '{}' sweep long.toml --quiet",
@@ -530,13 +531,13 @@ fn a_changed_sweep_is_refused_with_the_difference() {
     );
     folder.file("small.toml", SMALL);
     folder.refused(&["sweep", "small.toml", "--set", "slave.velocity_gain=16"], &["- slave.velocity_gain = 15.0"]);
-    // A change of comments is not a change of the sweep.
+    // A change of comments does not change the sweep.
     folder.file("small.toml", format!("# a note\n{SMALL}"));
     assert!(folder.good(&["sweep", "small.toml"]).contains("already complete"));
 }
 
 #[test]
-fn what_is_wrong_with_a_file_is_underlined() {
+fn errors_in_a_file_are_underlined() {
     let folder = TestFolder::new();
     let base = "base = \"builtin:paper/classical.toml\"\n";
     let cases: [(&str, &[&str]); 19] = [
@@ -571,7 +572,7 @@ fn what_is_wrong_with_a_file_is_underlined() {
 }
 
 #[test]
-fn values_that_do_not_go_together_are_refused_before_anything_runs() {
+fn values_that_exclude_each_other_are_refused_before_anything_runs() {
     let folder = TestFolder::new();
     // Each value is allowed, but the cutting force must not exceed the rupture force.
     let sweep = "base = \"builtin:layers/direct-access.toml\"\n\
@@ -610,7 +611,7 @@ fn shipped_and_documented_sweeps_are_valid() {
     assert!(schema["properties"]["set"]["properties"]["scaling"]["properties"]["force"].is_object());
 }
 
-/// Delays, tissue and scales as axes, one of which does not affect the insertion.
+/// Delays, tissue and scales as axes. One of them does not affect the insertion.
 const LOOPS: &str = r#"
 base = "builtin:paper/classical.toml"
 metrics = ["stability_spectral_radius", "stability_is_stable", "stability_is_stable_simulated", "stability_gain_margin", "stability_delay_margin_s", "stability_is_absolutely_stable", "tracking_rmse_m"]
@@ -624,7 +625,7 @@ channel.forward_delay_s = [0.0, 0.0155]
 "#;
 
 #[test]
-fn the_columns_of_the_loop_are_the_analysis_of_each_case() {
+fn the_columns_of_the_loop_agree_with_the_analysis_of_each_case() {
     use trocar::scenario::{Scenario, Source};
     use trocar::stability::Analysis;
     let folder = TestFolder::new();
@@ -667,7 +668,8 @@ fn the_shipped_sweep_of_scale_factors_is_analytic_and_simulated() {
         if (radius - 1.0).abs() > 1e-5 {
             assert_eq!(simulated, analytic, "{row:?}");
         }
-        // Without damping of the tissue the loop gain is the product of the scales, and the margin too.
+        // Without tissue damping, the loop gain is proportional to the product of the scales, and the margin to its
+        // inverse.
         if let Some(gain) = number("stability_gain_margin") {
             let product = number("scaling.force").expect("there") * number("scaling.position").expect("there");
             assert!((gain * product * 600.0 / 2517.7 - 1.0).abs() < 1e-4, "{gain} {product}");

@@ -1,4 +1,5 @@
-//! The certificate of the switching compared with the engine: random sequences of events, and the worst sequence found.
+//! The certificate of the switching compared with the engine, for random sequences of events and for the worst
+//! sequence found.
 
 use crate::support;
 use std::collections::BTreeMap;
@@ -18,7 +19,7 @@ fn source() -> Source {
     Source::parse("builtin:paper/augmented.toml")
 }
 
-/// The settings with the spring and the damper that are stated in place of the recorded force.
+/// Returns the settings, with a spring and a damper in place of the recorded force.
 fn owned(settings: &[&str]) -> Vec<String> {
     let tissue = ["tissue.stiffness_n_per_m=200", "tissue.damping_n_s_per_m=5"];
     tissue.iter().chain(settings).map(|&setting| setting.to_owned()).collect()
@@ -28,7 +29,6 @@ fn scenario(settings: &[&str]) -> Scenario {
     Scenario::load(&source(), &owned(settings)).expect("loads")
 }
 
-/// Returns the analysis of a scenario, which is computed once.
 fn analysed(settings: &[&str], tissue: (f64, f64)) -> Switching {
     static CACHE: Mutex<BTreeMap<String, Arc<OnceLock<Switching>>>> = Mutex::new(BTreeMap::new());
     let key = format!("{settings:?} {tissue:?}");
@@ -40,7 +40,7 @@ fn analysed(settings: &[&str], tissue: (f64, f64)) -> Switching {
     place.get_or_init(analyse).clone()
 }
 
-/// A hold while frozen acts as a delay: force and position of the last tick are held, as by a slow sampler.
+/// A hold while frozen acts as a delay: force and position of the last tick are held, like with a slow sampler.
 const HOLD: [&str; 8] = [
     "augmentation.decay_ratio=1.0",
     "augmentation.reengage=snap",
@@ -52,7 +52,6 @@ const HOLD: [&str; 8] = [
     "tissue.damping_n_s_per_m=0.0",
 ];
 
-/// A scenario for thousands of sequences.
 fn at_rest(settings: &[&str]) -> Scenario {
     without_alarms(&source(), &owned(settings)).expect("loads")
 }
@@ -63,11 +62,11 @@ fn any_events_at_the_papers_numbers_are_certified_with_a_margin() {
     let found = switching.certificate.as_ref().expect("certified");
     assert!(switching.is_certified());
     assert!(found.dwell_ticks <= 11 && found.contraction <= 1.0 && found.margin > 0.0);
-    // Positive, by a method independent of the solver and of the verification.
+    // This method is independent of the solver and of the verification.
     assert!(found.p_at_events().symmetric_eigenvalues().min() > 0.0);
     assert_eq!(switching.growing_dwell_ticks, None);
     assert_eq!(switching.covers_lost_contact, Some(true));
-    // What is found and what is certified enclose the truth.
+    // The found and the certified growth enclose the true one.
     let certified = switching.at_refractory.as_ref().expect("certified").contraction.sqrt();
     assert!(switching.growth.found <= certified && certified <= 10.0 * switching.growth.found && certified < 0.1);
     let reach = switching.reach.as_ref().expect("bounded");
@@ -76,7 +75,7 @@ fn any_events_at_the_papers_numbers_are_certified_with_a_margin() {
     assert!(switching.by_dwell.iter().all(|point| point.certified.is_none_or(|bound| point.found <= bound)));
 }
 
-/// The certified dwell in ms.
+/// Returns the certified dwell in ms.
 fn dwell_ms(settings: &[&str], tissue: (f64, f64)) -> Option<f64> {
     let settings = support::switching(&scenario(settings), tissue).expect("covered");
     let ticks = Switching::certified_dwell(&settings).expect("analysed")?;
@@ -85,7 +84,7 @@ fn dwell_ms(settings: &[&str], tissue: (f64, f64)) -> Option<f64> {
 
 #[test]
 fn dwells_are_certified_for_stiffer_tissues_and_larger_scales() {
-    // 11, 41, 315, 42 and 172 ms with one function on state and gap, by an independent solver.
+    // An independent solver, with one function of state and gap, gives 11, 41, 315, 42 and 172 ms.
     for (settings, tissue, limit_ms) in [
         (&[][..], (50.0, 1000.0), 41.0),
         (&[][..], (50.0, 2000.0), 315.0),
@@ -101,7 +100,7 @@ fn dwells_are_certified_for_stiffer_tissues_and_larger_scales() {
 }
 
 #[test]
-fn the_certified_dwell_does_not_depend_on_the_tick_but_for_whole_ticks() {
+fn the_certified_dwell_depends_on_the_tick_only_by_rounding() {
     for tissue in [TISSUE, (50.0, 1000.0)] {
         let dwell = |tick_ms: f64| {
             let setting = format!("simulation.tick_s={}", 1e-3 * tick_ms);
@@ -119,8 +118,8 @@ fn the_certified_dwell_does_not_depend_on_the_tick_but_for_whole_ticks() {
 }
 
 #[test]
-fn delays_and_other_architectures_are_certified_as_the_manual_has_it() {
-    // The cells of the row's first columns; the others take longer.
+fn the_certificates_of_delays_and_other_architectures_agree_with_the_manual() {
+    // Only the first columns of each row of the manual's table; the others take longer.
     for (setting, delays_s) in [
         ("controller.kind=position-force", &["0", "0.001"][..]),
         ("controller.kind=local-force", &["0", "0.001"]),
@@ -151,18 +150,18 @@ fn five_and_ten_ticks_each_way_are_certified_with_the_supervisors_time() {
 }
 
 #[test]
-fn a_gap_that_is_kept_is_certified_in_contact() {
+fn a_kept_gap_is_certified_in_contact() {
     let switching = analysed(&["augmentation.reengage=clutch"], TISSUE);
     assert!(switching.is_certified() && switching.kept_gap.is_some() && switching.certificate.is_none());
-    // On the softest tissue an event keeps 93 % of the gap: the spring of the arm against both springs.
+    // On the softest tissue an event keeps 93 % of the gap, the ratio of the arm's spring to both springs together.
     let arm = &switching.settings.of_loop.arm;
     let spring = arm.k_a_n_per_m * arm.k_h_n_per_m / (arm.k_a_n_per_m + arm.k_h_n_per_m);
     let at_rest = spring / (spring + TISSUE.0);
     assert!((switching.growth.found / at_rest - 1.0).abs() < 0.01, "{} {at_rest}", switching.growth.found);
-    // What is found and what is certified enclose the truth within a per cent.
+    // The found and the certified growth enclose the true one within a per cent.
     let certified = switching.certified_growth().expect("certified");
     assert!(switching.growth.found <= certified && certified < 1.01 * switching.growth.found, "{certified}");
-    // Out of contact the gap stays as it is.
+    // Out of contact the gap does not change.
     assert_eq!(switching.covers_lost_contact, Some(false));
 }
 
@@ -177,7 +176,7 @@ fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
     ];
     let snap = ["augmentation.reengage=snap"];
     let clutch = ["augmentation.reengage=clutch"];
-    // Number of sequences, the ticks of each, and the minimum share of the bounds that they reach.
+    // Number of sequences, ticks of each, and the minimum fraction of the bounds that they reach.
     for (settings, count, ticks, share) in [
         (&[][..], 2_000, 2_500, 0.1),
         (&snap[..], 1_000, 2_500, 0.1),
@@ -236,11 +235,11 @@ fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
     let at = &seen.at_events_m;
     assert!(at.len() >= period + 4, "{at:?}");
     let last = at.len() - 1;
-    // Over some events, because an oscillating pole makes the growth of a single one uneven.
+    // Average over several events, because an oscillating pole makes the growth of a single event uneven.
     let rounds = (last - 2) / period;
     let growth = (at[last] / at[last - rounds * period]).abs().powf(1.0 / (rounds * period) as f64);
     assert!(growth > 1.0 && (growth / switching.shown.found - 1.0).abs() < 0.1, "{growth} {}", switching.shown.found);
-    // With the certified teleoperation between events, the motion decays.
+    // If teleoperation between events lasts as long as certified, the motion decays.
     let ticks = found.dwell_ticks;
     let calm = format!("augmentation.refractory_s={}", ticks as f64 * 1e-3);
     let calm: Vec<&str> = HOLD.iter().copied().chain([calm.as_str()]).collect();
@@ -249,7 +248,7 @@ fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
 }
 
 #[test]
-fn what_is_not_covered_is_said() {
+fn cases_that_the_certificate_does_not_cover_are_reported() {
     for (setting, word) in [
         ("augmentation.enabled=false", "there are no events"),
         ("channel.forward_delay_s=0.03", "24 ticks"),
@@ -262,13 +261,13 @@ fn what_is_not_covered_is_said() {
     // A tissue with unstable teleoperation has no certificate for any dwell.
     let unstable = analysed(&["tissue.damping_n_s_per_m=0.0"], (50.0, 3000.0));
     assert!(unstable.certificate.is_none() && unstable.reach.is_none() && !unstable.is_certified());
-    // Nor has the unstable master of the paper's printed equations.
+    // The unstable master of the paper's printed equations has none either.
     let printed = analysed(&["master.coupling=as-printed"], TISSUE);
     assert!(printed.certificate.is_none() && printed.growth.found > 1.0);
 }
 
 #[test]
-fn releasing_the_slave_throws_the_needle_with_snap_only() {
+fn releasing_the_slave_moves_the_needle_suddenly_with_snap_only() {
     let events = analysed(&["augmentation.reengage=snap"], TISSUE).events;
     let of = |wanted: fn(&Reengage) -> bool| events.iter().find(|event| wanted(&event.reengage)).expect("there");
     let ramp = of(|policy| matches!(policy, Reengage::Ramp { .. }));
@@ -281,10 +280,10 @@ fn releasing_the_slave_throws_the_needle_with_snap_only() {
 }
 
 #[test]
-fn scheduled_events_are_taken_where_an_alarm_would_be() {
+fn scheduled_events_are_accepted_when_an_alarm_would_be() {
     let base = at_rest(&[]);
     let held = nearest_ticks(0.5, base.grid.tick_s());
-    // The second occurs while frozen, the third in the refractory period; the fourth is taken.
+    // The second event occurs while frozen, the third in the refractory period; the fourth is accepted.
     let run = EventRun {
         stiffness_n_per_m: 300.0,
         distance_m: 1e-5,
@@ -302,7 +301,7 @@ fn scheduled_events_are_taken_where_an_alarm_would_be() {
 }
 
 #[test]
-fn the_command_writes_what_it_says_of_the_switching() {
+fn the_command_writes_the_printed_results_of_the_switching() {
     let folder = crate::support::test_folder::TestFolder::new();
     let small = ["--x", "scaling.force=0.1:10:8", "--y", "tissue.stiffness_n_per_m=10:2000:8"];
     let command =

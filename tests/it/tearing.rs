@@ -1,4 +1,4 @@
-//! Layers that tear: the dependence of a rupture on the speed, the intact layer, and the list of layers in scenarios.
+//! Layers that tear: how a rupture depends on the speed, the intact layer, and the list of layers in scenarios.
 
 use crate::support::pair::Pair;
 use trocar::lane::{Lane, Mask};
@@ -7,10 +7,10 @@ use trocar::tissue::{Crack, ShaftParameters, Surface, Tearing, TearingLayer, Tea
 
 const TICK_S: f64 = 1e-3;
 
-/// The speeds of insertion in m/s, from 0.5 to 100 mm/s.
+/// The insertion speeds, from 0.5 to 100 mm/s.
 const SPEEDS_M_PER_S: [f64; 8] = [5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1];
 
-/// A layer without friction, on a shaft without viscous friction: the force is that on the tip.
+/// Returns a layer without friction, on a shaft without viscous friction, so that only the tip has a force.
 fn settings(layer: TearingLayer) -> TearingSettings {
     let layer = TearingLayer { friction_n_per_m: 0.0, ..layer };
     let shaft = ShaftParameters { damping_n_s_per_m2: 0.0, ..ShaftParameters::DEFAULT };
@@ -22,7 +22,7 @@ fn settings(layer: TearingLayer) -> TearingSettings {
     }
 }
 
-/// A rupture: the deflection in m, the force in N and the work until then in J.
+/// A rupture: the deflection (m), the force (N), and the work until the rupture (J).
 #[derive(Debug, Clone, Copy)]
 struct Rupture {
     deflection_m: f64,
@@ -30,7 +30,7 @@ struct Rupture {
     work_j: f64,
 }
 
-/// The rupture of the layer by the needle at a constant speed, on ticks of `tick_s`.
+/// Simulates the rupture of a layer by a needle at a constant speed, with ticks of `tick_s`.
 fn simulated(layer: TearingLayer, speed_m_per_s: f64, tick_s: f64) -> Rupture {
     let mut tissue = Tearing::<f64>::new(&settings(layer), tick_s, 0.0).expect("valid");
     let (mut work_j, mut before) = (0.0, (0.0, 0.0));
@@ -46,8 +46,8 @@ fn simulated(layer: TearingLayer, speed_m_per_s: f64, tick_s: f64) -> Rupture {
     panic!("no rupture at {speed_m_per_s} m/s");
 }
 
-/// The rupture in closed form: the force of the solid under a deflection `V t`, and the deflection, by bisection, at
-/// which the energy release rate is the toughness.
+/// Computes the rupture in closed form: the force of the solid under a deflection `V t`, and by bisection the
+/// deflection at which the energy release rate equals the toughness.
 fn closed_form(layer: TearingLayer, speed_m_per_s: f64) -> Rupture {
     let TearingLayer { stiffness_n_per_m: k0, stiffening_n_per_m2: a2, relaxed_share, relaxation_time_s: tau, .. } =
         layer;
@@ -70,10 +70,9 @@ fn closed_form(layer: TearingLayer, speed_m_per_s: f64) -> Rupture {
     Rupture { deflection_m: d, force_n: force(d), work_j }
 }
 
-/// How a quantity of a rupture is read.
 type Quantity = fn(&Rupture) -> f64;
 
-/// The slopes of a quantity over the speed, both logarithmic, from each speed to the next.
+/// Returns the slopes of a quantity over the speed, on logarithmic scales, from each speed to the next.
 fn slopes(ruptures: &[Rupture], quantity: Quantity) -> Vec<f64> {
     let pairs = ruptures.windows(2).zip(SPEEDS_M_PER_S.windows(2));
     pairs.map(|(pair, speed)| (quantity(&pair[1]) / quantity(&pair[0])).ln() / (speed[1] / speed[0]).ln()).collect()
@@ -121,7 +120,7 @@ fn a_tick_of_a_millisecond_resolves_a_rupture() {
 }
 
 #[test]
-fn a_slow_and_a_fast_rupture_are_at_the_limits_of_the_derivation() {
+fn slow_and_fast_ruptures_agree_with_the_limits_of_the_derivation() {
     let layer = TearingLayer { concentration: 0.5, ..TearingLayer::DEFAULT };
     let width = Crack::DEFAULT.crack_width_m;
     let slow = closed_form(layer, 1e-7);
@@ -136,7 +135,7 @@ fn a_slow_and_a_fast_rupture_are_at_the_limits_of_the_derivation() {
 }
 
 #[test]
-fn after_the_rupture_the_force_falls_to_that_of_cutting_and_stays_there() {
+fn after_the_rupture_the_force_falls_to_the_cutting_force_and_stays_there() {
     let layer = TearingLayer::DEFAULT;
     let mut tissue = Tearing::<f64>::new(&settings(layer), TICK_S, 0.0).expect("valid");
     let (speed, mut ruptured_at) = (0.01, None);
@@ -155,7 +154,7 @@ fn after_the_rupture_the_force_falls_to_that_of_cutting_and_stays_there() {
 }
 
 #[test]
-fn an_intact_layer_that_is_held_relaxes_and_one_under_a_held_force_creeps() {
+fn an_intact_layer_relaxes_at_a_held_depth_and_creeps_under_a_held_force() {
     let layer = TearingLayer::DEFAULT;
     let mut tissue = Tearing::<f64>::new(&settings(layer), TICK_S, 0.0).expect("valid");
     let (k0, tau) = (layer.stiffness_n_per_m, layer.relaxation_time_s);
@@ -167,7 +166,7 @@ fn an_intact_layer_that_is_held_relaxes_and_one_under_a_held_force_creeps() {
         let expected = relaxed * d + at_once * (-TICK_S * tick as f64 / tau).exp();
         assert!((force / expected - 1.0).abs() < 1e-6, "{tick}: {force} instead of {expected}");
     }
-    // The deflection that keeps the force, tick by tick.
+    // Adjust the deflection at every tick to keep the force constant.
     let mut tissue = Tearing::<f64>::new(&settings(layer), TICK_S, 0.0).expect("valid");
     let (force_n, mut first) = (0.4, None);
     for tick in 0..4000 {
@@ -208,7 +207,6 @@ fn lanes_of_different_motions_are_identical_to_single_runs() {
     assert_eq!(ruptures, [3, 3]);
 }
 
-/// A scenario with three named layers.
 const NAMED: &str = "\
     [simulation]\nduration_s = 3.0\n[operator]\nkind = \"minimum-jerk\"\nstart_m = -0.002\nend_m = 0.05\nmovement_s = 2.0\n\
     [tissue]\nkind = \"tearing\"\n\
@@ -223,7 +221,7 @@ fn load(text: &str, settings: &[&str]) -> Result<Scenario, String> {
 }
 
 #[test]
-fn layers_have_names_that_settings_address_and_the_echo_keeps() {
+fn settings_address_layers_by_name_and_the_echo_keeps_the_names() {
     let scenario = load(NAMED, &["tissue.layer.dura.toughness_j_per_m2=500"]).expect("good");
     let echo = scenario.echo();
     let table: toml::Table = echo.parse().expect("TOML");
@@ -238,14 +236,14 @@ fn layers_have_names_that_settings_address_and_the_echo_keeps() {
     assert_eq!(scenario.rupturing_layers(), ["ligament", "dura", "cord"]);
 }
 
-/// A scenario in which every column of the trust has something to show.
+/// In this scenario, every column of the trust has values of interest.
 #[test]
-fn the_trace_tells_when_the_estimate_can_be_trusted() {
+fn the_trace_shows_when_the_estimate_can_be_trusted() {
     let run = trocar::run::run(load(NAMED, &["sensor.force_noise_std_n=0.02"]).expect("good")).expect("runs");
     let trust = run.trace.trust().expect("the contact is known");
     let flagged = |flag: u8| trust.estimate_flags.iter().filter(|flags| *flags & flag > 0).count();
     assert_eq!(trust.estimate_flags.len(), run.trace.len());
-    // Before the contact, and at rest after the motion, where the damping cannot be told.
+    // The damping cannot be estimated before the contact, and at rest after the motion.
     assert!(flagged(8) > 100 && flagged(2) > 300, "{} {}", flagged(8), flagged(2));
     let negative = |k: usize| run.trace.stiffness_n_per_m[k] < 0.0 || run.trace.damping_n_s_per_m[k] < 0.0;
     assert!((0..run.trace.len()).all(|k| (trust.estimate_flags[k] & 4 > 0) == negative(k)));
@@ -262,7 +260,7 @@ fn the_trace_tells_when_the_estimate_can_be_trusted() {
 }
 
 #[test]
-fn a_nearer_list_of_layers_replaces_the_one_of_the_base() {
+fn a_scenarios_list_of_layers_replaces_the_list_of_its_base() {
     let folder = crate::support::test_folder::TestFolder::new();
     folder.file("base.toml", NAMED);
     folder.file("own.toml", "base = \"base.toml\"\n[[tissue.layer]]\nname = \"dura\"\ngrip_n = 0.3\n");
@@ -279,7 +277,7 @@ fn a_nearer_list_of_layers_replaces_the_one_of_the_base() {
 }
 
 #[test]
-fn wrong_layers_are_refused_with_a_place_and_a_remedy() {
+fn invalid_layers_are_refused_with_a_place_and_a_remedy() {
     for (text, settings, reasons) in [
         (NAMED, &["tissue.layer.dara.grip_n=0.1"][..], &["there is no layer dara", "ligament, dura, cord"][..]),
         (NAMED, &["tissue.layer.dura.grip=0.1"], &["did you mean tissue.layer.dura.grip_n?"]),

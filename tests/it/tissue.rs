@@ -1,4 +1,4 @@
-//! Properties of every tissue for any parameters and any motion of the needle; and of layers.
+//! Properties of every tissue for any parameters and any motion of the needle, and properties of layers.
 
 use crate::support::pair::Pair;
 use proptest::prelude::*;
@@ -12,7 +12,7 @@ use trocar::tissue::{
 const TICK_S: f64 = 1e-4;
 const START_M: f64 = -4e-3;
 
-/// Returns positions and velocities of a needle that moves between positions with minimum jerk and starts and ends
+/// Returns positions and velocities of a needle that moves between positions with minimum jerk, and starts and ends
 /// outside.
 fn motion(places_m: &[f64], seconds: f64) -> Vec<(f64, f64)> {
     let ticks = (seconds / TICK_S) as usize;
@@ -34,7 +34,7 @@ fn forces(tissue: &mut AnyTissue<f64>, motion: &[(f64, f64)]) -> Vec<f64> {
     motion.iter().zip(0..).map(|(&(x, v), tick)| tissue.react(tick, x, v).force_n).collect()
 }
 
-/// Returns the work of the needle on the tissue, and the integral of its magnitude, in J (trapezoids).
+/// Returns the needle's work on the tissue and the integral of its magnitude, in J, by the trapezium rule.
 fn work(motion: &[(f64, f64)], force_n: &[f64]) -> (f64, f64) {
     let steps = motion.windows(2).zip(force_n.windows(2));
     let each = steps.map(|(at, force)| 0.5 * (force[0] + force[1]) * (at[1].0 - at[0].0));
@@ -75,7 +75,6 @@ fn layered() -> impl Strategy<Value = AnyTissue<f64>> {
     counted_layered().prop_map(|(tissue, _)| tissue)
 }
 
-/// A tissue of layers, with their number.
 fn counted_layered() -> impl Strategy<Value = (AnyTissue<f64>, usize)> {
     (prop::collection::vec(layer(), 1..8), shaft()).prop_filter_map("the layers are possible", |(layers, shaft)| {
         let (layers, count): (Vec<_>, _) = (layers.iter().map(|layer| ("any".into(), *layer)).collect(), layers.len());
@@ -110,7 +109,6 @@ fn tearing() -> impl Strategy<Value = AnyTissue<f64>> {
     counted_tearing().prop_map(|(tissue, _)| tissue)
 }
 
-/// A tissue that tears, with its number of layers.
 fn counted_tearing() -> impl Strategy<Value = (AnyTissue<f64>, usize)> {
     let crack = (2e-4..2e-3f64, 0.02..2.0f64);
     (prop::collection::vec(tearing_layer(), 1..8), crack, shaft()).prop_map(|(layers, crack, shaft)| {
@@ -148,7 +146,7 @@ fn any_tissue() -> impl Strategy<Value = AnyTissue<f64>> {
     ]
 }
 
-/// A recording by depth: in to 30 mm and out, with any forces.
+/// Returns a recording by depth, in to 30 mm and out, with any forces.
 fn replayed() -> impl Strategy<Value = AnyTissue<f64>> {
     let forces = prop::collection::vec(-3.0..6.0f64, 60);
     (forces, 1e-4..0.02f64, prop::collection::vec(0.0..0.03f64, 0..3)).prop_map(
@@ -208,13 +206,14 @@ proptest! {
         };
         let ((ruptures, _), (again, (sum, size))) = (insert(), insert());
         prop_assert!(ruptures + again <= layers, "{ruptures} then {again} of {layers}");
-        // A crack that the first insertion has not driven through a layer goes on in the second, and may reach the next one.
+        // A crack that the first insertion has not driven through a layer continues in the second insertion, and may
+        // reach the next layer.
         prop_assert!(again == 0 || matches!(tissue, AnyTissue::Still(StillTissue::Tearing(_))), "{ruptures} then {again}");
         prop_assert!(sum >= -1e-3 * size, "{sum} J of {size} J");
     }
 }
 
-/// A membrane over an organ without damping or friction, so that each force is that of the law alone.
+/// Returns a membrane over an organ without damping or friction, so that each force follows from the law alone.
 fn membrane() -> LayersParameters {
     let [.., (_, capsule), (_, organ)] = LayerParameters::DEFAULT_LIST;
     let capsule = LayerParameters { damping_s_per_m: 0.0, grip_n: 0.0, thickness_m: 0.05, ..capsule };
@@ -228,7 +227,7 @@ fn tissue(parameters: &LayersParameters) -> AnyTissue<f64> {
 }
 
 #[test]
-fn a_membrane_gives_way_at_its_rupture_force_and_relaxes_to_its_cutting_force() {
+fn a_membrane_ruptures_at_its_rupture_force_and_relaxes_to_its_cutting_force() {
     let parameters = membrane();
     let (_, capsule) = parameters.layers[0];
     let mut tissue = tissue(&parameters);
@@ -246,7 +245,7 @@ fn a_membrane_gives_way_at_its_rupture_force_and_relaxes_to_its_cutting_force() 
         assert!(before <= capsule.rupture_force_n, "not above the rupture force");
     };
     assert!((at_rupture - capsule.rupture_force_n).abs() < 1e-12 && before <= at_rupture, "{at_rupture}");
-    // The needle is at rest: deflection and force relax exponentially, and then stay constant.
+    // The needle is at rest: deflection and force relax exponentially and then stay constant.
     let deflection = |force: f64| capsule.deflection_m(force);
     let (from, to) = (deflection(capsule.rupture_force_n), deflection(capsule.cutting_force_n));
     for k in 0..6000 {
@@ -261,7 +260,6 @@ fn a_membrane_gives_way_at_its_rupture_force_and_relaxes_to_its_cutting_force() 
         (0..1000).all(|_| (tissue.react(0, x, 0.0).force_n - held).abs() < 1e-9),
         "a frozen needle feels a held force"
     );
-    // The cutting continues at the cutting force.
     for _ in 0..5000 {
         x += step;
         assert!((tissue.react(0, x, 0.0).force_n - capsule.cutting_force_n).abs() < 1e-6);
@@ -292,7 +290,7 @@ fn the_force_of_extraction_is_negative_and_contact_ends_outside_of_the_first_con
 }
 
 #[test]
-fn a_shaft_holds_until_the_static_friction_and_slides_at_the_kinetic_one() {
+fn a_shaft_sticks_up_to_the_static_friction_and_slides_at_the_kinetic_friction() {
     let mut parameters = membrane();
     parameters.layers[0].1.grip_n = 0.5;
     parameters.shaft.static_ratio = 1.4;
@@ -302,7 +300,7 @@ fn a_shaft_holds_until_the_static_friction_and_slides_at_the_kinetic_one() {
         tissue.react(0, x, v);
     }
     let (x, step) = (0.03, 1e-6);
-    // Relaxed and at rest; then out at 10 mm/s, until the tip no longer presses.
+    // Relax at rest, then move out at 10 mm/s until the tip no longer presses.
     for _ in 0..5000 {
         tissue.react(0, x, 0.0);
     }

@@ -1,5 +1,5 @@
-//! Delays that vary: what is proved to be stable decays on the engine in every order that is tried, and what swings is not
-//! called stable.
+//! Varying delays: a loop proved stable decays on the engine in every tried order of delays, and a loop that
+//! oscillates is not called stable.
 
 use crate::support;
 use std::fmt::Write as _;
@@ -24,7 +24,7 @@ const BASE: [&str; 8] = [
     "passivity.scheme=none",
 ];
 
-/// Loops with their least delay each way in ticks.
+/// Loops with their minimum delay each way, in ticks.
 const LOOPS: [(&[&str], u64); 5] = [
     (&["tissue.stiffness_n_per_m=1000"], 10),
     (&["tissue.stiffness_n_per_m=600"], 20),
@@ -54,7 +54,7 @@ fn delays_file(folder: &TestFolder, name: &str, mut delays: impl FnMut(u64) -> [
     vec!["channel.delay_s=0".to_owned(), format!("channel.delays_file={}", folder.path(name).display())]
 }
 
-/// The slave's swing in the last second, in m; infinite if the run diverges.
+/// Returns the slave's peak-to-peak motion in the last second, in m; infinite if the run diverges.
 fn last_swing_m(scenario: Scenario) -> f64 {
     let ticks = scenario.grid.ticks() as usize;
     let column = run(scenario).expect("runs").trace.slave_position_m;
@@ -63,13 +63,13 @@ fn last_swing_m(scenario: Scenario) -> f64 {
     if column.len() < ticks { f64::INFINITY } else { high - low }
 }
 
-/// What is proved for a scenario.
+/// Returns the proved properties of a scenario.
 fn proved(scenario: &Scenario) -> VaryingDelays {
     VaryingDelays::of(scenario, &support::linear_loop(scenario)).expect("computed").expect("delays vary")
 }
 
 #[test]
-fn what_is_proved_decays_in_random_and_bang_bang_orders() {
+fn a_loop_proved_stable_decays_with_random_and_bang_bang_delays() {
     let folder = TestFolder::new();
     let mut random = ChaCha8Rng::seed_from_u64(24);
     for (settings, least) in LOOPS {
@@ -100,17 +100,16 @@ fn what_is_proved_decays_in_random_and_bang_bang_orders() {
 }
 
 #[test]
-fn ages_are_those_of_the_samples_that_the_receiver_holds() {
+fn the_ages_belong_to_the_samples_that_the_receiver_holds() {
     let folder = TestFolder::new();
     folder.file("d.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.005,0.003\n1,,0.003\n1.002,0.006,0.003\n");
     let file = format!("channel.delays_file={}", folder.path("d.csv").display());
     let delays = proved(&load(&["channel.delay_s=0".to_owned(), file, "channel.jitter_s=0.004".to_owned()]));
     let ticks = |way: trocar::stability::DelayRange| (way.min_ticks, way.max_ticks);
-    // Two lost samples, and one that takes 6 ticks: the sample before them is held until it is 8 ticks old.
+    // Two samples are lost and one takes 6 ticks, so the sample before them is held until it is 8 ticks old.
     assert_eq!((ticks(delays.forward), ticks(delays.backward)), ((5, 8 + 4), (3, 3 + 4)));
 }
 
-/// The command's answer for a scenario.
 fn stability(folder: &TestFolder, scenario: &str, settings: &[String]) -> (Json, String) {
     let axes = ["--json", "--x", "scaling.force=0.5:2:2", "--y", "scaling.position=0.5:2:2"];
     let set = settings.iter().flat_map(|setting| ["--set", setting]);
@@ -121,7 +120,7 @@ fn stability(folder: &TestFolder, scenario: &str, settings: &[String]) -> (Json,
 }
 
 #[test]
-fn the_verdict_says_which_delays_it_covers_or_why_it_is_unknown() {
+fn the_verdict_states_which_delays_it_covers_or_why_it_is_unknown() {
     let folder = TestFolder::new();
     let settings = |more: &[&str]| -> Vec<String> {
         let base = BASE.iter().chain(&["tissue.stiffness_n_per_m=600", "channel.delay_s=0.02"]).chain(more);
@@ -159,7 +158,7 @@ fn the_verdict_says_which_delays_it_covers_or_why_it_is_unknown() {
 }
 
 #[test]
-fn delays_that_swing_are_not_called_stable() {
+fn oscillating_loops_with_varying_delays_are_not_called_stable() {
     let folder = TestFolder::new();
     let settings: Vec<String> =
         ["tissue.stiffness_n_per_m=1000", "tissue.damping_n_s_per_m=0"].map(str::to_owned).to_vec();

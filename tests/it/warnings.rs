@@ -1,4 +1,4 @@
-//! Warnings: what is told, where, and what is not.
+//! Warnings: which are given, with which place, and when there are none.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -26,12 +26,12 @@ fn codes_of(name: &str, settings: &[&str]) -> Vec<Code> {
 }
 
 #[test]
-fn a_swing_that_does_not_decay_is_an_outcome() {
+fn an_oscillation_that_does_not_decay_is_an_outcome() {
     let wall = run(load("passivity/late-wall", &[])).expect("runs");
     let Outcome::Oscillating { frequency_hz, swing_m } = wall.metrics.outcome else {
         panic!("{:?}", wall.metrics.outcome)
     };
-    // The wall's swing at its end, read off the trace.
+    // Measure the amplitude at the end in the trace.
     let last = &wall.trace.slave_position_m[wall.trace.len() * 9 / 10..];
     let (low, high) = last.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
     assert!((swing_m - (high - low)).abs() < 0.1 * (high - low), "{swing_m} {low} {high}");
@@ -39,7 +39,7 @@ fn a_swing_that_does_not_decay_is_an_outcome() {
     for scheme in ["time-domain", "waves", "tank"] {
         assert!(codes_of(&format!("passivity/late-wall-{scheme}"), &[]).is_empty(), "{scheme}");
     }
-    // A hand that swings is followed, which is no oscillation of the loop.
+    // Following an oscillating hand is no oscillation of the loop.
     let sine =
         ["operator.kind=sine", "operator.frequency_hz=2", "tissue.kind=kelvin-voigt", "simulation.duration_s=10"];
     assert_eq!(run(load("hand/reflex", &sine)).expect("runs").metrics.outcome, Outcome::Completed);
@@ -48,12 +48,12 @@ fn a_swing_that_does_not_decay_is_an_outcome() {
 }
 
 #[test]
-fn a_swing_in_noise_is_told_from_what_the_noise_does() {
+fn an_oscillation_in_noise_is_distinguished_from_the_effect_of_the_noise() {
     let outcome = |settings: &[&str]| {
         let always = ["simulation.duration_s=60", "augmentation.enabled=true"];
         run(load("hand/reflex", &[&always, settings].concat())).expect("runs").metrics.outcome
     };
-    // The noise and the false alarms that it raises hold this limit cycle in step: a displaced hand is forgotten.
+    // The noise and its false alarms synchronise this limit cycle, so a displaced hand is forgotten.
     let late = [
         "simulation.tick_s=0.002",
         "simulation.seed=647",
@@ -75,7 +75,8 @@ fn a_swing_in_noise_is_told_from_what_the_noise_does() {
         other => panic!("{other:?}"),
     };
     assert!(swing_m > 0.05, "{swing_m}");
-    // Here the same noise swings the needle by two thirds as much without augmentation, and a displaced hand shifts the alarms.
+    // Here the same noise moves the needle by two thirds as much without augmentation, and a displaced hand shifts
+    // the alarms.
     let noisy = [
         "simulation.seed=540",
         "scaling.force=1.7855",
@@ -95,7 +96,7 @@ fn a_swing_in_noise_is_told_from_what_the_noise_does() {
     assert_eq!(outcome(&noisy), Outcome::Completed);
 }
 
-/// The outcome of a scenario in a spring and damper, from its text.
+/// Returns the outcome of a scenario in a spring and damper, from its text.
 fn outcome_of(text: &str) -> Outcome {
     let text = format!("base = \"paper/classical\"\ntissue.kind = \"kelvin-voigt\"\n{text}");
     let source = Source::Text { name: "swing".into(), text: text.clone().into() };
@@ -103,7 +104,7 @@ fn outcome_of(text: &str) -> Outcome {
     run(scenario).expect("runs").metrics.outcome
 }
 
-/// The frequency in Hz and the size in m of the swing that a scenario sustains.
+/// Returns the frequency (Hz) and the amplitude (m) of a sustained oscillation.
 fn sustained(text: &str) -> (f64, f64) {
     match outcome_of(text) {
         Outcome::Oscillating { frequency_hz, swing_m } => (frequency_hz, swing_m),
@@ -112,7 +113,7 @@ fn sustained(text: &str) -> (f64, f64) {
 }
 
 #[test]
-fn a_swing_that_repeats_with_the_ticks_is_sustained() {
+fn an_oscillation_that_repeats_with_the_ticks_is_sustained() {
     // A displaced copy of these runs returns to the same cycle.
     for scale in [18.0, 18.5] {
         let text = format!(
@@ -130,13 +131,13 @@ fn a_swing_that_repeats_with_the_ticks_is_sustained() {
 }
 
 #[test]
-fn a_swing_that_starts_late_is_slow_saturates_or_alternates_with_the_ticks_is_sustained() {
+fn an_oscillation_that_starts_late_is_slow_saturates_or_alternates_with_the_ticks_is_sustained() {
     // The needle reaches the tissue 0.8 s before the end.
     let late = "operator = { kind = \"ramp\", start_m = -0.054, end_m = 0.02 }
         scaling.force = 20
         simulation.duration_s = 6.2";
     assert!((sustained(late).0 - 20.3).abs() < 0.5);
-    // One and a half swings in the whole run.
+    // One and a half periods in the whole run.
     let slow = "operator.kind = \"minimum-jerk\"
         tissue.stiffness_n_per_m = 300
         scaling.force = 8
@@ -157,7 +158,7 @@ fn a_swing_that_starts_late_is_slow_saturates_or_alternates_with_the_ticks_is_su
 }
 
 #[test]
-fn a_swing_that_hand_noise_and_breathing_force_is_none_of_the_loop() {
+fn motion_forced_by_hand_noise_and_breathing_is_no_oscillation_of_the_loop() {
     // Three quarters of the stable force scale.
     let forced = "operator = { kind = \"sine\", start_m = 0.012, amplitude_m = 0.006, frequency_hz = 6, tremor_amplitude_m = 2e-4 }
         scaling.force = 12
@@ -166,7 +167,7 @@ fn a_swing_that_hand_noise_and_breathing_force_is_none_of_the_loop() {
         tissue.breathing_period_s = 1
         simulation.duration_s = 6";
     assert_eq!(outcome_of(forced), Outcome::Completed);
-    // A swing that still decays at the end of a short run.
+    // An oscillation that still decays at the end of a short run.
     let ringing = "operator = { kind = \"minimum-jerk\", end_m = 0.02, movement_s = 0.2 }
         scaling.force = 15
         simulation.duration_s = 1";
@@ -174,7 +175,7 @@ fn a_swing_that_hand_noise_and_breathing_force_is_none_of_the_loop() {
 }
 
 #[test]
-fn energy_that_no_hand_gives_and_a_delay_that_outlasts_the_run_are_told() {
+fn impossible_energy_of_the_hand_and_a_delay_longer_than_the_run_give_warnings() {
     assert!(codes_of("paper/augmented", &["scaling.force=1000"]).contains(&Code::HandEnergyImpossible));
     assert!(codes_of("passivity/late-wall", &[]).contains(&Code::ActiveLoop));
     let late = ["channel.forward_delay_s=30"];
@@ -182,7 +183,6 @@ fn energy_that_no_hand_gives_and_a_delay_that_outlasts_the_run_are_told() {
     assert!(!codes_of("paper/classical", &["channel.forward_delay_s=3"]).contains(&Code::DelayBeyondRun));
 }
 
-/// The settings that remove a reason.
 fn removal(reason: &MissReason, threshold: &mut f64) -> String {
     match reason {
         MissReason::NotInContact { .. } => "estimator.contact_m=-1000".into(),
@@ -203,7 +203,7 @@ fn removal(reason: &MissReason, threshold: &mut f64) -> String {
     }
 }
 
-/// The alarms of a run, accepted or not, in s.
+/// Returns the times of all alarms, accepted or not, and of the ruptures of a run, in s.
 fn alarms_s(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
     struct Alarms(f64, Vec<f64>);
     impl Observer<f64> for Alarms {
@@ -219,7 +219,7 @@ fn alarms_s(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
 }
 
 #[test]
-fn every_missed_rupture_has_a_reason_and_its_removal_detects_it() {
+fn every_missed_rupture_has_a_reason_and_removing_it_detects_the_rupture() {
     let settings = |k: u64| -> Vec<String> {
         let mut random = ChaCha8Rng::seed_from_u64(k);
         let drawn: Vec<u64> = (0..16).map(|_| random.random()).collect();
@@ -259,7 +259,7 @@ fn every_missed_rupture_has_a_reason_and_its_removal_detects_it() {
             let Some(miss) = &rupture.miss else { continue };
             let mut threshold = threshold;
             let changes: Vec<String> = miss.reasons().map(|reason| removal(reason, &mut threshold)).collect();
-            // The speed of a motion that is changed has no effect.
+            // The speed of a changed motion has no effect.
             let acts = |setting: &&String| {
                 !setting.contains("insertion_speed") || !changes.contains(&"detector.motion=any".to_owned())
             };
@@ -287,19 +287,19 @@ fn a_key_without_effect_is_an_error_unless_the_kind_was_changed_later() {
     let given =
         ["run", "hand/reflex", "--set", "tissue.kind=kelvin-voigt", "--set", "tissue.layer.skin.rupture_force_n=2"];
     folder.refused(&given, &["tissue.layer.skin.rupture_force_n has no effect"]);
-    // The base's layers are not this file's fault.
+    // This file is not responsible for the base's layers.
     folder.file("base.toml", "base = \"hand/reflex\"\n[tissue]\nlayer.skin.rupture_force_n = 2\n");
     folder.file("good.toml", "base = \"base.toml\"\n[tissue]\nkind = \"kelvin-voigt\"\n");
     let outcome = folder.trocar(&["check", "good.toml"]);
     assert_eq!(outcome.code, 0, "{}", outcome.err);
-    // A setting for several scenarios acts in one of them.
+    // A setting for several scenarios may have an effect in only one of them.
     let hold = ["--set", "augmentation.min_hold_s=0.2"];
     folder.refused(
         &[&["check", "paper/classical"], &hold[..]].concat(),
         &["augmentation.min_hold_s has no effect: it acts for augmentation.enabled = true, which is false here"],
     );
     folder.good(&[&["compare", "paper/classical", "paper/augmented"], &hold[..]].concat());
-    // A choice that does not act itself.
+    // A choice that has no effect itself.
     let presliding = "base = \"hand/reflex\"\n[tissue]\nindex = \"depth\"\npresliding_m = 0.001\n";
     folder.file("replay.toml", presliding);
     folder.refused(&["check", "replay.toml"], &["tissue.index has no effect", "tissue.presliding_m has no effect"]);
@@ -331,7 +331,7 @@ fn a_key_without_effect_is_an_error_unless_the_kind_was_changed_later() {
     folder.good(&["sweep", "kinds.toml"]);
 }
 
-/// What `stability` says of a scenario: the loop, the events, and the warnings.
+/// Returns the results of `stability` for a scenario: the loop, the events, and the warnings.
 fn verdict(folder: &TestFolder, scenario: &str, settings: &[&str]) -> (Json, Json, String) {
     let mut arguments = vec!["stability", scenario, "--json", "--x", "scaling.force=0.5:2:2"];
     arguments.extend(["--y", "scaling.position=0.5:2:2"]);
@@ -343,7 +343,7 @@ fn verdict(folder: &TestFolder, scenario: &str, settings: &[&str]) -> (Json, Jso
 }
 
 #[test]
-fn a_verdict_is_unknown_where_something_is_left_out() {
+fn a_verdict_is_unknown_if_a_part_is_left_out() {
     let folder = TestFolder::new();
     for left_out in [
         "channel.loss=0.3",
@@ -385,7 +385,7 @@ fn a_verdict_covers_delays_limits_and_tissue_or_is_unknown() {
 }
 
 #[test]
-fn a_limit_that_the_loop_never_reaches_is_not_left_out() {
+fn a_limit_that_the_loop_never_reaches_is_not_reported_as_left_out() {
     let spring = ["tissue.kind=kelvin-voigt", "tissue.stiffness_n_per_m=300", "simulation.control=sampled"];
     let insertion = ["operator.kind=minimum-jerk", "simulation.duration_s=4"];
     let limits = [
@@ -411,7 +411,8 @@ fn a_limit_that_the_loop_never_reaches_is_not_left_out() {
         let largest = bounds(more);
         assert_eq!(left_out(&with(1.001, &largest, more), None), vec![], "above the bounds");
         assert_eq!(left_out(&with(0.999, &largest, more), None).len(), 5, "below them");
-        // A limit above the bound changes nothing, whatever the hand does; one at a third of the bound acts for some hand.
+        // A limit above the bound changes nothing, whatever the hand does. A limit at a third of the bound has an
+        // effect for some hand.
         let hands = ["operator.kind=ramp", "operator.kind=insertion-extraction", "operator.kind=minimum-jerk"];
         let mut acts = false;
         for hand in hands {
@@ -426,7 +427,7 @@ fn a_limit_that_the_loop_never_reaches_is_not_left_out() {
     }
     // A loop that is not stable has no bound.
     assert!(loop_limits(&with(1.0, &[1e6; 5], &["scaling.force=100"])).iter().all(|limit| limit.part.bound.is_none()));
-    // Noise has no bound, and an event, a jitter or a reflex no linear loop.
+    // Noise has no bound; events, jitter and reflexes do not belong to a linear loop.
     let others = ["augmentation.enabled=true", "channel.jitter_s=0.002", "perception.reflex=stop"];
     for more in ["sensor.force_noise_std_n=0.01"].into_iter().chain(others) {
         assert!(loop_limits(&with(1.0, &[1e6; 5], &[more])).iter().all(|limit| limit.part.bound.is_none()), "{more}");
@@ -434,7 +435,7 @@ fn a_limit_that_the_loop_never_reaches_is_not_left_out() {
 }
 
 #[test]
-fn what_a_verdict_leaves_out_is_named_by_its_key() {
+fn the_parts_that_a_verdict_leaves_out_are_named_by_key() {
     let settings = [
         "simulation.control=sampled",
         "actuator.master_force_limit_n=5",
@@ -470,7 +471,6 @@ fn warnings_are_in_every_answer_and_can_be_errors() {
     let denied = folder.trocar(&["run", "sensing/wrong-detector-settings", "--deny-warnings"]);
     assert!(denied.code == 1 && denied.err.contains("--deny-warnings"), "{}", denied.err);
     assert_eq!(folder.trocar(&["run", "paper/classical", "--deny-warnings"]).code, 0);
-    // Several runs are one document.
     let two = folder.trocar(&["run", "paper/classical", "paper/augmented", "--json"]).out;
     let two: Json = serde_json::from_str(&two).expect("one JSON document");
     assert_eq!(two.as_array().map(Vec::len), Some(2));
@@ -486,7 +486,7 @@ fn warnings_are_in_every_answer_and_can_be_errors() {
 }
 
 #[test]
-fn seeds_without_noise_are_told() {
+fn seeds_without_noise_give_a_warning() {
     let folder = TestFolder::new();
     let said = |arguments: &[&str]| {
         let outcome = folder.trocar(arguments);
@@ -514,7 +514,7 @@ fn seeds_without_noise_are_told() {
 }
 
 #[test]
-fn metrics_that_no_case_changes_are_told() {
+fn metrics_that_no_case_changes_give_a_warning() {
     let folder = TestFolder::new();
     let sweep = "base = \"paper/classical\"\nmetrics = [\"false_alarms\", \"operator_energy_j\"]\n[axes]\n\"scaling.force\" = [1.0, 1.1]\n";
     let outcome = folder.file("two.toml", sweep).trocar(&["sweep", "two.toml", "--deny-warnings"]);

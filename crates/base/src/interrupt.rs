@@ -1,7 +1,7 @@
-//! Ends long work from outside, wherever it is.
+//! Cooperative cancellation of long computations.
 //!
-//! Long computations call [`check`] every few milliseconds. On a thread that [`watch`]es a flag, a set flag ends the work
-//! by unwinding to [`catch`]: no function between them needs a way to return early. On other threads nothing happens.
+//! Long computations call [`check`] every few milliseconds. If the flag of a thread ([`watch`]) is set, [`check`]
+//! unwinds to [`catch`], so the functions between them need no early return. On threads without a flag it does nothing.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -13,19 +13,19 @@ thread_local! {
     static STOP: RefCell<Option<Arc<AtomicBool>>> = const { RefCell::new(None) };
 }
 
-/// The work was ended.
+/// The work was cancelled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interrupted;
 
 /// Number of steps of a fast loop between two checks.
 const STEPS: u64 = 4096;
 
-/// Makes this thread end its work once the flag is set.
+/// Cancels work on this thread once the flag is set.
 pub fn watch(stop: Arc<AtomicBool>) {
     STOP.set(Some(stop));
 }
 
-/// [`check`] at every so many steps of a fast loop.
+/// Calls [`check`] at regular steps of a fast loop.
 #[inline(always)]
 pub fn check_at(step: u64) {
     if step.is_multiple_of(STEPS) {
@@ -33,24 +33,23 @@ pub fn check_at(step: u64) {
     }
 }
 
-/// Ends the work if the flag of this thread is set.
+/// Cancels the work if the flag of this thread is set.
 #[inline(never)]
 pub fn check() {
     if is_requested() {
-        // Without the message of a panic: it is none.
+        // Without a panic message, because this is not a panic.
         resume_unwind(Box::new(Interrupted));
     }
 }
 
-/// Whether the flag of this thread is set.
 pub(crate) fn is_requested() -> bool {
     STOP.with_borrow(|stop| stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)))
 }
 
-/// Does work that can be ended. A panic of the work goes on.
+/// Runs work that can be cancelled. Propagates a panic of the work.
 ///
 /// # Errors
-/// [`Interrupted`] if it was ended.
+/// [`Interrupted`] if the work was cancelled.
 pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, Interrupted> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload: Box<dyn Any + Send>| {
         match payload.downcast::<Interrupted>() {
@@ -65,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn work_ends_where_it_is_once_its_flag_is_set() {
+    fn work_is_cancelled_once_its_flag_is_set() {
         let stop = Arc::new(AtomicBool::new(false));
         let flag = stop.clone();
         let work = std::thread::spawn(move || {
@@ -84,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_not_an_interruption() {
+    fn a_panic_is_not_a_cancellation() {
         let outcome = std::thread::spawn(|| catch(|| resume_unwind(Box::new("a fault")))).join();
         let payload = outcome.map(|_: Result<(), _>| ()).expect_err("panics");
         assert_eq!(payload.downcast_ref::<&str>(), Some(&"a fault"));

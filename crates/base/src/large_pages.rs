@@ -1,11 +1,11 @@
 //! Long columns in large pages.
 
-/// Smallest size in bytes for which large pages are requested, as numpy does.
+/// Minimum size in bytes for requesting large pages, as in numpy.
 const LARGE: usize = 4 << 20;
 
-/// An empty vector with capacity for `count` values, in large pages where the system has them on request.
+/// Returns an empty vector with capacity for `count` values, in large pages where the system provides them on request.
 ///
-/// In pages of 4 KB, the system takes longer to give a long column its pages than most computations to fill them.
+/// With pages of 4 KB, the system takes longer to map a long column than most computations to fill it.
 #[must_use]
 pub fn with_capacity<T>(count: usize) -> Vec<T> {
     let column = Vec::with_capacity(count);
@@ -13,7 +13,7 @@ pub fn with_capacity<T>(count: usize) -> Vec<T> {
     column
 }
 
-/// A copy of values in a vector of [`with_capacity`].
+/// Copies values into a vector from [`with_capacity`].
 #[must_use]
 pub fn copy_of<T: Copy>(values: &[T]) -> Vec<T> {
     let mut copy = with_capacity(values.len());
@@ -24,13 +24,13 @@ pub fn copy_of<T: Copy>(values: &[T]) -> Vec<T> {
 #[cfg(target_os = "linux")]
 #[allow(unsafe_code, reason = "a system call")]
 fn request_large_pages<T>(column: &Vec<T>) {
-    /// Multiple of the size of a page on every machine.
+    /// A multiple of the page size on every machine.
     const PAGE: usize = 1 << 16;
     let length = column.capacity() * size_of::<T>();
     let skipped = column.as_ptr().align_offset(PAGE).saturating_mul(size_of::<T>());
     if length >= LARGE && skipped < length {
-        // SAFETY: the range is within the vector's own memory, and the advice changes neither its content nor its owner. A system
-        // without large pages refuses, and nothing changes.
+        // SAFETY: the range lies within the vector's memory. The advice changes neither its content nor its owner; a
+        // system without large pages returns an error, which has no effect.
         unsafe {
             let begin = column.as_ptr().cast_mut().cast::<u8>().add(skipped);
             libc::madvise(begin.cast(), length - skipped, libc::MADV_HUGEPAGE);
@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_long_column_has_room_and_its_values() {
+    fn a_long_column_has_its_capacity_and_its_values() {
         let column: Vec<f64> = with_capacity(1 << 20);
         assert!(column.is_empty() && column.capacity() >= 1 << 20);
         let values: Vec<f64> = (0..1 << 20).map(f64::from).collect();

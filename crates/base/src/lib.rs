@@ -1,7 +1,7 @@
-//! What every other package of the simulator may need: quantiles, moments, warnings, rows of long columns, and work on several
-//! threads that can be ended from outside.
+//! Common tools of all packages: quantiles, moments, warnings, rows of long columns, and parallel work that can be
+//! cancelled.
 //!
-//! It uses no other package of trocar. The crate `trocar` re-exports what is public of it.
+//! The crate uses no other package of trocar. The crate `trocar` re-exports its public items.
 
 pub mod interrupt;
 #[doc(hidden)]

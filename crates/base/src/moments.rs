@@ -5,7 +5,7 @@
 pub struct Moments {
     /// Number of values.
     pub count: u64,
-    /// Their mean.
+    /// Mean of the values.
     pub mean: f64,
     /// `Σ (x - mean)²`.
     pub squares: f64,
@@ -19,7 +19,6 @@ impl Moments {
         }
     }
 
-    /// Adds a value.
     #[inline]
     pub fn add(&mut self, value: f64) {
         self.count += 1;
@@ -28,12 +27,12 @@ impl Moments {
         self.squares += before * (value - self.mean);
     }
 
-    /// The variance; 0 for fewer than two values.
+    /// Returns the variance; 0 for fewer than two values.
     pub fn variance(&self) -> f64 {
         if self.count > 1 { self.squares / (self.count - 1) as f64 } else { 0.0 }
     }
 
-    /// The standard error of the mean.
+    /// Returns the standard error of the mean.
     pub fn standard_error(&self) -> f64 {
         if self.count > 0 { (self.variance() / self.count as f64).sqrt() } else { 0.0 }
     }

@@ -3,11 +3,11 @@
 
 use crate::interrupt;
 
-/// Ratio of the standard deviation of a Gaussian to its median absolute deviation.
+/// Ratio of a Gaussian's standard deviation to its median absolute deviation.
 const GAUSSIAN_MAD: f64 = 1.4826;
 
-/// The quantile at `share` (0 to 1) of `count` values, interpolated linearly between two order statistics. `of_rank`
-/// gives the order statistics (rank 0 is the smallest). `None` without values.
+/// Returns the quantile at `share` (0 to 1) of `count` values, interpolated linearly between two order statistics.
+/// `of_rank` returns the order statistics (rank 0 is the smallest). `None` without values.
 pub fn quantile(count: u64, share: f64, of_rank: impl Fn(u64) -> f64) -> Option<f64> {
     let last = count.checked_sub(1)?;
     let place = share * last as f64;
@@ -16,8 +16,8 @@ pub fn quantile(count: u64, share: f64, of_rank: impl Fn(u64) -> f64) -> Option<
     Some(here + (place - below as f64) * (next - here))
 }
 
-/// The quantile at `share` (0 to 1) of values, interpolated as by [`quantile`]. It reorders them, without sorting them all. `None`
-/// without values.
+/// Returns the quantile at `share` (0 to 1), interpolated as in [`quantile`]. Reorders the values without sorting them
+/// completely. `None` without values.
 pub fn quantile_of(values: &mut [f64], share: f64) -> Option<f64> {
     let below = (share * values.len().checked_sub(1)? as f64) as usize;
     let (_, _, above) = values.select_nth_unstable_by(below, f64::total_cmp);
@@ -27,10 +27,10 @@ pub fn quantile_of(values: &mut [f64], share: f64) -> Option<f64> {
     quantile(values.len() as u64, share, |rank| values[rank as usize])
 }
 
-/// The ranks, from 0, of the bounds of the median's 95 % interval; `count` is not 0.
+/// Returns the ranks, from 0, of the bounds of the median's 95 % interval; `count` must not be 0.
 ///
-/// They are `n/2 ± 1.96 √n/2`, rounded outwards (the normal approximation of the sign test), and assume no
-/// distribution. With fewer than six values no such interval reaches 95 %; it is then the whole range.
+/// They are `n/2 ± 1.96 √n/2`, rounded outwards (the normal approximation of the sign test), for any distribution. With
+/// fewer than six values no such interval reaches 95 %, and the result is the whole range.
 pub fn median_ranks(count: u64) -> (u64, u64) {
     let half = 0.5 * count as f64;
     let half_width = 1.96 * half.sqrt() / std::f64::consts::SQRT_2;
@@ -38,13 +38,13 @@ pub fn median_ranks(count: u64) -> (u64, u64) {
     (low, count - 1 - low)
 }
 
-/// The upper median; `None` without values.
+/// Returns the upper median; `None` without values.
 pub fn upper_median(values: &[f64]) -> Option<f64> {
     order_statistic(values.len(), |visit| visit(values), values.len() / 2)
 }
 
-/// 1.4826 times the median absolute deviation from the median, both upper medians: a standard deviation that is robust
-/// to outliers; `None` without values. The values are those of all parts.
+/// Returns 1.4826 times the median absolute deviation from the median (both upper medians) of the values of all parts:
+/// a standard deviation that is robust to outliers. `None` without values.
 pub fn robust_std(parts: &[&[f64]]) -> Option<f64> {
     let count = parts.iter().map(|part| part.len()).sum();
     let middle = count / 2;
@@ -59,21 +59,22 @@ pub fn robust_std(parts: &[&[f64]]) -> Option<f64> {
     Some(GAUSSIAN_MAD * order_statistic(count, deviations, middle)?)
 }
 
-/// Number of values that are computed for [`order_statistic`] at once.
+/// Number of values to compute at once for [`order_statistic`].
 pub const AT_ONCE: usize = 512;
 
-/// Number of values that are selected in memory, of a sample, and ranks of the sample to either side of the one that is sought: four
-/// standard deviations of it.
+/// Maximum number of values to select in memory; size of the sample; and distance of the bounds from the wanted rank in
+/// the sample: four standard deviations.
 const MAX_SELECTED: usize = 1 << 16;
 const SAMPLE: usize = 1 << 14;
 const MARGIN: usize = 4 * 64;
 
-/// The order statistic of a rank (0 is the smallest) of `count` values by [`f64::total_cmp`]; `None` beyond the last. `visit_all` shows
-/// all values to its argument, some at once, the same at every call.
+/// Returns the order statistic of a rank (0 is the smallest) among `count` values, ordered by [`f64::total_cmp`].
+/// `None` beyond the last rank. `visit_all` passes all values to its argument in blocks, which must be the same at
+/// every call.
 ///
-/// A sample of many values gives two bounds that the order statistic lies between, almost certainly, and one pass counts the values
-/// below them and keeps those between (Floyd and Rivest, *Communications of the ACM* 18, 1975): millions of values are neither copied
-/// nor moved. If it does not lie there, all of them are.
+/// A sample of many values gives two bounds that almost certainly enclose the result. One pass counts the values below
+/// them and keeps the values between (Floyd and Rivest, *Communications of the ACM* 18, 1975), which avoids copying
+/// millions of values. If the bounds fail, all values are copied.
 pub fn order_statistic(count: usize, visit_all: impl Fn(&mut dyn FnMut(&[f64])), rank: usize) -> Option<f64> {
     interrupt::check();
     if rank >= count {
@@ -88,7 +89,7 @@ pub fn order_statistic(count: usize, visit_all: impl Fn(&mut dyn FnMut(&[f64])),
     Some(of_key(between.unwrap_or_else(among_all)))
 }
 
-/// The key of a rank, if it lies between the bounds that a sample gives.
+/// Returns the key of a rank if it lies between the bounds of a sample.
 fn between_bounds(visit_all: impl Fn(&mut dyn FnMut(&[f64])), count: usize, rank: usize) -> Option<u64> {
     let (step, mut next, mut sample) = (count / SAMPLE, 0, Vec::with_capacity(2 * SAMPLE));
     visit_all(&mut |values| {
@@ -104,7 +105,8 @@ fn between_bounds(visit_all: impl Fn(&mut dyn FnMut(&[f64])), count: usize, rank
     let high = sample.get(place + MARGIN).copied().unwrap_or(u64::MAX);
     let (mut below, mut at_low, mut at_high, mut between) = (0, 0, 0, vec![]);
     visit_all(&mut |values| {
-        // Two loops, and no branch but for the few from one bound to the other: on which side a value lies cannot be predicted.
+        // Two loops avoid branches: the position of a value relative to the bounds is unpredictable, and few values lie
+        // between them.
         below += values.iter().map(|value| usize::from(key(value) < low)).sum::<usize>();
         for key in values.iter().map(key).filter(|key| key.wrapping_sub(low) <= high - low) {
             if key == low {
@@ -128,11 +130,11 @@ fn select(mut keys: Vec<u64>, rank: usize) -> u64 {
     *keys.select_nth_unstable(rank).1
 }
 
-/// A number that is ordered as the value is by [`f64::total_cmp`].
+/// Returns an integer with the same order as the values by [`f64::total_cmp`].
 #[inline(always)]
 fn key(value: &f64) -> u64 {
     let bits = value.to_bits();
-    // All bits of a negative number are inverted, of another one the sign; without a branch on it, which cannot be predicted.
+    // Invert all bits of a negative number, otherwise the sign bit, without an unpredictable branch.
     bits ^ ((bits.cast_signed() >> 63).cast_unsigned() | 1 << 63)
 }
 
@@ -140,19 +142,19 @@ fn of_key(key: u64) -> f64 {
     f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key })
 }
 
-/// `Φ(x)`: the share of a standard normal distribution below `x`.
+/// Returns `Φ(x)`, the share of a standard normal distribution below `x`.
 #[must_use]
 pub fn normal_share(x: f64) -> f64 {
     0.5 * libm::erfc(-x / std::f64::consts::SQRT_2)
 }
 
-/// `Φ⁻¹(share)`, within ±38; 0 and 1 give the ends.
+/// Returns `Φ⁻¹(share)`, limited to ±38 for shares near 0 and 1.
 #[must_use]
 pub fn normal_quantile(share: f64) -> f64 {
     bisect(-38.0, 38.0, |x| normal_share(x) < share)
 }
 
-/// Where `below` ceases to hold between `low`, where it does, and `high`, to 2⁻⁶⁴ of their distance.
+/// Returns the point between `low` and `high` at which `below` changes from true to false, to 2⁻⁶⁴ of their distance.
 pub fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..64 {
         let middle = 0.5 * (low + high);
@@ -161,8 +163,8 @@ pub fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     0.5 * (low + high)
 }
 
-/// The ranks of `values`, scaled to mean 0 and variance 1; equal values have their mean rank. `None` if all values are
-/// equal, or one is NaN.
+/// Returns the ranks of `values`, scaled to mean 0 and variance 1. Equal values have their mean rank. `None` if all
+/// values are equal, or one is NaN.
 pub fn standard_ranks(values: &[f64]) -> Option<Vec<f64>> {
     if values.iter().any(|value| value.is_nan()) {
         return None;
@@ -183,7 +185,7 @@ pub fn standard_ranks(values: &[f64]) -> Option<Vec<f64>> {
     (deviation > 0.0).then(|| ranks.iter().map(|rank| (rank - mean) / deviation).collect())
 }
 
-/// Spearman's rank correlation of pairs; `None` if either does not vary, or one is NaN.
+/// Returns Spearman's rank correlation of pairs; `None` if either variable is constant, or a value is NaN.
 pub fn rank_correlation(pairs: &[(f64, f64)]) -> Option<f64> {
     let (a, b): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
     let (a, b) = (standard_ranks(&a)?, standard_ranks(&b)?);
@@ -206,9 +208,9 @@ mod tests {
     }
 
     #[test]
-    fn the_upper_median_and_the_spread_about_it_are_of_order_statistics() {
+    fn the_upper_median_and_the_robust_deviation_are_order_statistics() {
         assert_eq!(upper_median(&[4.0, 1.0, 3.0, 2.0]), Some(3.0));
-        // Deviations 2, 1, 0 and 97 from 3: their upper median is 2.
+        // The deviations from 3 are 2, 1, 0 and 97, so their upper median is 2.
         let robust_std = |values: &[f64]| robust_std(&[values]);
         assert_eq!(robust_std(&[1.0, 2.0, 3.0, 100.0]), Some(1.4826 * 2.0));
         assert_eq!(super::robust_std(&[&[1.0, 2.0], &[], &[3.0, 100.0]]), Some(1.4826 * 2.0));
@@ -216,17 +218,17 @@ mod tests {
     }
 
     #[test]
-    fn an_order_statistic_is_that_of_the_sorted_values() {
+    fn an_order_statistic_agrees_with_the_sorted_values() {
         let mut state = 1_u64;
         let mut next = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
         let wide: Vec<f64> = (0..5000).map(|_| next() * 1e3_f64.powf(8.0 * next())).collect();
-        // More than are selected in memory; they differ in the last bits.
+        // More values than are selected in memory; they differ in the last bits.
         let narrow: Vec<f64> =
             (0..100_000).map(|_| f64::from_bits(1.0_f64.to_bits() + (1e5 * (next() + 0.5)) as u64)).collect();
-        // Few values many times; and every value of the sample is the same, while the others are smaller.
+        // Few values many times; and a sample with equal values, while all other values are smaller.
         let few: Vec<f64> = (0..100_000).map(|_| (3.0 * next()).round()).collect();
         let misleading: Vec<f64> = (0..131_072).map(|k| if k % 8 == 0 { 1.0 } else { next() }).collect();
         let special = vec![0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::MIN_POSITIVE, -1.0, 1.0];
@@ -251,13 +253,13 @@ mod tests {
     }
 
     #[test]
-    fn ranks_correlate_as_the_values_are_ordered() {
+    fn the_rank_correlation_depends_on_the_order_of_values() {
         let close = |pairs: &[(f64, f64)], expected: f64| {
             assert!((rank_correlation(pairs).expect("both vary") - expected).abs() < 1e-12, "{pairs:?}");
         };
         close(&[(1.0, 10.0), (2.0, 20.0), (3.0, 25.0)], 1.0);
         close(&[(1.0, 3.0), (2.0, 2.0), (3.0, 1.0)], -1.0);
-        // Of ranks 0.5, 0.5, 2 and 0, 1, 2.
+        // The ranks are 0.5, 0.5, 2 and 0, 1, 2.
         close(&[(1.0, 1.0), (1.0, 2.0), (5.0, 3.0)], 0.75_f64.sqrt());
         assert_eq!(rank_correlation(&[(1.0, 3.0), (1.0, 2.0)]), None);
     }

@@ -1,10 +1,10 @@
-//! Rows of numbers that become long columns.
+//! Converts rows of numbers to long columns.
 
 use crate::large_pages::with_capacity;
 
-/// Number of rows that are kept before they are appended to the columns. Long columns begin at the same place of a page, and values
-/// that are written to all of them in turn push one another out of the processor's memory; so would those of a block whose columns are
-/// as long as a page.
+/// Number of rows to collect before appending them to the columns. Long columns begin at the same offset in a page, so
+/// values written to all columns in turn would evict each other from the cache. A block with columns as long as a page
+/// would have the same problem.
 pub const AT_ONCE: usize = 64;
 
 /// Columns that are filled row by row.
@@ -17,7 +17,7 @@ pub struct Rows<const N: usize> {
 }
 
 impl<const N: usize> Rows<N> {
-    /// No rows yet, with room for `count`. Of a column that is not kept the values are dropped.
+    /// Creates columns with capacity for `count` rows. Discards the values of columns that are not kept.
     #[must_use]
     pub fn new(count: usize, is_kept: [bool; N]) -> Self {
         let columns = is_kept.map(|is_kept| if is_kept { with_capacity(count) } else { vec![] });
@@ -27,7 +27,7 @@ impl<const N: usize> Rows<N> {
     /// Adds a row.
     #[inline(always)]
     pub fn push(&mut self, row: [f64; N]) {
-        // The remainder is the number itself, and shows that it is within the block.
+        // The remainder equals the index, and shows the compiler that it is within the block.
         let at = self.filled % AT_ONCE;
         self.block.iter_mut().zip(row).for_each(|(values, value)| values[at] = value);
         self.filled = at + 1;
@@ -46,7 +46,7 @@ impl<const N: usize> Rows<N> {
         self.filled = 0;
     }
 
-    /// The columns, of equal length; those that are not kept are empty.
+    /// Returns the columns, of equal length. Columns that are not kept are empty.
     #[must_use]
     pub fn into_columns(mut self) -> [Vec<f64>; N] {
         self.append();
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_columns_are_those_of_the_rows() {
+    fn the_columns_contain_the_rows() {
         for count in [0, 1, AT_ONCE - 1, AT_ONCE, AT_ONCE + 1, 3 * AT_ONCE + 7] {
             let mut rows = Rows::new(count, [true, false, true]);
             (0..count).for_each(|row| rows.push([row as f64, -1.0, 2.0 * row as f64]));

@@ -1,9 +1,10 @@
 //! The units in which quantities are displayed.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The unit in which a quantity is displayed; the value itself is in SI units.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Unit {
     /// Metres, displayed in mm.
@@ -29,7 +30,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// The SI unit of the values; `"1"` for numbers without unit.
+    /// Returns the SI unit of the values; `"1"` for numbers without a unit.
     #[must_use]
     pub fn si(self) -> &'static str {
         match self {
@@ -50,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_si_unit_is_that_of_the_name() {
+    fn the_si_unit_agrees_with_the_name() {
         let units = [Unit::Metre, Unit::MetrePerSecond, Unit::Second, Unit::Newton, Unit::NewtonPerSecond];
         assert_eq!(units.map(Unit::si), ["m", "m/s", "s", "N", "N/s"]);
         let units = [Unit::NewtonPerMetre, Unit::Joule, Unit::Share, Unit::Number, Unit::Count];

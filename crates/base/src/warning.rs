@@ -1,12 +1,14 @@
-//! Warnings: each has a stable code, a sentence, the key or column that it concerns, and a remedy.
+//! Warnings, each with a stable code, a sentence, the place (key or column) and a remedy.
 //!
 //! Terminal, JSON files, reports and Python show the same warnings.
 
+use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
-/// Defines the codes: the variant, its word, and what it means.
+/// Defines the codes: variant, word, meaning and explanation.
 macro_rules! codes {
     ($($Code:ident $word:literal: $meaning:literal, $more:literal;)*) => {
         /// The code of a warning.
@@ -19,7 +21,7 @@ macro_rules! codes {
             /// All codes.
             pub const ALL: &'static [Self] = &[$(Self::$Code),*];
 
-            /// Its word in files and messages.
+            /// Returns the word in files and messages.
             #[must_use]
             pub fn word(self) -> &'static str {
                 match self {
@@ -27,7 +29,7 @@ macro_rules! codes {
                 }
             }
 
-            /// What it says, in one sentence.
+            /// Returns the meaning in one sentence.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self {
@@ -35,7 +37,7 @@ macro_rules! codes {
                 }
             }
 
-            /// How it is told, and what to do.
+            /// Returns an explanation, and what to do.
             #[must_use]
             pub fn explanation(self) -> &'static str {
                 match self {
@@ -48,7 +50,7 @@ macro_rules! codes {
 
 codes! {
     MissedRupture "missed-rupture":
-        "A layer ruptured, and no alarm followed within 0.5 s.",
+        "A layer ruptured, and no alarm followed within 0.1 s.",
         "The run is repeated with an observed detector. Of the samples after the rupture with g above the threshold, the first that \
          fails the fewest conditions gives the reason; the message names the key that decides on it. Without such a sample the \
          message says how far g came.";
@@ -90,6 +92,29 @@ codes! {
     DelayBeyondRun "delay-beyond-run":
         "A delay of the link is longer than the run.",
         "Nothing that is sent arrives in the run.";
+    DelayRounded "delay-rounded":
+        "A delay of the link acts as a whole number of ticks.",
+        "Continuous controllers read a sample when it arrives, also between two ticks. Sampled controllers, other architectures than \
+         position-force and passivity schemes compute on the tick: a sample that arrives between two ticks waits for the next one. The \
+         run and the analysis of stability use the longer delay, so that they change in steps. Give a multiple of simulation.tick_s, \
+         or shorten the tick.";
+    TissueNotTouched "tissue-not-touched":
+        "The needle never touches the tissue.",
+        "The tissue force is 0 in the whole run: no layer can rupture, and a comparison compares free motion. The surface is at \
+         tissue.contact_m, in slave positions: the slave moves scaling.position times as far as the master. Often a value in mm is given as m.";
+    LayerNotRuptured "layer-not-ruptured":
+        "A layer or a labelled rupture of the scenario does not occur in the run.",
+        "The number of detected and missed ruptures says nothing about it. The needle does not get there, or presses less than the \
+         layer's rupture force: a layer bulges before it ruptures, so that the needle must go deeper than the layer lies. Let the \
+         operator move further, or the run last longer. Some strategies stop the insertion on purpose.";
+    MotionBeyondRun "motion-beyond-run":
+        "The operator's movement takes longer than the run.",
+        "The run ends before the movement does. Lengthen simulation.duration_s, or shorten operator.movement_s (its unit is s).";
+    StrayAlarm "stray-alarm":
+        "An alarm near a rupture does not count as its detection.",
+        "An alarm detects a rupture if the force has fallen and the alarm follows soon: in a run within 0.1 s of the rupture, in a \
+         recording within 0.1 s of a fall of the force. An alarm before the fall, or long after it, has another cause. It counts as \
+         false, and the rupture as missed, unless another alarm detects it.";
     OutsideMeasured "outside-measured":
         "A property of the tissue is outside the range of the measurements.",
         "The literature page of the manual lists measured values and the range of each property. A value outside runs all the same: a firm \
@@ -147,6 +172,19 @@ codes! {
         "The detector was armed for less than a tenth of the time in contact.",
         "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong model that keeps \
          g high disarms it, so that it misses ruptures. Raise the drift and the threshold to the noise (`trocar calibrate`).";
+    ColumnsSwapped "columns-swapped":
+        "Position and force of a recording seem to be swapped.",
+        "The position jumps where a rupture lets a force fall, and the force moves evenly, as a needle does. Or one column is given \
+         for both, or a column's unit is one of another quantity. Exchange --position and --force.";
+    ForceOffset "force-offset":
+        "The force is not 0 before the needle touches the tissue.",
+        "Over the free motion at the beginning the force is constant and differs from 0: the sensor is not tared. `trocar calibrate` then \
+         takes free motion for contact, and the detector raises false alarms. recording.tare_s (--tare-s) subtracts the mean force of \
+         the beginning.";
+    KeyWithoutEffect "key-without-effect":
+        "A given key changes nothing in this command.",
+        "The command does not read the key, or computes its value itself: a detection does not simulate a sensor, and a calibration \
+         computes threshold and drift. Keys in a scenario file are not reported, since other commands read them.";
     ConstantForce "constant-force":
         "The force does not change although the needle moves in contact.",
         "The sensor is at the end of its range, or its value is not renewed or has coarse steps: no detector sees a rupture meanwhile. The message says when. \
@@ -173,7 +211,7 @@ codes! {
 }
 
 impl Code {
-    /// The code of a word.
+    /// Parses the word of a code.
     #[must_use]
     pub fn parse(word: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|code| code.word() == word)
@@ -186,42 +224,53 @@ impl Serialize for Code {
     }
 }
 
+impl JsonSchema for Code {
+    fn schema_name() -> Cow<'static, str> {
+        "Code".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let codes = Self::ALL.iter().map(|code| json_schema!({ "const": code.word(), "description": code.meaning() }));
+        json_schema!({ "description": "The code of a warning.", "oneOf": codes.collect::<Vec<_>>() })
+    }
+}
+
 /// A warning.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Warning {
     /// Its code.
     pub code: Code,
-    /// What was found, in one sentence.
+    /// The finding in one sentence.
     pub message: String,
     /// The scenario, recording or file, if there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
-    /// The key, column or flag that it concerns.
+    /// The key, column or flag.
     pub place: Option<String>,
-    /// What to do.
+    /// The remedy.
     pub remedy: Option<String>,
 }
 
 impl Warning {
-    /// A warning.
+    /// Creates a warning without a place or a remedy.
     #[must_use]
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Self { code, message: message.into(), source: None, place: None, remedy: None }
     }
 
-    /// The same with the key, column or flag that it concerns.
+    /// Sets the key, column or flag.
     #[must_use]
     pub fn at(self, place: impl Into<String>) -> Self {
         Self { place: Some(place.into()), ..self }
     }
 
-    /// The same with a remedy.
+    /// Sets the remedy.
     #[must_use]
     pub fn remedy(self, remedy: impl Into<String>) -> Self {
         Self { remedy: Some(remedy.into()), ..self }
     }
 
-    /// The same with the scenario, recording or file that it is about.
+    /// Sets the scenario, recording or file.
     #[must_use]
     pub fn of(self, source: impl Into<String>) -> Self {
         Self { source: Some(source.into()), ..self }

@@ -1,5 +1,5 @@
 /*
- * Runs the controller of a rig on samples, one line each: what a rig's timer thread would do at each tick.
+ * Runs the controller of a rig on samples, one per line, like the timer thread of a rig at each tick.
  *
  *     rig [--toml SCENARIO] [--tick S] [--contact M] < samples.csv > commands.csv
  *
@@ -11,7 +11,7 @@
 
 #include "trocar.h"
 
-/* Reports an error and ends with the status of wrong input. */
+/* Reports an error and returns the status of invalid input. */
 static int refuse(const char *what, const char *why)
 {
     fprintf(stderr, "rig: %s: %s\n", what, why);
@@ -70,7 +70,7 @@ int main(int count, char **arguments)
         return refuse(arguments[at], "there are --toml FILE, --tick S, --contact M");
     }
 
-    /* All memory is this program's; malloc aligns it. */
+    /* The program owns all memory; malloc aligns it. */
     memory = malloc(trocar_rig_size());
     if (memory == NULL) {
         return refuse("memory", "there is none");

@@ -1,4 +1,4 @@
-// As rig.c, in C++: the memory of a rig in a class.
+// The same as rig.c in C++: a class owns the memory of the rig.
 //
 //     rig_cpp [SCENARIO] < samples.csv > alarms.csv
 //
@@ -36,7 +36,7 @@ trocar_rig_settings settings_of(const char *path)
     return settings;
 }
 
-// A rig in memory of its own. `step` is safe in a real-time thread.
+// A rig and the memory that it uses. `step` is safe in a real-time thread: it allocates nothing and does not block.
 class Rig {
 public:
     explicit Rig(const trocar_rig_settings &settings)

@@ -1,4 +1,4 @@
-//! The time of a step through the C interface, beside that of Rust's controller: the same samples in turn.
+//! Compares the time of a step through the C interface with Rust's controller, on the same samples in turn.
 //!
 //! ```sh
 //! cargo run --release -p trocar-c --example step_time
@@ -14,13 +14,13 @@ use std::time::Instant;
 use trocar_c::{Command, Rig, Sample, Settings, Status, trocar_rig_init, trocar_rig_size, trocar_rig_step};
 use trocar_core::rig::{self, HapticController};
 
-/// Samples of a block, which stay in the first-level cache.
+/// Number of samples in a block, which fits into the first-level cache.
 const BLOCK: usize = 200;
-/// Blocks, each timed for Rust and for C.
+/// Number of blocks, each timed for Rust and for C.
 const BLOCKS: usize = 50_000;
 
-/// A needle that moves slowly to and fro in a Kelvin-Voigt tissue (300 N/m, 10 N·s/m), with a force error that the
-/// estimator corrects.
+/// A needle that oscillates slowly in a Kelvin-Voigt tissue (300 N/m, 10 N·s/m), with a force error that the estimator
+/// corrects.
 fn sample(k: usize) -> rig::Sample {
     let (sine, cosine) = (TAU * k as f64 / BLOCK as f64).sin_cos();
     let (depth_m, velocity) = (0.02 + 1e-4 * sine, 3e-3 * cosine);
@@ -32,7 +32,7 @@ fn sample(k: usize) -> rig::Sample {
     }
 }
 
-/// Best and median of times of blocks, in ns per step.
+/// Returns the best and the median time per step of a block, in ns.
 fn quantiles(mut times_s: Vec<f64>) -> [f64; 2] {
     times_s.sort_by(f64::total_cmp);
     [times_s[0], times_s[times_s.len() / 2]].map(|time_s| 1e9 * time_s / BLOCK as f64)
@@ -43,7 +43,7 @@ fn main() -> ExitCode {
     let mut memory = vec![0_u64; trocar_rig_size().div_ceil(8)];
     let mut rig: *mut Rig = std::ptr::null_mut();
     let settings = Settings::defaults();
-    // SAFETY: the memory is aligned to 8 bytes and large enough; there is no buffer for an error.
+    // SAFETY: the memory is aligned to 8 bytes and large enough; there is no error buffer.
     let status = unsafe {
         let size = 8 * memory.len();
         trocar_rig_init(memory.as_mut_ptr().cast(), size, &raw const settings, &raw mut rig, std::ptr::null_mut(), 0)
@@ -51,7 +51,7 @@ fn main() -> ExitCode {
     if status != Status::Ok {
         return ExitCode::FAILURE;
     }
-    // As a program in C has it: nothing of the call is inlined.
+    // Prevents inlining, as in a C program.
     let step: unsafe extern "C" fn(*mut Rig, *const Sample, *mut Command) -> Status = black_box(trocar_rig_step);
     let samples: Vec<rig::Sample> = (0..BLOCK).map(sample).collect();
     let in_c: Vec<Sample> = samples
@@ -72,7 +72,7 @@ fn main() -> ExitCode {
         of_rust.push(start.elapsed().as_secs_f64());
         let start = Instant::now();
         for sample in &in_c {
-            // SAFETY: the rig is initialised, sample and command are valid.
+            // SAFETY: the rig is initialised; sample and command are valid.
             unsafe { step(rig, black_box(sample), &raw mut command) };
             black_box(&command);
         }

@@ -153,7 +153,7 @@ typedef struct trocar_rig_settings {
      */
     double rig_recovery_speed_m_per_s;
     /**
-     * rig.recovery_force_rate_n_per_s: Rate at which the feedback force returns to the measured one after bad
+     * rig.recovery_force_rate_n_per_s: Rate at which the feedback force returns to the measured force after bad
      * samples. In N/s; a number, at least 1e-12 and at most 1e12; default 50.0.
      */
     double rig_recovery_force_rate_n_per_s;
@@ -163,9 +163,9 @@ typedef struct trocar_rig_settings {
      */
     double estimator_contact_m;
     /**
-     * estimator.parameters: K and B; K alone, as the paper tries in 3.2.1; with friction; μ, λ and n of eq. 2; or
-     * with and without friction, where the smaller error counts. One of enum trocar_estimator_parameters; default
-     * TROCAR_ESTIMATOR_PARAMETERS_STIFFNESS_AND_DAMPING.
+     * estimator.parameters: Estimated parameters: K and B; K alone, as the paper tries in 3.2.1; K, B and
+     * friction; μ, λ and n of eq. 2; or K and B with and without friction, where the smaller error counts. One of
+     * enum trocar_estimator_parameters; default TROCAR_ESTIMATOR_PARAMETERS_STIFFNESS_AND_DAMPING.
      */
     uint64_t estimator_parameters;
     /**
@@ -192,7 +192,7 @@ typedef struct trocar_rig_settings {
     double estimator_forgetting_factor;
     /**
      * estimator.normalisation: β of eq. 14 in 1/m²: beyond the depth 1/sqrt(β) the gain does not depend on the
-     * depth; 0: constant weighting. A number, at least 0 and at most 1e12; default 1000000.0.
+     * depth; 0 gives constant weighting. A number, at least 0 and at most 1e12; default 1000000.0.
      */
     double estimator_normalisation;
     /**
@@ -212,9 +212,9 @@ typedef struct trocar_rig_settings {
      */
     double estimator_dead_zone_n;
     /**
-     * detector.distance: The distance: e², eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the likelihood
-     * ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline: moving
-     * average, windowed derivative, linear fit. One of enum trocar_detector_distance; default
+     * detector.distance: Distance: e², eq. 22, eq. 23, the parameters of eq. 26, the derivative, the likelihood
+     * ratio, Page-Hinkley, adaptive (needs no settings and no contact position), or a baseline: moving average,
+     * windowed derivative, linear fit. One of enum trocar_detector_distance; default
      * TROCAR_DETECTOR_DISTANCE_SQUARED_RESIDUAL.
      */
     uint64_t detector_distance;
@@ -239,13 +239,19 @@ typedef struct trocar_rig_settings {
      */
     double detector_stiffness_change_n_per_m;
     /**
+     * detector.damping_change_n_s_per_m: Correction of the damping by a rupture, for eq. 26. In N·s/m; a number,
+     * at least 1e-12 and at most 1e12; default 20.0. It applies to estimator.parameters = stiffness-and-damping,
+     * stiffness-damping-friction, hunt-crossley, least-residual.
+     */
+    double detector_damping_change_n_s_per_m;
+    /**
      * detector.window_samples: Length of the likelihood ratio's window in samples, at most 64. A whole number of
      * at least 1; default 10.
      */
     uint64_t detector_window_samples;
     /**
      * detector.false_alarms_per_min: Wanted rate of false alarms of the adaptive detector, per minute; its
-     * threshold of 7 then stands for it. A number, at least 1e-12 and at most 1e12; default NaN: none.
+     * threshold of 7 then corresponds to this rate. A number, at least 1e-12 and at most 1e12; default NaN: none.
      */
     double detector_false_alarms_per_min;
     /**
@@ -270,11 +276,11 @@ typedef struct trocar_rig_settings {
      */
     double detector_settle_s;
     /**
-     * detector.drop_only: Whether only a force below a predicted resisting force counts. 0 or 1; default 1.
+     * detector.drop_only: Ignores changes other than a force below a predicted resisting force. 0 or 1; default 1.
      */
     uint64_t detector_drop_only;
     /**
-     * detector.motion: The motion of the needle during which a drop counts. One of enum trocar_detector_motion;
+     * detector.motion: Motion of the needle during which a drop counts. One of enum trocar_detector_motion;
      * default TROCAR_DETECTOR_MOTION_NOT_WITHDRAWN.
      */
     uint64_t detector_motion;
@@ -291,12 +297,12 @@ typedef struct trocar_rig_settings {
      */
     double detector_insertion_speed_m_per_s;
     /**
-     * detector.minimum_depth_m: A drop counts only from this depth below estimator.contact_m. In m; a number, at
-     * least 0 and at most 1e12; default 0.0.
+     * detector.minimum_depth_m: Smallest depth below estimator.contact_m at which a drop counts. In m; a number,
+     * at least 0 and at most 1e12; default 0.0.
      */
     double detector_minimum_depth_m;
     /**
-     * augmentation.enabled: Whether augmentation is enabled; false gives the classical scheme. 0 or 1; default 1.
+     * augmentation.enabled: Enables augmentation; false gives the classical scheme. 0 or 1; default 1.
      */
     uint64_t augmentation_enabled;
     /**
@@ -306,9 +312,9 @@ typedef struct trocar_rig_settings {
      */
     uint64_t augmentation_freeze;
     /**
-     * augmentation.hold: What holds the slave during an event: a freeze, a speed limit, a region that it must not
-     * enter, or nothing. One of enum trocar_augmentation_hold; default TROCAR_AUGMENTATION_HOLD_FREEZE. It applies
-     * to augmentation.enabled = true.
+     * augmentation.hold: Hold the slave during an event: by a freeze, a speed limit, a forbidden region, or not at
+     * all. One of enum trocar_augmentation_hold; default TROCAR_AUGMENTATION_HOLD_FREEZE. It applies to
+     * augmentation.enabled = true.
      */
     uint64_t augmentation_hold;
     /**
@@ -366,8 +372,8 @@ typedef struct trocar_rig_settings {
      */
     double augmentation_amplification;
     /**
-     * augmentation.damp_damping_n_s_per_m: Damping that the damp law adds to the master; 0: the feedback force is
-     * the measured one. In N·s/m; a number, at least 0 and at most 1e12; default 100.0. It applies to
+     * augmentation.damp_damping_n_s_per_m: Damping that the damp law adds to the master; with 0 the feedback force
+     * is the measured force. In N·s/m; a number, at least 0 and at most 1e12; default 100.0. It applies to
      * augmentation.force_law = damp.
      */
     double augmentation_damp_damping_n_s_per_m;
@@ -377,13 +383,13 @@ typedef struct trocar_rig_settings {
      */
     double augmentation_damp_time_constant_s;
     /**
-     * augmentation.cue: Whether a vibration on the operator's skin marks the event. 0 or 1; default 0. It applies
-     * to augmentation.enabled = true.
+     * augmentation.cue: Marks the event by a vibration on the operator's skin. 0 or 1; default 0. It applies to
+     * augmentation.enabled = true.
      */
     uint64_t augmentation_cue;
     /**
-     * augmentation.blend_s: Length of the cross-fade back to the measured force. In s; a number, at least 0 and at
-     * most 1e12; default 0.1. It applies to augmentation.enabled = true.
+     * augmentation.blend_s: Duration of the cross-fade back to the measured force. In s; a number, at least 0 and
+     * at most 1e12; default 0.1. It applies to augmentation.enabled = true.
      */
     double augmentation_blend_s;
     /**
@@ -402,8 +408,8 @@ typedef struct trocar_rig_settings {
      */
     double augmentation_exit_ratio;
     /**
-     * augmentation.exit_quiet_s: How long g must be quiet before the slave is released. In s; a number, at least 0
-     * and at most 1e12; default 0.05. It applies to augmentation.enabled = true.
+     * augmentation.exit_quiet_s: Time for which g must be quiet before the slave is released. In s; a number, at
+     * least 0 and at most 1e12; default 0.05. It applies to augmentation.enabled = true.
      */
     double augmentation_exit_quiet_s;
     /**
@@ -414,7 +420,7 @@ typedef struct trocar_rig_settings {
 } trocar_rig_settings;
 
 /**
- * What a call returns.
+ * The status of a call.
  */
 enum trocar_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -422,15 +428,15 @@ enum trocar_status
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Done.
+     * The call has succeeded.
      */
     TROCAR_STATUS_OK = 0,
     /**
-     * A pointer that is needed is null.
+     * A required pointer is null.
      */
     TROCAR_STATUS_NULL = 1,
     /**
-     * A structure has another struct_size than in this version of the library.
+     * The struct_size of a structure differs from this version of the library.
      */
     TROCAR_STATUS_STRUCT_SIZE = 2,
     /**
@@ -438,15 +444,15 @@ enum trocar_status
      */
     TROCAR_STATUS_MEMORY_SIZE = 3,
     /**
-     * The memory is not a multiple of trocar_rig_alignment().
+     * The memory is not aligned to trocar_rig_alignment().
      */
     TROCAR_STATUS_ALIGNMENT = 4,
     /**
-     * A setting is out of range; the error text names it.
+     * A setting is out of range; the error text contains its key.
      */
     TROCAR_STATUS_SETTING = 5,
     /**
-     * The scenario cannot be read; the error text names the place and the remedy.
+     * The scenario cannot be read; the error text contains the place and the remedy.
      */
     TROCAR_STATUS_SCENARIO = 6,
     /**
@@ -472,7 +478,7 @@ typedef int32_t trocar_status;
 typedef struct trocar_rig trocar_rig;
 
 /**
- * A rig's measurements at one tick. A number that is not finite or beyond its limit is a fault of its channel.
+ * A rig's measurements at one tick. A number that is not finite or exceeds its limit is a fault of its channel.
  */
 typedef struct trocar_sample {
     /**
@@ -480,7 +486,7 @@ typedef struct trocar_sample {
      */
     uint64_t struct_size;
     /**
-     * Position of the master, in m.
+     * Position of the master in m.
      */
     double master_position_m;
     /**
@@ -488,17 +494,17 @@ typedef struct trocar_sample {
      */
     double slave_position_m;
     /**
-     * Velocity of the slave, in m/s; not read if sensor_position_resolution_m is above 0.
+     * Velocity of the slave in m/s; not read if sensor_position_resolution_m is above 0.
      */
     double slave_velocity_m_per_s;
     /**
-     * Force on the needle, positive when it resists insertion, in N.
+     * Force on the needle in N, positive if it resists insertion.
      */
     double force_n;
 } trocar_sample;
 
 /**
- * A rig's commands at one tick, and the values that led to them. Every number is finite.
+ * A rig's commands at one tick, and intermediate values. Every number is finite.
  */
 typedef struct trocar_command {
     /**
@@ -506,31 +512,31 @@ typedef struct trocar_command {
      */
     uint64_t struct_size;
     /**
-     * For the slave's position controller, in m.
+     * Reference for the slave's position controller in m.
      */
     double slave_reference_m;
     /**
-     * For the master's force controller, in N.
+     * Command for the master's force controller in N.
      */
     double master_force_n;
     /**
-     * Largest change of master_force_n from the last tick that the active law allows, in N.
+     * Maximum change of master_force_n per tick that the active law allows, in N.
      */
     double allowed_force_step_n;
     /**
-     * Estimated stiffness of the tissue, in N/m.
+     * Estimated stiffness of the tissue in N/m.
      */
     double stiffness_n_per_m;
     /**
-     * Estimated damping of the tissue, in N·s/m.
+     * Estimated damping of the tissue in N·s/m.
      */
     double damping_n_s_per_m;
     /**
-     * Predicted force, in N; 0 if there is no prediction.
+     * Predicted force in N; 0 if there is no prediction.
      */
     double predicted_force_n;
     /**
-     * Measured minus predicted force, in N; 0 at a bad sample and at the next one.
+     * Measured minus predicted force in N; 0 at a bad sample and at the next one.
      */
     double residual_n;
     /**
@@ -542,7 +548,7 @@ typedef struct trocar_command {
      */
     double decision;
     /**
-     * Velocity of the slave as used by the estimator, in m/s.
+     * Velocity of the slave that the estimator uses, in m/s.
      */
     double slave_velocity_m_per_s;
     /**
@@ -550,15 +556,15 @@ typedef struct trocar_command {
      */
     uint32_t mode;
     /**
-     * 1 if the detector raises an alarm at this sample, or 0.
+     * 1 if the detector raises an alarm at this sample, otherwise 0.
      */
     uint32_t alarm;
     /**
-     * 1 if the supervisor acts on the alarm (with augmentation disabled: if there is one), or 0.
+     * 1 if the supervisor accepts the alarm (with augmentation disabled: if there is an alarm), otherwise 0.
      */
     uint32_t alarm_taken;
     /**
-     * Faults of the sample, a sum: 1 master position, 2 slave position, 4 slave velocity, 8 force.
+     * Faults of the sample as a sum: 1 master position, 2 slave position, 4 slave velocity, 8 force.
      */
     uint32_t faults;
     /**
@@ -566,7 +572,7 @@ typedef struct trocar_command {
      */
     uint32_t faulty_samples;
     /**
-     * 0.
+     * Always 0.
      */
     uint32_t reserved;
 } trocar_command;
@@ -576,27 +582,27 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * The version of the library, such as "1.2.3"; never freed.
+ * Returns the version of the library, for example "1.2.3". The text is never freed.
  */
 const char *trocar_version(void);
 
 /**
- * The memory that a rig needs, in bytes.
+ * Returns the size of a rig in bytes.
  */
 size_t trocar_rig_size(void);
 
 /**
- * What the address of a rig's memory must be a multiple of, in bytes. malloc aligns so.
+ * Returns the alignment of a rig's memory in bytes. Memory from malloc has it.
  */
 size_t trocar_rig_alignment(void);
 
 /**
- * Makes a rig in the given memory, in teleoperation, before the first sample. It may be called again to start anew.
+ * Initialises a rig in the given memory: in teleoperation, before the first sample. Another call restarts it.
  *
  * `memory` has `size` bytes, at least trocar_rig_size(), aligned to trocar_rig_alignment(). `rig` is set to the rig in
- * it, or to null. `error` is null or a buffer of `error_size` bytes for the text of an error.
+ * it, or to null. `error` is null or a buffer of `error_size` bytes for an error text.
  *
- * @pre Each pointer is null or valid as said, and no other thread uses the memory meanwhile.
+ * @pre Each pointer is null or valid as described, and no other thread uses the memory at the same time.
  */
 trocar_status trocar_rig_init(void *memory,
                               size_t size,
@@ -606,13 +612,13 @@ trocar_status trocar_rig_init(void *memory,
                               size_t error_size);
 
 /**
- * Processes the sample of a tick and gives its command. Samples are simulation_tick_s apart; for a tick without a
+ * Processes the sample of a tick and computes its command. Samples are simulation_tick_s apart; for a tick without a
  * sample pass NaN in every field.
  *
- * It neither allocates nor blocks, and takes the same time at every good sample outside of an event.
+ * It neither allocates nor blocks, and takes the same time at every good sample outside of events.
  *
- * @pre `rig` is null or from trocar_rig_init; `sample` and `command` are null or valid; no other thread uses the rig
- * meanwhile.
+ * @pre `rig` is null or from trocar_rig_init; `sample` and `command` are null or valid; no other thread uses the rig at the
+ * same time.
  */
 trocar_status trocar_rig_step(struct trocar_rig *rig,
                               const struct trocar_sample *sample,
@@ -623,24 +629,24 @@ trocar_status trocar_rig_step(struct trocar_rig *rig,
  *
  * `size` is `sizeof(trocar_rig_settings)`; struct_size is set to it.
  *
- * @pre `settings` is null, or points to `size` bytes, aligned as the structure, that may be written.
+ * @pre `settings` is null, or points to `size` writable bytes with the alignment of the structure.
  */
 trocar_status trocar_rig_settings_default(trocar_rig_settings *settings, size_t size);
 
 /**
- * The text of a status: one line, without a full stop, that is never freed. An unknown number has a text, too.
+ * Returns the text of a status: one line without a full stop, never freed. Unknown numbers also have a text.
  */
 const char *trocar_status_text(int32_t status);
 
 /**
- * Sets the settings to those of a scenario, a text in TOML: a rig then acts as the scenario's controller does.
+ * Sets the settings from a scenario, a text in TOML, so that a rig behaves like the scenario's controller.
  *
  * `text` has `text_size` bytes in UTF-8, without a NUL. `base = "builtin:augmented"` in it names a shipped scenario;
- * other paths are relative to the working directory. What only a rig has is at its default. `settings` has `size` bytes,
- * `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for the text of an error. It
- * allocates while it reads.
+ * other paths are relative to the working directory. Settings that only a rig has are at their defaults. `settings`
+ * has `size` bytes, `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for an error
+ * text. The function allocates while it reads.
  *
- * @pre Each pointer is null or valid as said.
+ * @pre Each pointer is null or valid as described.
  */
 trocar_status trocar_rig_settings_from_toml(const char *text,
                                             size_t text_size,
@@ -650,9 +656,9 @@ trocar_status trocar_rig_settings_from_toml(const char *text,
                                             size_t error_size);
 
 /**
- * As trocar_rig_init, with the settings of a scenario, as trocar_rig_settings_from_toml reads them.
+ * Like trocar_rig_init, with the settings of a scenario, as trocar_rig_settings_from_toml reads them.
  *
- * @pre Each pointer is null or valid as said.
+ * @pre Each pointer is null or valid as described.
  */
 trocar_status trocar_rig_init_toml(void *memory,
                                    size_t size,

@@ -3,17 +3,17 @@
 use core::ffi::c_char;
 use core::fmt::{self, Write};
 
-/// A buffer of the caller. The text in it ends with a NUL; what does not fit is left out.
+/// A buffer of the caller. Its text ends with a NUL; a longer text is cut.
 pub(crate) struct ErrorText {
     start: *mut c_char,
     free: usize,
 }
 
 impl ErrorText {
-    /// An empty text.
+    /// Creates an empty text.
     ///
     /// # Safety
-    /// `start` is null or points to `size` bytes that may be written.
+    /// `start` is null or points to `size` writable bytes.
     #[allow(unsafe_code, reason = "the buffer is the caller's")]
     pub(crate) unsafe fn new(start: *mut c_char, size: usize) -> Self {
         if start.is_null() || size == 0 {
@@ -33,7 +33,7 @@ impl Write for ErrorText {
             end -= 1;
         }
         if end > 0 {
-            // SAFETY: `free` bytes and one for the NUL are left from `start` on, and `end <= free`.
+            // SAFETY: `free` bytes and one for the NUL are left after `start`, and `end <= free`.
             unsafe {
                 self.start.copy_from_nonoverlapping(text.as_ptr().cast(), end);
                 self.start = self.start.add(end);
@@ -51,13 +51,13 @@ mod tests {
 
     #[test]
     #[allow(unsafe_code, reason = "the buffer is a pointer")]
-    fn a_text_is_cut_between_characters_and_ends() {
+    fn a_text_is_cut_between_characters_and_terminated() {
         let mut buffer = [0x55 as c_char; 8];
-        // SAFETY: the buffer has 6 bytes, and two more.
+        // SAFETY: the buffer has 8 bytes, more than 6.
         let mut text = unsafe { ErrorText::new(buffer.as_mut_ptr(), 6) };
         assert!(text.write_str("abcdéef").is_ok());
         assert_eq!(buffer.map(|byte| byte as u8), *b"abcd\0\x55\x55\x55");
-        // SAFETY: no buffer.
+        // SAFETY: there is no buffer.
         let mut none = unsafe { ErrorText::new(core::ptr::null_mut(), 6) };
         assert!(none.write_str("nowhere").is_ok());
     }

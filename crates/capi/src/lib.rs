@@ -2,7 +2,7 @@
 //!
 //! The header `include/trocar.h` is generated from this source and from the declarations of the settings. The caller
 //! owns all memory: a rig is initialised in memory of [`trocar_rig_size`] bytes, and no function keeps or frees
-//! anything. [`trocar_rig_step`] neither allocates nor blocks. No panic leaves a function: it ends as
+//! anything. [`trocar_rig_step`] neither allocates nor blocks. No panic leaves a function; it becomes
 //! [`Status::Panic`].
 
 mod error_text;

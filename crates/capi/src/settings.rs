@@ -1,4 +1,4 @@
-//! The settings of a rig as C has them: eight bytes for each key, in the order of the keys.
+//! The settings of a rig in C: eight bytes for each key, in the order of the keys.
 
 use core::mem::size_of;
 
@@ -7,23 +7,22 @@ use trocar_core::settings::{Constant, Fallback, Key, KeySource, Kind};
 
 use crate::Status;
 
-/// The keys, each of which is a field of the C structure.
+/// The keys. Each is a field of the C structure.
 const KEYS: &[Key] = rig::Settings::KEYS;
 
-/// The settings of a rig, `trocar_rig_settings` of the header.
+/// The settings of a rig, `trocar_rig_settings` in the header.
 ///
-/// The header names each field by its key. A number is a `double`, where NaN stands for "derived" or "none"; a whole
-/// number, a flag (0 or 1) and a word (its place among the words of its key) are a `uint64_t`.
+/// The header names each field after its key. A number is a `double`, with NaN for "derived" or "none". A whole number,
+/// a flag (0 or 1) and a word (its index among the words of its key) are `uint64_t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Settings {
     /// Size of the structure in bytes.
     pub struct_size: u64,
-    /// The bits of each field.
     bits: [u64; KEYS.len()],
 }
 
-/// The bits that a value has in the structure; `None` for a value that is not of the key's kind.
+/// Returns the bits of a value in the structure; `None` if the value does not suit the key.
 fn bits_of(key: &Key, value: Constant) -> Option<u64> {
     match (key.kind, value) {
         (Kind::Number(_) | Kind::Sign, Constant::Number(value)) => Some(value.to_bits()),
@@ -37,7 +36,7 @@ fn bits_of(key: &Key, value: Constant) -> Option<u64> {
 }
 
 impl Settings {
-    /// Every setting at its default; derived and optional ones are NaN.
+    /// Returns the defaults. Derived and optional settings are NaN.
     #[must_use]
     pub fn defaults() -> Self {
         let mut settings = Self { struct_size: size_of::<Self>() as u64, bits: [f64::NAN.to_bits(); KEYS.len()] };
@@ -49,7 +48,7 @@ impl Settings {
         settings
     }
 
-    /// Sets the field of a key; whether there is one, for a value of this kind.
+    /// Sets the field of a key. Returns true if the field exists and the value suits it.
     pub fn set(&mut self, path: &str, value: Constant) -> bool {
         let place = KEYS.iter().position(|key| key.path == path);
         let bits = place.and_then(|place| Some((place, bits_of(&KEYS[place], value)?)));
@@ -59,16 +58,16 @@ impl Settings {
         bits.is_some()
     }
 
-    /// The settings for the controller.
+    /// Reads the settings for the controller.
     ///
     /// # Errors
-    /// The key of a field that is not of its kind. The ranges are checked by the controller.
+    /// The key of a field with a value that does not suit it. The controller checks the ranges.
     pub fn read(&self) -> Result<rig::Settings, &'static Key> {
         rig::Settings::read(&mut Fields { bits: self.bits })
     }
 }
 
-/// The fields, by key. Derived numbers are filled in while they are read.
+/// Fields by key. Derived numbers are filled in when they are read.
 struct Fields {
     bits: [u64; KEYS.len()],
 }
@@ -89,7 +88,7 @@ impl KeySource for Fields {
     type Error = &'static Key;
 
     fn number(&self, path: &str) -> Result<f64, Self::Error> {
-        // NaN is refused with the ranges.
+        // The check of the ranges rejects NaN.
         Ok(f64::from_bits(self.bits(path).0))
     }
 
@@ -150,7 +149,7 @@ impl KeySource for Fields {
 /// `size` is `sizeof(trocar_rig_settings)`; struct_size is set to it.
 ///
 /// # Safety
-/// `settings` is null, or points to `size` bytes, aligned as the structure, that may be written.
+/// `settings` is null, or points to `size` writable bytes with the alignment of the structure.
 #[allow(unsafe_code, reason = "the structure is the caller's, and the name is exported to C")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trocar_rig_settings_default(settings: *mut Settings, size: usize) -> Status {
@@ -170,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_key_is_a_field_once_and_has_a_kind_that_c_has() {
+    fn each_key_is_one_field_and_has_a_kind_that_c_supports() {
         for (place, key) in KEYS.iter().enumerate() {
             assert_eq!(Fields::place(key.path), place, "{} is there twice", key.path);
             let fits = matches!(key.kind, Kind::Number(_) | Kind::Sign | Kind::Whole(_) | Kind::Flag | Kind::Choice(_));
@@ -179,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn the_defaults_are_those_of_rust() {
+    fn the_defaults_agree_with_rust() {
         assert_eq!(Settings::defaults().read().expect("of their kinds"), rig::Settings::default());
     }
 
@@ -192,12 +191,12 @@ mod tests {
         assert!(!settings.set("estimator.contact", Constant::Number(0.02)));
         let read = settings.read().expect("of their kinds");
         assert_eq!((read.contact_m, read.detector.distance.kind.word()), (0.02, "page-hinkley"));
-        // What is derived follows: the threshold is that of the distance.
+        // Derived values follow the distance, for example the threshold.
         assert_eq!(read.detector.cusum.threshold, read.detector.distance.tuning().0);
     }
 
     #[test]
-    fn a_word_beyond_the_last_is_refused_by_its_key() {
+    fn a_word_beyond_the_last_is_rejected_with_its_key() {
         let mut settings = Settings::defaults();
         settings.bits[Fields::place("detector.motion")] = 3;
         assert_eq!(settings.read().expect_err("three words").path, "detector.motion");

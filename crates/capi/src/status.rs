@@ -1,25 +1,25 @@
-//! What a call returns.
+//! The status of a call.
 
 use core::ffi::{CStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// What a call returns.
+/// The status of a call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Status {
-    /// Done.
+    /// The call has succeeded.
     Ok = 0,
-    /// A pointer that is needed is null.
+    /// A required pointer is null.
     Null = 1,
-    /// A structure has another struct_size than in this version of the library.
+    /// The struct_size of a structure differs from this version of the library.
     StructSize = 2,
     /// The memory is smaller than trocar_rig_size().
     MemorySize = 3,
-    /// The memory is not a multiple of trocar_rig_alignment().
+    /// The memory is not aligned to trocar_rig_alignment().
     Alignment = 4,
-    /// A setting is out of range; the error text names it.
+    /// A setting is out of range; the error text contains its key.
     Setting = 5,
-    /// The scenario cannot be read; the error text names the place and the remedy.
+    /// The scenario cannot be read; the error text contains the place and the remedy.
     Scenario = 6,
     /// The rig is not initialised.
     NotInitialised = 7,
@@ -57,13 +57,13 @@ impl Status {
     ];
 }
 
-/// Runs the body of a call; a panic becomes a status.
+/// Converts a panic of the body to a status.
 #[inline(always)]
 pub(crate) fn guarded(body: impl FnOnce() -> Status) -> Status {
     catch_unwind(AssertUnwindSafe(body)).unwrap_or(Status::Panic)
 }
 
-/// The text of a status: one line, without a full stop, that is never freed. An unknown number has a text, too.
+/// Returns the text of a status: one line without a full stop, never freed. Unknown numbers also have a text.
 #[allow(unsafe_code, reason = "the name is exported to C")]
 #[unsafe(no_mangle)]
 pub extern "C" fn trocar_status_text(status: i32) -> *const c_char {
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_status_is_at_its_number() {
+    fn every_status_has_its_number() {
         for (number, status) in Status::ALL.into_iter().enumerate() {
             assert_eq!(status as usize, number);
         }

@@ -13,17 +13,17 @@ use crate::rig::{Rig, init};
 use crate::settings::Settings;
 use crate::status::{Status, guarded};
 
-/// The settings with which a rig acts as a scenario's controller.
+/// Returns the settings with which a rig behaves like a scenario's controller.
 ///
 /// # Errors
-/// What is wrong with the text, with place and remedy.
+/// The error in the text, with place and remedy.
 fn settings_of(text: &str) -> Result<Settings, String> {
     let source = Source::Text { name: "scenario".into(), text: text.into() };
     let scenario = Scenario::load(&source, &[]).map_err(|error| error.to_string())?;
     let mut settings = Settings::defaults();
     for (key, value) in scenario.rig_values() {
         let is_set = match &value {
-            // No value: a number without a default is NaN.
+            // Without a value: a number without a default is NaN.
             None => settings.set(key.path, Constant::Number(f64::NAN)),
             Some(Value::Number(value)) => settings.set(key.path, Constant::Number(*value)),
             Some(Value::Whole(value)) => settings.set(key.path, Constant::Whole(*value)),
@@ -42,8 +42,6 @@ fn settings_of(text: &str) -> Result<Settings, String> {
     Ok(settings)
 }
 
-/// The settings of a text.
-///
 /// # Safety
 /// `text` is null or points to `size` bytes.
 #[allow(unsafe_code, reason = "the text is the caller's")]
@@ -51,7 +49,7 @@ unsafe fn read(text: *const c_char, size: usize, error: &mut ErrorText) -> Resul
     if text.is_null() {
         return Err(Status::Null);
     }
-    // SAFETY: it points to so many bytes.
+    // SAFETY: it points to `size` bytes.
     let bytes = unsafe { slice::from_raw_parts(text.cast::<u8>(), size) };
     let text = core::str::from_utf8(bytes).map_err(|wrong| format!("the scenario is not UTF-8: {wrong}"));
     text.and_then(settings_of).map_err(|message| {
@@ -61,15 +59,15 @@ unsafe fn read(text: *const c_char, size: usize, error: &mut ErrorText) -> Resul
     })
 }
 
-/// Sets the settings to those of a scenario, a text in TOML: a rig then acts as the scenario's controller does.
+/// Sets the settings from a scenario, a text in TOML, so that a rig behaves like the scenario's controller.
 ///
 /// `text` has `text_size` bytes in UTF-8, without a NUL. `base = "builtin:augmented"` in it names a shipped scenario;
-/// other paths are relative to the working directory. What only a rig has is at its default. `settings` has `size` bytes,
-/// `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for the text of an error. It
-/// allocates while it reads.
+/// other paths are relative to the working directory. Settings that only a rig has are at their defaults. `settings`
+/// has `size` bytes, `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for an error
+/// text. The function allocates while it reads.
 ///
 /// # Safety
-/// Each pointer is null or valid as said.
+/// Each pointer is null or valid as described.
 #[allow(unsafe_code, reason = "text and settings are the caller's, and the name is exported to C")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trocar_rig_settings_from_toml(
@@ -80,7 +78,7 @@ pub unsafe extern "C" fn trocar_rig_settings_from_toml(
     error: *mut c_char,
     error_size: usize,
 ) -> Status {
-    // SAFETY: the caller's buffer, as said.
+    // SAFETY: the caller's buffer, as described.
     let mut error = unsafe { ErrorText::new(error, error_size) };
     guarded(|| {
         if settings.is_null() {
@@ -89,7 +87,7 @@ pub unsafe extern "C" fn trocar_rig_settings_from_toml(
         if size != size_of::<Settings>() {
             return Status::StructSize;
         }
-        // SAFETY: the caller's text, as said; the settings are of this size.
+        // SAFETY: the caller's text, as described; the settings have this size.
         match unsafe { read(text, text_size, &mut error) } {
             Ok(read) => {
                 unsafe { settings.write(read) };
@@ -100,10 +98,10 @@ pub unsafe extern "C" fn trocar_rig_settings_from_toml(
     })
 }
 
-/// As trocar_rig_init, with the settings of a scenario, as trocar_rig_settings_from_toml reads them.
+/// Like trocar_rig_init, with the settings of a scenario, as trocar_rig_settings_from_toml reads them.
 ///
 /// # Safety
-/// Each pointer is null or valid as said.
+/// Each pointer is null or valid as described.
 #[allow(unsafe_code, reason = "memory and text are the caller's, and the name is exported to C")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trocar_rig_init_toml(
@@ -115,10 +113,10 @@ pub unsafe extern "C" fn trocar_rig_init_toml(
     error: *mut c_char,
     error_size: usize,
 ) -> Status {
-    // SAFETY: the caller's buffer, as said.
+    // SAFETY: the caller's buffer, as described.
     let mut error = unsafe { ErrorText::new(error, error_size) };
     guarded(|| {
-        // SAFETY: the caller's text and memory, as said.
+        // SAFETY: the caller's text and memory, as described.
         match unsafe { read(text, text_size, &mut error) } {
             Ok(settings) => unsafe { init(memory, size, &settings, rig, &mut error) },
             Err(status) => status,
@@ -131,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_shipped_scenario_gives_the_rig_that_rust_gives_it() {
+    fn every_shipped_scenario_gives_the_same_rig_as_in_rust() {
         for (name, _) in trocar_scenario::shipped_questions() {
             let Ok(scenario) = Scenario::load(&Source::parse(&format!("builtin:{name}")), &[]) else {
                 panic!("{name} loads");
@@ -143,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_key_is_named_with_its_line() {
+    fn a_wrong_key_is_reported_with_its_line() {
         let message = settings_of("[detector]\nthreshhold = 1.0\n").expect_err("an unknown key");
         assert!(message.contains("threshhold") && message.contains("threshold"), "{message}");
     }

@@ -9,9 +9,9 @@ use crate::lane::{Lane, Mask};
 /// The slave's measured values at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Reading<L> {
-    /// Force on the needle in N, positive when it resists insertion.
+    /// Force on the needle in N, positive when the tissue resists insertion.
     pub force_n: L,
-    /// Position of the needle in m, growing into the tissue.
+    /// Position of the needle in m, increasing into the tissue.
     pub position_m: L,
     /// Velocity of the needle in m/s.
     pub velocity_m_per_s: L,
@@ -28,7 +28,7 @@ pub struct Insight<L: Lane> {
     pub decision: Decision<L>,
 }
 
-/// An estimator followed by a detector. Memory and time per sample are constant; nothing is allocated.
+/// An estimator followed by a detector. Takes constant time and memory per sample and allocates nothing.
 #[derive(Debug, Clone)]
 pub struct Chain<L, E, D> {
     /// Position of the tissue surface assumed by the estimator, in m.
@@ -47,7 +47,7 @@ pub struct Estimation<'a, L, E> {
 }
 
 impl<L: Lane, E: Estimator<L>> Estimation<'_, L, E> {
-    /// Processes the next sample. Returns what the estimator makes of it, and the evidence for the detector.
+    /// Processes the next sample. Returns the estimate, and the evidence for the detector.
     #[inline(always)]
     pub fn step(&mut self, reading: &Reading<L>) -> (Estimate<L>, Evidence<L>) {
         let Reading { force_n, position_m, velocity_m_per_s } = *reading;
@@ -67,14 +67,15 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         Insight { depth_m: evidence.depth_m, estimate, decision: detector.update(&evidence) }
     }
 
-    /// The estimator and the detector, apart: nothing goes back from the detector, so the estimator can be samples ahead.
+    /// Returns the estimator and the detector apart. The estimator does not depend on the detector, so it can run
+    /// ahead.
     #[inline(always)]
     pub fn stages(&mut self) -> (Estimation<'_, L, E>, &mut D) {
         (Estimation { contact_m: self.contact_m, estimator: &mut self.estimator }, &mut self.detector)
     }
 
     /// Handles a missing sample: the estimate does not change and no alarm is raised. The detector treats it as a loss
-    /// of contact at a force (N) and a velocity (m/s).
+    /// of contact.
     pub fn skip(&mut self, force_n: L, velocity_m_per_s: L) -> Decision<L> {
         self.estimator.skip();
         let zero = L::zero();
@@ -90,8 +91,8 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         Decision { alarm: L::Mask::splat(false), ..decision }
     }
 
-    /// Processes the first sample after missing ones. There is no prediction for it, so it counts as missing, too; the
-    /// next one is predicted from it.
+    /// Processes the first sample after missing ones. It has no prediction, so it counts as missing for the detector;
+    /// the estimator predicts the next sample from it.
     pub fn resume(&mut self, reading: &Reading<L>) -> Decision<L> {
         let Reading { force_n, position_m, velocity_m_per_s } = *reading;
         let decision = self.skip(force_n, velocity_m_per_s);
@@ -101,7 +102,7 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
 }
 
 impl<L: Lane, E: Estimator<L>, D: Distance<L>> Chain<L, E, CusumDetector<L, D>> {
-    /// [`Chain::step`], with the conditions on an alarm at this sample.
+    /// Like [`Chain::step`]; also returns the conditions on an alarm at this sample.
     #[inline]
     pub fn step_with_conditions(&mut self, reading: &Reading<L>) -> (Insight<L>, AlarmConditions<L>) {
         let (mut estimation, detector) = self.stages();
@@ -139,7 +140,7 @@ mod tests {
     use crate::detector::{DetectorSettings, SquaredResidual};
     use crate::estimation::{Rls, RlsSettings};
 
-    /// Estimates a force of 100 N/m, and counts the samples and the gaps.
+    /// An estimator with a force of 100 N/m that counts the samples and the gaps.
     #[derive(Clone, Default)]
     struct Hundred {
         samples: u32,
@@ -164,7 +165,7 @@ mod tests {
         }
     }
 
-    /// Keeps the evidence, and raises an alarm at every sample.
+    /// A detector that keeps the evidence and raises an alarm at every sample.
     #[derive(Clone, Default)]
     struct Always(Vec<Evidence<f64>>);
 
@@ -207,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_sample_after_a_gap_counts_as_missing_and_is_learnt_from() {
+    fn the_first_sample_after_a_gap_counts_as_missing_but_updates_the_estimator() {
         let mut chain = chain();
         assert!(!chain.resume(&READING).alarm);
         assert_eq!((chain.estimator.samples, chain.estimator.gaps), (1, 1));
@@ -215,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn the_conditions_are_those_before_the_sample() {
+    fn the_returned_conditions_are_from_before_the_sample() {
         let settings = DetectorSettings::default();
         let chain = || Chain {
             contact_m: 0.0,

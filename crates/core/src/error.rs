@@ -6,30 +6,29 @@ use thiserror::Error;
 
 /// A value outside its allowed range.
 ///
-/// `name` is the dotted key as a scenario writes it (`slave.velocity_gain`), `requirement` completes the sentence
-/// "… must be".
+/// `name` is the dotted key of a scenario (`slave.velocity_gain`); `requirement` completes the sentence "… must be".
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{name}{} is {value}, must be {requirement}", OfItem(*item))]
 pub struct InvalidValue {
-    /// The dotted key, as in a scenario file.
+    /// The dotted key, of a scenario file.
     pub name: &'static str,
-    /// The value that was given.
+    /// The rejected value.
     pub value: f64,
-    /// What the value must be, as in "positive".
+    /// The requirement, for example "positive".
     pub requirement: &'static str,
-    /// The index, from 0, of the item of a list that the value belongs to. The key then has a `*` for the item.
+    /// Index, from 0, of the list item that the value belongs to. The key then has a `*` for the item.
     pub item: Option<usize>,
 }
 
 impl InvalidValue {
-    /// The same error about the item of a list with this index.
+    /// The same error for the list item with this index.
     #[must_use]
     pub fn of_item(self, index: usize) -> Self {
         Self { item: Some(index), ..self }
     }
 }
 
-/// The number of an item in a message; nothing for a value outside of lists.
+/// The number of an item in a message; empty for a value outside of lists.
 struct OfItem(Option<usize>);
 
 impl fmt::Display for OfItem {
@@ -87,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_that_is_not_a_number_passes() {
+    fn nan_and_infinity_are_refused() {
         for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert!(positive("x", value).is_err());
             assert!(non_negative("x", value).is_err());

@@ -4,15 +4,15 @@
 //! It needs no operating system, no allocator and no standard library. [`rig`] combines all parts into one controller.
 //! The simulator, the crate `trocar`, runs the same source and re-exports it.
 //!
-//! Equation numbers are those of Barbé, Bayle, de Mathelin and Gangi, *In Vivo Model Estimation and Haptic
-//! Characterization of Needle Insertions*.
+//! Equation numbers refer to Barbé, Bayle, de Mathelin and Gangi, *In Vivo Model Estimation and Haptic Characterization
+//! of Needle Insertions*.
 
 #![cfg_attr(not(test), no_std)]
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
-// The macros of `settings` refer to `trocar_core`, in this crate too.
+// The macros of `settings` refer to `trocar_core`, also in this crate.
 extern crate self as trocar_core;
 
 pub mod augmentation;

@@ -1,7 +1,7 @@
 //! The registry of a role: its built-in parts, their words in scenarios, and static dispatch over them.
 
-/// Declares the built-in parts of a role, one row each: the word in scenarios, the kind, in parentheses the settings of
-/// this kind alone, and the path of the part.
+/// Declares the built-in parts of a role. Each row holds the word in scenarios, the kind, in parentheses the settings
+/// of this kind alone, and the path of the part.
 ///
 /// ```text
 /// registry! {
@@ -27,7 +27,7 @@
 /// gather_variants!(AnyHold { Frozen, SpeedLimit } stored);        // Gather, and with `stored` also Stored
 /// ```
 ///
-/// and to two macros for the module, with the names in `by (…)`. `each!` runs an expression on the part, and `of_kind!` on
+/// and to two macros for the module, with the names in `by (…)`. `each!` runs an expression on the part, `of_kind!` on
 /// the type of the part, for one kind or for all:
 ///
 /// ```text

@@ -1,11 +1,11 @@
-//! Time as integers: tick `k` happens at `k * tick_s`, never at a sum of increments.
+//! Time as an integer: tick `k` happens at `k * tick_s`, never at a sum of increments.
 
 use crate::error::{InvalidValue, positive, require};
 
 /// Largest deviation, in ticks, of a duration that still counts as a whole number of ticks.
 const WHOLE_TICK_TOLERANCE: f64 = 1e-6;
 
-/// Longest run, in ticks. `k * tick_s` is exact to the last bit of the tick far beyond this.
+/// Longest run, in ticks. `k * tick_s` stays exact to the last bit of the tick far beyond this.
 const MAX_TICKS: f64 = 1e9;
 
 /// A regular grid of ticks, the first at time 0.
@@ -13,12 +13,12 @@ const MAX_TICKS: f64 = 1e9;
 pub struct TickGrid {
     tick_s: f64,
     ticks: u64,
-    /// The rate in Hz where the tick is its exact inverse.
+    /// Rate in Hz, if the tick is exactly its inverse.
     rate_hz: Option<f64>,
 }
 
 impl TickGrid {
-    /// A grid of ticks `tick_s` apart; their number is the one nearest to `duration_s` (both in s, positive).
+    /// Creates a grid of ticks `tick_s` apart. Their number is the one nearest to `duration_s` (both in s, positive).
     ///
     /// # Errors
     /// A tick or duration that is not a positive finite number, a duration below half a tick, or over 10⁹ ticks.
@@ -32,20 +32,20 @@ impl TickGrid {
         Ok(Self { tick_s, ticks: ticks as u64, rate_hz: (1.0 / rate == tick_s).then_some(rate) })
     }
 
-    /// Length of a tick in s.
+    /// The length of a tick in s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.tick_s
     }
 
-    /// Number of ticks.
+    /// The number of ticks.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.ticks
     }
 
-    /// Time of tick `k` in s: `k * tick_s`, rounded once. Where the tick is the inverse of a whole rate it is
-    /// `k / rate`, so that tick 69 of 1 ms is 0.069 and not 0.06900000000000001.
+    /// Returns the time of tick `k` in s: `k * tick_s`, rounded once. If the tick is the inverse of a whole rate, it is
+    /// `k / rate`: tick 69 of 1 ms is 0.069 and not 0.06900000000000001.
     #[inline]
     #[must_use]
     pub fn time_s(&self, k: u64) -> f64 {
@@ -59,7 +59,7 @@ pub fn nearest_ticks(duration_s: f64, tick_s: f64) -> u64 {
     libm::round(duration_s / tick_s).max(0.0) as u64
 }
 
-/// The number of ticks in `duration_s` if that is a whole number, to within a millionth of a tick; `None` otherwise.
+/// The number of ticks in `duration_s` if it is whole to within a millionth of a tick, otherwise `None`.
 #[must_use]
 pub fn whole_ticks(duration_s: f64, tick_s: f64) -> Option<u64> {
     let ticks = duration_s / tick_s;

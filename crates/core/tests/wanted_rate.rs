@@ -8,7 +8,7 @@ use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, DistanceK
 /// Minutes of each noise at each rate.
 const MINUTES: f64 = 10.0;
 
-/// Standard deviation of the noise in N, and the force in N that a needle at rest feels.
+/// Standard deviation of the noise in N, and the constant force in N on the needle at rest.
 const STD_N: f64 = 0.05;
 const FORCE_N: f64 = 0.2;
 
@@ -17,11 +17,11 @@ enum Noise {
     Normal,
     /// Normal, with a correlation time of 5 ms.
     Correlated,
-    /// Student's t, by its degrees of freedom.
+    /// Student's t, with its degrees of freedom.
     Heavy(f64),
 }
 
-/// The number of alarms of the adaptive detector in noise, for samples `tick_s` (s) apart.
+/// The number of alarms of the adaptive detector in noise, for samples `tick_s` apart.
 fn alarms(noise: Noise, tick_s: f64, wanted_per_min: f64) -> usize {
     let mut settings = DetectorSettings::for_kind(DistanceKind::Adaptive, Hypotheses::default());
     settings.distance.rate.false_alarms_per_min = Some(wanted_per_min);
@@ -58,7 +58,7 @@ fn alarms(noise: Noise, tick_s: f64, wanted_per_min: f64) -> usize {
 }
 
 #[test]
-fn a_wanted_rate_of_false_alarms_holds_within_a_factor_of_three() {
+fn the_wanted_rate_of_false_alarms_holds_within_a_factor_of_three() {
     const RATES_HZ: [f64; 4] = [100.0, 333.0, 1000.0, 2000.0];
     for noise in [Noise::Normal, Noise::Correlated, Noise::Heavy(5.0), Noise::Heavy(3.0)] {
         for wanted_per_min in [0.5, 2.0, 5.0] {

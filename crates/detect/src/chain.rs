@@ -1,4 +1,4 @@
-//! Velocity filter, estimator and detector in series, sample by sample, for files and live streams.
+//! Velocity filter, estimator and detector in series, for files and live streams.
 
 use trocar_core::chain::{self, Chain, Insight, Reading};
 use trocar_core::detector::{AlarmConditions, CusumDetector, Decision, Evidence};
@@ -7,7 +7,7 @@ use trocar_core::estimation::{AnyEstimator, Estimate, VelocityFilter};
 use trocar_core::lane::Stored;
 use trocar_scenario::DetectionSettings;
 
-/// Assumed position step if none is known, in m.
+/// Position step in m that is assumed if none is known.
 pub const ASSUMED_STEP_M: f64 = 1e-6;
 
 /// The source of the velocity.
@@ -27,7 +27,7 @@ pub enum VelocitySource {
 pub struct Step {
     /// Velocity in m/s: measured, or filtered from the positions.
     pub velocity_m_per_s: f64,
-    /// Depth below the contact, in m; negative before it.
+    /// Depth below the contact, in m; negative above it.
     pub depth_m: f64,
     /// Output of the estimator.
     pub estimate: Estimate<f64>,
@@ -37,8 +37,8 @@ pub struct Step {
     pub conditions: AlarmConditions<f64>,
 }
 
-/// A velocity source and the detection chain. Memory and time per sample are constant; nothing is allocated after
-/// construction.
+/// A velocity source with the detection chain. Memory and time per sample are constant; only the construction
+/// allocates.
 #[derive(Debug, Clone)]
 pub struct DetectionChain {
     filter: Option<VelocityFilter<f64>>,
@@ -49,8 +49,8 @@ impl DetectionChain {
     /// Returns a chain for samples `interval_s` apart (s).
     ///
     /// # Errors
-    /// [`InvalidValue`] for an interval, or a step of the positions, that is not a positive finite number, and for settings out of
-    /// their ranges.
+    /// [`InvalidValue`] if the interval or the position step is not a positive finite number, or a setting is out of
+    /// its range.
     pub fn new(settings: &DetectionSettings, interval_s: f64, velocity: VelocitySource) -> Result<Self, InvalidValue> {
         positive("simulation.tick_s", interval_s)?;
         settings.estimator.validate()?;
@@ -66,8 +66,9 @@ impl DetectionChain {
         Ok(Self { filter, chain: Chain { contact_m: settings.contact_m, estimator, detector } })
     }
 
-    /// Evaluates the next sample, whose numbers must be finite: others stay in the estimate for good. A
-    /// [`LiveDetector`](super::LiveDetector) refuses them, and a [`rig`](trocar_core::rig) holds through them.
+    /// Evaluates the next sample, whose numbers must be finite: NaN or infinity stays in the estimate permanently. A
+    /// [`LiveDetector`](super::LiveDetector) rejects such samples, and a [`rig`](trocar_core::rig) holds the last valid
+    /// one.
     #[inline]
     pub fn step(&mut self, reading: &Reading<f64>) -> Step {
         let reading = with_velocity(self.filter.as_mut(), reading);
@@ -76,7 +77,6 @@ impl DetectionChain {
         Step { velocity_m_per_s: reading.velocity_m_per_s, depth_m, estimate, decision, conditions }
     }
 
-    /// The velocity source and the estimator, apart from the detector.
     pub(super) fn stages(&mut self) -> (Estimation<'_>, &mut CusumDetector<f64>) {
         let (estimation, detector) = self.chain.stages();
         (Estimation { filter: self.filter.as_mut(), estimation }, detector)
@@ -91,21 +91,18 @@ impl Stored for DetectionChain {
     }
 }
 
-/// The velocity source and the estimator of a [`DetectionChain`].
 pub(super) struct Estimation<'a> {
     filter: Option<&'a mut VelocityFilter<f64>>,
     estimation: chain::Estimation<'a, f64, AnyEstimator<f64>>,
 }
 
 impl Estimation<'_> {
-    /// Evaluates the next sample.
     #[inline]
     pub(super) fn step(&mut self, reading: &Reading<f64>) -> (Estimate<f64>, Evidence<f64>) {
         self.estimation.step(&with_velocity(self.filter.as_deref_mut(), reading))
     }
 }
 
-/// The reading with the velocity of the source.
 #[inline(always)]
 fn with_velocity(filter: Option<&mut VelocityFilter<f64>>, reading: &Reading<f64>) -> Reading<f64> {
     let velocity_m_per_s = filter.map_or(reading.velocity_m_per_s, |filter| filter.update(reading.position_m));

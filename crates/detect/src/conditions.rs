@@ -1,4 +1,4 @@
-//! The conditions on an alarm at each sample, in a byte.
+//! The conditions of an alarm at each sample, in one byte.
 
 use trocar_core::detector::AlarmConditions;
 
@@ -14,19 +14,18 @@ impl SampleConditions {
         Self(all.into_iter().enumerate().map(|(bit, holds)| u8::from(holds) << bit).sum())
     }
 
-    /// The conditions, given the number of quiet samples before.
     pub(super) fn with_quiet(self, quiet_samples: f64) -> AlarmConditions<f64> {
         let [in_contact, armed, is_drop, moves_as_required, is_deep] = [0, 1, 2, 3, 4].map(|bit| self.holds(bit));
         AlarmConditions { in_contact, armed, is_drop, moves_as_required, is_deep, quiet_samples }
     }
 
-    /// Whether the needle was in contact.
+    /// Returns true if the needle was in contact.
     #[must_use]
     pub fn in_contact(self) -> bool {
         self.holds(0)
     }
 
-    /// Whether the detector was armed.
+    /// Returns true if the detector was armed.
     #[must_use]
     pub fn armed(self) -> bool {
         self.holds(1)

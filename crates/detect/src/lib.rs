@@ -1,7 +1,8 @@
-//! The estimator and the detector on the position, velocity and force of a recording or a live stream.
+//! Runs the estimator and the detector on the position, velocity and force of a recording or a live stream.
 
 pub mod calibration;
 mod chain;
+mod columns;
 mod conditions;
 pub mod document;
 mod live;
@@ -21,7 +22,7 @@ pub use live::{LiveDetector, LiveStep, LiveSummary, TimestampAnomaly};
 pub use matching::{Match, match_alarms};
 pub use misses::LabelMiss;
 pub use phases::{Phase, PhaseInterval, PhaseRule};
-pub use plausibility::sampling_rate;
+pub use plausibility::{recorded_warnings, sampling_rate};
 pub use report::{DetectedAlarm, DetectionReport, ExtraParameterEstimate, Label};
 pub use scores::{Scores, Tally};
 pub use statistics::{PhaseStatistics, ResidualStatistics};
@@ -36,7 +37,7 @@ use trocar_engine::engine::TrustColumns;
 use trocar_recording::{Recording, ResampleError};
 use trocar_scenario::{DetectionSettings, DetectionSpec};
 
-/// The estimates and decisions for a recording, with a value per sample.
+/// The estimates and decisions for a recording, one value per sample.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the names say quantity and unit, as in a trace")]
 pub struct Detection {
@@ -57,15 +58,15 @@ pub struct Detection {
     pub alarms: Vec<usize>,
     /// Contact position, in m.
     pub contact_m: f64,
-    /// Whether the needle was ever below the contact.
+    /// True if the needle was ever below the contact.
     pub touched: bool,
-    /// The conditions on an alarm.
+    /// The conditions of an alarm.
     pub conditions: Vec<SampleConditions>,
     /// The detector.
     pub detector: DetectorSettings,
-    /// Whether the velocities were recorded; otherwise they are estimated from the positions.
+    /// True if the velocities were recorded, false if they are estimated from the positions.
     pub is_velocity_measured: bool,
-    /// Whether the samples are those of the recording resampled, as its own are unevenly spaced.
+    /// True if the recording had unevenly spaced samples and was resampled.
     pub is_resampled: bool,
     /// The phases of the insertion, in order of time.
     pub phases: Vec<PhaseInterval>,
@@ -73,7 +74,7 @@ pub struct Detection {
 }
 
 impl Detection {
-    /// The trust in the estimates, sample by sample.
+    /// Returns the trust in the estimates, sample by sample.
     #[must_use]
     pub fn trust(&self) -> TrustColumns {
         let parameters = (&*self.stiffness_n_per_m, &*self.damping_n_s_per_m);
@@ -82,7 +83,7 @@ impl Detection {
     }
 }
 
-/// Maximum deviation of an interval from the median one, as a share of it, in an evenly sampled recording.
+/// Maximum relative deviation of an interval from the median interval in an evenly sampled recording.
 const EVEN_SHARE: f64 = 0.01;
 
 /// Minimum change of a recorded position that counts as a step of the encoder or of the digits, in m.
@@ -91,8 +92,8 @@ const MIN_STEP_M: f64 = 1e-9;
 /// Runs the estimator and the detector over a recording, sample by sample.
 ///
 /// Both need evenly spaced samples: an uneven recording is first resampled linearly at its median interval. Without a
-/// recorded velocity, a Kalman filter estimates it from the positions. The position step is the smallest change between
-/// two samples unless the settings give one.
+/// recorded velocity, a Kalman filter estimates it from the positions. Its position step is given by the settings, or
+/// else the smallest change between two samples.
 ///
 /// # Errors
 /// [`InvalidValue`] for a setting out of range.
@@ -100,7 +101,7 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
     detect_recording(spec.recording.recording.clone(), &spec.settings)
 }
 
-/// [`detect`] of a recording that is given up: without a copy, its columns become those of the result.
+/// [`detect`] without a copy: the columns of the recording become columns of the result.
 ///
 /// # Errors
 /// As [`detect`].
@@ -117,7 +118,7 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
         let phases = PhaseRule::default().split(signals.position_m, interval_s, settings.contact_m);
         (phases, Plausibility::of(&signals))
     };
-    // Of a long recording, what the samples alone tell takes a third as long as the chain.
+    // In parallel, because for a long recording the second closure takes a third as long as the chain.
     let ((estimates, decisions), (phases, recorded)) = rayon::join(|| evaluate(&mut chain, &signals), of_samples);
     let Samples { time_s, position_m, velocity_m_per_s: measured, force_n, is_resampled } = samples;
     let [residual_n, stiffness_n_per_m, damping_n_s_per_m, velocity_m_per_s, extra] = estimates.into_columns();
@@ -147,7 +148,6 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
     })
 }
 
-/// Evenly spaced samples.
 struct Samples {
     time_s: Vec<f64>,
     position_m: Vec<f64>,
@@ -156,7 +156,6 @@ struct Samples {
     is_resampled: bool,
 }
 
-/// Whether the samples of a recording are evenly spaced.
 fn is_even(recording: &Recording) -> bool {
     let interval_s = recording.median_interval_s();
     let is_even = |at_s: f64| (at_s - interval_s).abs() <= EVEN_SHARE * interval_s;
@@ -164,7 +163,7 @@ fn is_even(recording: &Recording) -> bool {
     is_even(min_s) && is_even(max_s)
 }
 
-/// The samples of a recording, resampled at its median interval unless they are even.
+/// Returns the samples of a recording, resampled at the median interval if they are uneven.
 fn samples(recording: Recording) -> Samples {
     let interval_s = recording.median_interval_s();
     let as_recorded = |recording: Recording| {
@@ -182,11 +181,11 @@ fn samples(recording: Recording) -> Samples {
         let (position_m, velocity_m_per_s, force_n) = (even.position_m, even.velocity_m_per_s, even.force_n);
         Ok::<_, ResampleError>(Samples { time_s, position_m, velocity_m_per_s, force_n, is_resampled: true })
     };
-    // The median of ascending times is a valid tick; if resampling fails nevertheless, the samples stay as recorded.
+    // The median of ascending times is a valid tick. If resampling fails nevertheless, the samples stay as recorded.
     resample(&recording).unwrap_or_else(|_| as_recorded(recording))
 }
 
-/// Returns the position step in m: the given one if it is above 0, else the smallest change between two samples.
+/// Returns the position step in m: the given one if above 0, else the smallest change between two samples.
 fn position_step_m(position_m: &[f64], given_m: f64) -> f64 {
     if given_m > 0.0 {
         return given_m;

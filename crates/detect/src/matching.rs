@@ -1,6 +1,6 @@
 //! Matching of alarms and labelled ruptures.
 
-/// A matched pair of an alarm and a label, by their indices.
+/// A matched pair of an alarm and a label.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Match {
     /// Index of the alarm.
@@ -11,16 +11,16 @@ pub struct Match {
     pub delay_s: f64,
 }
 
-/// Returns the time from a label to an alarm in s, rounded to 1 ns, because the difference of two decimal times is not
-/// exact.
+/// Returns the time from a label to an alarm in s. It is rounded to 1 ns because the difference of two decimal times is
+/// not exact.
 fn delay_s(alarm_s: f64, label_s: f64) -> f64 {
-    // The addition of 0 turns -0 into 0.
+    // Adding 0 turns -0 into 0.
     ((alarm_s - label_s) * 1e9).round() / 1e9 + 0.0
 }
 
-/// Matches alarms to labels one to one (both in s, ascending). An alarm matches a label that lies at most `within_s`
-/// (s, at least 0) before it, and never a later label. The result has the maximum number of matches and, among those,
-/// the minimum sum of delays. The matches are in order of time.
+/// Matches alarms to labels one to one (both in s, ascending). An alarm matches a label at most `within_s` (s, at least
+/// 0) before it, and never a later label. The result has the maximum number of matches and, among such matchings, the
+/// minimum sum of delays. The matches are in order of time.
 ///
 /// # Why three passes suffice
 /// The windows `[label, label + within_s]` have equal lengths. A pass from the last label to the first, which gives
@@ -65,9 +65,51 @@ pub fn match_alarms(alarms_s: &[f64], labels_s: &[f64], within_s: f64) -> Vec<Ma
     alarms.into_iter().zip(labels).map(pair).collect()
 }
 
+/// Time before and after an alarm in which the force falls at a rupture, in s. The detector may raise the alarm before
+/// the fall is complete.
+const FALL_BEFORE_S: f64 = 0.1;
+const FALL_AFTER_S: f64 = 0.03;
+
+/// Minimum fall of the force around an alarm, as a share of the residual.
+const FALLEN_SHARE: f64 = 0.5;
+
+/// Returns true if the force falls around the alarm at `sample`: from 0.1 s before it to 30 ms after it, by at least
+/// half of the residual (N). Otherwise the prediction has changed instead of the force, and the alarm indicates no
+/// rupture.
+#[must_use]
+pub(super) fn follows_fall(force_n: &[f64], interval_s: f64, sample: usize, residual_n: f64) -> bool {
+    let samples_in = |time_s: f64| (time_s / interval_s).round() as usize;
+    let from = sample.saturating_sub(samples_in(FALL_BEFORE_S));
+    let to = (sample + samples_in(FALL_AFTER_S) + 1).min(force_n.len());
+    let (mut highest_n, mut fall_n) = (f64::NEG_INFINITY, 0.0_f64);
+    for &force in &force_n[from.min(to)..to] {
+        highest_n = highest_n.max(force);
+        fall_n = fall_n.max(highest_n - force);
+    }
+    fall_n >= FALLEN_SHARE * residual_n.abs()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_alarm_follows_a_fall_of_the_force_or_has_another_cause() {
+        // The force rises by 20 N/s, falls from 10 to 2 N in 20 ms at 0.5 s, and rises again.
+        let force = |k: usize| match k {
+            0..500 => 0.02 * k as f64,
+            500..520 => 10.0 - 0.4 * (k - 500) as f64,
+            _ => 2.0 + 0.02 * (k - 520) as f64,
+        };
+        let force_n: Vec<f64> = (0..1200).map(force).collect();
+        let follows = |sample: usize| follows_fall(&force_n, 1e-3, sample, 1.5);
+        assert!(
+            follows(503) && follows(550) && follows(475),
+            "the fall lies from 0.1 s before to 30 ms after the alarm"
+        );
+        assert!(!follows(440), "before the fall");
+        assert!(!follows(640) && !follows(987), "long after it");
+    }
     use proptest::prelude::*;
 
     fn pairs(alarms_s: &[f64], labels_s: &[f64]) -> Vec<(usize, usize)> {
@@ -75,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn one_alarm_announces_one_label() {
+    fn one_alarm_matches_one_label() {
         assert_eq!(pairs(&[1.0, 1.2], &[0.9]), [(0, 0)], "the second is false");
         assert_eq!(pairs(&[1.0], &[0.6, 0.9]), [(0, 1)], "the latest label");
         assert_eq!(pairs(&[0.45, 0.6], &[0.0, 0.4]), [(0, 0), (1, 1)], "two matches rather than the shorter one");
@@ -86,13 +128,12 @@ mod tests {
         assert_eq!(pairs(&[1.0, 1.5], &[0.5, 1.5]), [(0, 0), (1, 1)]);
         assert_eq!(pairs(&[0.999], &[1.0]), []);
         assert_eq!(pairs(&[1.501], &[1.0]), []);
-        // The same time, 5.52 s, computed by two programs.
+        // The same time, 5.52 s, as two programs compute it.
         assert_eq!(match_alarms(&[1.3 + 4.22], &[5.52], 0.5), [Match { alarm: 0, label: 0, delay_s: 0.0 }]);
         assert!(match_alarms(&[], &[1.0], 0.5).is_empty() && match_alarms(&[1.0], &[], 0.5).is_empty());
     }
 
-    /// Returns the maximum number of matches, and the minimum sum of delays in ms for this number, by exhaustive
-    /// search.
+    /// Returns by exhaustive search the maximum number of matches, and the minimum sum of delays in ms for this number.
     fn best(alarms: &[u32], labels: &[u32], window: u32) -> (usize, u32) {
         let Some((label, rest)) = labels.split_first() else { return (0, 0) };
         let mut all = vec![best(alarms, rest, window)];

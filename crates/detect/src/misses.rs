@@ -1,5 +1,6 @@
-//! Why labelled ruptures of a recording were missed.
+//! Reasons why labelled ruptures of a recording were missed.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Detection, Match};
@@ -7,8 +8,8 @@ use trocar_base::warning::Warning;
 use trocar_core::time::nearest_ticks;
 use trocar_metrics::{DetectorSample, Miss, MissRule, SupervisorHistory};
 
-/// Why a labelled rupture was missed.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// The reason why a labelled rupture was missed.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct LabelMiss {
     /// Index of the label, from 0.
     pub label: usize,
@@ -20,7 +21,6 @@ pub struct LabelMiss {
 }
 
 impl LabelMiss {
-    /// The warning about it.
     pub(super) fn warning(&self) -> Warning {
         self.miss.warning(self.label + 1, self.time_s)
     }
@@ -48,7 +48,6 @@ pub(super) fn misses(detection: &Detection, labels_s: &[f64], matches: &[Match],
     missed.filter_map(explain).collect()
 }
 
-/// The detector at a sample.
 fn sample_at(detection: &Detection, sample: usize) -> DetectorSample {
     let threshold = detection.detector.cusum.threshold;
     let is_quiet = |at: &usize| detection.conditions[*at].in_contact() && detection.decision[*at] <= threshold;

@@ -3,26 +3,27 @@
 use std::ops::Range;
 use trocar_document::figure::Shade;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use trocar_base::interrupt;
 
 /// The phase of an insertion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
-    /// Not in the tissue: before the contact, or after the withdrawal.
+    /// Out of the tissue: before the contact, or after the withdrawal.
     Free,
-    /// In the tissue and moving in.
+    /// In the tissue and moving inwards.
     Insertion,
     /// In the tissue and at rest, while the tissue relaxes.
     Hold,
-    /// In the tissue and moving out.
+    /// In the tissue and moving outwards.
     Withdrawal,
 }
 
 impl Phase {
-    /// The colour of the phase in figures; free motion has none.
+    /// Returns the colour of the phase in figures; `None` for free motion.
     #[must_use]
     pub fn shade(self) -> Option<Shade> {
         match self {
@@ -59,13 +60,13 @@ pub struct PhaseInterval {
 
 /// The rule that determines the phases from positions.
 ///
-/// At each sample, the mean velocity over the `window_s` around it is `v̄ = (p(t + w/2) - p(t - w/2)) / w` (at either
-/// end, over the available part of the window). Below the contact the phase is free; in contact it is insertion if
-/// `v̄ > moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter than `shortest_s`
-/// joins the one before it (the first joins the one after it).
+/// At each sample, the mean velocity over the `window_s` around it is `v̄ = (p(t + w/2) - p(t - w/2)) / w`; at either
+/// end, over the available part of the window. Below the contact position the phase is free. In contact it is insertion
+/// if `v̄ > moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter than
+/// `shortest_s` joins the previous one; the first one joins the next one.
 ///
-/// The defaults are a choice of this project: a window of 0.1 s is a whole period of a physiological tremor of 10 Hz,
-/// which then does not count as motion, and 1 mm/s lies between the creep of a resting hand and the speed of the
+/// The defaults are a choice of this project. The window of 0.1 s is a period of a physiological tremor of 10 Hz, which
+/// then does not count as motion. The speed of 1 mm/s lies between the creep of a resting hand and the speed of the
 /// shipped insertion, 4 to 6 mm/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseRule {
@@ -84,9 +85,9 @@ impl Default for PhaseRule {
 }
 
 impl PhaseRule {
-    /// Splits evenly spaced positions (m, `interval_s` apart) into consecutive intervals without a gap, from the first
-    /// sample to the last; neighbours differ in phase. The result is empty without samples. `contact_m` is the contact
-    /// position.
+    /// Splits evenly spaced positions (m, `interval_s` apart) into consecutive intervals without gaps, from the first
+    /// sample to the last. Adjacent intervals differ in phase. The result is empty without samples. `contact_m` is the
+    /// contact position.
     #[must_use]
     pub fn split(&self, position_m: &[f64], interval_s: f64, contact_m: f64) -> Vec<PhaseInterval> {
         let samples = |duration_s: f64| (duration_s / interval_s).round().max(0.0) as usize;
@@ -120,7 +121,6 @@ impl PhaseRule {
     }
 }
 
-/// Extends the last interval, or appends a new one.
 fn extend(intervals: &mut Vec<PhaseInterval>, phase: Phase, samples: Range<usize>) {
     match intervals.last_mut() {
         Some(last) if last.phase == phase => last.samples.end = samples.end,
@@ -128,8 +128,8 @@ fn extend(intervals: &mut Vec<PhaseInterval>, phase: Phase, samples: Range<usize
     }
 }
 
-/// Merges intervals shorter than `shortest` samples into their neighbours; if all are shorter, the longest one gives
-/// the phase of all.
+/// Merges intervals shorter than `shortest` samples into their neighbours. If all are shorter, the result is one
+/// interval with the phase of the longest.
 fn merge(intervals: &[PhaseInterval], shortest: usize) -> Vec<PhaseInterval> {
     let mut merged: Vec<PhaseInterval> = vec![];
     for interval in intervals {
@@ -153,7 +153,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Returns positions at 1 kHz for pieces of (duration in ms, velocity in m/s), from `start_m`.
+    /// Returns positions at 1 kHz from `start_m`, for pieces of (duration in ms, velocity in m/s).
     fn path(start_m: f64, pieces: &[(usize, f64)]) -> Vec<f64> {
         let mut position_m = vec![start_m];
         for &(samples, speed) in pieces {
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn an_insertion_is_split_into_its_phases() {
-        // 5 mm to the surface at 5 mm/s, 10 mm in, a rest, and out at 20 mm/s.
+        // 5 mm to the surface and 10 mm in at 5 mm/s, a rest, and out at 20 mm/s.
         let found = phases(&path(-5e-3, &[(1000, 5e-3), (2000, 5e-3), (1500, 0.0), (500, -20e-3), (500, -20e-3)]));
         let names: Vec<_> = found.iter().map(|(phase, _)| *phase).collect();
         assert_eq!(names, [Phase::Free, Phase::Insertion, Phase::Hold, Phase::Withdrawal, Phase::Free]);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trembling_hand_that_holds_is_holding() {
+    fn a_hold_with_tremor_is_a_hold() {
         let tremor = |k: usize| 0.01 + 3e-4 * (std::f64::consts::TAU * 10.0 * k as f64 * 1e-3).sin();
         let position_m: Vec<f64> = (0..3000).map(tremor).collect();
         // The speed of the tremor reaches 19 mm/s.

@@ -1,53 +1,55 @@
-//! Whether the numbers of a recording can be those of a needle insertion.
+//! Checks whether the numbers of a recording are plausible for a needle insertion.
 
+use super::columns::{offset, swapped};
 use super::{Detection, LabelMiss, Samples};
 use trocar_base::interrupt;
 use trocar_base::warning::{Code, Warning};
 use trocar_scenario::DetectionSettings;
 
-/// Minimum and maximum sampling rate without a warning, in Hz.
+/// Range of the sampling rate without a warning, in Hz.
 ///
-/// With the defaults of `trocar calibrate`, the force of the slowest rupture falls by half in 30 ms, which are three
-/// samples at the minimum. No force sensor in use samples faster than the maximum.
+/// With the defaults of `trocar calibrate`, the force of the slowest rupture falls by half in 30 ms, three samples at
+/// the minimum rate. No force sensor in use samples faster than the maximum.
 const RATE_HZ: (f64, f64) = (100.0, 1e5);
 
-/// Largest force of an insertion in N: the largest rupture force that a layer may have is 19.2 N, and handles and
-/// phantoms take more.
+/// Upper bound of the force of an insertion in N. The largest rupture force of a layer is 19.2 N; handles and phantoms
+/// take more.
 const MAX_FORCE_N: f64 = 60.0;
 
-/// Range of the travel of an insertion in m.
+/// Lower bound of the largest force of an insertion in N. It is above a thousandth of [`MAX_FORCE_N`], and a needle in
+/// any tissue of the literature exceeds it.
+const MIN_FORCE_N: f64 = 0.1;
+
 const TRAVEL_M: (f64, f64) = (3e-4, 0.5);
 
-/// Largest stiffness against an insertion in N/m: ten times that of the stiffest layer of a rig.
+/// Largest stiffness during an insertion in N/m: ten times the stiffness of a rig's stiffest layer.
 const MAX_STIFFNESS_N_PER_M: f64 = 2e4;
 
-/// Correlation of force and position while the needle advances below which the force does not resist, and the smallest
-/// force in N for which this is told.
+/// The force does not resist if its correlation with the position, while the needle advances, is below this value. The
+/// check needs at least the given force in N.
 const FALLING: f64 = -0.5;
 const MIN_RESISTING_N: f64 = 1.0;
 
-/// Ratio of the recorded velocity to the slope of the positions within which both agree.
+/// Accepted ratio of the slope of the positions to the recorded velocity.
 const RATIO: (f64, f64) = (0.5, 2.0);
 
-/// Samples over which the slope of the positions is taken.
 const SLOPE_SAMPLES: usize = 20;
 
-/// Windows of [`SLOPE_SAMPLES`] that are summed side by side, which the processor's vectors need.
+/// Number of windows of [`SLOPE_SAMPLES`] that are summed together, which allows vectorisation.
 const WINDOWS_AT_ONCE: usize = 256;
 
-/// Minimum share of the time in contact in which the detector is armed, and minimum time in contact in s.
+/// Minimum share of the time in contact for which the detector is armed, and minimum time in contact in s.
 const MIN_ARMED: f64 = 0.1;
 const MIN_CONTACT_S: f64 = 0.5;
 
-/// Motion in contact in m over which a force of at least [`MIN_RESISTING_N`] changes.
+/// Motion in contact in m over which a force of at least [`MIN_RESISTING_N`] must change.
 const MIN_MOTION_M: f64 = 5e-4;
 
-/// Returns a warning if samples `interval_s` (s) apart are too far apart to show a rupture, or closer than sensors
-/// sample.
+/// Warns if samples `interval_s` (s) apart are too far apart to show a rupture, or closer than sensors sample.
 #[must_use]
 pub fn sampling_rate(interval_s: f64) -> Option<Warning> {
     let rate_hz = 1.0 / interval_s;
-    // A tolerance of 1 % for the measured rate.
+    // The measured rate has a tolerance of 1 %.
     let warning = if rate_hz < 0.99 * RATE_HZ.0 {
         let message = format!(
             "the sampling rate is {rate_hz:.3} Hz, below {} Hz: a rupture lasts about 30 ms and can fall between two samples",
@@ -65,7 +67,6 @@ pub fn sampling_rate(interval_s: f64) -> Option<Warning> {
     Some(warning.at("--time").remedy("check the unit of the time, as in --time COLUMN:ms; record at 1 kHz or more"))
 }
 
-/// The samples of a recording, and what is assumed of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Signals<'a> {
     pub(super) time_s: &'a [f64],
@@ -75,7 +76,7 @@ pub(super) struct Signals<'a> {
     pub(super) has_extra_parameter: bool,
     interval_s: f64,
     contact_m: f64,
-    /// The drop that the detector expects, in N; `None` for one that expects none.
+    /// The drop that the detector expects, in N; `None` if it expects none.
     drop_n: Option<f64>,
 }
 
@@ -95,12 +96,10 @@ impl<'a> Signals<'a> {
     }
 }
 
-/// Whether the samples of a recording can be those of an insertion.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Plausibility {
     /// The sample of the largest force; `None` without samples.
     peak: Option<usize>,
-    /// The warnings about force, position and velocity.
     magnitudes: Vec<Warning>,
     constant_force: Option<Warning>,
 }
@@ -108,17 +107,46 @@ pub(super) struct Plausibility {
 impl Plausibility {
     pub(super) fn of(signals: &Signals<'_>) -> Self {
         let Some(peak) = peak(signals.force_n) else { return Self::default() };
-        let checks: [&dyn Fn() -> Option<Warning>; 3] =
-            [&|| force(signals, peak), &|| travel(signals), &|| velocity(signals)];
-        Self {
-            peak: Some(peak),
-            magnitudes: checks.into_iter().filter_map(|check| check()).collect(),
-            constant_force: constant_force(signals, peak),
-        }
+        // The other warnings would hide their cause, swapped columns.
+        let magnitudes = match swapped(signals) {
+            Some(swapped) => vec![swapped],
+            None => {
+                let checks: [&dyn Fn() -> Option<Warning>; 4] =
+                    [&|| force(signals, peak), &|| travel(signals), &|| velocity(signals), &|| offset(signals)];
+                checks.into_iter().filter_map(|check| check()).collect()
+            }
+        };
+        Self { peak: Some(peak), magnitudes, constant_force: constant_force(signals, peak) }
     }
 }
 
-/// Returns the warnings about a recording and its detection.
+/// Returns the warnings about a recording that a run replays at `interval_s` (s): implausible position (m) or force
+/// (N), and swapped columns. The remedies name flags; a scenario has keys of the same names.
+#[must_use]
+pub fn recorded_warnings(interval_s: f64, position_m: &[f64], force_n: &[f64]) -> Vec<Warning> {
+    let count = position_m.len().min(force_n.len());
+    let time_s: Vec<f64> = (0..count).map(|sample| sample as f64 * interval_s).collect();
+    let signals = Signals {
+        time_s: &time_s,
+        position_m: &position_m[..count],
+        velocity_m_per_s: None,
+        force_n: &force_n[..count],
+        has_extra_parameter: false,
+        interval_s,
+        contact_m: f64::NEG_INFINITY,
+        drop_n: None,
+    };
+    let keys = [
+        ("--position", "recording.columns.position_m"),
+        ("--force", "recording.columns.force_n"),
+        ("--tare-s", "recording.tare_s"),
+    ];
+    let by_keys = |text: String| keys.iter().fold(text, |text, (flag, key)| text.replace(flag, key));
+    let in_keys = |warning: Warning| Warning { place: warning.place.map(by_keys), remedy: None, ..warning };
+    let remedy = "correct the columns, recording.scale, the signs or recording.tare_s; `trocar detect` with this scenario shows more";
+    Plausibility::of(&signals).magnitudes.into_iter().map(|warning| in_keys(warning).remedy(remedy)).collect()
+}
+
 pub(super) fn warnings(detection: &Detection, misses: &[LabelMiss]) -> Vec<Warning> {
     let mut all: Vec<Warning> = misses.iter().map(LabelMiss::warning).collect();
     all.extend(sampling_rate(detection.interval_s));
@@ -131,23 +159,27 @@ pub(super) fn warnings(detection: &Detection, misses: &[LabelMiss]) -> Vec<Warni
     all
 }
 
-fn range(values: &[f64]) -> Option<(f64, f64)> {
+pub(super) fn range(values: &[f64]) -> Option<(f64, f64)> {
     let low = values.iter().copied().reduce(f64::min)?;
     Some((low, values.iter().copied().fold(low, f64::max)))
 }
 
-/// The last sample of the largest magnitude; `None` without samples.
 fn peak(values: &[f64]) -> Option<usize> {
     let largest = values.iter().copied().map(f64::abs).reduce(f64::max)?;
     values.iter().rposition(|value| value.abs() == largest)
 }
 
-/// The sign and the magnitude of the force, which is largest at the sample `peak`.
+/// Checks the sign and the magnitude of the force, which is largest at the sample `peak`.
 fn force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
     let peak_n = signals.force_n[peak].abs();
     let unit = "check the unit of the force, as in --force COLUMN:mN or --force COLUMN:gf";
     if peak_n > MAX_FORCE_N {
         let message = format!("the force reaches {peak_n:.3} N; needle insertions stay below {MAX_FORCE_N} N");
+        return Some(Warning::new(Code::ForceMagnitude, message).at("--force").remedy(unit));
+    }
+    if peak_n < MIN_FORCE_N {
+        let message =
+            format!("the force stays within {peak_n:.3e} N; needle insertions reach at least {MIN_FORCE_N} N");
         return Some(Warning::new(Code::ForceMagnitude, message).at("--force").remedy(unit));
     }
     if let Some(drop_n) = signals.drop_n.filter(|drop_n| peak_n < *drop_n) {
@@ -176,7 +208,7 @@ fn force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
     None
 }
 
-/// The force over the position, while the needle advances, up to the largest force.
+/// The regression of force on position while the needle advances, up to the largest force.
 struct Slope {
     n_per_m: f64,
     correlation: f64,
@@ -185,7 +217,7 @@ struct Slope {
 
 impl Slope {
     fn of(signals: &Signals<'_>, peak: usize) -> Option<Self> {
-        // Up to the largest force: after it the needle goes on in a tissue that gave way.
+        // After the largest force the needle advances in ruptured tissue.
         let pairs = || signals.position_m[..=peak].iter().zip(&signals.force_n[..=peak]);
         let advancing = || {
             pairs()
@@ -214,7 +246,6 @@ impl Slope {
     }
 }
 
-/// The range of the positions.
 fn travel(signals: &Signals<'_>) -> Option<Warning> {
     let (low_m, high_m) = range(signals.position_m)?;
     let (travel_m, (min_m, max_m)) = (high_m - low_m, TRAVEL_M);
@@ -230,7 +261,7 @@ fn travel(signals: &Signals<'_>) -> Option<Warning> {
     })
 }
 
-/// Whether a recorded velocity is the slope of the positions.
+/// Checks that a recorded velocity is the slope of the positions.
 fn velocity(signals: &Signals<'_>) -> Option<Warning> {
     let (position, velocity) = (signals.position_m, signals.velocity_m_per_s?);
     let length = SLOPE_SAMPLES as f64 * signals.interval_s;
@@ -255,7 +286,7 @@ fn velocity(signals: &Signals<'_>) -> Option<Warning> {
     if vv == 0.0 || ss == 0.0 {
         return None;
     }
-    // Of two noisy signals neither is the reference; the ratio of their magnitudes is not biased by either.
+    // Both signals are noisy and neither is the reference. The ratio of their magnitudes is not biased by either.
     let ratio = (ss / vv).sqrt() * vs.signum();
     let is_related = vs.abs() > 0.5 * (vv * ss).sqrt();
     (is_related && !(RATIO.0..=RATIO.1).contains(&ratio)).then(|| {
@@ -265,7 +296,7 @@ fn velocity(signals: &Signals<'_>) -> Option<Warning> {
     })
 }
 
-/// Whether the needle reaches the contact, and the detector is armed in it.
+/// Checks that the needle reaches the contact and the detector is armed there.
 fn contact(detection: &Detection, peak: usize) -> Option<Warning> {
     let contact_m = detection.contact_m;
     if !detection.touched {
@@ -323,7 +354,6 @@ fn contact(detection: &Detection, peak: usize) -> Option<Warning> {
     })
 }
 
-/// Whether the force changes while the needle moves.
 fn constant_force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
     let (force, position) = (signals.force_n, signals.position_m);
     let mut start = 0;
@@ -332,7 +362,7 @@ fn constant_force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
         if sample < force.len() && force[sample] == force[start] {
             continue;
         }
-        // A force that is there once has not stayed.
+        // A value that occurs once has not stayed constant.
         if sample - start > 1 && force[start].abs() >= MIN_RESISTING_N {
             let (low_m, high_m) = range(&position[start..sample])?;
             let travel_m = high_m - low_m.max(signals.contact_m);

@@ -1,23 +1,24 @@
 //! The numbers of a detection.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Detection;
-use super::matching::match_alarms;
+use super::matching::{Match, follows_fall, match_alarms};
 use super::misses::{LabelMiss, misses};
 use super::phases::PhaseInterval;
 use super::plausibility::warnings;
 use super::scores::{Scores, Tally};
 use super::statistics::{PhaseStatistics, ResidualStatistics, statistics};
 use trocar_base::quantiles::upper_median;
-use trocar_base::warning::Warning;
+use trocar_base::warning::{Code, Warning};
 use trocar_core::detector::DetectorSettings;
 use trocar_metrics::RUPTURE_WINDOW_S;
 
 /// An alarm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct DetectedAlarm {
-    /// Time of the recording, in s.
+    /// Time in the recording, in s.
     pub time_s: f64,
     /// Index of the sample, from 0.
     pub sample: usize,
@@ -36,16 +37,16 @@ pub struct DetectedAlarm {
 }
 
 /// A labelled rupture of a recording.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Label {
-    /// Time of the recording, in s.
+    /// Time in the recording, in s.
     pub time_s: f64,
     /// Kind of rupture, if given.
     pub kind: Option<String>,
 }
 
 /// The estimates of the extra parameter over a whole run.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct ExtraParameterEstimate {
     /// Name of the column, with the unit.
     pub column: &'static str,
@@ -56,7 +57,7 @@ pub struct ExtraParameterEstimate {
 }
 
 impl ExtraParameterEstimate {
-    /// Summarises a column; `None` without a column or without values.
+    /// Summarises a column; `None` without a column or values.
     #[must_use]
     pub fn of(extra_parameter: &Option<(&'static str, Vec<f64>)>) -> Option<Self> {
         let (column, values) = extra_parameter.as_ref()?;
@@ -65,7 +66,7 @@ impl ExtraParameterEstimate {
 }
 
 /// The results of a detection.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct DetectionReport {
     /// Number of samples.
     pub samples: usize,
@@ -75,16 +76,16 @@ pub struct DetectionReport {
     pub start_s: f64,
     /// Duration of the recording, in s.
     pub duration_s: f64,
-    /// Time that the needle is below the contact, in s.
+    /// Time during which the needle is below the contact, in s.
     pub contact_s: f64,
-    /// Whether the needle was ever below the contact.
+    /// True if the needle was ever below the contact.
     pub touched: bool,
     /// The kind of detector, its threshold and the threshold's unit.
     #[serde(skip)]
     pub detector: (&'static str, f64, &'static str),
     /// The alarms, in time order.
     pub alarms: Vec<DetectedAlarm>,
-    /// Labelled ruptures, in the time of the recording, in s.
+    /// Times of the labelled ruptures in the recording, in s.
     pub labelled_ruptures_s: Vec<f64>,
     /// Kinds of the labelled ruptures, in the same order.
     pub labelled_kinds: Vec<Option<String>>,
@@ -92,11 +93,11 @@ pub struct DetectionReport {
     pub missed_ruptures: Option<usize>,
     /// Number of alarms without a labelled rupture; `None` without labels.
     pub false_alarms: Option<usize>,
-    /// Why labelled ruptures were missed, by the index of the label.
+    /// Reasons why labelled ruptures were missed, with the index of the label.
     pub misses: Vec<LabelMiss>,
     /// The warnings about recording and detection.
     pub warnings: Vec<Warning>,
-    /// Maximum delay of an alarm after the rupture that it matches, in s.
+    /// Maximum delay of an alarm after the matched rupture, in s.
     pub within_s: f64,
     /// The scores; `None` without labels.
     pub scores: Option<Scores>,
@@ -107,7 +108,7 @@ pub struct DetectionReport {
     /// The phases, in order of time.
     #[serde(skip)]
     pub intervals: Vec<PhaseInterval>,
-    /// The counts from which the scores follow.
+    /// The counts that give the scores.
     #[serde(skip)]
     pub tally: Option<Tally>,
     /// Estimates of the extra parameter, if any.
@@ -115,9 +116,24 @@ pub struct DetectionReport {
     pub further_estimate: Option<ExtraParameterEstimate>,
 }
 
+fn stray_alarm(alarms_s: &[f64], labels_s: &[f64], stray: &Match) -> Warning {
+    let message = format!(
+        "alarm {} at {:.3} s comes {:.1} ms after the labelled rupture {} at {:.3} s and is not its detection: the force does not fall \
+         within 0.1 s before it",
+        stray.alarm + 1,
+        alarms_s[stray.alarm],
+        1e3 * stray.delay_s,
+        stray.label + 1,
+        labels_s[stray.label]
+    );
+    Warning::new(Code::StrayAlarm, message)
+        .at("--rupture-s or detector.threshold")
+        .remedy("compare the label with the force; the residual there shows why the alarm was raised (residual.png)")
+}
+
 impl DetectionReport {
     /// Summarises a detection. `ruptures_s` are labels in s after the first sample; an empty list means that the
-    /// recording is not labelled. An alarm matches a label that lies at most [`RUPTURE_WINDOW_S`] before it.
+    /// recording is not labelled. An alarm matches a label at most [`RUPTURE_WINDOW_S`] before it.
     #[must_use]
     pub fn of(detection: &Detection, ruptures_s: &[f64]) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
@@ -126,15 +142,20 @@ impl DetectionReport {
         Self::judged(detection, (!labels.is_empty()).then_some(&labels), RUPTURE_WINDOW_S)
     }
 
-    /// Summarises a detection and compares it with labels in order of time, if any. An empty list of labels means that
-    /// there is no rupture, `None` that the recording is not labelled. [`match_alarms`] matches alarms and labels
-    /// within `within_s` (s).
+    /// Summarises a detection and compares it with labels in order of time. An empty list of labels means that there is
+    /// no rupture, `None` that the recording is not labelled. [`match_alarms`] matches alarms and labels within
+    /// `within_s` (s).
     #[must_use]
     pub fn judged(detection: &Detection, labels: Option<&[Label]>, within_s: f64) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
         let labelled_ruptures_s: Vec<f64> = labels.unwrap_or_default().iter().map(|label| label.time_s).collect();
         let alarms_s: Vec<f64> = detection.alarms.iter().map(|&sample| detection.time_s[sample]).collect();
-        let matches = match_alarms(&alarms_s, &labelled_ruptures_s, within_s);
+        let (matches, stray): (Vec<Match>, Vec<Match>) =
+            match_alarms(&alarms_s, &labelled_ruptures_s, within_s).into_iter().partition(|matched| {
+                let sample = detection.alarms[matched.alarm];
+                let residual_n = detection.residual_n[sample];
+                follows_fall(&detection.measured_force_n, detection.interval_s, sample, residual_n)
+            });
         let alarm = |(index, &sample): (usize, &usize)| {
             let matched = matches.iter().find(|matched| matched.alarm == index);
             DetectedAlarm {
@@ -148,7 +169,10 @@ impl DetectionReport {
                 delay_s: matched.map(|matched| matched.delay_s),
             }
         };
-        let misses = misses(detection, &labelled_ruptures_s, &matches, within_s);
+        // A label with a stray alarm needs no other explanation.
+        let explained: Vec<Match> = matches.iter().chain(&stray).copied().collect();
+        let misses = misses(detection, &labelled_ruptures_s, &explained, within_s);
+        let strays = stray.iter().map(|stray| stray_alarm(&alarms_s, &labelled_ruptures_s, stray));
         let duration_s = detection.time_s.last().copied().unwrap_or(0.0) - start_s;
         let in_contact = detection.position_m.iter().filter(|&&position| position - detection.contact_m > 0.0).count();
         let contact_s = (in_contact as f64 * detection.interval_s).min(duration_s);
@@ -177,7 +201,7 @@ impl DetectionReport {
             labelled_kinds: labels.unwrap_or_default().iter().map(|label| label.kind.clone()).collect(),
             missed_ruptures: scores.map(|scores| scores.missed),
             false_alarms: scores.map(|scores| scores.false_alarms),
-            warnings: warnings(detection, &misses),
+            warnings: strays.chain(warnings(detection, &misses)).collect(),
             misses,
             labelled_ruptures_s,
             within_s,

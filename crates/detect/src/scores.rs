@@ -1,8 +1,9 @@
-//! Scores of a detection against labels.
+//! Scores of a detection compared with labels.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
-/// The counts of a labelled recording, or of several.
+/// The counts of one or several labelled recordings.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tally {
     /// Number of recordings.
@@ -31,9 +32,9 @@ impl Tally {
     }
 }
 
-/// The scores of a tally. An undefined score is `None`: the precision without alarms, the recall without ruptures, a
-/// rate per minute without recorded time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// The scores of a tally. `None` means undefined: the precision without alarms, the recall without ruptures, a rate per
+/// minute without recorded time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Scores {
     /// Number of labelled recordings.
     pub recordings: usize,
@@ -53,7 +54,7 @@ pub struct Scores {
     pub recall: Option<f64>,
     /// Harmonic mean of precision and recall, `2 found / (alarms + ruptures)`.
     pub f1: Option<f64>,
-    /// Median delay, in s; for an even number, the mean of the middle two.
+    /// Median delay, in s; for an even number, the mean of the two middle values.
     pub median_delay_s: Option<f64>,
     /// Minimum delay, in s.
     pub min_delay_s: Option<f64>,
@@ -65,7 +66,7 @@ pub struct Scores {
     pub contact_s: f64,
     /// False alarms per minute of recorded time.
     pub false_alarms_per_minute: Option<f64>,
-    /// False alarms per minute in contact. An alarm needs contact, so there are none out of contact.
+    /// False alarms per minute in contact. All alarms are in contact, because an alarm requires it.
     pub false_alarms_per_contact_minute: Option<f64>,
 }
 
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_scores_are_their_definitions() {
+    fn the_scores_follow_their_definitions() {
         let mut tally = Tally {
             recordings: 1,
             ruptures: 4,

@@ -1,4 +1,4 @@
-//! The two stages of the detection chain, side by side: the estimator is a block of samples ahead of the detector.
+//! The two stages of the detection chain in parallel: the estimator is a block of samples ahead of the detector.
 
 use super::chain::{DetectionChain, Estimation};
 use super::conditions::SampleConditions;
@@ -10,12 +10,12 @@ use trocar_core::chain::Reading;
 use trocar_core::detector::{CusumDetector, Decision, Detector, Evidence};
 use trocar_core::estimation::Estimate;
 
-/// Number of samples that a stage hands to the next, and between two checks for an interrupt: half a millisecond of work, beside which
-/// waking the other thread is nothing.
+/// Number of samples that a stage hands to the next, and between two checks for an interrupt. A block is half a
+/// millisecond of work, much longer than the wake-up of a thread.
 const BLOCK: usize = 16384;
 
-/// Evaluates all samples. Returns the columns of residual, stiffness, damping, velocity and extra parameter, of which the last two are
-/// empty unless they are asked for, and what the detector decides.
+/// Evaluates all samples. Returns the columns of residual, stiffness, damping, velocity and extra parameter, and the
+/// decisions of the detector. The last two columns are empty unless requested.
 pub(super) fn evaluate(chain: &mut DetectionChain, signals: &Signals<'_>) -> (Rows<5>, Decisions) {
     let count = signals.time_s.len();
     let is_kept = [true, true, true, signals.velocity_m_per_s.is_none(), signals.has_extra_parameter];
@@ -37,7 +37,6 @@ pub(super) fn evaluate(chain: &mut DetectionChain, signals: &Signals<'_>) -> (Ro
     (estimates, decisions)
 }
 
-/// Estimates from the next sample, and keeps the estimate. Returns the evidence.
 #[inline(always)]
 fn estimate(estimation: &mut Estimation<'_>, rows: &mut Rows<5>, signals: &Signals<'_>, at: usize) -> Evidence<f64> {
     let (estimate, evidence) = estimation.step(&Reading {
@@ -50,9 +49,7 @@ fn estimate(estimation: &mut Estimation<'_>, rows: &mut Rows<5>, signals: &Signa
     evidence
 }
 
-/// What the detector decides, sample by sample.
 pub(super) struct Decisions {
-    /// Distance and decision.
     pub(super) columns: Rows<2>,
     pub(super) conditions: Vec<SampleConditions>,
     pub(super) alarms: Vec<usize>,
@@ -65,7 +62,6 @@ impl Decisions {
         Self { columns, conditions: with_capacity(count), alarms: vec![], touched: false }
     }
 
-    /// Decides on the next samples.
     fn extend(&mut self, detector: &mut CusumDetector<f64>, samples: &[Evidence<f64>]) {
         interrupt::check();
         for evidence in samples {
@@ -88,7 +84,7 @@ mod tests {
     use trocar_recording::Recording;
     use trocar_scenario::{DetectionSettings, Values};
 
-    /// Insertions of 4 s, in each of which the force falls at once by 2 N.
+    /// Returns insertions of 4 s, in each of which the force drops by 2 N in one sample.
     fn insertions(count: usize) -> [Vec<f64>; 4] {
         let sample = |k: usize| {
             let time_s = 1e-3 * k as f64;
@@ -102,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stages_side_by_side_are_the_chain_sample_by_sample() {
+    fn the_parallel_stages_match_the_chain_sample_by_sample() {
         for (count, distance) in [(2 * BLOCK + 1, "adaptive"), (BLOCK, "squared-residual"), (2, "adaptive")] {
             let [time_s, position_m, velocity_m_per_s, force_n] = insertions(count);
             let mut values =

@@ -1,5 +1,6 @@
 //! Statistics of the residual, over a whole recording and by phase.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Detection;
@@ -9,7 +10,7 @@ use trocar_base::quantiles::robust_std;
 use trocar_core::estimation::Confidence;
 
 /// Statistics of the residual over a whole recording.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct ResidualStatistics {
     /// Mean, in N.
     pub mean_n: f64,
@@ -23,7 +24,7 @@ pub struct ResidualStatistics {
     pub robust_std_n: f64,
 }
 
-/// Sums over some samples. They begin with -0, as those of an iterator do.
+/// Sums over some samples. They begin with -0, like the sums of iterators.
 #[derive(Clone, Copy)]
 struct Sums {
     samples: usize,
@@ -55,12 +56,12 @@ impl Sums {
         self.damping_n_s_per_m += damping_n_s_per_m;
     }
 
-    /// A sum over the samples as a mean; 0 without samples.
     fn mean(&self, sum: f64) -> f64 {
         sum / self.samples.max(1) as f64
     }
 
-    /// The statistics, with the sum of the squared deviations from the mean (N²) and the robust standard deviation (N).
+    /// Returns the statistics from the sum of squared deviations from the mean (N²) and the robust standard deviation
+    /// (N).
     fn statistics(&self, squares_n2: f64, robust_std_n: Option<f64>) -> ResidualStatistics {
         ResidualStatistics {
             mean_n: self.mean(self.residual_n),
@@ -72,14 +73,15 @@ impl Sums {
     }
 }
 
-/// The sums and the squared deviations from the mean residual, over all samples and over those of each phase of [`Phase::ALL`].
+/// The sums and the squared deviations from the mean residual, over all samples and per phase of [`Phase::ALL`].
 struct Totals {
     all: (Sums, f64),
     phases: [(Sums, f64); Phase::ALL.len()],
 }
 
 impl Totals {
-    /// Two passes for all of them: the sums of a phase do not wait for those of all samples.
+    /// Computes all totals in two passes. The sums of a phase do not depend on the sums of all samples, so that both
+    /// run in the same pass.
     fn of(detection: &Detection) -> Self {
         let mut all = Sums::NONE;
         let mut phases = [Sums::NONE; Phase::ALL.len()];
@@ -114,7 +116,7 @@ impl Totals {
     }
 }
 
-/// The robust standard deviations in N, over all samples and over those of each phase of [`Phase::ALL`].
+/// Returns the robust standard deviations in N, over all samples and per phase of [`Phase::ALL`].
 fn robust_stds(detection: &Detection) -> (Option<f64>, [Option<f64>; Phase::ALL.len()]) {
     let of_phase = |phase| {
         interrupt::check();
@@ -124,9 +126,8 @@ fn robust_stds(detection: &Detection) -> (Option<f64>, [Option<f64>; Phase::ALL.
     rayon::join(|| robust_std(&[&detection.residual_n]), || Phase::ALL.map(of_phase))
 }
 
-/// The statistics of the residual, and those of every phase, in the order of [`Phase::ALL`].
 pub(super) fn statistics(detection: &Detection) -> (ResidualStatistics, Vec<PhaseStatistics>) {
-    // Of a long recording each takes as long as a good part of the detection.
+    // In parallel, because for a long recording each takes a large part of the time of the detection.
     let totals = || rayon::join(|| Totals::of(detection), || standard_errors(detection));
     let ((totals, errors), (robust, robust_phases)) = rayon::join(totals, || robust_stds(detection));
     let (sums, squares_n2) = totals.all;
@@ -138,9 +139,9 @@ pub(super) fn statistics(detection: &Detection) -> (ResidualStatistics, Vec<Phas
     (sums.statistics(squares_n2, robust), Phase::ALL.into_iter().map(of).collect())
 }
 
-/// The statistics of one phase over all its intervals. A value is `None` if it is undefined: in a phase that does not
-/// occur, or out of the tissue.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// The statistics of one phase over all its intervals. `None` means undefined: the phase does not occur, or the needle
+/// is out of the tissue.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PhaseStatistics {
     /// The phase.
     pub phase: Phase,
@@ -159,18 +160,18 @@ pub struct PhaseStatistics {
     pub robust_std_n: Option<f64>,
     /// Mean estimated stiffness in N/m; `None` out of the tissue, where the estimator does not update.
     pub mean_stiffness_n_per_m: Option<f64>,
-    /// Mean estimated damping in N·s/m; `None` as the stiffness.
+    /// Mean estimated damping in N·s/m; `None` out of the tissue.
     pub mean_damping_n_s_per_m: Option<f64>,
-    /// Mean standard error of the estimated stiffness in N/m; `None` as the stiffness.
+    /// Mean standard error of the estimated stiffness in N/m; `None` out of the tissue.
     pub mean_stiffness_std_n_per_m: Option<f64>,
-    /// Mean standard error of the estimated damping in N·s/m; `None` as the stiffness.
+    /// Mean standard error of the estimated damping in N·s/m; `None` out of the tissue.
     pub mean_damping_std_n_s_per_m: Option<f64>,
 }
 
-/// Samples from one evaluation of the standard errors to the next; all of them enter the errors.
+/// Number of samples between two evaluations of the standard errors. Every sample enters the errors.
 const STEP: usize = 8;
 
-/// The mean standard errors of stiffness (N/m) and damping (N·s/m) in each phase of [`Phase::ALL`].
+/// Returns the mean standard errors of stiffness (N/m) and damping (N·s/m) in each phase of [`Phase::ALL`].
 fn standard_errors(detection: &Detection) -> [Option<[f64; 2]>; Phase::ALL.len()] {
     let mut confidence = Confidence::new(detection.interval_s);
     let mut sums = [([0.0; 2], 0_usize); Phase::ALL.len()];
@@ -219,7 +220,7 @@ impl PhaseStatistics {
     }
 
     /// Returns the statistics of one phase over several recordings, with equal weight for every sample. The standard
-    /// deviation is about the mean of each recording.
+    /// deviation is taken about the mean of each recording.
     #[must_use]
     pub fn pooled<'a>(phase: Phase, of: impl IntoIterator<Item = &'a Self>) -> Self {
         let own: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();
@@ -281,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_phase_is_summed_over_its_intervals_and_nothing_else() {
+    fn a_phase_is_summed_over_its_intervals_only() {
         let interval = |phase, samples| PhaseInterval { phase, samples };
         let intervals = vec![
             interval(Phase::Free, 0..1),
@@ -305,8 +306,8 @@ mod tests {
     }
 
     #[test]
-    fn a_held_needle_tells_little_about_the_damping() {
-        // 0.5 s of oscillation, then 2 s at rest, with an error of 0.05 N in turn up and down.
+    fn a_held_needle_gives_little_information_about_the_damping() {
+        // 0.5 s of oscillation, then 2 s at rest, with an error that alternates between 0.05 and -0.05 N.
         let interval = |phase, samples| PhaseInterval { phase, samples };
         let intervals = vec![interval(Phase::Insertion, 0..500), interval(Phase::Hold, 500..2500)];
         let mut all = detection((0..2500).map(|k| if k % 2 == 0 { 0.05 } else { -0.05 }).collect(), intervals);
@@ -330,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn pooling_weighs_by_samples() {
+    fn pooling_weights_recordings_by_samples() {
         let of = |residual_n: Vec<f64>| {
             let intervals = vec![PhaseInterval { phase: Phase::Hold, samples: 0..residual_n.len() }];
             statistics(&detection(residual_n, intervals)).1

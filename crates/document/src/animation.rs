@@ -1,29 +1,29 @@
-//! An animation: the shapes of each frame. Pages and an animated picture only place them.
+//! An animation, as the shapes of each frame. Pages and animated pictures only place these shapes.
 
 use serde::{Serialize, Serializer};
 use serde_json::{Value as Json, json};
 
 use crate::{Few, Fine};
 
-/// Some runs, side by side, at the times of the frames.
+/// Runs side by side, at the times of the frames.
 #[derive(Clone, Debug, Serialize)]
 pub struct Animation {
-    /// What it shows.
+    /// The title.
     pub title: String,
     /// The times of the frames in s.
     pub time_s: Vec<Fine>,
     /// The time of each frame in words.
     pub clocks: Vec<String>,
-    /// The time in s around which it plays.
+    /// The time in s around which the animation plays.
     #[serde(skip)]
     pub origin_s: f64,
-    /// How many times slower than the run it plays.
+    /// Slowdown relative to the run.
     pub slowness: f64,
-    /// The frame that is displayed at rest.
+    /// The frame at rest.
     pub still: usize,
     /// The runs.
     pub panels: Vec<Panel>,
-    /// The shapes of each run in an animated picture; empty if the animation is no file.
+    /// The shapes of each run in an animated picture; empty unless the animation is written to a file.
     #[serde(skip)]
     pub pictures: Vec<Drawing>,
 }
@@ -35,17 +35,17 @@ pub struct Panel {
     pub name: String,
     /// `classical` or `augmented`.
     pub scheme: &'static str,
-    /// What the viewer should know, such as a missed rupture.
+    /// A remark for the viewer, for example a missed rupture.
     pub note: String,
     /// The text alternative.
     pub alt: String,
-    /// The state of the supervisor.
+    /// The states of the supervisor.
     pub states: Vec<&'static str>,
     /// The shapes on a wide and on a narrow page.
     pub drawings: Vec<Drawing>,
 }
 
-/// The end of a text that is at its place.
+/// The part of a text at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
     /// Its start.
@@ -57,7 +57,6 @@ pub enum Anchor {
 }
 
 impl Anchor {
-    /// Its name in SVG.
     fn word(self) -> &'static str {
         match self {
             Self::Start => "start",
@@ -67,8 +66,8 @@ impl Anchor {
     }
 }
 
-/// The shapes of all frames, always as many of them and in the same order. A drawing is as wide and high as its size; shapes may go
-/// beyond it.
+/// The shapes of all frames: the same number, in the same order, in each frame. Shapes may exceed the size of the
+/// drawing.
 #[derive(Clone, Debug, Default)]
 pub struct Drawing {
     /// Width and height.
@@ -77,13 +76,13 @@ pub struct Drawing {
     pub frames: Vec<Vec<Shape>>,
 }
 
-/// What a shape is. The theme of a page has a style for each, and so has the animated picture.
+/// The role of a shape, which selects its style in the theme of a page and in the animated picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
-    /// A layer of the tissue from its top down.
+    /// An even layer of the tissue, from the top down.
     TissueEven,
-    /// The next layer.
+    /// An odd layer of the tissue.
     TissueOdd,
     /// The opening of a torn layer around the needle.
     Tear,
@@ -91,9 +90,9 @@ pub enum Role {
     Label,
     /// The height of the hand, as a line to the needle.
     Level,
-    /// The overshoot.
+    /// The overshoot, as a bracket.
     Bracket,
-    /// Its length.
+    /// The length of the overshoot.
     Overshoot,
     /// The needle.
     Needle,
@@ -101,7 +100,7 @@ pub enum Role {
     Clamp,
     /// The open clamp that slows a needle.
     Brake,
-    /// The depth that a held needle must not pass.
+    /// The maximum depth of a held needle.
     Barrier,
     /// The rail of the hand.
     Rail,
@@ -109,54 +108,54 @@ pub enum Role {
     Hand,
     /// The line on the hand.
     Grip,
-    /// The vibration of a cue on the skin of the hand.
+    /// The vibration cue on the skin of the hand.
     Vibration,
-    /// The bar of the felt force.
+    /// The track of the bar for the felt force.
     Track,
-    /// The felt force, if it pushes.
+    /// The felt force if it pushes.
     Force,
-    /// The felt force, if it pulls.
+    /// The felt force if it pulls.
     Pull,
     /// The felt force in words.
     Newtons,
-    /// The length of some millimetres.
+    /// The scale in millimetres.
     Ruler,
 }
 
-/// A polygon, a line, or a text at one place. Without places it is not drawn.
+/// A polygon, a line, or a text at a point. Without points it is hidden.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
-    /// What it is.
+    /// The role.
     pub role: Role,
-    /// Its places from the left.
+    /// Distances of the points from the left.
     pub x: Vec<f64>,
-    /// Its places from the top.
+    /// Distances of the points from the top.
     pub y: Vec<f64>,
-    /// The end of the text that is at its place, and the text.
+    /// The anchor and the text.
     pub text: Option<(Anchor, String)>,
 }
 
 impl Shape {
-    /// A polygon or a line.
+    /// Creates a polygon or a line.
     #[must_use]
     pub fn new<const N: usize>(role: Role, points: [(f64, f64); N]) -> Self {
         let (x, y) = points.into_iter().unzip();
         Self { role, x, y, text: None }
     }
 
-    /// A rectangle.
+    /// Creates a rectangle.
     #[must_use]
     pub fn rectangle(role: Role, (left, right): (f64, f64), (top, bottom): (f64, f64)) -> Self {
         Self::new(role, [(left, top), (right, top), (right, bottom), (left, bottom)])
     }
 
-    /// A text.
+    /// Creates a text.
     #[must_use]
     pub fn text(role: Role, at: (f64, f64), anchor: Anchor, text: impl Into<String>) -> Self {
         Self { text: Some((anchor, text.into())), ..Self::new(role, [at]) }
     }
 
-    /// The same, or a shape that is not drawn.
+    /// Hides the shape unless `is_shown`.
     #[must_use]
     pub fn shown_if(self, is_shown: bool) -> Self {
         if is_shown { self } else { Self { x: vec![], y: vec![], ..self } }
@@ -186,8 +185,8 @@ impl Shape {
 }
 
 impl Drawing {
-    /// The drawing as data: `size`, and for each of the `shapes` its `kind`, `role` and places `x`, and its `states`: a frame, the
-    /// places y from then on, empty for a shape that is not drawn, and the text.
+    /// Returns the drawing as data: `size`, and for each of the `shapes` its `kind`, `role`, positions `x` and
+    /// `states`. A state has its first frame, the positions y from then on (empty for a hidden shape), and the text.
     #[must_use]
     pub fn description(&self) -> Json {
         let Some((first, frames)) = self.frames.split_first() else { return Json::Null };
@@ -199,7 +198,7 @@ impl Drawing {
                 if !shape.x.is_empty() && track["x"].as_array().is_some_and(Vec::is_empty) {
                     track["x"] = json!(tenths(&shape.x));
                 }
-                // Changes below the drawn resolution, as at the end of a decay, need no state.
+                // Changes below the drawn resolution, for example at the end of a decay, need no state.
                 let now = seen(shape);
                 if let (true, Some(states)) = (now != *last, track["states"].as_array_mut()) {
                     *last = now;
@@ -226,12 +225,11 @@ fn tenth(place: f64) -> f64 {
     (10.0 * place).round() / 10.0 + 0.0
 }
 
-/// Returns coordinates to a tenth.
 fn tenths(places: &[f64]) -> Vec<Few> {
     places.iter().map(|place| Few(tenth(*place))).collect()
 }
 
-/// Returns a shape at one time for a page.
+/// Returns a shape at one time, as data for a page.
 fn placed(shape: &Shape) -> Json {
     let (anchor, text) = shape.text.as_ref().map_or((None, None), |(anchor, text)| (Some(anchor.word()), Some(text)));
     json!({

@@ -7,38 +7,38 @@ use trocar_base::unit::Unit;
 
 use crate::number::{readable, significant};
 
-/// A quantity with the unit and the precision in which it is shown.
+/// A quantity with its displayed unit and precision.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Number {
     /// The value in SI units.
     pub value: f64,
-    /// The factor from SI to the shown unit.
+    /// The factor from SI to the displayed unit.
     pub factor: f64,
-    /// The shown unit with the space before it, as in ` mm`; empty for a plain number.
+    /// The displayed unit with a space before it, for example ` mm`; empty for a plain number.
     pub unit: Cow<'static, str>,
-    /// How many digits are shown.
+    /// The displayed digits.
     pub digits: Digits,
 }
 
-/// How many digits of a number are shown.
+/// The number of displayed digits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Digits {
     /// Four significant digits, at most four of them after the point.
     Four,
-    /// All of them, as of a count.
+    /// All digits, for counts.
     All,
-    /// A fixed number after the point.
+    /// A fixed number of digits after the point.
     Decimals(usize),
-    /// A fixed number after the point, and a sign.
+    /// A fixed number of digits after the point, with a sign.
     Signed(usize),
 }
 
-/// A cell of a table. Its [`Display`] form is what every surface shows.
+/// A cell of a table. Its [`Display`] form is the same on every surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// No value: not measured, not reached, without meaning. Shown as `—`.
+    /// No value: not measured, not reached or undefined. Displayed as `—`.
     Undefined,
-    /// A text, such as the name of a row.
+    /// A text, for example the name of a row.
     Text(String),
     /// A quantity.
     Number(Number),
@@ -51,17 +51,17 @@ pub enum Cell {
 }
 
 impl Number {
-    /// A value in the unit in which metrics of this kind are shown.
+    /// Creates a number in the display unit of metrics of this kind.
     #[must_use]
     pub fn new(value: f64, unit: Unit) -> Self {
         let (factor, name) = readable(unit);
-        // A second and more is not shown in milliseconds.
+        // Times from one second on are displayed in seconds.
         let (factor, name) = if unit == Unit::Second && value >= 1.0 { (1.0, " s") } else { (factor, name) };
         let digits = if unit == Unit::Count { Digits::All } else { Digits::Four };
         Self { value, factor, unit: name.into(), digits }
     }
 
-    /// A value that is shown in its SI unit, such as `N/m`; empty or `1` for a plain number.
+    /// Creates a number with its SI unit, for example `N/m`; empty or `1` for a plain number.
     #[must_use]
     pub fn si(value: f64, unit: impl Into<String>) -> Self {
         let unit = unit.into();
@@ -69,19 +69,19 @@ impl Number {
         Self { value, factor: 1.0, unit: unit.into(), digits: Digits::Four }
     }
 
-    /// A time in s that is shown in ms, however long it is.
+    /// Creates a time from s that is displayed in ms.
     #[must_use]
     pub fn milliseconds(seconds: f64) -> Self {
         Self { factor: 1e3, ..Self::si(seconds, "ms") }
     }
 
-    /// The same value with other digits.
+    /// Sets the displayed digits.
     #[must_use]
     pub fn digits(self, digits: Digits) -> Self {
         Self { digits, ..self }
     }
 
-    /// A value of the same unit, without the unit.
+    /// Formats a value like this number, without the unit.
     fn bare(&self, value: f64) -> String {
         let value = self.factor * value;
         match self.digits {
@@ -94,37 +94,37 @@ impl Number {
 }
 
 impl Cell {
-    /// A quantity of a metric, or [`Cell::Undefined`].
+    /// Creates a quantity of a metric, or [`Cell::Undefined`].
     #[must_use]
     pub fn of(value: Option<f64>, unit: Unit) -> Self {
         value.map_or(Self::Undefined, |value| Self::Number(Number::new(value, unit)))
     }
 
-    /// A quantity in its SI unit, or [`Cell::Undefined`].
+    /// Creates a quantity in its SI unit, or [`Cell::Undefined`].
     #[must_use]
     pub fn si(value: Option<f64>, unit: &str) -> Self {
         value.map_or(Self::Undefined, |value| Self::Number(Number::si(value, unit)))
     }
 
-    /// A count.
+    /// Creates a count.
     #[must_use]
     pub fn count(count: u64) -> Self {
         Self::Number(Number::new(count as f64, Unit::Count))
     }
 
-    /// Yes, no, or [`Cell::Undefined`].
+    /// Creates yes, no, or [`Cell::Undefined`].
     #[must_use]
     pub fn flag(flag: Option<bool>) -> Self {
         flag.map_or(Self::Undefined, Self::Flag)
     }
 
-    /// An empty cell, where a row has nothing to say.
+    /// Creates an empty cell for a row without an entry.
     #[must_use]
     pub fn empty() -> Self {
         Self::Text(String::new())
     }
 
-    /// The value in SI units, if the cell is a quantity.
+    /// Returns the value in SI units if the cell is a quantity.
     #[must_use]
     pub fn value(&self) -> Option<f64> {
         match self {
@@ -187,7 +187,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_quantity_is_shown_in_its_readable_unit() {
+    fn a_quantity_is_displayed_in_its_readable_unit() {
         assert_eq!(Cell::of(Some(0.009), Unit::Metre).to_string(), "9.000 mm");
         assert_eq!(Cell::of(Some(0.0), Unit::Second).to_string(), "0 ms");
         assert_eq!(Cell::of(Some(0.25), Unit::Second).to_string(), "250.0 ms");
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn an_undefined_value_is_a_dash_and_no_number() {
+    fn an_undefined_value_is_a_dash_without_a_number() {
         assert_eq!(Cell::of(None, Unit::Metre).to_string(), "—");
         assert_eq!(Cell::of(None, Unit::Metre).value(), None);
         assert_eq!(Cell::flag(None).to_string(), "—");

@@ -2,31 +2,32 @@
 
 use std::borrow::Cow;
 
-/// A file of columns, in SI units.
+/// A data file with columns in SI units.
 #[derive(Debug, Clone)]
 pub struct DataTable<'a> {
-    /// The stem of its file: `stability_map` gives `stability_map.csv`.
+    /// The stem of the file's name: `stability_map` gives `stability_map.csv`.
     pub name: Cow<'static, str>,
-    /// What its rows are in a log with several topics.
+    /// The topic of its rows in a log with several topics.
     pub topic: Cow<'static, str>,
     /// The columns, all of the same length.
     pub columns: Vec<DataColumn<'a>>,
-    /// True for a row per sample or tick, in numbers and codes, the time first: written in the formats that the user asks for.
+    /// True for one row per sample or tick, in numbers and codes, with the time first. Such tables are written in the
+    /// requested formats.
     pub is_sampled: bool,
-    /// What a format with room for it also keeps: keys and values.
+    /// Keys and values for formats that support metadata.
     pub metadata: Vec<(&'static str, String)>,
 }
 
-/// A column with its name, which ends with the unit.
+/// A column. Its name ends with the unit.
 #[derive(Debug, Clone)]
 pub struct DataColumn<'a> {
-    /// Its name.
+    /// The name.
     pub name: Cow<'a, str>,
-    /// Its values.
+    /// The values.
     pub values: Values<'a>,
 }
 
-/// The values of a column. An undefined value is an empty cell in text and a null elsewhere.
+/// The values of a column. An undefined value is an empty cell in text, otherwise a null.
 #[derive(Debug, Clone)]
 pub enum Values<'a> {
     /// Numbers.
@@ -41,14 +42,14 @@ pub enum Values<'a> {
     Codes(Cow<'a, [u8]>),
     /// Flags, 1 or 0 in text, some of them undefined.
     Flags(Vec<Option<bool>>),
-    /// Values of a switch, `true` or `false` in text, as in a scenario.
+    /// Values of a switch, `true` or `false` in text as in a scenario.
     Switches(Vec<bool>),
     /// Texts.
     Texts(Vec<Cow<'a, str>>),
 }
 
 impl Values<'_> {
-    /// The number of rows.
+    /// Returns the number of rows.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -63,7 +64,7 @@ impl Values<'_> {
         }
     }
 
-    /// True if there are no rows.
+    /// Returns true if there are no rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -71,57 +72,57 @@ impl Values<'_> {
 }
 
 impl<'a> DataTable<'a> {
-    /// A table without columns.
+    /// Creates a table without columns.
     #[must_use]
     pub fn new(name: impl Into<Cow<'static, str>>) -> Self {
         let name = name.into();
         Self { topic: name.clone(), name, columns: vec![], is_sampled: false, metadata: vec![] }
     }
 
-    /// The same with a row per sample.
+    /// Marks the table as having one row per sample.
     #[must_use]
     pub fn sampled(self) -> Self {
         Self { is_sampled: true, ..self }
     }
 
-    /// The same with another topic.
+    /// Sets the topic.
     #[must_use]
     pub fn topic(self, topic: impl Into<Cow<'static, str>>) -> Self {
         Self { topic: topic.into(), ..self }
     }
 
-    /// The same with a further column.
+    /// Adds a column.
     #[must_use]
     pub fn with(mut self, name: impl Into<Cow<'a, str>>, values: Values<'a>) -> Self {
         self.columns.push(DataColumn { name: name.into(), values });
         self
     }
 
-    /// The same with a further column of numbers.
+    /// Adds a column of numbers.
     #[must_use]
     pub fn numbers(self, name: impl Into<Cow<'a, str>>, values: impl IntoIterator<Item = f64>) -> Self {
         self.with(name, Values::Numbers(values.into_iter().collect()))
     }
 
-    /// The same with a further column of numbers, some of them undefined.
+    /// Adds a column of numbers, some of them undefined.
     #[must_use]
     pub fn optional(self, name: impl Into<Cow<'a, str>>, values: impl IntoIterator<Item = Option<f64>>) -> Self {
         self.with(name, Values::Optional(values.into_iter().collect()))
     }
 
-    /// The same with a further column of counts.
+    /// Adds a column of counts.
     #[must_use]
     pub fn whole(self, name: impl Into<Cow<'a, str>>, values: impl IntoIterator<Item = u64>) -> Self {
         self.with(name, Values::Whole(values.into_iter().collect()))
     }
 
-    /// The same with a further column of flags.
+    /// Adds a column of flags.
     #[must_use]
     pub fn flags(self, name: impl Into<Cow<'a, str>>, values: impl IntoIterator<Item = bool>) -> Self {
         self.with(name, Values::Flags(values.into_iter().map(Some).collect()))
     }
 
-    /// The same with a further column of texts.
+    /// Adds a column of texts.
     #[must_use]
     pub fn texts<T: Into<Cow<'a, str>>>(
         self,
@@ -131,7 +132,7 @@ impl<'a> DataTable<'a> {
         self.with(name, Values::Texts(values.into_iter().map(Into::into).collect()))
     }
 
-    /// The number of rows.
+    /// Returns the number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, |column| column.values.len())

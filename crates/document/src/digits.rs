@@ -2,10 +2,10 @@
 
 use serde::{Serialize, Serializer};
 
-/// Significant digits of drawn values, which give a hundredth of a pixel.
+/// Significant digits of drawn values: a resolution of a hundredth of a pixel.
 const SHOWN: i32 = 5;
 
-/// Significant digits of times and axis values, which give a millionth of a run.
+/// Significant digits of times and axis values: a resolution of a millionth of a run.
 const EXACT: i32 = 9;
 
 /// A value with five significant digits; `null` if it is not finite.
@@ -36,7 +36,7 @@ fn short<S: Serializer>(value: f64, digits: i32, serializer: S) -> Result<S::Ok,
     }
 }
 
-/// Returns the value with this many significant digits, or `None` if it is not finite.
+/// Rounds to significant digits; `None` if the value is not finite.
 fn rounded(value: f64, digits: i32) -> Option<f64> {
     if !value.is_finite() {
         return None;

@@ -1,9 +1,57 @@
-//! JSON files.
+//! JSON files and their schemas.
 
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema};
+use serde::Serialize;
 use serde_json::Value as Json;
 
-/// Returns a value as text, indented and with a line feed at the end: the content of a JSON file, which `--json` prints.
+/// Formats the content of a JSON file: indented, with a line feed at the end. `--json` prints the same text.
 #[must_use]
 pub fn to_json(value: &Json) -> String {
     format!("{value:#}\n")
+}
+
+/// Converts a value to JSON. A number that is not finite becomes `null`.
+///
+/// # Panics
+/// If the keys of a map are not strings.
+#[must_use]
+pub fn json_of(content: &impl Serialize) -> Json {
+    serde_json::to_value(content).expect("keys are strings")
+}
+
+/// Returns the JSON Schema (draft 2020-12) of a type. The descriptions are the doc comments. Objects allow only the
+/// keys of their type.
+#[must_use]
+pub fn schema_of<T: JsonSchema>() -> Json {
+    let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
+    let mut schema = generator.into_root_schema_for::<T>().to_value();
+    complete(&mut schema, true);
+    // A `Schema` serialises its keywords in a fixed order.
+    Schema::try_from(schema).map(|schema| json_of(&schema)).unwrap_or_default()
+}
+
+/// Forbids unknown keys and adapts descriptions to readers of JSON. A schema that is combined with others is not whole,
+/// so it must not forbid keys itself.
+fn complete(schema: &mut Json, is_whole: bool) {
+    let Json::Object(map) = schema else { return };
+    let has_properties = map.contains_key("properties");
+    let mut is_combined = false;
+    for (keyword, value) in map.iter_mut() {
+        match (keyword.as_str(), value) {
+            ("description", Json::String(text)) => *text = text.replace('\n', " ").replace("`None`", "`null`"),
+            ("allOf" | "anyOf" | "oneOf", Json::Array(parts)) => {
+                is_combined = true;
+                parts.iter_mut().for_each(|part| complete(part, is_whole && !has_properties));
+            }
+            ("properties" | "$defs", Json::Object(parts)) => parts.values_mut().for_each(|part| complete(part, true)),
+            ("prefixItems", Json::Array(parts)) => parts.iter_mut().for_each(|part| complete(part, true)),
+            ("items" | "additionalProperties", part) => complete(part, true),
+            _ => {}
+        }
+    }
+    if has_properties && is_whole {
+        let keyword = if is_combined { "unevaluatedProperties" } else { "additionalProperties" };
+        map.insert(keyword.to_owned(), false.into());
+    }
 }

@@ -30,8 +30,8 @@ pub fn show(value: Option<f64>, unit: Unit) -> String {
     }
 }
 
-/// Returns a number with four significant digits and at most four decimals. Very small and very large numbers have a power of
-/// ten.
+/// Returns a number with four significant digits and at most four decimals. Very small and very large numbers are in
+/// scientific notation.
 #[must_use]
 pub fn significant(value: f64) -> String {
     let magnitude = value.abs();
@@ -44,7 +44,7 @@ pub fn significant(value: f64) -> String {
     }
 }
 
-/// Returns a number with four significant digits without zeros at its end.
+/// Returns a number with four significant digits, without trailing zeros.
 #[must_use]
 pub fn plain(value: f64) -> String {
     let text = significant(value);
@@ -54,7 +54,7 @@ pub fn plain(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Returns a count with its noun, in the plural if needed.
+/// Returns a count with its noun, in the plural if necessary.
 #[must_use]
 pub fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
@@ -66,7 +66,7 @@ pub fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }
 
-/// Returns the number of decimals, at most four, of a magnitude with so many significant digits.
+/// Returns the number of decimals, at most four, that gives a magnitude `digits` significant digits.
 pub fn decimals(magnitude: f64, digits: usize) -> usize {
     // The exponent after rounding: 99.996 has three integer digits if four digits are significant.
     let scientific = format!("{magnitude:.*e}", digits - 1);
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn four_significant_digits_are_shown() {
+    fn four_significant_digits_are_displayed() {
         let shown = [9.0, 0.0, 123.456, 0.0123456, -5.6732, 1e-12, 15361.0, 99.995].map(significant);
         assert_eq!(shown, ["9.000", "0", "123.5", "0.0123", "-5.673", "1.0e-12", "15361", "100.0"]);
         assert_eq!([500.0, 0.3, 1.0, 1e-7, 1200.0].map(plain), ["500", "0.3", "1", "1.0e-7", "1200"]);

@@ -6,26 +6,26 @@ use crate::cell::Cell;
 /// A column of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// Its key, which stays the same from version to version.
+    /// The key, which is stable from version to version.
     pub key: String,
-    /// Its heading.
+    /// The heading.
     pub label: String,
 }
 
 /// A table. The first column names the rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// Its key, which stays the same from version to version.
+    /// The key, which is stable from version to version.
     pub key: &'static str,
-    /// Its caption.
+    /// The caption.
     pub caption: String,
     /// The columns.
     pub columns: Vec<Column>,
-    /// The rows. A row with fewer cells than columns ends early.
+    /// The rows. A row may have fewer cells than there are columns.
     pub rows: Vec<Row>,
-    /// Where it is shown.
+    /// The surfaces that display the table.
     pub shown: Shown,
-    /// True if all columns are texts, which are flush left.
+    /// True if all columns are texts, which are left-aligned.
     pub is_text: bool,
 }
 
@@ -34,12 +34,12 @@ pub struct Table {
 pub struct Row {
     /// The cells, the name of the row first.
     pub cells: Vec<Cell>,
-    /// What the row means, in a sentence; reports show it. Empty if its name says it.
+    /// The meaning of the row in a sentence, for reports. Empty if the name is clear.
     pub meaning: &'static str,
 }
 
 impl Table {
-    /// A table without rows. Columns are given as key and heading.
+    /// Creates a table without rows. Columns are pairs of key and heading.
     #[must_use]
     pub fn new<K: Into<String>, L: Into<String>>(
         key: &'static str,
@@ -57,13 +57,13 @@ impl Table {
         }
     }
 
-    /// The same with every column flush left.
+    /// Left-aligns every column.
     #[must_use]
     pub fn of_text(self) -> Self {
         Self { is_text: true, ..self }
     }
 
-    /// The same, shown elsewhere.
+    /// Sets the surfaces.
     #[must_use]
     pub fn shown(self, shown: Shown) -> Self {
         Self { shown, ..self }

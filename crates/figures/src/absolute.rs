@@ -1,24 +1,24 @@
-//! Absolute stability over a parameter: Llewellyn's parameter, and the damping of the hand that is needed.
+//! Absolute stability over a parameter: Llewellyn's parameter and the needed damping of the hand.
 
 use super::FigureError;
 use trocar_document::figure::{
     Axis, Figure, GREY, Panel, Row, SKY, Sample, Series, Stroke, VERMILION, X_TICKS, Y_TICKS, extent,
 };
 
-/// Absolute stability over a parameter. A value that is not finite is not drawn.
+/// Absolute stability over a parameter. Values that are not finite are not drawn.
 #[derive(Clone, Debug)]
 pub struct AbsoluteView {
     /// Name of the scenario.
     pub name: String,
     /// Name and unit of the parameter.
     pub caption: String,
-    /// Its values, increasing.
+    /// The values of the parameter, increasing.
     pub values: Vec<f64>,
-    /// The smallest of Llewellyn's parameter.
+    /// The minimum of Llewellyn's parameter.
     pub llewellyn: Vec<f64>,
     /// The needed damping of the hand in N·s/m.
     pub needed: Vec<f64>,
-    /// The damping of the scenario's arm in N·s/m at the frequency where it is needed.
+    /// The damping of the scenario's arm in N·s/m at the frequency of the needed damping.
     pub of_arm: Vec<f64>,
 }
 

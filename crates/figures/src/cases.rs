@@ -1,17 +1,16 @@
-//! A metric of the cases of a sweep over one of its axes.
+//! A metric of a sweep's cases over one axis.
 
 use trocar_document::figure::{
     Axis, COMPUTED, Figure, Panel, Row, SKY, Sample, Series, Stroke, X_TICKS, Y_TICKS, extent,
 };
 
-/// A case.
 const CASE: Stroke = Stroke::solid(SKY, 2.5);
 
 /// Cases over an axis.
 pub struct CasesView<'a> {
     /// Name and unit of the axis.
     pub x_caption: String,
-    /// Whether the axis is logarithmic.
+    /// True if the axis is logarithmic.
     pub is_log: bool,
     /// Name and unit of the metric.
     pub y_caption: String,
@@ -26,7 +25,7 @@ pub fn cases(view: &CasesView<'_>) -> Figure<'static> {
     let range = extent(view.cases.iter().map(|case| case.0)).unwrap_or((0.0, 1.0));
     let x = if view.is_log { Axis::log10(range) } else { Axis::padded(range, X_TICKS) };
     let y = Axis::padded(extent(view.cases.iter().map(|case| case.1)).unwrap_or((0.0, 1.0)), Y_TICKS);
-    // A gap between any two cases, so that none is connected with the next.
+    // Gaps between the cases prevent connecting lines.
     let dots = view.cases.iter().flat_map(|(at, value)| [(x.place(*at), *value), (x.place(*at), f64::NAN)]);
     let (dot_x, dot_y): (Vec<f64>, Vec<f64>) = dots.unzip();
     let (median_x, median_y): (Vec<f64>, Vec<f64>) =

@@ -6,16 +6,16 @@ use trocar_document::figure::{
     Axis, Events, Figure, HAND, Panel, Row, Sample, Series, Stroke, TISSUE, X_TICKS, of_runs,
 };
 
-/// A signal, its line style, its name in the legend.
 type Line<'a> = (&'a [f64], Stroke, &'static str);
 
 /// Draws the forces (left) and the positions (right) of each run. All rows have the same axes.
 ///
-/// `window` is the displayed time in s. Its default is from 0.4 s before to 1.6 s after the first rupture, or the whole record
-/// without a rupture.
+/// `window` is the displayed time in s. The default is from 0.4 s before to 1.6 s after the first rupture, or the whole
+/// record without a rupture.
 ///
 /// # Errors
-/// [`FigureError::Empty`] without runs or for a run without samples, [`FigureError::Length`] for columns of unequal lengths.
+/// [`FigureError::Empty`] without runs or for a run without samples, [`FigureError::Length`] for columns of unequal
+/// lengths.
 pub fn comparison<'a>(runs: &[RunView<'a>], window: Option<(f64, f64)>) -> Result<Figure<'a>, FigureError> {
     check_runs("comparison", runs)?;
     let window = events::window(runs, window);

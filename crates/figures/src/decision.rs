@@ -5,13 +5,14 @@ use trocar_document::figure::{
     Axis, COMPUTED, Events, Figure, LIMIT, Panel, Row, Sample, Series, TISSUE, X_TICKS, Y_TICKS, extent,
 };
 
-/// Maximum ratio of the peak to the threshold on a linear axis. With a higher peak the axis is logarithmic, because the threshold
-/// would lie on the bottom of a linear axis.
+/// Maximum ratio of the peak to the threshold on a linear axis. With a higher peak the axis is logarithmic, because the
+/// threshold would be at the bottom of a linear axis.
 const MAX_LINEAR_PEAK: f64 = 30.0;
 /// Lower limit of the logarithmic axis, relative to the threshold.
 const LOG_FLOOR: f64 = 1e-2;
 
-/// Draws the decision function with its threshold γ (above) and the measured force with alarms and true ruptures (below).
+/// Draws the decision function with its threshold γ (above), and the measured force with alarms and true ruptures
+/// (below).
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
@@ -33,7 +34,6 @@ pub fn decision<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureError
     })
 }
 
-/// Returns the axes of decision functions with their thresholds.
 pub(super) fn decision_panel<'a>(views: &[&EstimationView<'_>], time: Axis, events: Events) -> Panel<'a> {
     let unit = views.first().map(|view| view.decision_unit).filter(|unit| *unit != "1").unwrap_or_default();
     let caption = if unit.is_empty() { String::new() } else { format!(" ({unit})") };

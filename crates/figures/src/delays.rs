@@ -3,13 +3,12 @@
 use super::FigureError;
 use trocar_document::figure::{Axis, COMPUTED, Figure, GREY, Panel, Row, Sample, Series, X_TICKS, Y_TICKS};
 
-/// Maximum number of bins.
 const BINS: usize = 40;
 
-/// Draws a histogram of the delays of detections after their labelled ruptures, and their cumulative share.
+/// Draws a histogram of the delays between labelled ruptures and their detections, with the cumulative share.
 ///
 /// # Errors
-/// [`FigureError::Empty`] without a delay (s, at least 0).
+/// [`FigureError::Empty`] without a delay (in s, at least 0).
 pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure<'static>, FigureError> {
     let mut delays_ms: Vec<f64> = delays_s.iter().filter(|delay| delay.is_finite()).map(|delay| 1e3 * delay).collect();
     delays_ms.sort_by(f64::total_cmp);
@@ -53,7 +52,7 @@ pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure<'static>, FigureError>
     })
 }
 
-/// Returns the counts in half-open bins from 0 on, and the width of a bin, which is a round number.
+/// Returns the counts in half-open bins from 0 on, and the bin width, a round number.
 fn bins(delays_ms: &[f64], max_ms: f64) -> (Vec<usize>, f64) {
     let min_width = (max_ms / (BINS as f64 - 1.0)).max(1e-3);
     let power = 10.0_f64.powf(min_width.log10().floor());

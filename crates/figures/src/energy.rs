@@ -1,4 +1,4 @@
-//! The energies at the ports of a run, and the balance of the parts between them.
+//! The energies at the ports of a run, and the energy balance of the parts between them.
 
 use super::FigureError;
 use trocar_document::figure::{
@@ -6,10 +6,8 @@ use trocar_document::figure::{
     Y_TICKS, extent, union,
 };
 
-/// An energy, its line, its name in the legend.
 type Line<'a> = (Vec<f64>, Stroke, &'a str);
 
-/// The two ends of the link.
 const AT_MASTER: Stroke = Stroke::dashed(GREY, 1.6, &[9.0, 3.0]);
 const AT_SLAVE: Stroke = Stroke::dashed(BLACK, 1.0, &[1.4, 2.4]);
 
@@ -20,22 +18,22 @@ pub struct EnergyView<'a> {
     pub name: &'a str,
     /// Time, s, increasing.
     pub time_s: &'a [f64],
-    /// Energy that the hand has given to the master, J.
+    /// Energy from the hand to the master, J.
     pub hand_energy_j: &'a [f64],
-    /// Energy that the master has given to the link, J.
+    /// Energy from the master to the link, J.
     pub master_energy_j: &'a [f64],
-    /// Energy that the link has given to the slave, J.
+    /// Energy from the link to the slave, J.
     pub reference_energy_j: &'a [f64],
-    /// Energy that the slave has given to the tissue, J.
+    /// Energy from the slave to the tissue, J.
     pub needle_energy_j: &'a [f64],
-    /// Energy at the slave per energy at the master, by the scale factors.
+    /// Ratio of energy at the slave to energy at the master, from the scale factors.
     pub energy_scale: f64,
-    /// Energy that the passivity scheme promises at most to generate, J, if there is one.
+    /// Maximum energy that the passivity scheme allows the link to generate, J, if there is a scheme.
     pub promised_energy_j: Option<f64>,
 }
 
-/// Draws the energy that has passed each port (above) and what each part has received less what it has delivered (below). A
-/// balance below 0 is generated energy; the line at `-E_0` is what the passivity scheme promises for the total.
+/// Draws the energy through each port (above), and the received minus the delivered energy of each part (below). A
+/// negative balance is generated energy; the line at `-E_0` is the passivity scheme's limit for the total.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without ticks.

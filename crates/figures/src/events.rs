@@ -1,9 +1,9 @@
-//! The instants and intervals that a figure marks, and their legend.
+//! The marked instants and intervals of a figure, and their legend.
 
 use super::{EstimationView, RunView};
 use trocar_document::figure::{Entry, Events, Sample, Shade, extent, union};
 
-/// Returns the intervals of events, with the shade of the hold, and those in which the slave is re-engaging.
+/// Returns the intervals of events, shaded as `event`, and the intervals of re-engaging.
 pub fn modes(time_s: &[f64], mode: &[u8], event: Shade) -> Vec<(f64, f64, Shade)> {
     let mut shades = Vec::new();
     let mut start = 0;
@@ -24,18 +24,16 @@ pub fn modes(time_s: &[f64], mode: &[u8], event: Shade) -> Vec<(f64, f64, Shade)
 const BEFORE_S: f64 = 0.4;
 const AFTER_S: f64 = 1.6;
 
-/// Returns the events of a run. The shades are the intervals of augmented events and of re-engaging.
+/// The shades are the intervals of augmented events and of re-engaging.
 pub(super) fn of_run(run: &RunView<'_>) -> Events {
     let shades = modes(run.time_s, run.mode, run.event);
     Events { shades, ruptures: run.rupture_times_s.to_vec(), alarms: run.alarm_times_s.to_vec() }
 }
 
-/// Returns the events of an estimation, which has no modes.
 pub(super) fn of_estimation(view: &EstimationView<'_>) -> Events {
     Events { shades: Vec::new(), ruptures: view.rupture_times_s.to_vec(), alarms: view.alarm_times_s.to_vec() }
 }
 
-/// Returns the requested window, or the window around the first rupture, or the whole record.
 pub(super) fn window(runs: &[RunView<'_>], requested: Option<(f64, f64)>) -> (f64, f64) {
     let record =
         runs.iter().fold(None, |all, run| union(all, extent(run.time_s.iter().copied()))).unwrap_or((0.0, 1.0));
@@ -55,7 +53,7 @@ pub(super) fn window(runs: &[RunView<'_>], requested: Option<(f64, f64)>) -> (f6
     first.map_or(record, |time| ((time - BEFORE_S).max(record.0), (time + AFTER_S).min(record.1)))
 }
 
-/// Returns legend entries for the kinds of events inside `window`.
+/// Returns legend entries for the kinds of events within `window`.
 pub(super) fn entries(events: &[&Events], window: (f64, f64)) -> Vec<Entry> {
     let inside = |time: &f64| (window.0..=window.1).contains(time);
     let mut entries = Vec::new();

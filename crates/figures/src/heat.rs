@@ -1,15 +1,17 @@
-//! Heat maps: a quantity over two axes, as colours.
+//! Heat maps: a quantity over two axes as colours.
 
 use super::FigureError;
 use trocar_document::figure::{Axis, Color, Entry, Figure, Panel, Row, Sample, X_TICKS, Y_TICKS, extent};
 use trocar_document::{decimals, significant};
 
-/// Five evenly spaced colours of viridis (van der Walt and Smith 2015), from low to high values. Their lightness rises evenly, so
-/// they differ in grey and for the common forms of colour blindness.
+/// Five evenly spaced colours of viridis (van der Walt and Smith 2015), from low to high values. The lightness
+/// increases evenly, so the colours differ in grey and for the common forms of colour blindness.
 const SCALE: [(u8, u8, u8); 5] =
     [(0x44, 0x01, 0x54), (0x3b, 0x52, 0x8b), (0x21, 0x91, 0x8c), (0x5e, 0xc9, 0x62), (0xfd, 0xe7, 0x25)];
 
-/// Number of colours in the legend.
+/// Minimum range of the colours, as a share of the largest magnitude.
+const LEAST_RANGE: f64 = 0.05;
+
 const STEPS: usize = 6;
 
 /// An axis of a heat map.
@@ -17,7 +19,7 @@ const STEPS: usize = 6;
 pub struct AxisView<'a> {
     /// Name of the axis.
     pub name: &'a str,
-    /// Whether the axis is logarithmic. Its values are then positive.
+    /// True if the axis is logarithmic. Its values are then positive.
     pub log: bool,
 }
 
@@ -34,17 +36,18 @@ pub struct HeatView<'a> {
     pub x: Vec<f64>,
     /// Vertical centres of the cells, ascending.
     pub y: Vec<f64>,
-    /// The value of each cell, row by row. A cell with NaN stays white.
+    /// The values of the cells, row by row. A cell with NaN stays white.
     pub means: &'a [f64],
 }
 
-/// Draws a heat map: a rectangle per cell, whose colour is the value.
+/// Draws a heat map with one rectangle per cell.
 ///
 /// # Errors
-/// [`FigureError::Empty`] without cells, [`FigureError::Length`] if the number of values differs from the number of cells.
+/// [`FigureError::Empty`] without cells, [`FigureError::Length`] if the number of values differs from the number of
+/// cells.
 pub fn heat_map(view: &HeatView<'_>) -> Result<Figure<'static>, FigureError> {
     super::check("heat map", view.caption, view.x.len() * view.y.len(), &[("means", view.means.len())])?;
-    let (min, max) = extent(view.means.iter().copied()).unwrap_or((0.0, 0.0));
+    let (min, max) = wide(extent(view.means.iter().copied()).unwrap_or((0.0, 0.0)));
     let color = |value: f64| color(if max > min { (value - min) / (max - min) } else { 0.5 });
     let [x_axis, y_axis] = &view.axes;
     let (x_edges, y_edges) = (edges(&view.x, x_axis.log), edges(&view.y, y_axis.log));
@@ -74,6 +77,17 @@ pub fn heat_map(view: &HeatView<'_>) -> Result<Figure<'static>, FigureError> {
     Ok(Figure { name: view.name.to_owned(), legend: vec![], rows: vec![Row::of(205.0, panel)] })
 }
 
+/// Widens a small range to [`LEAST_RANGE`] of its larger end, so that a negligible difference has a negligible
+/// difference in colour.
+fn wide((min, max): (f64, f64)) -> (f64, f64) {
+    let least = LEAST_RANGE * min.abs().max(max.abs());
+    if max > min && max - min < least {
+        let middle = min + 0.5 * (max - min);
+        return (middle - 0.5 * least, middle + 0.5 * least);
+    }
+    (min, max)
+}
+
 /// Returns the edges of the cells, halfway between their centres, in the coordinate of the axis.
 fn edges(centres: &[f64], log: bool) -> Vec<f64> {
     let centres: Vec<f64> = centres.iter().map(|centre| if log { centre.log10() } else { *centre }).collect();
@@ -90,8 +104,8 @@ fn edges(centres: &[f64], log: bool) -> Vec<f64> {
     edges
 }
 
-/// Returns evenly spaced numbers with the same number of decimals, enough to tell them apart and to show three digits of the
-/// largest. Very small and very large numbers have a power of ten.
+/// Formats evenly spaced numbers with the same number of decimals, enough to distinguish them and to show three digits
+/// of the largest. Very small and very large numbers are in scientific notation.
 fn alike(values: &[f64]) -> Vec<String> {
     let (first, last) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
     let largest = first.abs().max(last.abs());
@@ -104,7 +118,6 @@ fn alike(values: &[f64]) -> Vec<String> {
     values.iter().map(|value| format!("{value:.count$}")).collect()
 }
 
-/// Returns the colour at a share of the scale, 0 to 1.
 fn color(share: f64) -> Color {
     let place = share.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
     let below = (place as usize).min(SCALE.len() - 2);
@@ -136,6 +149,20 @@ mod tests {
     }
 
     #[test]
+    fn a_negligible_difference_has_nearly_one_colour() {
+        let (min, max) = wide((101.196, 101.256));
+        assert!((max - min - 0.05 * 101.256).abs() < 1e-9 && min < 101.196 && max > 101.256);
+        assert_eq!(wide((0.0, 1e-9)), (0.0, 1e-9));
+        assert_eq!(wide((2.0, 2.0)), (2.0, 2.0));
+        // Without the wider range the outer cells would have the end colours of the scale.
+        let text = crate::shown(&heat_map(&view(&[101.196, 101.2, 101.256], &[1.0])).expect("drawn"));
+        let middle = crate::shown(&heat_map(&view(&[0.0, 0.0, 2.0 * 101.226], &[1.0])).expect("drawn"));
+        for end in ["#440154", "#fde725"] {
+            assert!(text.matches(end).count() < middle.matches(end).count(), "{end}: {text}");
+        }
+    }
+
+    #[test]
     fn numbers_of_the_legend_differ() {
         assert_eq!(alike(&[101.20, 101.22, 101.24]), ["101.200", "101.220", "101.240"]);
         assert_eq!(alike(&[0.0, 0.85, 1.7, 2.55]), ["0.00", "0.85", "1.70", "2.55"]);
@@ -145,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn unusual_values_give_a_figure() {
+    fn unusual_values_are_drawn() {
         for means in [[f64::NAN; 3], [1.0; 3], [1e300, -1e300, f64::INFINITY]] {
             heat_map(&view(&means, &[1.0])).expect("drawn");
         }

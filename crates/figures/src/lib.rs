@@ -1,8 +1,8 @@
 //! Figures of runs and of estimations, as SVG, PNG and PDF.
 //!
 //! Functions borrow the columns of a [`RunView`] or an [`EstimationView`] and return a [`Figure`]: a description, which
-//! [`draw::file`] draws at any width and in any format, and which pages and the Python package draw themselves. Samples that are not
-//! finite leave gaps. Long records are reduced to the minimum and maximum of short intervals.
+//! [`draw::file`] draws at any width and in any format. Pages and the Python package draw it themselves. Samples that
+//! are not finite leave gaps. Long records are reduced to the minimum and maximum of short intervals.
 
 mod absolute;
 mod cases;
@@ -10,6 +10,7 @@ mod characteristic;
 mod comparison;
 mod decision;
 mod delays;
+mod diagrams;
 mod energy;
 mod estimation;
 mod events;
@@ -36,6 +37,7 @@ pub use characteristic::{CharacteristicView, characteristic};
 pub use comparison::comparison;
 pub use decision::decision;
 pub use delays::delay_histogram;
+pub use diagrams::{augmented_controller, insertion_phases, principle};
 pub use energy::{EnergyView, energy};
 pub use estimation::estimation;
 pub use events::modes;
@@ -44,7 +46,7 @@ pub use locus::locus;
 pub use loop_response::loop_response;
 pub use overlay::overlay;
 pub use overlay::signals;
-pub use paper::{distance, force, principle};
+pub use paper::{distance, force, parameters_with_terms};
 pub use parameters::STANDARD_ERRORS;
 pub use parameters::parameters;
 pub use ports::ports;
@@ -54,7 +56,7 @@ pub use stability::{MapAxisView, MapView, stability_map};
 pub use strategies::{StrategyView, strategies};
 pub use switching::switching;
 pub use timeline::{MAX_ROWS, TimelineRow, timeline};
-pub use tornado::{TornadoView, tornado};
+pub use tornado::{InfluenceBar, tornado};
 pub use z_width::z_width;
 
 use std::borrow::Cow;
@@ -68,27 +70,27 @@ use trocar_document::figure::{Axis, Figure, Shade, extent};
 pub struct RunView<'a> {
     /// Name of the row or the line.
     pub name: &'a str,
-    /// Whether the run is augmented.
+    /// True if the run is augmented.
     pub is_augmented: bool,
-    /// Time, s, increasing.
+    /// Time in s, increasing.
     pub time_s: &'a [f64],
-    /// Position of the master, m.
+    /// Position of the master in m.
     pub master_position_m: &'a [f64],
-    /// Position of the slave, m.
+    /// Position of the slave in m.
     pub slave_position_m: &'a [f64],
-    /// Force of the operator on the master, N, positive in the direction of insertion.
+    /// Force of the operator on the master in N, positive in the direction of insertion.
     pub operator_force_n: &'a [f64],
-    /// Force of the tissue on the needle, N, positive when it resists insertion.
+    /// Force of the tissue on the needle in N, positive if it resists insertion.
     pub tissue_force_n: &'a [f64],
-    /// Feedback force, N, positive when it resists insertion.
+    /// Feedback force in N, positive if it resists insertion.
     pub feedback_force_n: &'a [f64],
     /// 0 teleoperation, 1 event, 2 re-engaging.
     pub mode: &'a [u8],
-    /// The shade of an event, by what holds the slave: frozen, held, or only an event.
+    /// The shade of an event, depending on what restrains the slave.
     pub event: Shade,
-    /// Times of the ruptures, s.
+    /// Times of the ruptures in s.
     pub rupture_times_s: Cow<'a, [f64]>,
-    /// Times of the alarms, s.
+    /// Times of the alarms in s.
     pub alarm_times_s: Cow<'a, [f64]>,
 }
 
@@ -97,29 +99,29 @@ pub struct RunView<'a> {
 pub struct EstimationView<'a> {
     /// Name of the run or recording.
     pub name: &'a str,
-    /// Time, s, increasing.
+    /// Time in s, increasing.
     pub time_s: &'a [f64],
-    /// Measured force, N.
+    /// Measured force in N.
     pub measured_force_n: &'a [f64],
-    /// Prediction error, N: measured minus estimated force.
+    /// Prediction error in N: measured minus estimated force.
     pub residual_n: &'a [f64],
-    /// Estimated stiffness, N/m.
+    /// Estimated stiffness in N/m.
     pub stiffness_n_per_m: &'a [f64],
-    /// Estimated damping, N·s/m.
+    /// Estimated damping in N·s/m.
     pub damping_n_s_per_m: &'a [f64],
     /// Standard errors of stiffness in N/m and damping in N·s/m, if known.
     pub standard_errors: Option<[Cow<'a, [f64]>; 2]>,
     /// The column name and the values of the estimator's extra parameter, if any.
     pub extra_parameter: Option<(&'static str, &'a [f64])>,
-    /// Decision function of the detector, in `decision_unit`.
+    /// Decision function of the detector in `decision_unit`.
     pub decision: &'a [f64],
-    /// The decision function's threshold γ, in `decision_unit`.
+    /// Threshold γ of the decision function in `decision_unit`.
     pub threshold: f64,
-    /// Unit of the decision function, such as `N²`; `1` without a unit.
+    /// Unit of the decision function, for example `N²`; `1` if it has none.
     pub decision_unit: &'a str,
-    /// Times of the ruptures, s.
+    /// Times of the ruptures in s.
     pub rupture_times_s: Cow<'a, [f64]>,
-    /// Times of the alarms, s.
+    /// Times of the alarms in s.
     pub alarm_times_s: Cow<'a, [f64]>,
 }
 
@@ -134,13 +136,13 @@ pub const ESTIMATION_FIGURES: [(&str, DrawEstimation); 4] = [
     ("residual", |view| residual_histogram(view)),
 ];
 
-/// Draws a figure of runs, in a window of time in s if one is given.
+/// Draws a figure of runs, optionally in a window of time in s.
 pub type DrawRuns = for<'a> fn(&[RunView<'a>], Option<(f64, f64)>) -> Result<Figure<'a>, FigureError>;
 
 /// The figures of one or several runs, by name.
 pub const RUN_FIGURES: [(&str, DrawRuns); 2] = [("comparison", comparison), ("overlay", overlay)];
 
-/// The error of a figure that cannot be described.
+/// An error of a figure.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
@@ -155,7 +157,7 @@ pub enum FigureError {
     Length {
         /// Name of the run.
         name: String,
-        /// The column that differs.
+        /// The column with a different length.
         column: &'static str,
         /// Number of samples of `time_s`.
         expected: usize,
@@ -164,7 +166,6 @@ pub enum FigureError {
     },
 }
 
-/// Returns the part of a column at some ticks, as far as it has them.
 fn part<'a, T>(column: &'a [T], ticks: &Range<usize>) -> &'a [T] {
     let end = ticks.end.min(column.len());
     &column[ticks.start.min(end)..end]
@@ -178,7 +179,7 @@ fn part_of<'a>(column: Cow<'a, [f64]>, ticks: &Range<usize>) -> Cow<'a, [f64]> {
 }
 
 impl<'a> RunView<'a> {
-    /// Returns the same run at some ticks only.
+    /// Returns the run at some ticks only.
     pub fn at(self, ticks: &Range<usize>) -> Self {
         Self {
             time_s: part(self.time_s, ticks),
@@ -206,7 +207,7 @@ impl<'a> RunView<'a> {
 }
 
 impl<'a> EstimationView<'a> {
-    /// Returns the same estimation at some ticks only.
+    /// Returns the estimation at some ticks only.
     pub fn at(self, ticks: &Range<usize>) -> Self {
         Self {
             time_s: part(self.time_s, ticks),
@@ -233,7 +234,6 @@ impl<'a> EstimationView<'a> {
         check(figure, self.name, self.time_s.len(), &columns)
     }
 
-    /// Returns the whole record, as an axis and as a range.
     fn time_axis(&self, max_ticks: usize) -> (Axis, (f64, f64)) {
         let axis = Axis::exact(extent(self.time_s.iter().copied()).unwrap_or((0.0, 1.0)), max_ticks);
         let range = (axis.low, axis.high);
@@ -267,7 +267,6 @@ fn check(
     }
 }
 
-/// Returns what a surface receives of a figure, as text.
 #[cfg(test)]
 fn shown(figure: &Figure<'_>) -> String {
     figure.description().to_string()

@@ -1,23 +1,21 @@
-//! Common axis limits of several runs. Diverged runs do not set the limits.
+//! Common axis limits of several runs. Diverged runs do not affect the limits.
 
 use trocar_document::figure::{Axis, Y_TICKS, quantile_extent, union};
 
-/// One signal of one run, with its plausible magnitude.
 pub(super) struct Signal<'a> {
     time_s: &'a [f64],
     values: &'a [f64],
     scale: f64,
-    /// Beyond this (in the unit of `values`) a run has diverged.
+    /// Maximum magnitude, in the unit of `values`, of a run that has not diverged.
     plausible: f64,
 }
 
-/// A force (N) that no needle insertion reaches.
+/// Maximum plausible force in N: above any needle insertion.
 const PLAUSIBLE_FORCE_N: f64 = 1e3;
-/// A distance (m) that no needle travels.
+/// Maximum plausible distance in m: above the length of any needle.
 const PLAUSIBLE_POSITION_M: f64 = 1.0;
 
 impl<'a> Signal<'a> {
-    /// A force in N.
     pub(super) fn force(time_s: &'a [f64], values: &'a [f64]) -> Self {
         Self { time_s, values, scale: 1.0, plausible: PLAUSIBLE_FORCE_N }
     }
@@ -28,7 +26,8 @@ impl<'a> Signal<'a> {
     }
 }
 
-/// Returns an axis for all signals within `window`. Signals that diverge there do not set the limits, unless all of them do.
+/// Returns a common axis for all signals within `window`. Signals that diverge there do not affect the limits, unless
+/// all diverge.
 pub(super) fn shared(signals: &[Signal<'_>], window: (f64, f64)) -> Axis {
     let mut plausible = None;
     let mut all = None;

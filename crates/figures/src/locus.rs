@@ -5,22 +5,22 @@ use trocar_document::figure::{Axis, BLACK, Figure, GREY, LIMIT, Panel, Row, Samp
 use trocar_lti::Complex64;
 use trocar_stability::Locus;
 
-/// The range that is drawn, relative to the slowest pole of any value, and its minimum in 1/s.
+/// The drawn range relative to the largest dominant pole, and its minimum in 1/s.
 const REACH: f64 = 5.0;
 const MIN_REACH: f64 = 20.0;
 
-/// Draws the slow poles of the upper half plane, and those of the first value marked.
+/// Draws the slow poles in the upper half plane. The poles of the first value are marked.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without poles.
 pub fn locus(name: &str, locus: &Locus, tick_s: f64) -> Result<Figure<'static>, FigureError> {
     let size = |pole: &(f64, f64)| pole.0.hypot(pole.1);
-    // As `s` in 1/s.
+    // Poles as `s` in 1/s.
     let finite = |poles: &[Complex64]| -> Vec<(f64, f64)> {
         let continuous = poles.iter().filter(|z| z.norm() > 0.0).map(|z| z.ln() / tick_s).map(|s| (s.re, s.im));
         continuous.filter(|pole| pole.0.is_finite() && pole.1.is_finite() && pole.1 >= 0.0).collect()
     };
-    // The pole nearest to the right decides; the others are drawn around it.
+    // The rightmost pole of each value determines the range.
     let dominant = |poles: &[Complex64]| finite(poles).into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
     let reach = locus.branches.iter().filter_map(|(_, poles)| dominant(poles)).map(|pole| size(&pole));
     let Some(reach) = reach.reduce(f64::max) else { return Err(FigureError::Empty { figure: "locus" }) };

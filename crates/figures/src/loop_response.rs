@@ -6,7 +6,7 @@ use trocar_document::figure::{
 };
 use trocar_stability::LoopResponse;
 
-/// Lower limit of the magnitudes that are drawn, and the range of the Nyquist diagram.
+/// Minimum drawn magnitude, and the range of the Nyquist diagram.
 const MIN_MAGNITUDE: f64 = 1e-4;
 const NYQUIST: f64 = 1.6;
 
@@ -71,7 +71,7 @@ pub fn loop_response(name: &str, response: &LoopResponse) -> Result<Figure<'stat
         ..Panel::new(x_axis, "Frequency (Hz)", Axis::padded(phase, Y_TICKS), "Phase of L (°)")
     };
     let square = || Axis::exact((-NYQUIST, NYQUIST), Y_TICKS);
-    // Not increasing over its axis, so a curve.
+    // The gain is not monotonic in its real part, so it is a curve.
     let nyquist = response.gain.iter().map(|(_, gain)| (gain.re, gain.im)).collect();
     let critical = Stroke::solid(PURPLE, 8.0);
     let nyquist = Panel {

@@ -8,16 +8,16 @@ use trocar_document::figure::{
     Axis, Entry, Events, Figure, HAND, HAND_OF_CLASSICAL, Panel, Row, Sample, Series, Stroke, X_TICKS, of_runs,
 };
 
-/// Maximum number of runs whose masters, alarms and modes are drawn.
 const MAX_DETAILED: usize = 2;
 
 /// Draws the slave position (above) and the feedback force (below) of all runs in the same axes.
 ///
-/// `window` is the displayed time in s. Its default is from 0.4 s before to 1.6 s after the first rupture, or the whole record
-/// without a rupture.
+/// `window` is the displayed time in s. The default is from 0.4 s before to 1.6 s after the first rupture, or the whole
+/// record without a rupture.
 ///
 /// # Errors
-/// [`FigureError::Empty`] without runs or for a run without samples, [`FigureError::Length`] for columns of unequal lengths.
+/// [`FigureError::Empty`] without runs or for a run without samples, [`FigureError::Length`] for columns of unequal
+/// lengths.
 pub fn overlay<'a>(runs: &[RunView<'a>], window: Option<(f64, f64)>) -> Result<Figure<'a>, FigureError> {
     check_runs("overlay", runs)?;
     let sheet = Sheet::of(runs, events::window(runs, window));
@@ -28,8 +28,8 @@ pub fn overlay<'a>(runs: &[RunView<'a>], window: Option<(f64, f64)>) -> Result<F
     Ok(Figure { name: String::new(), legend: sheet.legend(runs), rows })
 }
 
-/// Draws all signals of runs in the same axes, for a page: positions, forces, estimates, decision function. Runs without samples in
-/// the window (s) have no lines. More than two runs have no masters, alarms and modes.
+/// Draws all signals of runs in the same axes for a page: positions, forces, estimates, decision function. Runs without
+/// samples in the window (s) have no lines. With more than two runs, masters, alarms and modes are omitted.
 pub fn signals<'a>(runs: &[(RunView<'a>, EstimationView<'a>)], window: (f64, f64)) -> Result<Figure<'a>, FigureError> {
     let views: Vec<RunView<'a>> = runs.iter().map(|(run, _)| run.clone()).collect();
     let estimations: Vec<&EstimationView<'a>> = runs.iter().map(|(_, estimation)| estimation).collect();
@@ -47,7 +47,7 @@ pub fn signals<'a>(runs: &[(RunView<'a>, EstimationView<'a>)], window: (f64, f64
         let slave = |(run, line): (&RunView<'_>, &Stroke)| (Sample::Line(*line), format!("slave, {}", run.name));
         positions.legend = views.iter().zip(&sheet.strokes).map(slave).collect();
         for (run, line) in views.iter().rev().zip(masters) {
-            // Below the slaves.
+            // Draw the masters below the slaves.
             positions.series.insert(0, Series::new(run.time_s, run.master_position_m, line).times(1e3));
             positions.legend.push((Sample::Line(line), format!("master, {}", run.name)));
         }
@@ -80,7 +80,6 @@ pub fn signals<'a>(runs: &[(RunView<'a>, EstimationView<'a>)], window: (f64, f64
     Ok(Figure { name: String::new(), legend: sheet.legend(&views), rows })
 }
 
-/// What all panels have in common: a line for each run.
 struct Sheet<'a> {
     window: (f64, f64),
     times_s: Vec<&'a [f64]>,
@@ -103,7 +102,7 @@ impl<'a> Sheet<'a> {
         names.chain(events::entries(&[&self.events], self.window)).collect()
     }
 
-    /// Returns the lines of the runs. Dashed lines are drawn last, so that both are visible where runs coincide.
+    /// Returns the lines of the runs. Dashed lines are drawn last, so that coinciding lines are both visible.
     fn series(&self, scale: f64, columns: Vec<&'a [f64]>) -> Vec<Series<'a>> {
         let lines = columns.into_iter().zip(&self.times_s).zip(&self.strokes);
         let mut series: Vec<_> = lines.map(|((y, x), line)| Series::new(*x, y, *line).times(scale)).collect();
@@ -136,8 +135,8 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// Returns the events of all runs. The shades are those of the first augmented run, because overlapping shades would look like a
-/// third mode.
+/// Returns the events of all runs. The shades are the first augmented run's, because overlapping shades would look like
+/// a third mode.
 fn merged(runs: &[RunView<'_>]) -> Events {
     let mut all = Events::default();
     for events in runs.iter().map(events::of_run) {

@@ -1,11 +1,11 @@
-//! The figures that only the reproduction of the paper has: a distance over time, and the principle of the detection.
+//! Figures only for the reproduction of the paper: a force and a distance over time, and the parts of the estimated
+//! force.
 
 use std::borrow::Cow;
 
-use super::FigureError;
-use super::{RunView, check, events};
+use super::{EstimationView, FigureError, RunView, check, events, parameters};
 use trocar_document::figure::{
-    Axis, COMPUTED, Events, Figure, Panel, Point, Row, Series, Stroke, TISSUE, X_TICKS, Y_TICKS, extent,
+    Axis, COMPUTED, Events, Figure, LIMIT, Panel, Row, Sample, Series, Stroke, TISSUE, X_TICKS, Y_TICKS, extent,
 };
 
 /// Draws the measured force of a run over time, with its ruptures.
@@ -40,7 +40,7 @@ fn over_time<'a>(
 ) -> Result<Figure<'a>, FigureError> {
     check("paper", run.name, run.time_s.len(), &[("values", values.len())])?;
     let window = extent(run.time_s.iter().copied()).unwrap_or((0.0, 1.0));
-    // Only the true ruptures: a detector would find its own alarms.
+    // Mark only true ruptures, because alarms would depend on the detector.
     let events = Events { ruptures: run.rupture_times_s.to_vec(), ..Events::default() };
     let panel = Panel {
         events: events.clone(),
@@ -51,47 +51,29 @@ fn over_time<'a>(
     Ok(Figure { name: run.name.to_owned(), legend, rows: vec![Row::of(140.0, panel)] })
 }
 
-/// Draws the principle of the detection: from the force and its estimate to the alarm.
-#[must_use]
-pub fn principle() -> Figure<'static> {
-    let mut panel =
-        Panel { is_bare: true, ..Panel::new(Axis::exact((0.0, 100.0), 0), "", Axis::exact((0.0, 60.0), 0), "") };
-    // Centres of the boxes. All have the same size.
-    let boxes = [
-        ((22.0, 52.0), "needle in the tissue"),
-        ((22.0, 8.0), "estimate K p + B v"),
-        ((78.0, 52.0), "residual e"),
-        ((78.0, 30.0), "distance s = e²"),
-        ((78.0, 8.0), "CUSUM: alarm if g > γ"),
-    ];
-    const HALF: Point = (21.0, 6.0);
-    for ((x, y), text) in boxes {
-        let (left, right, low, high) = (x - HALF.0, x + HALF.0, y - HALF.1, y + HALF.1);
-        panel.curves.push((vec![(left, low), (right, low), (right, high), (left, high), (left, low)], COMPUTED));
-        panel.notes.push(((x, y), text.to_owned()));
-    }
-    // The estimate goes around the middle to the residual.
-    let arrows: [&[Point]; 5] = [
-        &[(22.0, 46.0), (22.0, 14.0)],
-        &[(43.0, 54.0), (57.0, 54.0)],
-        &[(43.0, 8.0), (50.0, 8.0), (50.0, 50.0), (57.0, 50.0)],
-        &[(78.0, 46.0), (78.0, 36.0)],
-        &[(78.0, 24.0), (78.0, 14.0)],
-    ];
-    for arrow in arrows {
-        panel.curves.push((arrow.to_vec(), COMPUTED));
-        let [.., (from_x, from_y), (x, y)] = *arrow else { continue };
-        // The head, in units of the axes.
-        let (along_x, along_y) = ((x - from_x).signum() * 2.0, (y - from_y).signum() * 3.0);
-        let head = if x == from_x {
-            vec![(x, y), (x - 1.2, y - along_y), (x + 1.2, y - along_y)]
-        } else {
-            vec![(x, y), (x - along_x, y - 1.8), (x - along_x, y + 1.8)]
-        };
-        panel.fills.push((head, COMPUTED.color));
-    }
-    for (at, text) in [((30.5, 30.0), "p, v, f"), ((50.0, 57.5), "force f"), ((62.5, 41.0), "estimated f")] {
-        panel.notes.push((at, text.to_owned()));
-    }
-    Figure { name: "Detection by a model of the force".to_owned(), legend: vec![], rows: vec![Row::of(150.0, panel)] }
+/// Draws the estimated parameters, and below them the two parts of the estimated force with the paper's sign, `-K p`
+/// and `-B v`. The arguments are `K p` and `B v` in N.
+///
+/// # Errors
+/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
+pub fn parameters_with_terms<'a>(
+    view: &EstimationView<'a>,
+    [elastic_n, viscous_n]: [Vec<f64>; 2],
+) -> Result<Figure<'a>, FigureError> {
+    let lengths = [("elastic_n", elastic_n.len()), ("viscous_n", viscous_n.len())];
+    check("parameters", view.name, view.time_s.len(), &lengths)?;
+    let mut figure = parameters(view)?;
+    let (time, _) = view.time_axis(X_TICKS);
+    let range = extent(elastic_n.iter().chain(&viscous_n).map(|term_n| -term_n)).unwrap_or((0.0, 1.0));
+    let names = [(COMPUTED, "\u{2212}K p"), (LIMIT, "\u{2212}B v")];
+    let panel = Panel {
+        events: events::of_estimation(view),
+        series: [(elastic_n, COMPUTED), (viscous_n, LIMIT)]
+            .map(|(term_n, line)| Series::new(view.time_s, term_n, line).times(-1.0))
+            .into(),
+        legend: names.map(|(line, name)| (Sample::Line(line), name.to_owned())).into(),
+        ..Panel::over_time(time, Axis::padded(range, Y_TICKS), "Part of the force (N)")
+    };
+    figure.rows.push(Row::of(115.0, panel));
+    Ok(figure)
 }

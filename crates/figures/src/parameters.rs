@@ -5,19 +5,19 @@ use trocar_document::figure::{
     Axis, COMPUTED, Color, Events, Figure, GREY, Panel, Point, Row, Sample, Series, X_TICKS, Y_TICKS, quantile_extent,
 };
 
-/// Quantile that sets the axes; the first estimates after contact can be very large.
+/// Quantile for the axes, because the first estimates after contact can be very large.
 const SHOWN: f64 = 0.995;
 
-/// Half of the width of the band, in standard errors.
+/// Half width of the band in standard errors.
 pub const STANDARD_ERRORS: f64 = 2.0;
 const BAND_COLOR: Color = GREY.pale(0.4);
 
 /// Number of points of each edge of the band.
 const EDGE_POINTS: usize = 800;
 
-/// Draws the estimated stiffness, the estimated damping and, if any, the extra parameter, one below the other. A band around
-/// stiffness and damping spans two standard errors on either side, if known. The axes span the quantiles of the estimates from
-/// 0.5 % to 99.5 %; values beyond are cut off.
+/// Draws the estimated stiffness, the estimated damping and the extra parameter (if any), one below the other. A band
+/// around stiffness and damping shows two standard errors on either side, if they are known. The axes span the
+/// quantiles of the estimates from 0.5 % to 99.5 %; values beyond are cut off.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
@@ -41,17 +41,14 @@ pub fn parameters<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureErr
     Ok(Figure { name: view.name.to_owned(), legend, rows })
 }
 
-/// Returns the caption of the estimator's extra parameter.
 pub(super) fn extra_caption(column: &str) -> &'static str {
     if column == "power" { "Power" } else { "Friction (N)" }
 }
 
-/// Returns the axis of estimates.
 pub(super) fn estimate_axis<'a>(values: impl IntoIterator<Item = &'a f64>) -> Axis {
     Axis::padded(quantile_extent(values.into_iter().copied(), SHOWN).unwrap_or((0.0, 1.0)), Y_TICKS)
 }
 
-/// A parameter over time, with the band of its standard errors, if any.
 fn parameter<'a>(
     time_s: &'a [f64],
     time: &Axis,
@@ -71,7 +68,7 @@ fn parameter<'a>(
     Row::of(115.0, panel)
 }
 
-/// The outlines of the band around a parameter, within an axis: of each interval of time, the extremes.
+/// Returns the outlines of the band around a parameter, within an axis, from the extremes of each time interval.
 fn band(time_s: &[f64], y: &[f64], std: &[f64], (low, high): (f64, f64)) -> Vec<Vec<Point>> {
     let per_point = y.len().div_ceil(EDGE_POINTS).max(1);
     let within = |value: f64| value.max(low).min(high);
@@ -122,7 +119,7 @@ mod tests {
         );
         assert_eq!((panel["ruptures"][0].as_f64(), panel["alarms"][0].as_f64()), (Some(0.5), Some(0.52)));
         assert!(panel["fills"][0]["color"].as_str().is_some_and(|color| color.starts_with('#') && color.len() == 7));
-        // Fewer samples than intervals: all are there.
+        // With fewer samples than intervals, all samples remain.
         let [x, y] = [0, 1].map(|k| panel["lines"][0]["points"][k].as_array().expect("a column"));
         assert_eq!((x.len(), y.len()), (2000, 2000));
         assert!(y.iter().zip(&stiffness).all(|(drawn, value)| drawn.as_f64() == Some(*value)));

@@ -3,20 +3,19 @@
 use super::{FigureError, RunView};
 use trocar_document::figure::{Axis, Figure, Panel, Row, Series, extent, of_runs};
 
-/// Time shown before and after the first rupture, in s.
+/// Displayed time before and after the first rupture, in s.
 const AROUND_S: (f64, f64) = (0.5, 1.5);
 
-/// Maximum number of runs with a chart.
 const MAX_RUNS: usize = 4;
 
-/// Positions beyond it, in m, are those of a run that diverges.
+/// Maximum position, in m, of a run that has not diverged.
 const MAX_M: f64 = 10.0;
 
-/// Smallest range of positions, in mm: that of a needle at rest.
+/// Minimum range of positions, in mm, for a needle at rest.
 const MIN_RANGE_MM: f64 = 1.0;
 
-/// Describes the slave's position, a row for each run on the same axes: around the first rupture of all runs, or over the whole time
-/// without a rupture.
+/// Draws the slave's position, one row per run on the same axes: around the first rupture of all runs, or over the
+/// whole time without a rupture.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples.
@@ -53,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_needle_at_rest_has_a_range_and_a_run_without_samples_no_chart() {
+    fn a_needle_at_rest_has_a_range_and_a_run_without_samples_has_no_chart() {
         let (time_s, at_m) = ([0.0, 1.0, 2.0], [0.01; 3]);
         let run = RunView {
             name: "rest",

@@ -5,16 +5,17 @@ use trocar_document::figure::{
     Axis, BLACK, Color, Figure, GREY, ORANGE, PURPLE, Panel, Point, Row, Sample, Stroke, WHITE, X_TICKS, Y_TICKS,
 };
 
-/// The stable region and its boundary.
 const STABLE: Color = GREY.pale(0.2);
 const BOUNDARY: Stroke = Stroke::solid(PURPLE, 1.3);
 /// A run whose motion decays, and a run whose motion grows.
 const DECAYS: Stroke = Stroke::solid(GREY, 1.2);
 const GROWS: Stroke = Stroke::solid(PURPLE, 1.8);
-/// A run that disagrees with the analysis.
 const DIFFERS: Stroke = Stroke::solid(ORANGE, 3.2);
-/// The scenario.
 const SCENARIO: Stroke = Stroke::solid(BLACK, 5.0);
+
+/// Distance of the scenario's text from its point, and from the left and right edges, as shares of the axes.
+const NOTE_RISE: f64 = 0.06;
+const NOTE_MARGIN: f64 = 0.1;
 
 /// Approximate number of runs drawn along each axis.
 const RUNS_PER_AXIS: usize = 28;
@@ -24,9 +25,9 @@ const RUNS_PER_AXIS: usize = 28;
 pub struct MapAxisView<'a> {
     /// Name and unit of the axis.
     pub caption: &'a str,
-    /// Its values, increasing.
+    /// The values, increasing.
     pub values: &'a [f64],
-    /// Whether the axis is logarithmic. Every value is then above 0.
+    /// True if the axis is logarithmic. Every value is then above 0.
     pub is_logarithmic: bool,
     /// The value of the scenario.
     pub scenario_value: f64,
@@ -41,16 +42,16 @@ pub struct MapView<'a> {
     pub x: MapAxisView<'a>,
     /// The vertical axis.
     pub y: MapAxisView<'a>,
-    /// Whether each point is stable, row by row.
+    /// True for each stable point, row by row.
     pub stable: &'a [bool],
     /// Segments of the boundary.
     pub boundary: &'a [[(f64, f64); 2]],
-    /// Whether the simulated motion grew, row by row; `None` without a run at a point, empty without any run.
+    /// True where the simulated motion grew, row by row; `None` at a point without a run, empty without any runs.
     pub grew: &'a [Option<bool>],
 }
 
-/// Draws the map: the stable region is shaded, the boundary is a line, and runs are dots. Runs that disagree with the analysis are
-/// larger and orange.
+/// Draws the map: the stable region is shaded, the boundary is a line, and runs are dots. Runs that disagree with the
+/// analysis are larger and orange. A scenario outside the map has its dot on the edge, and the legend says so.
 ///
 /// # Errors
 /// [`FigureError::Empty`] for a map without points.
@@ -83,13 +84,16 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure<'static>, FigureError>
     let pieces = view.boundary.iter().flat_map(|[from, to]| [place(*from), place(*to), (f64::NAN, f64::NAN)]);
     panel.curves.push((pieces.collect(), BOUNDARY));
     panel.curves.extend(dots(view).map(|(point, stroke)| (vec![place(point)], stroke)));
-    let scenario = place((x.scenario_value, y.scenario_value));
+    let exact = place((x.scenario_value, y.scenario_value));
+    let scenario = (x_axis.within(exact.0), y_axis.within(exact.1));
+    let scenario_is = if scenario == exact { "this scenario" } else { "this scenario (beyond the edge of the map)" };
     panel.curves.push((vec![scenario], Stroke::solid(WHITE, 7.0)));
     panel.curves.push((vec![scenario], SCENARIO));
+    panel.notes.push((beside(scenario, &x_axis, &y_axis), "this scenario".to_owned()));
     let mut legend = vec![
         (Sample::Shade(STABLE), "stable".to_owned()),
         (Sample::Line(BOUNDARY), "boundary (analysis)".to_owned()),
-        (Sample::Dot(SCENARIO), "scenario".to_owned()),
+        (Sample::Dot(SCENARIO), scenario_is.to_owned()),
     ];
     if view.grew.iter().any(Option::is_some) {
         legend.push((Sample::Dot(DECAYS), "simulation: decays".to_owned()));
@@ -101,7 +105,16 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure<'static>, FigureError>
     Ok(Figure { name: view.name.to_owned(), legend, rows: vec![Row::of(240.0, panel)] })
 }
 
-/// Returns the displayed runs: an even selection, and all runs that disagree.
+/// Returns the position of a point's text: above the point, or below it near the upper edge, and within the axes.
+fn beside((x, y): Point, x_axis: &Axis, y_axis: &Axis) -> Point {
+    let (width, height) = (x_axis.high - x_axis.low, y_axis.high - y_axis.low);
+    let above = y + NOTE_RISE * height;
+    let is_inside = above < y_axis.high - 0.5 * NOTE_RISE * height;
+    let middle = x.clamp(x_axis.low + NOTE_MARGIN * width, x_axis.high - NOTE_MARGIN * width);
+    (middle, if is_inside { above } else { y - NOTE_RISE * height })
+}
+
+/// Returns the displayed runs: an even selection, and all runs that disagree with the analysis.
 fn dots<'a>(view: &'a MapView<'_>) -> impl Iterator<Item = (Point, Stroke)> + 'a {
     let (columns, rows) = (view.x.values.len(), view.y.values.len());
     let (every_column, every_row) = (columns.div_ceil(RUNS_PER_AXIS), rows.div_ceil(RUNS_PER_AXIS));
@@ -122,7 +135,6 @@ fn axis(view: &MapAxisView<'_>, ticks: usize) -> Axis {
     Axis::over(range, view.is_logarithmic, ticks)
 }
 
-/// Returns the edges of the cells around the values, in axis coordinates.
 fn edges(view: &MapAxisView<'_>, axis: &Axis) -> Vec<f64> {
     let places: Vec<f64> = view.values.iter().map(|value| axis.place(*value)).collect();
     let inner = places.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
@@ -149,6 +161,15 @@ mod tests {
         let shown = |view: &MapView<'_>| crate::shown(&stability_map(view).expect("a figure"));
         let plain = shown(&view);
         assert!(plain.contains("Tissue stiffness (N/m)") && !plain.contains("simulation"));
+        assert!(plain.contains("\"this scenario\""));
+        let softer = MapView { y: MapAxisView { scenario_value: 0.0, ..view.y }, ..view.clone() };
+        let figure = stability_map(&softer).expect("a figure");
+        let dot = &figure.rows[0].panels[0].curves.last().expect("the scenario").0;
+        assert_eq!(*dot, [(0.0, 0.0)], "on the lower edge, at 1 N/m");
+        let (note, _) = &figure.rows[0].panels[0].notes[0];
+        assert!(note.0 > 0.1 && (0.05..0.3).contains(&note.1), "above the dot, within the axes: {note:?}");
+        assert!(beside((1.0, 2.0), &Axis::log10((1.0, 100.0)), &Axis::log10((1.0, 100.0))).1 < 2.0);
+        assert!(crate::shown(&figure).contains("this scenario (beyond the edge of the map)"));
         let grew: Vec<Option<bool>> = stable.iter().map(|stable| Some(!stable)).collect();
         let checked = shown(&MapView { grew: &grew, ..view.clone() });
         assert!(checked.contains("simulation: grows") && !checked.contains("simulation: disagrees"));

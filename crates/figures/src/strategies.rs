@@ -1,41 +1,41 @@
-//! The strategies of a study: what each reaches, and at what price.
+//! Comparison of a study's strategies: benefits and costs.
 
 use super::FigureError;
 use trocar_document::figure::{
     Axis, BLACK, Entry, Figure, GREY, GUIDE, Panel, Point, Row, Sample, Stroke, VERMILION, extent,
 };
 
-/// A strategy.
+/// A strategy beside those with which it is compared.
 #[derive(Clone, Copy, Debug)]
 pub struct StrategyView<'a> {
-    /// Its name.
+    /// The name.
     pub name: &'a str,
-    /// Number of ruptures as a share of those without a strategy.
+    /// Number of ruptures as a share of the number without a strategy.
     pub reached: Option<f64>,
-    /// Share of the noticed ruptures, 0 to 1.
+    /// Noticed share of the ruptures, 0 to 1.
     pub noticed: Option<f64>,
-    /// Mean excess advance, m.
+    /// Mean excess advance in m.
     pub excess_m: Option<f64>,
     /// Excess advance in m that one rupture in twenty exceeds.
     pub high_excess_m: Option<f64>,
-    /// Mean excess at the end of the insertion, m.
+    /// Mean excess at the end of the insertion in m.
     pub final_excess_m: Option<f64>,
-    /// True if it reaches the ruptures and its runs settle.
+    /// True if the strategy reaches the ruptures and its runs settle.
     pub is_compared: bool,
-    /// Whether it is on the Pareto front.
+    /// True if the strategy is on the Pareto front.
     pub is_on_front: bool,
 }
 
-/// A dot of a strategy on the Pareto front, of another one, and of one that is not compared.
+/// Dots of strategies on the Pareto front, of other compared strategies, and of strategies that are not compared.
 const FRONT: Stroke = Stroke::solid(VERMILION, 6.0);
 const COMPARED: Stroke = Stroke::solid(BLACK, 6.0);
 const OTHER: Stroke = Stroke::solid(GREY.pale(0.4), 6.0);
 
-/// Number of ticks of a narrow panel.
 const TICKS: usize = 3;
 
-/// Draws a line per strategy, from the top down, with a panel per quantity: the share of the ruptures that it reaches, the share that is
-/// noticed, the excess (the line ends at the excess that one rupture in twenty exceeds), and the excess at the end of the insertion.
+/// Draws a row per strategy, from the top down, with a panel per quantity: the reached share of the ruptures, the
+/// noticed share, the excess (the line ends at the excess that one rupture in twenty exceeds), and the excess at the
+/// end of the insertion.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a strategy.
@@ -55,7 +55,7 @@ pub fn strategies(name: &str, views: &[StrategyView<'_>]) -> Result<Figure<'stat
         let point = |(index, view): (usize, &StrategyView<'_>)| {
             value(view).map(|value| -> (Vec<Point>, Stroke) { (vec![(value, at(index))], dot(view)) })
         };
-        // What the scheme without a strategy gives, the first row, for all rows.
+        // A guide through the value without a strategy, the first row.
         let guide = value(&views[0]).map(|value| (vec![(value, panel.y.low), (value, panel.y.high)], GUIDE));
         panel.curves.extend(guide);
         panel.curves.extend(views.iter().enumerate().filter_map(point));
@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_strategy_has_a_row_of_its_own_and_its_values_in_all_panels() {
+    fn every_strategy_has_one_row_and_its_values_in_all_panels() {
         let view = |name, excess_m, reached, is_on_front| StrategyView {
             name,
             reached: Some(reached),

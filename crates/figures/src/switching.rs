@@ -1,13 +1,12 @@
-//! Growth of the motion per event, against the time between events.
+//! Growth of the motion per event over the time between events.
 
 use super::FigureError;
 use trocar_document::figure::{Axis, BLACK, COMPUTED, Figure, LIMIT, Panel, Row, Sample, Series, Stroke, extent};
 use trocar_stability::DwellPoint;
 
-/// Lower limit of the growth axis.
 const MIN_GROWTH: f64 = 1e-4;
 
-/// Draws the growth per event against the teleoperation between two events. Below 1 the motion decays.
+/// Draws the growth per event over the teleoperation between two events. Below 1 the motion decays.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a dwell.

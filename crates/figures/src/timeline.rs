@@ -12,19 +12,19 @@ pub const MAX_ROWS: usize = 120;
 pub struct TimelineRow<'a> {
     /// Name of the recording.
     pub name: &'a str,
-    /// Time of the first sample, s.
+    /// Time of the first sample in s.
     pub from_s: f64,
-    /// Duration, s.
+    /// Duration in s.
     pub duration_s: f64,
     /// Start, end and phase of each interval, in order.
     pub shades: Vec<(f64, f64, Shade)>,
-    /// Labelled ruptures, s.
+    /// Times of labelled ruptures in s.
     pub rupture_times_s: Vec<f64>,
-    /// Alarms, s.
+    /// Times of alarms in s.
     pub alarm_times_s: Vec<f64>,
 }
 
-/// Draws a row per recording, at most [`MAX_ROWS`]: phases are shaded, labelled ruptures and alarms are marked.
+/// Draws a row per recording, at most [`MAX_ROWS`], with shaded phases and marks for labelled ruptures and alarms.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a row.

@@ -3,22 +3,19 @@
 use super::FigureError;
 use trocar_document::figure::{Axis, BLACK, Color, Figure, GREY, GUIDE, Panel, Point, Row, Sample, X_TICKS};
 
-/// Maximum number of bars in one figure.
 const MAX_BARS: usize = 100;
 
-/// A metric with the influence of each axis, the strongest first.
+/// The influence of an axis on a metric.
 #[derive(Clone, Debug)]
-pub struct TornadoView<'a> {
-    /// The metric.
-    pub metric: &'a str,
-    /// Its bars.
-    pub bars: Vec<Bar<'a>>,
+pub struct InfluenceBar {
+    /// The metric and the axis.
+    pub title: String,
+    /// First-order Sobol index, 0 to 1.
+    pub share: Option<f64>,
+    /// Standardised rank regression coefficient, -1 to 1.
+    pub slope: Option<f64>,
 }
 
-/// The name of an axis, its first-order Sobol index (0 to 1) and its standardised rank regression coefficient (-1 to 1).
-pub type Bar<'a> = (&'a str, Option<f64>, Option<f64>);
-
-/// The colours of the two bars.
 const SLOPE: Color = BLACK;
 const SHARE: Color = GREY.pale(0.45);
 
@@ -26,23 +23,22 @@ const SHARE: Color = GREY.pale(0.45);
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a bar.
-pub fn tornado(name: &str, views: &[TornadoView<'_>]) -> Result<Figure<'static>, FigureError> {
-    let bars = views.iter().flat_map(|view| view.bars.iter().map(|bar| (view.metric, *bar)));
+pub fn tornado(name: &str, bars: &[InfluenceBar]) -> Result<Figure<'static>, FigureError> {
     let bar = |value: f64, (low, high): (f64, f64)| -> Vec<Point> {
         let value = value.clamp(-1.05, 1.05);
         vec![(0.0, low), (value, low), (value, high), (0.0, high)]
     };
-    let row = |(metric, (axis, index, slope)): (&str, Bar<'_>)| {
+    let row = |InfluenceBar { title, share, slope }: &InfluenceBar| {
         let slope = slope.map(|slope| (bar(slope, (0.5, 0.9)), SLOPE));
-        let index = index.map(|index| (bar(index, (0.1, 0.5)), SHARE));
+        let share = share.map(|share| (bar(share, (0.1, 0.5)), SHARE));
         let panel = Panel {
-            fills: slope.into_iter().chain(index).collect(),
+            fills: slope.into_iter().chain(share).collect(),
             curves: vec![(vec![(0.0, 0.0), (0.0, 1.0)], GUIDE)],
             ..Panel::new(Axis::exact((-1.05, 1.05), X_TICKS), "Influence", Axis::exact((0.0, 1.0), 0), "")
         };
-        Row { title: Some(format!("{metric}: {axis}")), ..Row::of(14.0, panel) }
+        Row { title: Some(title.clone()), ..Row::of(14.0, panel) }
     };
-    let rows: Vec<Row<'_>> = bars.take(MAX_BARS).map(row).collect();
+    let rows: Vec<Row<'_>> = bars.iter().take(MAX_BARS).map(row).collect();
     if rows.is_empty() {
         return Err(FigureError::Empty { figure: "tornado" });
     }
@@ -63,12 +59,15 @@ mod tests {
     use crate::shown;
 
     #[test]
-    fn every_axis_of_every_metric_has_its_bars() {
-        let bars = vec![("scaling.force", Some(0.8), Some(-0.9)), ("arm.grip", Some(0.1), None)];
-        let views =
-            [TornadoView { metric: "overshoot", bars }, TornadoView { metric: "delay", bars: vec![("x", None, None)] }];
-        let text = shown(&tornado("sweep", &views).expect("drawn"));
-        for title in ["overshoot: scaling.force", "overshoot: arm.grip", "delay: x"] {
+    fn every_bar_has_its_title() {
+        let bar = |title: &str, share, slope| InfluenceBar { title: title.to_owned(), share, slope };
+        let bars = [
+            bar("overshoot, by scaling.force", Some(0.8), Some(-0.9)),
+            bar("overshoot, by arm.grip", Some(0.1), None),
+            bar("delay (hardly changes)", None, None),
+        ];
+        let text = shown(&tornado("sweep", &bars).expect("drawn"));
+        for InfluenceBar { title, .. } in &bars {
             assert!(text.contains(&format!("\"{title}\"")), "{title}");
         }
         assert!(matches!(tornado("", &[]), Err(FigureError::Empty { .. })));

@@ -4,7 +4,7 @@ use super::FigureError;
 use trocar_document::figure::{Axis, Figure, GREEN, Panel, Row, SKY, Sample, Series, Stroke, X_TICKS, extent};
 use trocar_stability::{Walls, ZWidth};
 
-/// Draws the Z-width.
+/// Draws the Z-width over the damping of the walls.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without dampings.

@@ -1,4 +1,4 @@
-//! The container of a unit, unpacked.
+//! Unpacks the container of a unit.
 
 use std::fs::{self, File};
 use std::io::{Cursor, Read as _};
@@ -8,12 +8,10 @@ use zip::ZipArchive;
 
 use crate::error::FmuError;
 
-/// Maximum number of files in a unit, and of bytes that they unpack to.
 const MAX_FILES: usize = 20_000;
 const MAX_BYTES: u64 = 2 << 30;
 
-/// Unpacks a container into an empty folder. A path that leads out of the folder and a link are errors, and so is a container
-/// without reasonable size.
+/// Unpacks a container into an empty folder. Links, paths that lead out of the folder, and excessive sizes are errors.
 pub(crate) fn unpack(content: &[u8], folder: &Path) -> Result<(), FmuError> {
     let no_container = |error: zip::result::ZipError| FmuError::Container(error.to_string());
     let cannot_write = |error: std::io::Error| FmuError::Unpack(error.to_string());
@@ -36,7 +34,7 @@ pub(crate) fn unpack(content: &[u8], folder: &Path) -> Result<(), FmuError> {
             fs::create_dir_all(parent).map_err(cannot_write)?;
         }
         let mut file = File::create(&target).map_err(cannot_write)?;
-        // The stated size can be wrong: what is written counts.
+        // The stated size can be wrong, so count the written bytes.
         let mut limited = entry.by_ref().take(left + 1);
         let mut bytes = [0; 1 << 14];
         loop {

@@ -1,4 +1,4 @@
-//! `modelDescription.xml`.
+//! The description of a unit, `modelDescription.xml`.
 
 use roxmltree::{Document, Node};
 
@@ -14,12 +14,11 @@ pub enum Causality {
     Input,
     /// Read after each step.
     Output,
-    /// Any other.
+    /// Any other role.
     Other,
 }
 
 impl Causality {
-    /// Its word, as in a message.
     fn word(self) -> &'static str {
         match self {
             Self::Parameter => "parameter",
@@ -30,7 +29,7 @@ impl Causality {
     }
 }
 
-/// The type of a variable, as far as it can be set or read here.
+/// The supported types of variables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Type {
     /// A number: `Real` in FMI 2.0, `Float64` in 3.0.
@@ -46,39 +45,39 @@ pub enum Type {
 /// A variable of a unit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Variable {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Its number in calls.
+    /// The value reference: its number in calls.
     pub reference: u32,
-    /// Its role.
+    /// The role.
     pub causality: Causality,
-    /// Its type; `None` for one that is neither set nor read here, as a text or an array.
+    /// The type; `None` for an unsupported type such as a text or an array.
     pub kind: Option<Type>,
-    /// Whether it can be set before the first step.
+    /// True if the variable can be set before the first step.
     pub is_settable: bool,
-    /// Its unit, as it is written.
+    /// The unit as written.
     pub unit: Option<String>,
 }
 
-/// The exponents of kg, m, s, A, K, mol, cd and rad of a unit that is one of the SI units without a factor; `None` for another.
+/// The exponents of kg, m, s, A, K, mol, cd and rad of an SI unit without a factor; `None` for another unit.
 type Exponents = Option<[i32; 8]>;
 
-/// What a unit says about itself.
+/// The description of a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Description {
     /// The version of the standard.
     pub version: Version,
-    /// The name of its library.
+    /// The name of the library.
     pub identifier: String,
-    /// What identifies it to its library.
+    /// The token that identifies the unit to its library.
     pub token: String,
-    /// Whether it needs the program that exported it.
+    /// True if the unit needs the program that exported it.
     pub needs_tool: bool,
-    /// Whether a process can have one instance only.
+    /// True if a process can have only one instance.
     pub is_single: bool,
-    /// Its internal step in s, if it is fixed and stated.
+    /// The internal step in s, if it is fixed and stated.
     pub internal_step_s: Option<f64>,
-    /// Its variables.
+    /// The variables.
     pub variables: Vec<Variable>,
     units: Vec<(String, Exponents)>,
 }
@@ -99,7 +98,7 @@ impl Description {
     /// Reads a description.
     ///
     /// # Errors
-    /// [`FmuError`] for one that is not for co-simulation in FMI 2.0 or 3.0, or not as the standard says.
+    /// [`FmuError`] if the unit is not for co-simulation in FMI 2.0 or 3.0, or the description violates the standard.
     pub fn parse(text: &str) -> Result<Self, FmuError> {
         let document = Document::parse(text).map_err(|error| wrong(error.to_string()))?;
         let root = document.root_element();
@@ -114,7 +113,7 @@ impl Description {
         };
         let co_simulation = child(root, "CoSimulation").ok_or(FmuError::NoCoSimulation)?;
         let identifier = co_simulation.attribute("modelIdentifier").unwrap_or_default().to_owned();
-        // It is part of a path.
+        // Check the identifier, because it becomes part of a path.
         if identifier.is_empty() || !identifier.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_') {
             return Err(wrong(format!("the modelIdentifier {identifier:?} is not the name of a function in C")));
         }
@@ -138,7 +137,7 @@ impl Description {
         })
     }
 
-    /// The variable of a name.
+    /// Returns a variable by name.
     ///
     /// # Errors
     /// [`FmuError::NoVariable`], with the names of the variables of `role`.
@@ -150,7 +149,7 @@ impl Description {
         })
     }
 
-    /// The number of a name that is an input or an output, in the SI unit `unit` or without a stated one.
+    /// Returns the reference of a real input or output, in the SI unit `unit` or without a stated unit.
     ///
     /// # Errors
     /// [`FmuError::NoVariable`]; [`FmuError::Variable`] for another role, type or unit.
@@ -174,7 +173,7 @@ impl Description {
     }
 }
 
-/// A variable. In FMI 2.0 its type is an element inside, in 3.0 its own name.
+/// Reads a variable. Its type is an inner element in FMI 2.0, and the element's name in 3.0.
 fn variable(root: Node<'_, '_>, version: Version, node: Node<'_, '_>) -> Result<Variable, FmuError> {
     let name = node.attribute("name").ok_or_else(|| wrong("a variable has no name"))?.to_owned();
     let reference = node.attribute("valueReference").and_then(|text| text.trim().parse().ok());
@@ -210,16 +209,14 @@ fn variable(root: Node<'_, '_>, version: Version, node: Node<'_, '_>) -> Result<
     Ok(Variable { name, reference, causality, kind, is_settable, unit })
 }
 
-/// The unit of a declared type.
 fn unit_of_type(root: Node<'_, '_>, name: &str) -> Option<String> {
     let types = root.children().find(|node| node.has_tag_name("TypeDefinitions"))?;
     let declared = types.children().find(|node| node.attribute("name") == Some(name))?;
-    // In FMI 2.0 the unit is at an element inside.
+    // In FMI 2.0 an inner element has the unit.
     let unit = declared.descendants().find_map(|node| node.attribute("unit"))?;
     Some(unit.to_owned())
 }
 
-/// The units with a definition.
 fn units(root: Node<'_, '_>) -> Vec<(String, Exponents)> {
     const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
     let definitions = root.children().filter(|node| node.has_tag_name("UnitDefinitions"));

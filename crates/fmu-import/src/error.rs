@@ -1,96 +1,95 @@
-//! What can be wrong with a unit.
-
 use thiserror::Error;
 
-/// The error of a unit, with its remedy where there is one. It does not name the unit's file: [`Fmu::path`](crate::Fmu::path) does.
+/// An error of a unit, with a remedy if there is one. It does not contain the unit's file; see
+/// [`Fmu::path`](crate::Fmu::path).
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FmuError {
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
     File(String),
-    /// It is not a container of files.
+    /// The file is not a zip container.
     #[error("is not an FMU: it is no zip container ({0}); export it again")]
     Container(String),
-    /// A file in the container has a path that leads out of the folder, or is a link.
+    /// A file in the container is a link or has a path that leads out of the folder.
     #[error("the container has the path {0:?}, which leads out of it: do not use this file")]
     Path(String),
-    /// The container is larger than any unit.
+    /// The container is too large.
     #[error("the container unpacks to more than {max} {unit}")]
     Size {
         /// The limit.
         max: u64,
-        /// What is counted.
+        /// The counted unit.
         unit: &'static str,
     },
     /// The temporary folder cannot be written.
     #[error("cannot be unpacked to a temporary folder: {0}; make room there, or set TMPDIR")]
     Unpack(String),
-    /// There is no description.
+    /// The description is missing.
     #[error("has no modelDescription.xml: is it an FMU, and its root not in a folder of the container?")]
     NoDescription,
-    /// The description is not as the standard says.
+    /// The description violates the standard.
     #[error("modelDescription.xml: {0}")]
     Description(String),
-    /// Another version of the standard.
+    /// The version of the standard is not supported.
     #[error("is of FMI {0:?}; export it in FMI 2.0 or 3.0")]
     Version(String),
-    /// Not for co-simulation.
+    /// The unit is not for co-simulation.
     #[error("is not for co-simulation; export it for co-simulation, with its own solver")]
     NoCoSimulation,
-    /// No library for this machine.
+    /// The unit has no library for this machine.
     #[error("has no library for this machine, {wanted}{}; export it for {}", found(.has), .wanted.rsplit('/').nth(1).unwrap_or("it"))]
     NoPlatform {
         /// The expected path.
         wanted: String,
-        /// The platforms that it has.
+        /// The platforms of the unit.
         has: Vec<String>,
     },
     /// The library cannot be loaded.
     #[error("its library cannot be loaded: {reason}; it may {}", needed(*.needs_tool))]
     Library {
-        /// Why.
+        /// The reason.
         reason: String,
-        /// Whether it needs the program that exported it.
+        /// True if the unit needs the program that exported it.
         needs_tool: bool,
     },
     /// A function is missing in the library.
     #[error("its library has no function {0}; export it again")]
     NoFunction(String),
-    /// There is no such variable.
+    /// The variable does not exist.
     #[error("has no variable {name:?}{}", listed(.role, .known))]
     NoVariable {
         /// The name.
         name: String,
-        /// What is wanted.
+        /// The wanted role.
         role: String,
         /// The names of the variables of this role.
         known: Vec<String>,
     },
-    /// A variable of another role, type or unit.
+    /// A variable has the wrong role, type or unit.
     #[error("the variable {name:?} {problem}")]
     Variable {
-        /// Its name.
+        /// The name.
         name: String,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
-    /// A step that the unit cannot make.
+    /// The unit does not support the step.
     #[error("its internal step is {internal_s:?} s, and {step_s:?} s is no whole multiple of it")]
     Step {
-        /// The asked step in s.
+        /// The requested step in s.
         step_s: f64,
         /// The internal step in s.
         internal_s: f64,
     },
-    /// It can be instantiated only once in a process.
+    /// The unit allows only one instance in a process.
     #[error("can have one instance in a process, and has one: run one scenario after the other, with one thread")]
     OneInstance,
-    /// There is no instance.
+    /// The unit cannot be instantiated.
     #[error("cannot be instantiated{}{}", reported(.messages), if *.needs_tool { "; it needs the program that exported it" } else { "" })]
     NoInstance {
-        /// Whether it needs the program that exported it.
+        /// True if the unit needs the program that exported it.
         needs_tool: bool,
-        /// What it reported.
+        /// The reported messages.
         messages: Vec<String>,
     },
     /// A call failed.
@@ -100,23 +99,21 @@ pub enum FmuError {
         function: &'static str,
         /// The status in the words of the standard.
         status: &'static str,
-        /// What the unit reported.
+        /// The reported messages.
         messages: Vec<String>,
     },
-    /// It wants to end the simulation.
+    /// The unit wants to end the simulation.
     #[error("asks to end the simulation{}", reported(.messages))]
     Ended {
-        /// What it reported.
+        /// The reported messages.
         messages: Vec<String>,
     },
 }
 
-/// The end of a message about a missing library: the platforms that are there.
 fn found(platforms: &[String]) -> String {
     if platforms.is_empty() { ", nor for any other".into() } else { format!(", but for {}", platforms.join(", ")) }
 }
 
-/// The end of a message about a missing variable: those that there are, at most this many.
 fn listed(role: &str, known: &[String]) -> String {
     const SHOWN: usize = 12;
     if known.is_empty() {
@@ -127,12 +124,10 @@ fn listed(role: &str, known: &[String]) -> String {
     format!("; each {role}: {}{more}", shown.join(", "))
 }
 
-/// The end of a message: what the unit reported.
 pub(crate) fn reported(messages: &[String]) -> String {
     if messages.is_empty() { String::new() } else { format!(": {}", messages.join("; ")) }
 }
 
-/// What a library may need.
 fn needed(needs_tool: bool) -> &'static str {
     if needs_tool {
         "need the program that exported it (needsExecutionTool)"

@@ -1,4 +1,4 @@
-//! A unit that is unpacked.
+//! An unpacked unit.
 
 use std::fs::{self, File};
 use std::io::Read as _;
@@ -15,30 +15,29 @@ use crate::description::Description;
 use crate::error::FmuError;
 use crate::library::LoadedLibrary;
 
-/// Maximum size of a unit, and of its description, in bytes.
 const MAX_BYTES: u64 = 1 << 30;
 const MAX_DESCRIPTION_BYTES: u64 = 64 << 20;
 
-/// A unit, unpacked to a temporary folder that is removed with it.
+/// A unit, unpacked to a temporary folder that is removed when it is dropped.
 #[derive(Debug)]
 pub struct Fmu {
     path: PathBuf,
     sha256: [u8; 32],
     description: Description,
     library_path: PathBuf,
-    // Dropped before the folder that it is in.
+    // Dropped before the folder that contains it.
     library: OnceLock<LoadedLibrary>,
     loading: Mutex<()>,
-    /// Whether there is an instance of a unit that can have only one.
+    /// True while a unit that allows only one instance has it.
     pub(crate) is_taken: AtomicBool,
     folder: TempDir,
 }
 
 impl Fmu {
-    /// Unpacks a unit and reads its description. Nothing of it is executed.
+    /// Unpacks a unit and reads its description. Executes no part of it.
     ///
     /// # Errors
-    /// [`FmuError`] for a file that is no unit for co-simulation in FMI 2.0 or 3.0 with a library for this machine.
+    /// [`FmuError`] if the file is not a unit for co-simulation in FMI 2.0 or 3.0 with a library for this machine.
     pub fn open(path: &Path) -> Result<Self, FmuError> {
         let content = read(path, MAX_BYTES)?;
         let folder = tempfile::Builder::new().prefix("fmu-").tempdir();
@@ -51,7 +50,7 @@ impl Fmu {
         let text = String::from_utf8(read(&xml, MAX_DESCRIPTION_BYTES)?);
         let text = text.map_err(|_| FmuError::Description("is not UTF-8".into()))?;
         let description = Description::parse(text.trim_start_matches('\u{feff}'))?;
-        // Units without resources need the folder too: its path is given to them.
+        // Create the folder also for units without resources, because they receive its path.
         fs::create_dir_all(folder.path().join("resources")).map_err(|error| FmuError::Unpack(error.to_string()))?;
         let library_path = library_path(folder.path(), &description)?;
         let sha256 = Sha256::digest(&content).into();
@@ -67,12 +66,12 @@ impl Fmu {
         })
     }
 
-    /// As [`Fmu::open`], unpacked once as long as it is used: for the same file, unchanged, the same unit.
+    /// Like [`Fmu::open`], but shares the unpacked unit while it is in use: the same unchanged file gives the same
+    /// unit.
     ///
     /// # Errors
-    /// As [`Fmu::open`].
+    /// The errors of [`Fmu::open`].
     pub fn open_shared(path: &Path) -> Result<Arc<Self>, FmuError> {
-        /// A file: its path, its size, and when it was written.
         type Identity = (PathBuf, u64, Option<SystemTime>);
         static OPEN: Mutex<Vec<(Identity, Weak<Fmu>)>> = Mutex::new(vec![]);
         let metadata = fs::metadata(path).map_err(|error| FmuError::File(error.to_string()))?;
@@ -89,25 +88,25 @@ impl Fmu {
         Ok(unit)
     }
 
-    /// Its file.
+    /// Returns the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The SHA-256 of its file.
+    /// Returns the SHA-256 of the file.
     #[must_use]
     pub fn sha256(&self) -> [u8; 32] {
         self.sha256
     }
 
-    /// What it says about itself.
+    /// Returns the description.
     #[must_use]
     pub fn description(&self) -> &Description {
         &self.description
     }
 
-    /// Loads its library, unless it is loaded. The library is code of others, and loading it executes a part of it.
+    /// Loads the library unless it is loaded. This executes third-party code.
     ///
     /// # Errors
     /// [`FmuError::Library`], [`FmuError::NoFunction`].
@@ -119,7 +118,7 @@ impl Fmu {
         if let Some(library) = self.library.get() {
             return Ok(library);
         }
-        // One thread loads it.
+        // Only one thread loads it.
         let _loading = self.loading.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(library) = self.library.get() {
             return Ok(library);
@@ -147,7 +146,6 @@ fn read(path: &Path, max: u64) -> Result<Vec<u8>, FmuError> {
     Ok(bytes)
 }
 
-/// The library for this machine.
 fn library_path(folder: &Path, description: &Description) -> Result<PathBuf, FmuError> {
     let file = format!("{}.{}", description.identifier, std::env::consts::DLL_EXTENSION);
     let platform = description.version.platform();

@@ -14,7 +14,7 @@ unsafe extern "C" {
     fn free(memory: *mut c_void);
 }
 
-/// What an instance of FMI 2.0 calls. In 3.0 only the logger is passed.
+/// The callbacks of an instance in FMI 2.0. In 3.0 only the logger is passed.
 #[repr(C)]
 pub(crate) struct Callbacks {
     logger: unsafe extern "C" fn(*const c_void, *const c_char, i32, *const c_char, *const c_char),
@@ -25,7 +25,7 @@ pub(crate) struct Callbacks {
 }
 
 impl Callbacks {
-    /// The callbacks of an instance with a log, which has to live as long as they do.
+    /// Creates the callbacks of an instance. The log must outlive them.
     pub(crate) fn new(log: &Arc<Log>) -> Box<Self> {
         Box::new(Self {
             logger: log_message,
@@ -37,8 +37,8 @@ impl Callbacks {
     }
 }
 
-/// Keeps a message. The standard's function has further arguments for the format in the message; they are not read, and the format
-/// is kept as it is.
+/// Keeps a message. In the standard the function has further arguments for the message's format; they are not read, and
+/// the format is kept unchanged.
 unsafe extern "C" fn log_message(
     environment: *const c_void,
     _instance: *const c_char,
@@ -46,7 +46,7 @@ unsafe extern "C" fn log_message(
     _category: *const c_char,
     message: *const c_char,
 ) {
-    // SAFETY: the environment is the log that was given with this function.
+    // SAFETY: the environment is the log that was passed with this function.
     unsafe { keep(environment, status, message) }
 }
 
@@ -74,9 +74,8 @@ pub(crate) struct Functions2 {
 }
 
 impl Functions2 {
-    /// The functions of a library.
     pub(crate) fn of(library: &Library) -> Result<Self, FmuError> {
-        // SAFETY: the types are those of the standard.
+        // SAFETY: the types are defined by the standard.
         unsafe {
             Ok(Self {
                 instantiate: function(library, "fmi2Instantiate")?,
@@ -97,7 +96,7 @@ impl Functions2 {
     }
 }
 
-/// The location of a folder: a URI with percent-encoded bytes.
+/// Returns a folder as a URI with percent-encoded bytes.
 fn uri(folder: &std::path::Path) -> String {
     let path = folder.to_string_lossy().replace('\\', "/");
     let mut uri = String::from(if path.starts_with('/') { "file://" } else { "file:///" });
@@ -114,7 +113,7 @@ impl Functions for Functions2 {
     fn instantiate(&self, birth: &Birth<'_>) -> Handle {
         const CO_SIMULATION: i32 = 1;
         let location = text(&uri(birth.resources));
-        // SAFETY: texts that end with a NUL, and callbacks that live as long as the instance.
+        // SAFETY: the texts end with a NUL, and the callbacks outlive the instance.
         unsafe {
             (self.instantiate)(
                 c"tissue".as_ptr(),
@@ -129,7 +128,7 @@ impl Functions for Functions2 {
     }
 
     unsafe fn enter_initialisation(&self, handle: Handle) -> i32 {
-        // SAFETY: an instance, by the trait.
+        // SAFETY: `handle` is a valid instance (trait contract).
         unsafe {
             match (self.setup)(handle, 0, 0.0, 0.0, 0, 0.0) {
                 0 | 1 => (self.enter)(handle),
@@ -139,54 +138,54 @@ impl Functions for Functions2 {
     }
 
     unsafe fn exit_initialisation(&self, handle: Handle) -> i32 {
-        // SAFETY: an instance, by the trait.
+        // SAFETY: `handle` is a valid instance (trait contract).
         unsafe { (self.exit)(handle) }
     }
 
     unsafe fn do_step(&self, handle: Handle, time_s: f64, step_s: f64) -> (i32, bool) {
-        // SAFETY: an instance, by the trait.
+        // SAFETY: `handle` is a valid instance (trait contract).
         (unsafe { (self.step)(handle, time_s, step_s, 1) }, false)
     }
 
     unsafe fn terminate(&self, handle: Handle) -> i32 {
-        // SAFETY: an instance, by the trait.
+        // SAFETY: `handle` is a valid instance (trait contract).
         unsafe { (self.terminate)(handle) }
     }
 
     unsafe fn free(&self, handle: Handle) {
-        // SAFETY: an instance, by the trait.
+        // SAFETY: `handle` is a valid instance (trait contract).
         unsafe { (self.free)(handle) }
     }
 
     unsafe fn set_numbers(&self, handle: Handle, (references, values): Values<'_, &[f64]>) -> i32 {
-        // SAFETY: an instance, by the trait, and no more than both lists have.
+        // SAFETY: `handle` is a valid instance (trait contract); the count is within both lists.
         unsafe { (self.set_real)(handle, references.as_ptr(), references.len().min(values.len()), values.as_ptr()) }
     }
 
     unsafe fn get_numbers(&self, handle: Handle, (references, values): Values<'_, &mut [f64]>) -> i32 {
-        // SAFETY: an instance, by the trait, and no more than both lists have.
+        // SAFETY: `handle` is a valid instance (trait contract); the count is within both lists.
         unsafe { (self.get_real)(handle, references.as_ptr(), references.len().min(values.len()), values.as_mut_ptr()) }
     }
 
     unsafe fn set_int32(&self, handle: Handle, reference: u32, value: i32) -> i32 {
-        // SAFETY: an instance, by the trait, and one value.
+        // SAFETY: `handle` is a valid instance (trait contract); `value` points to one number.
         unsafe { (self.set_integer)(handle, &raw const reference, 1, &raw const value) }
     }
 
     unsafe fn get_int32(&self, handle: Handle, reference: u32, value: &mut i32) -> i32 {
-        // SAFETY: an instance, by the trait, and one value.
+        // SAFETY: `handle` is a valid instance (trait contract); `value` points to one number.
         unsafe { (self.get_integer)(handle, &raw const reference, 1, &raw mut *value) }
     }
 
     unsafe fn set_int64(&self, handle: Handle, reference: u32, value: i64) -> i32 {
         const ERROR: i32 = 3;
-        // SAFETY: an instance, by the trait.
+        // SAFETY: `handle` is a valid instance (trait contract).
         i32::try_from(value).map_or(ERROR, |value| unsafe { self.set_int32(handle, reference, value) })
     }
 
     unsafe fn get_int64(&self, handle: Handle, reference: u32, value: &mut i64) -> i32 {
         let mut narrow = 0;
-        // SAFETY: an instance, by the trait.
+        // SAFETY: `handle` is a valid instance (trait contract).
         let status = unsafe { self.get_int32(handle, reference, &mut narrow) };
         *value = narrow.into();
         status
@@ -194,13 +193,13 @@ impl Functions for Functions2 {
 
     unsafe fn set_boolean(&self, handle: Handle, reference: u32, value: bool) -> i32 {
         let value = i32::from(value);
-        // SAFETY: an instance, by the trait, and one value.
+        // SAFETY: `handle` is a valid instance (trait contract); `value` points to one number.
         unsafe { (self.set_boolean)(handle, &raw const reference, 1, &raw const value) }
     }
 
     unsafe fn get_boolean(&self, handle: Handle, reference: u32, value: &mut bool) -> i32 {
         let mut number = 0;
-        // SAFETY: an instance, by the trait, and one value.
+        // SAFETY: `handle` is a valid instance (trait contract); `number` is one number.
         let status = unsafe { (self.get_boolean)(handle, &raw const reference, 1, &raw mut number) };
         *value = number != 0;
         status

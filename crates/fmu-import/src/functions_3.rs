@@ -8,14 +8,13 @@ use libloading::Library;
 use crate::error::FmuError;
 use crate::library::{Birth, Functions, Handle, Values, function, keep, text};
 
-/// Keeps a message.
 unsafe extern "C" fn log_message(
     environment: *const c_void,
     status: i32,
     _category: *const c_char,
     message: *const c_char,
 ) {
-    // SAFETY: the environment is the log that was given with this function.
+    // SAFETY: the environment is the log that was passed with this function.
     unsafe { keep(environment, status, message) }
 }
 
@@ -58,9 +57,8 @@ pub(crate) struct Functions3 {
 }
 
 impl Functions3 {
-    /// The functions of a library.
     pub(crate) fn of(library: &Library) -> Result<Self, FmuError> {
-        // SAFETY: the types are those of the standard; a truth value is a byte, which may have any value when it is read.
+        // SAFETY: the types are defined by the standard. Booleans are read as bytes, which may have any value.
         unsafe {
             Ok(Self {
                 instantiate: function(library, "fmi3InstantiateCoSimulation")?,
@@ -84,9 +82,9 @@ impl Functions3 {
 
 impl Functions for Functions3 {
     fn instantiate(&self, birth: &Birth<'_>) -> Handle {
-        // With a separator at its end, as the standard says.
+        // The standard requires a separator at the end.
         let path = text(&birth.resources.join("").to_string_lossy());
-        // SAFETY: texts that end with a NUL, and a log that lives as long as the instance.
+        // SAFETY: the texts end with a NUL, and the log outlives the instance.
         unsafe {
             (self.instantiate)(
                 c"tissue".as_ptr(),
@@ -106,18 +104,18 @@ impl Functions for Functions3 {
     }
 
     unsafe fn enter_initialisation(&self, handle: Handle) -> i32 {
-        // SAFETY: an instance, by the trait.
+        // SAFETY: `handle` is a valid instance (trait contract).
         unsafe { (self.enter)(handle, false, 0.0, 0.0, false, 0.0) }
     }
 
     unsafe fn exit_initialisation(&self, handle: Handle) -> i32 {
-        // SAFETY: an instance, by the trait.
+        // SAFETY: `handle` is a valid instance (trait contract).
         unsafe { (self.exit)(handle) }
     }
 
     unsafe fn do_step(&self, handle: Handle, time_s: f64, step_s: f64) -> (i32, bool) {
         let (mut event, mut ends, mut is_early, mut last_s) = (0_u8, 0_u8, 0_u8, time_s);
-        // SAFETY: an instance, by the trait; a truth value is a byte.
+        // SAFETY: `handle` is a valid instance (trait contract); booleans are bytes.
         let status = unsafe {
             (self.step)(
                 handle,
@@ -130,60 +128,60 @@ impl Functions for Functions3 {
                 &raw mut last_s,
             )
         };
-        // An early return was not allowed, so that it is an end too.
+        // An early return is not allowed, so it also ends the simulation.
         (status, ends != 0 || is_early != 0)
     }
 
     unsafe fn terminate(&self, handle: Handle) -> i32 {
-        // SAFETY: an instance, by the trait.
+        // SAFETY: `handle` is a valid instance (trait contract).
         unsafe { (self.terminate)(handle) }
     }
 
     unsafe fn free(&self, handle: Handle) {
-        // SAFETY: an instance, by the trait.
+        // SAFETY: `handle` is a valid instance (trait contract).
         unsafe { (self.free)(handle) }
     }
 
     unsafe fn set_numbers(&self, handle: Handle, (references, values): Values<'_, &[f64]>) -> i32 {
         let count = references.len().min(values.len());
-        // SAFETY: an instance, by the trait, and no more than both lists have.
+        // SAFETY: `handle` is a valid instance (trait contract); the count is within both lists.
         unsafe { (self.set_float)(handle, references.as_ptr(), count, values.as_ptr(), count) }
     }
 
     unsafe fn get_numbers(&self, handle: Handle, (references, values): Values<'_, &mut [f64]>) -> i32 {
         let count = references.len().min(values.len());
-        // SAFETY: an instance, by the trait, and no more than both lists have.
+        // SAFETY: `handle` is a valid instance (trait contract); the count is within both lists.
         unsafe { (self.get_float)(handle, references.as_ptr(), count, values.as_mut_ptr(), count) }
     }
 
     unsafe fn set_int32(&self, handle: Handle, reference: u32, value: i32) -> i32 {
-        // SAFETY: an instance, by the trait, and one value.
+        // SAFETY: `handle` is a valid instance (trait contract); `value` points to one number.
         unsafe { (self.set_int32)(handle, &raw const reference, 1, &raw const value, 1) }
     }
 
     unsafe fn get_int32(&self, handle: Handle, reference: u32, value: &mut i32) -> i32 {
-        // SAFETY: an instance, by the trait, and one value.
+        // SAFETY: `handle` is a valid instance (trait contract); `value` points to one number.
         unsafe { (self.get_int32)(handle, &raw const reference, 1, &raw mut *value, 1) }
     }
 
     unsafe fn set_int64(&self, handle: Handle, reference: u32, value: i64) -> i32 {
-        // SAFETY: an instance, by the trait, and one value.
+        // SAFETY: `handle` is a valid instance (trait contract); `value` points to one number.
         unsafe { (self.set_int64)(handle, &raw const reference, 1, &raw const value, 1) }
     }
 
     unsafe fn get_int64(&self, handle: Handle, reference: u32, value: &mut i64) -> i32 {
-        // SAFETY: an instance, by the trait, and one value.
+        // SAFETY: `handle` is a valid instance (trait contract); `value` points to one number.
         unsafe { (self.get_int64)(handle, &raw const reference, 1, &raw mut *value, 1) }
     }
 
     unsafe fn set_boolean(&self, handle: Handle, reference: u32, value: bool) -> i32 {
-        // SAFETY: an instance, by the trait, and one value.
+        // SAFETY: `handle` is a valid instance (trait contract); `value` points to one Boolean.
         unsafe { (self.set_boolean)(handle, &raw const reference, 1, &raw const value, 1) }
     }
 
     unsafe fn get_boolean(&self, handle: Handle, reference: u32, value: &mut bool) -> i32 {
         let mut byte = 0;
-        // SAFETY: an instance, by the trait, and one value.
+        // SAFETY: `handle` is a valid instance (trait contract); `byte` is one byte.
         let status = unsafe { (self.get_boolean)(handle, &raw const reference, 1, &raw mut byte, 1) };
         *value = byte != 0;
         status

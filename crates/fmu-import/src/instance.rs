@@ -1,4 +1,3 @@
-//! A running instance of a unit.
 #![allow(unsafe_code, reason = "calls with the pointer to the instance")]
 
 use std::sync::Arc;
@@ -10,11 +9,11 @@ use crate::fmu::Fmu;
 use crate::functions_2::Callbacks;
 use crate::library::{Birth, Functions, Handle, Log, Status, text};
 
-/// A running instance. It is terminated and freed when it is dropped.
+/// A running instance. Dropping it terminates and frees it.
 pub struct Instance {
     handle: Handle,
     log: Arc<Log>,
-    // What the instance calls, until it is freed.
+    // The instance may call these until it is freed.
     _callbacks: Box<Callbacks>,
     fmu: Arc<Fmu>,
     state: State,
@@ -22,22 +21,22 @@ pub struct Instance {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// Instantiated or in the initialisation.
+    /// Instantiated or in initialisation.
     New,
     Running,
     Failed,
-    /// Nothing may be called any more.
+    /// No function may be called any more.
     Fatal,
 }
 
-// SAFETY: the standard lets an instance be used by any thread, one at a time: `Instance` is not `Sync`.
+// SAFETY: by the standard any thread may use an instance, one at a time: `Instance` is not `Sync`.
 unsafe impl Send for Instance {}
 
 impl Instance {
-    /// A new instance with some variables set, in the initialisation: inputs may be set.
+    /// Creates an instance in initialisation, with some variables set. Inputs may be set next.
     ///
     /// # Errors
-    /// [`FmuError`] for a library that cannot be loaded, a second instance of a unit that has one only, or a call that fails.
+    /// [`FmuError`] if the library cannot be loaded, the unit allows only one instance and has one, or a call fails.
     pub fn new(fmu: &Arc<Fmu>, settings: &[(Variable, f64)]) -> Result<Self, FmuError> {
         let library = fmu.library()?;
         let description = fmu.description();
@@ -58,17 +57,17 @@ impl Instance {
         for (variable, value) in settings {
             instance.set(variable, *value)?;
         }
-        // SAFETY: by `call`.
+        // SAFETY: see `call`.
         instance.call("the initialisation", |functions, handle| unsafe { functions.enter_initialisation(handle) })?;
         Ok(instance)
     }
 
-    /// Ends the initialisation: steps may be done.
+    /// Ends the initialisation, so that steps are allowed.
     ///
     /// # Errors
     /// [`FmuError::Call`].
     pub fn start(&mut self) -> Result<(), FmuError> {
-        // SAFETY: by `call`.
+        // SAFETY: see `call`.
         self.call("the end of the initialisation", |functions, handle| unsafe {
             functions.exit_initialisation(handle)
         })?;
@@ -79,11 +78,11 @@ impl Instance {
     /// Steps from `time_s` to `time_s + step_s` (s).
     ///
     /// # Errors
-    /// [`FmuError::Call`], also for a step that is discarded; [`FmuError::Ended`].
+    /// [`FmuError::Call`], also for a discarded step; [`FmuError::Ended`].
     pub fn step(&mut self, time_s: f64, step_s: f64) -> Result<(), FmuError> {
         let mut ends = false;
         self.call("doStep", |functions, handle| {
-            // SAFETY: by `call`.
+            // SAFETY: see `call`.
             let (status, asks) = unsafe { functions.do_step(handle, time_s, step_s) };
             ends = asks;
             status
@@ -91,32 +90,32 @@ impl Instance {
         if ends { Err(FmuError::Ended { messages: self.log.messages() }) } else { Ok(()) }
     }
 
-    /// Sets numbers by their references; both lists have the same length.
+    /// Sets numbers by their references. Both lists must have the same length.
     ///
     /// # Errors
     /// [`FmuError::Call`].
     pub fn set_numbers(&mut self, references: &[u32], values: &[f64]) -> Result<(), FmuError> {
-        // SAFETY: by `call`.
+        // SAFETY: see `call`.
         self.call("setting inputs", |functions, handle| unsafe { functions.set_numbers(handle, (references, values)) })
     }
 
-    /// Reads numbers by their references; both lists have the same length.
+    /// Reads numbers by their references. Both lists must have the same length.
     ///
     /// # Errors
     /// [`FmuError::Call`].
     pub fn get_numbers(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), FmuError> {
-        // SAFETY: by `call`.
+        // SAFETY: see `call`.
         self.call("reading outputs", |functions, handle| unsafe { functions.get_numbers(handle, (references, values)) })
     }
 
-    /// Sets a variable of any type; the value must be one of its type (see [`Type::takes`]).
+    /// Sets a variable of any type. The value must suit the type (see [`Type::takes`]).
     ///
     /// # Errors
     /// [`FmuError::Call`].
     fn set(&mut self, variable: &Variable, value: f64) -> Result<(), FmuError> {
         let reference = variable.reference;
         let outcome = self.call("setting parameters", |functions, handle| {
-            // SAFETY: by `call`.
+            // SAFETY: see `call`.
             unsafe {
                 match variable.kind {
                     Some(Type::Real) => functions.set_numbers(handle, (&[reference], &[value])),
@@ -136,7 +135,7 @@ impl Instance {
         })
     }
 
-    /// Whether a variable of any type is not 0.
+    /// Returns true if a variable of any type is not 0.
     ///
     /// # Errors
     /// [`FmuError::Call`].
@@ -144,7 +143,7 @@ impl Instance {
         let (reference, mut is_set) = (variable.reference, false);
         self.call("reading outputs", |functions, handle| {
             let (mut number, mut narrow, mut wide) = ([0.0], 0, 0);
-            // SAFETY: by `call`.
+            // SAFETY: see `call`.
             unsafe {
                 let status = match variable.kind {
                     Some(Type::Real) => functions.get_numbers(handle, (&[reference], &mut number)),
@@ -160,8 +159,8 @@ impl Instance {
         Ok(is_set)
     }
 
-    /// A call of a function, whose status is checked. The handle that it gets is one of this library, that is not freed and that no
-    /// other thread uses.
+    /// Calls a function and checks its status. The passed handle belongs to this library, is not freed, and is used by
+    /// no other thread.
     fn call(
         &mut self,
         function: &'static str,
@@ -190,11 +189,11 @@ impl Instance {
 impl Drop for Instance {
     fn drop(&mut self) {
         if self.state == State::Fatal {
-            // The instance is lost: nothing of it may be called. A unit with one instance stays taken.
+            // After a fatal error no function may be called. A unit with one instance stays taken.
             return;
         }
         if let Ok(library) = self.fmu.library() {
-            // SAFETY: an instance of this library, which is not used any more.
+            // SAFETY: an instance of this library, not used afterwards.
             unsafe {
                 if self.state == State::Running {
                     library.functions.terminate(self.handle);
@@ -213,7 +212,7 @@ impl std::fmt::Debug for Instance {
 }
 
 impl Type {
-    /// Whether a number is a value of this type: a whole number in its range, or 0 and 1 for false and true.
+    /// Returns true if a number is a value of this type: a whole number in its range, or 0 and 1 for false and true.
     #[must_use]
     pub fn takes(self, value: f64) -> bool {
         let is_whole_within = |limit: f64| value.fract() == 0.0 && value >= -limit && value < limit;

@@ -1,10 +1,10 @@
 //! Loads and steps functional mock-up units for co-simulation, in FMI 2.0 and 3.0.
 //!
-//! [`Fmu::open`] unpacks a unit, reads its description and executes nothing. [`Fmu::load`] loads its library, which is code of
-//! others: it can do what the program itself can do. An [`Instance`] is stepped.
+//! [`Fmu::open`] unpacks a unit and reads its description, without executing anything. [`Fmu::load`] loads its library:
+//! third-party code with all permissions of the program. An [`Instance`] is stepped.
 //!
-//! The functions of the standard are called in `functions_2.rs` and `functions_3.rs` and nowhere else; names, arguments and the
-//! order of the calls are those of <https://fmi-standard.org>.
+//! Only `functions_2.rs` and `functions_3.rs` call functions of the standard. Names, arguments and the order of the
+//! calls follow <https://fmi-standard.org>.
 
 mod container;
 mod description;

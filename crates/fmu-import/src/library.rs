@@ -1,4 +1,4 @@
-//! The library of a unit, and what both versions of the standard have in common.
+//! The library of a unit, and the common parts of both versions of the standard.
 #![allow(unsafe_code, reason = "a library is code of others, called by pointers")]
 
 use std::ffi::{CStr, CString, c_char, c_void};
@@ -12,22 +12,20 @@ use crate::functions_2::{Callbacks, Functions2};
 use crate::functions_3::Functions3;
 use crate::version::Version;
 
-/// An instance, as a library names it.
 pub(crate) type Handle = *mut c_void;
 
-/// The status of a call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Status {
-    /// Done, also with a warning.
+    /// Successful, possibly with a warning.
     Done,
-    /// Not done; the instance may be freed.
+    /// Failed; the instance may be freed.
     Failed(&'static str),
-    /// Not done, and nothing of the library may be called any more.
+    /// Failed; no function of the library may be called any more.
     Fatal,
 }
 
 impl Status {
-    /// The status of a number, the same in both versions.
+    /// Converts a status number, which is the same in both versions.
     pub(crate) fn of(number: i32) -> Self {
         match number {
             0 | 1 => Self::Done,
@@ -39,60 +37,55 @@ impl Status {
         }
     }
 
-    /// Whether a message with this number is kept: warnings and errors.
+    /// Returns true for the numbers of kept messages: warnings and errors.
     fn is_kept(number: i32) -> bool {
         number != 0
     }
 }
 
-/// The messages of an instance.
 #[derive(Debug, Default)]
 pub(crate) struct Log(Mutex<Vec<String>>);
 
 impl Log {
-    /// Keeps a message of the library, unless there are many.
+    /// Keeps a message of the library, up to a maximum number.
     pub(crate) fn keep(&self, status: i32, message: &CStr) {
         const MAX_MESSAGES: usize = 8;
         const MAX_CHARS: usize = 400;
         let mut messages = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if Status::is_kept(status) && messages.len() < MAX_MESSAGES {
-            // What others write is shown on a terminal.
+            // Sanitise third-party text before printing it.
             let plain = |c: char| if c.is_control() { ' ' } else { c };
             let text: String = message.to_string_lossy().chars().take(MAX_CHARS).map(plain).collect();
             messages.push(text.trim().to_owned());
         }
     }
 
-    /// The messages so far.
     pub(crate) fn messages(&self) -> Vec<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-/// What an instance is made from.
 pub(crate) struct Birth<'a> {
-    /// Its token.
     pub(crate) token: &'a CStr,
-    /// The folder of its resources, absolute.
+    /// The folder of the resources, absolute.
     pub(crate) resources: &'a Path,
-    /// What it calls. Valid until it is freed.
+    /// The callbacks, valid until the instance is freed.
     pub(crate) callbacks: &'a Callbacks,
 }
 
-/// A list of references, and one of as many values.
+/// A list of references, and a list of as many values.
 pub(crate) type Values<'a, T> = (&'a [u32], T);
 
 /// The functions of a version of the standard.
 ///
-/// # Safety
-/// Of every method but [`Functions::instantiate`]: the handle is from [`Functions::instantiate`] of the same library, not freed, and
-/// no other thread uses it meanwhile.
+/// For every method except [`Functions::instantiate`]: `handle` is from [`Functions::instantiate`] of the same library,
+/// is not freed, and no other thread uses it at the same time.
 #[allow(clippy::missing_safety_doc, reason = "said of all")]
 pub(crate) trait Functions: Send + Sync {
     fn instantiate(&self, birth: &Birth<'_>) -> Handle;
     unsafe fn enter_initialisation(&self, handle: Handle) -> i32;
     unsafe fn exit_initialisation(&self, handle: Handle) -> i32;
-    /// Also whether the unit asks to end the simulation.
+    /// Also returns true if the unit asks to end the simulation.
     unsafe fn do_step(&self, handle: Handle, time_s: f64, step_s: f64) -> (i32, bool);
     unsafe fn terminate(&self, handle: Handle) -> i32;
     unsafe fn free(&self, handle: Handle);
@@ -106,7 +99,6 @@ pub(crate) trait Functions: Send + Sync {
     unsafe fn get_boolean(&self, handle: Handle, reference: u32, value: &mut bool) -> i32;
 }
 
-/// A loaded library.
 pub(crate) struct LoadedLibrary {
     pub(crate) functions: Box<dyn Functions>,
     // Dropped after the functions, which point into it.
@@ -114,12 +106,12 @@ pub(crate) struct LoadedLibrary {
 }
 
 impl LoadedLibrary {
-    /// Loads a library. Its initialisation is executed.
+    /// Loads a library, which executes its initialisation.
     pub(crate) fn load(path: &Path, (version, needs_tool): (Version, bool)) -> Result<Self, FmuError> {
-        // SAFETY: the code is that of the unit, which the user has chosen to run.
+        // SAFETY: the user has chosen to run the unit's code.
         let library = unsafe { Library::new(path) };
         let library = library.map_err(|error| {
-            // The system's own words, where there are any.
+            // Prefer the message of the system.
             let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
             FmuError::Library { reason, needs_tool }
         })?;
@@ -137,31 +129,31 @@ impl std::fmt::Debug for LoadedLibrary {
     }
 }
 
-/// A function of a library.
+/// Looks up a function of a library.
 ///
 /// # Safety
-/// `T` is a pointer to a function of the type that the standard gives to this name.
+/// `T` must be a pointer to a function with the type that the standard defines for this name.
 pub(crate) unsafe fn function<T: Copy>(library: &Library, name: &str) -> Result<T, FmuError> {
-    // SAFETY: of this type, as said.
+    // SAFETY: guaranteed by the caller.
     let found = unsafe { library.get::<T>(name) };
     found.map(|symbol| *symbol).map_err(|_| FmuError::NoFunction(name.to_owned()))
 }
 
-/// A text for a library; empty if it contains a NUL.
+/// Converts a text for a library; empty if it contains a NUL.
 pub(crate) fn text(text: &str) -> CString {
     CString::new(text).unwrap_or_default()
 }
 
-/// A message of a library; nothing for null.
+/// Keeps a message of a library; ignores null.
 ///
 /// # Safety
 /// `environment` is a [`Log`], and `message` is null or ends with a NUL.
 pub(crate) unsafe fn keep(environment: *const c_void, status: i32, message: *const c_char) {
-    // SAFETY: as said.
+    // SAFETY: guaranteed by the caller.
     if let Some(log) = unsafe { environment.cast::<Log>().as_ref() }
         && !message.is_null()
     {
-        // SAFETY: as said.
+        // SAFETY: guaranteed by the caller.
         log.keep(status, unsafe { CStr::from_ptr(message) });
     }
 }

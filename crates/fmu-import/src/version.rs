@@ -1,5 +1,3 @@
-//! Versions of the standard.
-
 /// A version of the standard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Version {
@@ -10,7 +8,7 @@ pub enum Version {
 }
 
 impl Version {
-    /// The folder of the library for this machine.
+    /// Returns the folder of the library for this machine.
     #[must_use]
     pub fn platform(self) -> String {
         let (system, architecture) = (std::env::consts::OS, std::env::consts::ARCH);
@@ -21,7 +19,7 @@ impl Version {
                     "macos" => "darwin",
                     other => other,
                 };
-                // The standard has names for machines of 32 and 64 bits, and not for their architecture.
+                // The standard names machines by 32 or 64 bits, not by their architecture.
                 format!("{system}{}", usize::BITS)
             }
             Self::Three => {

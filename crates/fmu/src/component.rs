@@ -1,4 +1,4 @@
-//! What an instance is in the calls of both versions of the standard.
+//! Instances in the calls of both versions of the standard.
 
 use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use trocar_studies::fmu::{Instance, InstanceError, SavedState, Scalar};
 
-/// Done.
+/// The call has succeeded.
 pub const OK: i32 = 0;
 /// The call has failed.
 pub const ERROR: i32 = 3;
@@ -14,20 +14,21 @@ pub const ERROR: i32 = 3;
 /// Reports a message to the importing program.
 pub type Log = Box<dyn Fn(&CStr)>;
 
-/// An instance with the way to report its errors.
+/// An instance with a function that reports its errors.
 pub struct Component {
     instance: Instance,
     log: Log,
 }
 
 fn report(log: &Log, message: &str) {
-    // A message with a NUL inside cannot be passed on.
+    // A message that contains a NUL cannot be passed on.
     let message = CString::new(message).unwrap_or_else(|_| c"an error without a text".to_owned());
     log(&message);
 }
 
 impl Component {
-    /// The instance of a unit with its resources in a folder, for the token of the description; null if that fails.
+    /// Creates an instance of a unit from the folder of its resources and the token of its description. Returns null on
+    /// failure.
     pub fn new(resources: Option<PathBuf>, token: &str, log: Log) -> *mut Self {
         let load = || match &resources {
             Some(folder) => Instance::load(folder, token).map_err(|error| error.to_string()),
@@ -46,11 +47,11 @@ impl Component {
     /// Frees an instance.
     ///
     /// # Safety
-    /// It is null or from [`Component::new`], and not used any more.
+    /// `component` is null or from [`Component::new`], and not used afterwards.
     #[allow(unsafe_code, reason = "the importing program holds the instance as a pointer")]
     pub unsafe fn free(component: *mut Self) {
         if !component.is_null() {
-            // SAFETY: it is from a box, and freed once.
+            // SAFETY: it was created by `Box::into_raw` and is freed once.
             drop(unsafe { Box::from_raw(component) });
         }
     }
@@ -58,10 +59,10 @@ impl Component {
     /// Runs a call on an instance, and reports its error.
     ///
     /// # Safety
-    /// It is null or from [`Component::new`], and no other call uses it meanwhile.
+    /// `component` is null or from [`Component::new`], and no other call uses it at the same time.
     #[allow(unsafe_code, reason = "the importing program holds the instance as a pointer")]
     pub unsafe fn call(component: *mut Self, call: impl FnOnce(&mut Instance) -> Result<(), InstanceError>) -> i32 {
-        // SAFETY: as said.
+        // SAFETY: guaranteed by the caller.
         let Some(Self { instance, log }) = (unsafe { component.as_mut() }) else { return ERROR };
         match catch_unwind(AssertUnwindSafe(|| call(instance))) {
             Ok(Ok(())) => OK,
@@ -76,59 +77,59 @@ impl Component {
         }
     }
 
-    /// Saves the state, in a new place or in that of an earlier state.
+    /// Saves the state in a new place, or replaces an earlier state.
     ///
     /// # Safety
-    /// As of [`Component::call`]; `place` is null, or holds null or a state from here that is not freed.
+    /// As for [`Component::call`]; `place` is null, or holds null or a state from this function that is not freed.
     #[allow(unsafe_code, reason = "the importing program holds the state as a pointer")]
     pub unsafe fn save(component: *mut Self, place: *mut *mut SavedState) -> i32 {
-        // SAFETY: as said.
+        // SAFETY: guaranteed by the caller.
         let Some(place) = (unsafe { place.as_mut() }) else { return ERROR };
         let save = |instance: &mut Instance| {
             let state = instance.save()?;
-            // SAFETY: as said.
+            // SAFETY: guaranteed by the caller.
             match unsafe { place.as_mut() } {
                 Some(earlier) => *earlier = state,
                 None => *place = Box::into_raw(Box::new(state)),
             }
             Ok(())
         };
-        // SAFETY: as this function's.
+        // SAFETY: the same requirements as this function's.
         unsafe { Self::call(component, save) }
     }
 
-    /// Returns to a saved state.
+    /// Restores a saved state.
     ///
     /// # Safety
-    /// As of [`Component::call`]; `state` is null or a state of this unit that is not freed.
+    /// As for [`Component::call`]; `state` is null or a state of this unit that is not freed.
     #[allow(unsafe_code, reason = "the importing program holds the state as a pointer")]
     pub unsafe fn restore(component: *mut Self, state: *const SavedState) -> i32 {
-        // SAFETY: as said.
+        // SAFETY: guaranteed by the caller.
         let Some(state) = (unsafe { state.as_ref() }) else { return ERROR };
-        // SAFETY: as this function's.
+        // SAFETY: the same requirements as this function's.
         unsafe { Self::call(component, |instance| instance.restore(state)) }
     }
 
-    /// Frees a saved state, and sets its place to null.
+    /// Frees a saved state and sets its place to null.
     ///
     /// # Safety
-    /// `place` is null, or holds null or a state from [`Component::save`], which is not used any more.
+    /// `place` is null, or holds null or a state from [`Component::save`] that is not used afterwards.
     #[allow(unsafe_code, reason = "the importing program holds the state as a pointer")]
     pub unsafe fn free_state(place: *mut *mut SavedState) -> i32 {
-        // SAFETY: as said.
+        // SAFETY: guaranteed by the caller.
         if let Some(place) = unsafe { place.as_mut() }
             && !place.is_null()
         {
-            // SAFETY: it is from a box, and freed once.
+            // SAFETY: it was created by `Box::into_raw` and is freed once.
             drop(unsafe { Box::from_raw(std::mem::replace(place, std::ptr::null_mut())) });
         }
         OK
     }
 
-    /// Reads values of one type: `read` takes each to the type of the call.
+    /// Reads values of one type. `read` converts each to the type of the call.
     ///
     /// # Safety
-    /// As of [`Component::call`]; `references` and `values` have `count` items, or `count` is 0.
+    /// As for [`Component::call`]; `references` and `values` have `count` items, or `count` is 0.
     #[allow(unsafe_code, reason = "the lists are the importing program's")]
     pub unsafe fn get<T>(
         component: *mut Self,
@@ -138,7 +139,7 @@ impl Component {
     ) -> i32 {
         let get = |instance: &mut Instance| {
             for at in 0..count {
-                // SAFETY: both lists are this long.
+                // SAFETY: both lists have `count` items.
                 let reference = unsafe { references.add(at).read() };
                 let value =
                     read(instance.get(reference, kind)?).ok_or(InstanceError::NoVariable { kind, reference })?;
@@ -146,14 +147,14 @@ impl Component {
             }
             Ok(())
         };
-        // SAFETY: as this function's.
+        // SAFETY: the same requirements as this function's.
         unsafe { Self::call(component, get) }
     }
 
-    /// Sets values of one type: `scalar` takes each from the type of the call.
+    /// Sets values of one type. `scalar` converts each from the type of the call.
     ///
     /// # Safety
-    /// As of [`Component::get`].
+    /// As for [`Component::get`].
     #[allow(unsafe_code, reason = "the lists are the importing program's")]
     pub unsafe fn set<T>(
         component: *mut Self,
@@ -163,31 +164,31 @@ impl Component {
     ) -> i32 {
         let set = |instance: &mut Instance| {
             for at in 0..count {
-                // SAFETY: both lists are this long.
+                // SAFETY: both lists have `count` items.
                 let (reference, value) = unsafe { (references.add(at).read(), values.add(at).read()) };
                 instance.set(reference, kind, scalar(value))?;
             }
             Ok(())
         };
-        // SAFETY: as this function's.
+        // SAFETY: the same requirements as this function's.
         unsafe { Self::call(component, set) }
     }
 }
 
-/// A text of the importing program; empty for null.
+/// Copies a text of the importing program; empty for null.
 ///
 /// # Safety
-/// It is null or ends with a NUL.
+/// `pointer` is null or a text that ends with a NUL.
 #[allow(unsafe_code, reason = "the text is the importing program's")]
 pub unsafe fn text(pointer: *const c_char) -> String {
     if pointer.is_null() {
         return String::new();
     }
-    // SAFETY: as said.
+    // SAFETY: guaranteed by the caller.
     unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
 }
 
-/// The folder that a location in FMI 2.0 names: a URI with the scheme file, with percent-encoded bytes.
+/// Returns the folder of a location in FMI 2.0: a URI with the scheme file and percent-encoded bytes.
 pub fn folder_of_uri(uri: &str) -> Option<PathBuf> {
     let rest = uri.strip_prefix("file:")?;
     let path = rest.strip_prefix("//").map_or(rest, |after| after.find('/').map_or("", |slash| &after[slash..]));
@@ -202,7 +203,7 @@ pub fn folder_of_uri(uri: &str) -> Option<PathBuf> {
         }
     }
     let path = String::from_utf8(bytes).ok()?;
-    // A drive of Windows stands after a slash.
+    // A drive of Windows follows a slash.
     let is_drive = path.as_bytes().get(2) == Some(&b':');
     Some(Path::new(if is_drive { &path[1..] } else { &path }).to_owned())
 }

@@ -7,10 +7,9 @@ use trocar_studies::fmu::{SavedState, Scalar};
 
 use crate::component::{Component, ERROR, OK, folder_of_uri, text};
 
-/// The logger of the importing program.
 type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, i32, *const c_char, *const c_char, ...);
 
-/// The functions of the importing program. Memory is not allocated by them: the description says so.
+/// The functions of the importing program. The unit does not use its memory functions, as the description states.
 #[repr(C)]
 pub struct Callbacks {
     logger: Option<Logger>,
@@ -31,7 +30,7 @@ pub extern "C" fn fmi2GetVersion() -> *const c_char {
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Instantiate(
     name: *const c_char,
@@ -43,15 +42,15 @@ pub unsafe extern "C" fn fmi2Instantiate(
     _logging_on: i32,
 ) -> *mut Component {
     const CO_SIMULATION: i32 = 1;
-    // SAFETY: texts that end with a NUL, and callbacks that stay valid, by the standard.
+    // SAFETY: by the standard the texts end with a NUL, and the callbacks stay valid.
     let (name, guid, resources, callbacks) = unsafe { (text(name), text(guid), text(resources), callbacks.as_ref()) };
     let (logger, environment) = callbacks.map_or((None, std::ptr::null_mut()), |all| (all.logger, all.environment));
     let name = CString::new(name).unwrap_or_default();
     let log = move |message: &CStr| {
-        // A printf-like function, whose format has no arguments.
+        // The message is a printf format without arguments, so escape `%`.
         let format = CString::new(message.to_string_lossy().replace('%', "%%")).unwrap_or_default();
         if let Some(logger) = logger {
-            // SAFETY: a function of the importing program with these arguments.
+            // SAFETY: the importing program's function has these arguments.
             unsafe { logger(environment, name.as_ptr(), ERROR, c"logStatusError".as_ptr(), format.as_ptr()) };
         }
     };
@@ -63,7 +62,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(component: *mut Component) {
     // SAFETY: from `fmi2Instantiate`.
@@ -71,7 +70,7 @@ pub unsafe extern "C" fn fmi2FreeInstance(component: *mut Component) {
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Reset(component: *mut Component) -> i32 {
     // SAFETY: from `fmi2Instantiate`.
@@ -84,7 +83,7 @@ pub unsafe extern "C" fn fmi2Reset(component: *mut Component) -> i32 {
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2ExitInitializationMode(component: *mut Component) -> i32 {
     // SAFETY: from `fmi2Instantiate`.
@@ -92,7 +91,7 @@ pub unsafe extern "C" fn fmi2ExitInitializationMode(component: *mut Component) -
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DoStep(
     component: *mut Component,
@@ -105,45 +104,44 @@ pub unsafe extern "C" fn fmi2DoStep(
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetFMUstate(component: *mut Component, state: *mut *mut SavedState) -> i32 {
-    // SAFETY: from the instantiation, and null or a state from here.
+    // SAFETY: the instance is from the instantiation, the state is null or from this unit.
     unsafe { Component::save(component, state) }
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetFMUstate(component: *mut Component, state: *const SavedState) -> i32 {
-    // SAFETY: from the instantiation, and a state of this unit.
+    // SAFETY: the instance is from the instantiation, the state is from this unit.
     unsafe { Component::restore(component, state) }
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeFMUstate(_component: *mut Component, state: *mut *mut SavedState) -> i32 {
-    // SAFETY: null or a state from here.
+    // SAFETY: null or a state from this unit.
     unsafe { Component::free_state(state) }
 }
 
-/// Getter and setter of a type.
 macro_rules! values {
     ($($get:ident, $set:ident, $value:ty, $kind:literal, $read:expr, $scalar:expr;)*) => {$(
         /// # Safety
-        /// As the standard says.
+        /// As in the standard.
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $get(component: *mut Component, references: *const u32, count: usize, values: *mut $value) -> i32 {
-            // SAFETY: lists of this length, by the standard.
+            // SAFETY: by the standard both lists have this length.
             unsafe { Component::get(component, (references, values, count), $kind, $read) }
         }
 
         /// # Safety
-        /// As the standard says.
+        /// As in the standard.
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $set(component: *mut Component, references: *const u32, count: usize, values: *const $value) -> i32 {
-            // SAFETY: lists of this length, by the standard.
+            // SAFETY: by the standard both lists have this length.
             unsafe { Component::set(component, (references, values, count), $kind, $scalar) }
         }
     )*};
@@ -167,7 +165,7 @@ values! {
     fmi2GetBoolean, fmi2SetBoolean, i32, "Boolean", boolean, |value| Scalar::Boolean(value != 0);
 }
 
-/// No variable is a text: the calls succeed for none of them.
+/// No variable is a text, so the calls succeed only for empty lists.
 macro_rules! texts {
     ($($name:ident)*) => {$(
         #[unsafe(no_mangle)]
@@ -179,8 +177,8 @@ macro_rules! texts {
 
 texts! { fmi2GetString fmi2SetString }
 
-/// Functions without an effect here, or that the description excludes: they return a status, whatever their arguments are. A
-/// caller of C removes its arguments itself.
+/// Functions that have no effect here or are excluded by the description. They return a status for any arguments; in C
+/// the caller removes the arguments.
 macro_rules! constant {
     ($($status:ident: $($name:ident)*;)*) => {$($(
         #[unsafe(no_mangle)]

@@ -8,7 +8,6 @@ use trocar_studies::fmu::{SavedState, Scalar};
 
 use crate::component::{Component, ERROR, OK, text};
 
-/// The logger of the importing program.
 type Logger = unsafe extern "C" fn(*mut c_void, i32, *const c_char, *const c_char);
 
 #[unsafe(no_mangle)]
@@ -17,7 +16,7 @@ pub extern "C" fn fmi3GetVersion() -> *const c_char {
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     _name: *const c_char,
@@ -33,11 +32,11 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     logger: Option<Logger>,
     _intermediate_update: *const c_void,
 ) -> *mut Component {
-    // SAFETY: texts that end with a NUL, by the standard.
+    // SAFETY: by the standard the texts end with a NUL.
     let (token, resources) = unsafe { (text(token), text(resources)) };
     let log = move |message: &CStr| {
         if let Some(logger) = logger {
-            // SAFETY: a function of the importing program with these arguments.
+            // SAFETY: the importing program's function has these arguments.
             unsafe { logger(environment, ERROR, c"logStatusError".as_ptr(), message.as_ptr()) };
         }
     };
@@ -45,7 +44,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3FreeInstance(component: *mut Component) {
     // SAFETY: from `fmi3InstantiateCoSimulation`.
@@ -53,7 +52,7 @@ pub unsafe extern "C" fn fmi3FreeInstance(component: *mut Component) {
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3Reset(component: *mut Component) -> i32 {
     // SAFETY: from `fmi3InstantiateCoSimulation`.
@@ -66,7 +65,7 @@ pub unsafe extern "C" fn fmi3Reset(component: *mut Component) -> i32 {
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3ExitInitializationMode(component: *mut Component) -> i32 {
     // SAFETY: from `fmi3InstantiateCoSimulation`.
@@ -74,7 +73,7 @@ pub unsafe extern "C" fn fmi3ExitInitializationMode(component: *mut Component) -
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3DoStep(
     component: *mut Component,
@@ -86,7 +85,7 @@ pub unsafe extern "C" fn fmi3DoStep(
     early_return: *mut bool,
     last_time_s: *mut f64,
 ) -> i32 {
-    // SAFETY: from `fmi3InstantiateCoSimulation`; the results are null or may be written.
+    // SAFETY: the instance is from `fmi3InstantiateCoSimulation`; the results are null or writable.
     unsafe {
         for result in [event_needed, terminate, early_return] {
             if let Some(result) = result.as_mut() {
@@ -102,34 +101,33 @@ pub unsafe extern "C" fn fmi3DoStep(
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3GetFMUState(component: *mut Component, state: *mut *mut SavedState) -> i32 {
-    // SAFETY: from the instantiation, and null or a state from here.
+    // SAFETY: the instance is from the instantiation, the state is null or from this unit.
     unsafe { Component::save(component, state) }
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3SetFMUState(component: *mut Component, state: *const SavedState) -> i32 {
-    // SAFETY: from the instantiation, and a state of this unit.
+    // SAFETY: the instance is from the instantiation, the state is from this unit.
     unsafe { Component::restore(component, state) }
 }
 
 /// # Safety
-/// As the standard says.
+/// As in the standard.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3FreeFMUState(_component: *mut Component, state: *mut *mut SavedState) -> i32 {
-    // SAFETY: null or a state from here.
+    // SAFETY: null or a state from this unit.
     unsafe { Component::free_state(state) }
 }
 
-/// Getter and setter of a type.
 macro_rules! values {
     ($($get:ident, $set:ident, $value:ty, $kind:literal, $read:expr, $scalar:expr;)*) => {$(
         /// # Safety
-        /// As the standard says.
+        /// As in the standard.
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $get(
             component: *mut Component,
@@ -141,12 +139,12 @@ macro_rules! values {
             if value_count != count {
                 return ERROR;
             }
-            // SAFETY: lists of this length, by the standard.
+            // SAFETY: by the standard both lists have this length.
             unsafe { Component::get(component, (references, values, count), $kind, $read) }
         }
 
         /// # Safety
-        /// As the standard says.
+        /// As in the standard.
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $set(
             component: *mut Component,
@@ -158,7 +156,7 @@ macro_rules! values {
             if value_count != count {
                 return ERROR;
             }
-            // SAFETY: lists of this length, by the standard.
+            // SAFETY: by the standard both lists have this length.
             unsafe { Component::set(component, (references, values, count), $kind, $scalar) }
         }
     )*};
@@ -182,8 +180,8 @@ values! {
     fmi3GetBoolean, fmi3SetBoolean, bool, "Boolean", boolean, Scalar::Boolean;
 }
 
-/// Functions without an effect here, or that the description excludes: they return a status, whatever their arguments are. A
-/// caller of C removes its arguments itself.
+/// Functions that have no effect here or are excluded by the description. They return a status for any arguments; in C
+/// the caller removes the arguments.
 macro_rules! constant {
     ($($status:ident: $($name:ident)*;)*) => {$($(
         #[unsafe(no_mangle)]
@@ -209,7 +207,7 @@ constant! {
         fmi3GetOutputDerivatives fmi3ActivateModelPartition;
 }
 
-/// Kinds of instances that the description excludes: null, whatever the arguments are.
+/// Kinds of instances that the description excludes: null for any arguments.
 macro_rules! no_instance {
     ($($name:ident)*) => {$(
         #[unsafe(no_mangle)]

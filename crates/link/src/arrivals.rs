@@ -1,43 +1,41 @@
-//! What has arrived of the other side, tick by tick.
+//! The messages that have arrived from the other side, tick by tick.
 
 use trocar_engine::channel::Schedule;
 use trocar_engine::teleoperation::{Message, PAYLOAD, Received};
 
-/// The most messages of ticks to come that are kept.
+/// Maximum number of kept messages of future ticks.
 const MAX_EARLY: usize = 256;
 
-/// The messages of one direction, as the simulated channel treats them: of those that have arrived, the one sent last is
-/// held, and one that arrives after a later one is dropped. A message of a tick that this side has not reached waits for it.
+/// The messages of one direction, processed as in the simulated channel: of the messages that have arrived, the one
+/// that was sent last is held, and a message that arrives after a later one is dropped. A message of a future tick
+/// waits for that tick.
 ///
-/// The delay of each is kept: the number of ticks from the tick that sent it to the tick that could first use it.
+/// Records the delay of each message: the number of ticks from the tick that sent it to the tick that can first use it.
 #[derive(Debug, Clone)]
 pub struct Arrivals<const N: usize> {
     held: Message<f64, N>,
     held_tick: Option<u64>,
     /// The latest message since the last tick.
     latest: Option<(u64, Message<f64, N>)>,
-    /// Messages of ticks to come.
     early: Vec<(u64, Message<f64, N>)>,
-    /// The next tick of this side.
     next: u64,
     delays: Box<[u32]>,
 }
 
-/// What became of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fate {
-    /// It is used at the next tick, or at its own if that is later.
+    /// It is used at the next tick, or at its own tick if that is later.
     Taken,
-    /// It came after a later one.
+    /// It arrived after a later one.
     Overtaken,
-    /// There was one of this tick before.
+    /// A message of this tick has already arrived.
     Repeated,
-    /// Its tick is beyond the run, or too far ahead.
+    /// Its tick is beyond the run, or too far in the future.
     OutOfRange,
 }
 
 impl<const N: usize> Arrivals<N> {
-    /// Nothing has arrived of `ticks` ticks; until then the receiver has the `initial` sample.
+    /// Creates a record for `ticks` ticks. Until a message arrives, the receiver has the `initial` sample.
     #[must_use]
     pub fn new(ticks: u64, initial: [f64; N]) -> Self {
         Self {
@@ -50,7 +48,6 @@ impl<const N: usize> Arrivals<N> {
         }
     }
 
-    /// Takes the message that was sent at a tick.
     pub(super) fn take(&mut self, sent: u64, message: Message<f64, N>) -> Fate {
         let Some(delay) = usize::try_from(sent).ok().and_then(|sent| self.delays.get_mut(sent)) else {
             return Fate::OutOfRange;
@@ -74,7 +71,7 @@ impl<const N: usize> Arrivals<N> {
         Fate::Taken
     }
 
-    /// What this side has at its next tick. Messages taken from then on are for the tick after.
+    /// Returns the message for the next tick. Later messages are for the tick after it.
     pub fn at_next_tick(&mut self) -> Received<f64, N> {
         if let Some(place) = self.early.iter().position(|(sent, _)| *sent == self.next) {
             let (sent, message) = self.early.swap_remove(place);
@@ -89,7 +86,7 @@ impl<const N: usize> Arrivals<N> {
         Received { sample: self.held.sample, payload: self.held.payload, is_fresh }
     }
 
-    /// The delay in ticks of the message of each tick of the run, or [`Schedule::LOST`].
+    /// Returns the delay in ticks of the message of each tick in the run, or [`Schedule::LOST`].
     #[must_use]
     pub fn delays(&self) -> &[u32] {
         &self.delays
@@ -105,10 +102,10 @@ mod tests {
     }
 
     #[test]
-    fn the_latest_is_held_and_an_overtaken_one_is_dropped() {
+    fn the_latest_message_is_held_and_an_overtaken_one_is_dropped() {
         let mut arrivals = Arrivals::new(10, [-7.0]);
         let mut held = vec![];
-        // What arrives before each tick, by the tick that sent it.
+        // The messages that arrive before each tick, by the tick that sent them.
         for sent in [vec![], vec![1], vec![0], vec![], vec![2, 4, 3], vec![5], vec![9]] {
             for sent in sent {
                 arrivals.take(sent, message(sent as f64));
@@ -127,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_has_an_effect_once_and_within_the_run_only() {
+    fn a_message_has_an_effect_only_once_and_within_the_run() {
         let mut arrivals = Arrivals::new(1000, [0.0]);
         assert_eq!(arrivals.take(0, message(1.0)), Fate::Taken);
         assert_eq!(arrivals.take(0, message(2.0)), Fate::Repeated);

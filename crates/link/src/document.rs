@@ -1,10 +1,12 @@
-//! What one side of a link says.
+//! The document of one side of a link.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value as Json;
 
 use super::{Role, SideSummary, Spread};
 use trocar_base::unit::Unit;
-use trocar_document::{Cell, Document, Number, Section, Study, Table, Verdict, counted, show};
+use trocar_document::{Cell, Document, Number, Section, Study, Table, Verdict, counted, json_of, show};
 
 impl Study for SideSummary {
     fn document(&self) -> Document<'_> {
@@ -100,41 +102,130 @@ fn times(summary: &SideSummary) -> Table {
     table
 }
 
-/// Returns the summary of a side as `summary.json` has it.
+/// `summary.json` of one side of a link.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct LinkFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// Name of the scenario.
+    scenario: &'a str,
+    /// The side: `master` or `slave`.
+    side: &'static str,
+    /// Number of completed ticks.
+    ticks: u64,
+    /// Number of ticks of the scenario.
+    ticks_of_scenario: u64,
+    /// Length of a tick, in s.
+    tick_s: f64,
+    messages: Messages,
+    packets: Packets,
+    /// Number of messages that a proxy in this process dropped; `None` without a proxy.
+    proxy_lost: Option<ProxyLost>,
+    /// The delay of the messages to this side, in ticks.
+    delay_ticks: Spread,
+    /// The time from sending to arrival in s, by the clocks of both sides.
+    one_way_s: Spread,
+    /// The round-trip time in s.
+    round_s: Spread,
+    /// The error of the clock difference in s: half of the shortest round trip of the greeting.
+    clock_s: f64,
+    /// The delay between the due time and the beginning of the ticks, in s.
+    lateness_s: Lateness,
+    /// Number of ticks that began after the next tick was due.
+    ticks_missed: u64,
+    /// The priority from the scheduler.
+    priority: &'a str,
+    /// Largest energy that both ports delivered in excess of the received energy, in J.
+    generated_j: f64,
+    /// Limit of the generated energy from the passivity scheme in J; `None` without a scheme.
+    promised_j: Option<f64>,
+    /// Times of the ruptures in s; empty on the master's side.
+    ruptures_s: &'a [f64],
+    /// Times of the accepted alarms in s; empty on the master's side.
+    alarms_s: &'a [f64],
+}
+
+/// Numbers of messages.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Messages {
+    /// Sent to the other side.
+    sent: u64,
+    /// Received from the other side.
+    received: u64,
+    /// Received after a later one and not used.
+    overtaken: u64,
+    /// Lost, or still on the way at the end.
+    lost: u64,
+    /// Dropped because their tick is too far away.
+    out_of_range: u64,
+}
+
+/// Numbers of dropped packets.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Packets {
+    /// Not packets of trocar.
+    malformed: u64,
+    /// Of another key or session.
+    foreign: u64,
+    /// Repeated, or with an old number.
+    replayed: u64,
+}
+
+/// Numbers of messages that a proxy dropped.
+#[derive(Debug, Serialize, JsonSchema)]
+struct ProxyLost {
+    /// Messages of the master.
+    master: u64,
+    /// Messages of the slave.
+    slave: u64,
+}
+
+/// The distribution of the lateness of the ticks in s; undefined without ticks.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Lateness {
+    /// The median.
+    median: Option<f64>,
+    /// The 99 % quantile.
+    p99: Option<f64>,
+    /// The 99.9 % quantile.
+    p999: Option<f64>,
+    /// The maximum.
+    worst: Option<f64>,
+}
+
 fn json(summary: &SideSummary) -> Json {
     let SideSummary { counters, lateness, meter, .. } = summary;
-    let spread = |spread: &Spread| json!({"median": spread.median, "p99": spread.p99, "worst": spread.worst});
-    json!({
-        "trocar_version": env!("CARGO_PKG_VERSION"),
-        "scenario": summary.scenario,
-        "side": summary.role.word(),
-        "ticks": summary.ticks.0,
-        "ticks_of_scenario": summary.ticks.1,
-        "tick_s": summary.tick_s,
-        "messages": {
-            "sent": counters.sent,
-            "received": counters.received,
-            "overtaken": counters.overtaken,
-            "lost": summary.lost,
-            "out_of_range": counters.out_of_range,
+    json_of(&LinkFile {
+        trocar_version: env!("CARGO_PKG_VERSION"),
+        scenario: &summary.scenario,
+        side: summary.role.word(),
+        ticks: summary.ticks.0,
+        ticks_of_scenario: summary.ticks.1,
+        tick_s: summary.tick_s,
+        messages: Messages {
+            sent: counters.sent,
+            received: counters.received,
+            overtaken: counters.overtaken,
+            lost: summary.lost,
+            out_of_range: counters.out_of_range,
         },
-        "packets": {"malformed": counters.malformed, "foreign": counters.foreign, "replayed": counters.replayed},
-        "proxy_lost": summary.proxy_lost.map(|[of_master, of_slave]| json!({"master": of_master, "slave": of_slave})),
-        "delay_ticks": spread(&summary.delay_ticks),
-        "one_way_s": spread(&summary.one_way_s),
-        "round_s": spread(&summary.round_s),
-        "clock_s": summary.clock_s,
-        "lateness_s": {
-            "median": lateness.median_s,
-            "p99": lateness.p99_s,
-            "p999": lateness.p999_s,
-            "worst": lateness.worst_s,
+        packets: Packets { malformed: counters.malformed, foreign: counters.foreign, replayed: counters.replayed },
+        proxy_lost: summary.proxy_lost.map(|[master, slave]| ProxyLost { master, slave }),
+        delay_ticks: summary.delay_ticks,
+        one_way_s: summary.one_way_s,
+        round_s: summary.round_s,
+        clock_s: summary.clock_s,
+        lateness_s: Lateness {
+            median: lateness.median_s,
+            p99: lateness.p99_s,
+            p999: lateness.p999_s,
+            worst: lateness.worst_s,
         },
-        "ticks_missed": lateness.missed,
-        "priority": summary.priority,
-        "generated_j": meter.generated_j,
-        "promised_j": meter.promised_j,
-        "ruptures_s": summary.ruptures_s,
-        "alarms_s": summary.alarms_s,
+        ticks_missed: lateness.missed,
+        priority: &summary.priority,
+        generated_j: meter.generated_j,
+        promised_j: meter.promised_j,
+        ruptures_s: &summary.ruptures_s,
+        alarms_s: &summary.alarms_s,
     })
 }

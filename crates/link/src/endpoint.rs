@@ -1,4 +1,4 @@
-//! One end of the connection: it makes packets of messages, and takes what comes.
+//! One end of the connection: encodes messages as packets and receives packets.
 
 use super::arrivals::{Arrivals, Fate};
 use super::counters::Counters;
@@ -7,22 +7,20 @@ use super::seal::Session;
 use super::window::Window;
 use trocar_engine::teleoperation::{Message, PAYLOAD, Received};
 
-/// Places of the body of a message, in bytes: the last time stamp of the other side, how long ago it came, the sample, the
-/// payload, and the energy of the port.
+/// Offsets in the body of a message, in bytes: the last time stamp of the other side and the time since its arrival;
+/// then the numbers: sample, payload and energy of the port.
 const ECHO: usize = 0;
 const SINCE: usize = 8;
 const VALUES: usize = 16;
-/// Numbers in a message.
 const NUMBERS: usize = (BODY_BYTES - VALUES) / 8;
-/// The longest sample.
 const MAX_SAMPLE: usize = NUMBERS - PAYLOAD - 1;
 
-/// The times of a message on its way, in s.
+/// The travel times of a message in s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trip {
-    /// From the sending to the arrival, by the clocks of both sides, which agree to half the round trip.
+    /// From sending to arrival, by the clocks of both sides, which agree to half the round trip.
     pub one_way_s: f64,
-    /// There and back, by the own clock, without the time that the other side took.
+    /// Round trip by this side's clock, without the time on the other side.
     pub round_s: Option<f64>,
 }
 
@@ -35,15 +33,14 @@ pub struct Endpoint<const N: usize> {
     window: Window,
     counters: Counters,
     arrivals: Arrivals<N>,
-    /// The last time stamp of the other side, and when it came.
     echo: Option<(i64, i64)>,
-    /// The energy of the other port as it was sent last, and by which tick.
+    /// The last reported energy of the other port, with the tick that sent it.
     energy: Option<(u64, f64)>,
     last_trip: Option<Trip>,
 }
 
 impl<const N: usize> Endpoint<N> {
-    /// The end of a side, for a run of `ticks` ticks; until a message arrives, it has the `initial` sample.
+    /// Creates the end of a side for a run of `ticks` ticks. Until a message arrives, it has the `initial` sample.
     #[must_use]
     pub fn new(role: Role, session: Session, ticks: u64, initial: [f64; N]) -> Self {
         Self {
@@ -59,7 +56,7 @@ impl<const N: usize> Endpoint<N> {
         }
     }
 
-    /// The packet of a message of a tick, with the energy of the own port (J), at a time (ns since tick 0).
+    /// Returns the packet of a tick's message, with the energy of this side's port (J), at a time (ns since tick 0).
     pub fn seal<const M: usize>(
         &mut self,
         (tick, now_ns): (u64, i64),
@@ -84,8 +81,8 @@ impl<const N: usize> Endpoint<N> {
         self.session.0.seal(&packet)
     }
 
-    /// Takes a packet that has come at a time (ns since tick 0). What is none of the other side's new messages changes a
-    /// counter and nothing else.
+    /// Receives a packet at a time (ns since tick 0). A packet that is not a new message of the other side only changes
+    /// a counter.
     pub fn take(&mut self, bytes: &[u8], now_ns: i64) {
         self.last_trip = None;
         let Some(packet) = Packet::read(bytes) else {
@@ -97,7 +94,7 @@ impl<const N: usize> Endpoint<N> {
             return;
         }
         if packet.kind != Kind::Message {
-            // A greeting of this session that is still under way.
+            // A delayed greeting of this session.
             return;
         }
         let numbers: [f64; NUMBERS] = std::array::from_fn(|i| f64::from_bits(word(&packet.body, VALUES + 8 * i)));
@@ -143,30 +140,31 @@ impl<const N: usize> Endpoint<N> {
         self.echo = Some((packet.sent_ns, now_ns));
     }
 
-    /// What this side has at its next tick.
+    /// Returns the message for the next tick.
     pub fn at_next_tick(&mut self) -> Received<f64, N> {
         self.arrivals.at_next_tick()
     }
 
-    /// The numbers of packets so far.
+    /// Returns the counters.
     #[must_use]
     pub fn counters(&self) -> Counters {
         self.counters
     }
 
-    /// The delay in ticks of the message of each tick of the run, or [`Schedule::LOST`](trocar_engine::channel::Schedule::LOST).
+    /// Returns the delay in ticks of the message of each tick in the run, or
+    /// [`Schedule::LOST`](trocar_engine::channel::Schedule::LOST).
     #[must_use]
     pub fn delays(&self) -> &[u32] {
         self.arrivals.delays()
     }
 
-    /// The times of the packet that was taken last; `None` if it had no effect.
+    /// Returns the travel times of the last packet; `None` if it had no effect.
     #[must_use]
     pub fn last_trip(&self) -> Option<Trip> {
         self.last_trip
     }
 
-    /// The energy of the other side's port in J, as it was sent last.
+    /// Returns the last reported energy of the other side's port in J.
     #[must_use]
     pub fn other_energy_j(&self) -> f64 {
         self.energy.map_or(0.0, |(_, energy_j)| energy_j)
@@ -199,7 +197,7 @@ mod tests {
         Message { sample: [value; 4], payload: [2.0 * value; PAYLOAD] }
     }
 
-    /// All that a packet could change, without the counters and the trip.
+    /// The state that a packet can change, without the counters and the travel times.
     fn state(end: &Endpoint<4>) -> String {
         format!("{:?} {:?} {:?} {:?}", end.window, end.arrivals, end.echo, end.energy)
     }
@@ -215,14 +213,14 @@ mod tests {
         assert_eq!(slave.other_energy_j(), 0.25);
         let back = slave.seal((0, 5000), &Message { sample: [1.0; 5], payload: [0.0; PAYLOAD] }, 0.0);
         master.take(&back, 9000);
-        // 9000 - 1000 ns there and back, of which the slave took 1000.
+        // The round trip took 9000 - 1000 ns, including 1000 ns on the slave.
         let round_s = master.last_trip().and_then(|trip| trip.round_s).expect("an echo");
         assert!((round_s - 7e-6).abs() < 1e-15);
         assert_eq!((master.counters().sent, master.counters().received), (1, 1));
     }
 
     #[test]
-    fn a_packet_of_another_key_or_session_or_an_old_number_changes_nothing() {
+    fn a_packet_of_another_key_or_session_or_with_an_old_number_changes_nothing() {
         let (mut master, mut slave) = (master(), slave());
         let old = master.seal((0, 0), &message(1.0), 0.0);
         slave.take(&old, 0);
@@ -236,7 +234,7 @@ mod tests {
             slave.take(&other.seal((1, 0), &message(9.0), 0.0), 2);
             assert_eq!((state(&slave), slave.counters().foreign), (before.clone(), count as u64 + 1));
         }
-        // Its own packet, sent back to it.
+        // A packet of the slave, sent back to it.
         let own = slave.seal((0, 0), &Message { sample: [1.0; 5], payload: [0.0; PAYLOAD] }, 0.0);
         slave.take(&own, 3);
         assert_eq!((state(&slave), slave.counters().foreign), (before.clone(), 3));
@@ -248,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_million_random_and_mutated_packets_change_nothing_but_the_counters() {
+    fn a_million_random_and_mutated_packets_only_change_the_counters() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let (mut master, mut slave) = (master(), slave());
         for tick in 0..10 {
@@ -260,19 +258,19 @@ mod tests {
         let mut random = [0; 2 * PACKET_BYTES];
         for round in 0..1_000_000_u32 {
             if round % 4 == 0 {
-                // One bit to a few bytes of a valid packet are changed, or it is cut.
+                // Change up to four bits of a valid packet, or cut it.
                 let mut mutated = valid;
                 for _ in 0..rng.random_range(1..5) {
                     mutated[rng.random_range(0..PACKET_BYTES)] ^= 1 << rng.random_range(0..8);
                 }
                 let length = if round % 16 == 0 { rng.random_range(0..PACKET_BYTES) } else { PACKET_BYTES };
-                // Changes may have undone each other.
+                // The changes may have cancelled each other.
                 mutated[40] ^= u8::from(mutated == valid);
                 slave.take(&mutated[..length], 0);
             } else {
                 let length = rng.random_range(0..random.len());
                 rng.fill_bytes(&mut random[..length]);
-                // Half of them look like packets.
+                // Half of them resemble packets.
                 if round % 2 == 0 {
                     let length = length.min(8);
                     random[..length].copy_from_slice(&valid[..length]);

@@ -7,14 +7,15 @@ use super::seal::Session;
 use trocar_engine::engine::{EngineError, MasterSide, Observer, Signals, SlaveSide, Trace};
 use trocar_scenario::{Scenario, ScenarioError, empty_trace};
 
-/// The energies of both ports while the link runs, by what has arrived of the other side's.
+/// The energies of both ports while the link runs, with the last reported energy of the other side.
 ///
-/// A scheme promises this for the energies that arrive with its payloads, too: what is under way is never negative.
+/// The limit of a passivity scheme also holds for these reported energies, because the energy on the way is never
+/// negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meter {
-    /// The largest `E_s - E_m` so far in J: what the ports have delivered beyond what they have received.
+    /// The largest `E_s - E_m` so far in J: the delivered minus the received energy of the ports.
     pub generated_j: f64,
-    /// What the passivity scheme promises not to exceed in J; `None` without a promise.
+    /// The limit of the passivity scheme in J; `None` without a limit.
     pub promised_j: Option<f64>,
 }
 
@@ -24,7 +25,7 @@ impl Meter {
     }
 }
 
-/// The master's end: the operator, the master, and the connection to the slave.
+/// The master's end: operator, master, and the connection to the slave.
 #[derive(Debug)]
 pub struct MasterEnd {
     side: MasterSide,
@@ -35,7 +36,7 @@ pub struct MasterEnd {
 }
 
 impl MasterEnd {
-    /// The columns of a trace that are this side's own.
+    /// The trace columns of this side.
     pub const COLUMNS: &'static [&'static str] = &[
         "time_s",
         "desired_position_m",
@@ -47,10 +48,10 @@ impl MasterEnd {
         "master_energy_j",
     ];
 
-    /// The end of a scenario at tick 0, in a session.
+    /// Creates the end of a scenario at tick 0 in a session.
     ///
     /// # Errors
-    /// [`ScenarioError`], as [`Scenario::master_side`].
+    /// The errors of [`Scenario::master_side`].
     pub fn new(scenario: &Scenario, session: Session) -> Result<Self, ScenarioError> {
         let side = scenario.master_side()?;
         let endpoint = Endpoint::new(Role::Master, session, scenario.grid.ticks(), side.initial());
@@ -59,13 +60,13 @@ impl MasterEnd {
         Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, received })
     }
 
-    /// The first half of a tick: the packet for the slave, at a time (ns since tick 0).
+    /// Runs the first half of a tick. Returns the packet for the slave at a time (ns since tick 0).
     pub fn send(&mut self, now_ns: i64) -> [u8; PACKET_BYTES] {
         let message = self.side.send();
         self.endpoint.seal((self.side.tick(), now_ns), &message, self.side.energy_j())
     }
 
-    /// The second half of a tick, with what has been taken.
+    /// Runs the second half of a tick with the received messages.
     ///
     /// # Errors
     /// [`EngineError`].
@@ -76,21 +77,21 @@ impl MasterEnd {
         self.side.step(&received, &mut self.trace)
     }
 
-    /// The sample of the slave that the last tick had: force scaled to the master (N), position (m), velocity (m/s),
+    /// Returns the slave's sample at the last tick: force scaled to the master (N), position (m), velocity (m/s),
     /// acceleration (m/s²), mode.
     #[must_use]
     pub fn received(&self) -> [f64; 5] {
         self.received
     }
 
-    /// Whether all ticks are done.
+    /// Returns true if all ticks are completed.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.side.has_ended()
     }
 }
 
-/// The slave's end: the slave, the tissue, the detector, and the connection to the master.
+/// The slave's end: slave, tissue, detector, and the connection to the master.
 #[derive(Debug)]
 pub struct SlaveEnd {
     side: SlaveSide,
@@ -100,7 +101,6 @@ pub struct SlaveEnd {
     events: Events,
 }
 
-/// The ticks of ruptures and of alarms.
 #[derive(Debug, Default)]
 struct Events {
     ruptures: Vec<u64>,
@@ -119,7 +119,7 @@ impl Observer<f64> for Events {
 }
 
 impl SlaveEnd {
-    /// The columns of a trace that are this side's own.
+    /// The trace columns of this side.
     pub const COLUMNS: &'static [&'static str] = &[
         "time_s",
         "slave_reference_m",
@@ -137,10 +137,10 @@ impl SlaveEnd {
         "needle_energy_j",
     ];
 
-    /// The end of a scenario at tick 0, in a session.
+    /// Creates the end of a scenario at tick 0 in a session.
     ///
     /// # Errors
-    /// [`ScenarioError`], as [`Scenario::slave_side`].
+    /// The errors of [`Scenario::slave_side`].
     pub fn new(scenario: &Scenario, session: Session) -> Result<Self, ScenarioError> {
         let side = scenario.slave_side()?;
         let endpoint = Endpoint::new(Role::Slave, session, scenario.grid.ticks(), side.initial());
@@ -148,7 +148,7 @@ impl SlaveEnd {
         Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, events: Events::default() })
     }
 
-    /// A tick, with what has been taken, at a time (ns since tick 0). Returns the packet for the master.
+    /// Runs a tick with the received messages. Returns the packet for the master at a time (ns since tick 0).
     ///
     /// # Errors
     /// [`EngineError`].
@@ -160,62 +160,61 @@ impl SlaveEnd {
         Ok(self.endpoint.seal((tick, now_ns), &message, self.side.energy_j()))
     }
 
-    /// Whether all ticks are done.
+    /// Returns true if all ticks are completed.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.side.has_ended()
     }
 
-    /// The ticks at which a layer ruptured.
+    /// Returns the ticks of layer ruptures.
     #[must_use]
     pub fn ruptures(&self) -> &[u64] {
         &self.events.ruptures
     }
 
-    /// The ticks of alarms on which the supervisor acted.
+    /// Returns the ticks of the alarms that the supervisor accepted.
     #[must_use]
     pub fn alarms(&self) -> &[u64] {
         &self.events.alarms
     }
 }
 
-/// What both ends have.
 macro_rules! both {
     ($($End:ident)*) => {$(
         impl $End {
-            /// Takes a packet that has come at a time (ns since tick 0). Returns its times if it was a new message of the
-            /// other side; any other packet changes a counter only.
+            /// Receives a packet at a time (ns since tick 0). Returns its travel times if it is a new message of the
+            /// other side; any other packet only changes a counter.
             pub fn take(&mut self, bytes: &[u8], now_ns: i64) -> Option<Trip> {
                 self.endpoint.take(bytes, now_ns);
                 self.endpoint.last_trip()
             }
 
-            /// The number of the next tick.
+            /// Returns the next tick.
             #[must_use]
             pub fn tick(&self) -> u64 {
                 self.side.tick()
             }
 
-            /// The numbers of packets so far.
+            /// Returns the counters.
             #[must_use]
             pub fn counters(&self) -> Counters {
                 self.endpoint.counters()
             }
 
-            /// The delay in ticks of the message of each tick of the other side, or
+            /// Returns the delay in ticks of the message of each tick of the other side, or
             /// [`Schedule::LOST`](trocar_engine::channel::Schedule::LOST).
             #[must_use]
             pub fn delays(&self) -> &[u32] {
                 self.endpoint.delays()
             }
 
-            /// The signals so far; those of the other side are 0.
+            /// Returns the signals so far. The other side's signals are 0.
             #[must_use]
             pub fn trace(&self) -> &Trace {
                 &self.trace
             }
 
-            /// The energies so far.
+            /// Returns the energies so far.
             #[must_use]
             pub fn meter(&self) -> Meter {
                 self.meter

@@ -1,4 +1,4 @@
-//! How two sides find each other, agree on a session, and on the time of tick 0.
+//! The greeting: the sides find each other and agree on a session and on the time of tick 0.
 //!
 //! ```text
 //! master  Hello   its random number, its scenario
@@ -6,8 +6,8 @@
 //! master  Start   both random numbers, the time to tick 0, half of the shortest round trip
 //! slave   Ready   both random numbers
 //! ```
-//! Hello and Reply have the common key, Start and Ready that of the session. So an old packet starts nothing: it has the
-//! random number of another time.
+//! Hello and Reply are authenticated with the common key, Start and Ready with the session's key. An old packet
+//! therefore cannot start a session: it contains an old random number.
 
 use sha2::{Digest as _, Sha256};
 
@@ -15,19 +15,19 @@ use super::packet::{BODY_BYTES, Kind, PACKET_BYTES, Packet, Role, word};
 use super::seal::{Key, NONCE_BYTES, Session};
 use trocar_scenario::Scenario;
 
-/// Places in the body of a greeting, in bytes.
+/// Offsets in the body of a greeting, in bytes.
 const OF_MASTER: usize = 0;
 const OF_SLAVE: usize = 16;
 const SCENARIO: usize = 32;
 const FIRST_NS: usize = 64;
 const SECOND_NS: usize = 72;
 
-/// Latest time to tick 0 that a Start may name, in ns.
+/// Maximum time to tick 0 in a Start, in ns.
 const MAX_WAIT_NS: i64 = 60_000_000_000;
 
-/// What stands for a scenario and a version of the program: sides that differ in it cannot run together.
+/// Returns a hash of a scenario and the program's version. Sides with different hashes cannot run together.
 ///
-/// Paths of files are left out, as they differ between machines.
+/// Paths of files are excluded, because they differ between computers.
 #[must_use]
 pub fn fingerprint(scenario: &Scenario) -> [u8; 32] {
     let mut hash = Sha256::new_with_prefix(env!("CARGO_PKG_VERSION"));
@@ -41,9 +41,9 @@ pub fn fingerprint(scenario: &Scenario) -> [u8; 32] {
 pub struct Greeted {
     /// The session of both sides.
     pub session: Session,
-    /// The time of tick 0 by the own clock, in ns.
+    /// The time of tick 0 by this side's clock, in ns.
     pub start_ns: i64,
-    /// The shortest round trip in ns: the clocks of both sides agree to half of it.
+    /// The shortest round trip in ns. The clocks of both sides agree to half of it.
     pub round_ns: i64,
 }
 
@@ -90,20 +90,20 @@ struct SlaveReply {
 }
 
 impl Calling {
-    /// A call with a random number of one's own, for a scenario with this [`fingerprint`].
+    /// Creates a call with a random number, for a scenario with this [`fingerprint`].
     #[must_use]
     pub fn new(key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32]) -> Self {
         Self { key, own, scenario, reply: None, replies: 0, differs: false, is_ready: false }
     }
 
-    /// A Hello, sent at a time (ns).
+    /// Returns a Hello, sent at a time (ns).
     #[must_use]
     pub fn hello(&self, now_ns: i64) -> [u8; PACKET_BYTES] {
         let body = body(&self.own, &[0; NONCE_BYTES], &self.scenario, [now_ns, 0]);
         self.key.seal(&packet(Kind::Hello, Role::Master, body))
     }
 
-    /// Takes a packet that has come at a time (ns).
+    /// Receives a packet at a time (ns).
     pub fn take(&mut self, bytes: &[u8], now_ns: i64) {
         let Some(Packet { kind, from: Role::Slave, body, .. }) = Packet::read(bytes) else { return };
         if part::<NONCE_BYTES>(&body, OF_MASTER) != self.own {
@@ -128,19 +128,19 @@ impl Calling {
         }
     }
 
-    /// The number of replies so far.
+    /// Returns the number of replies so far.
     #[must_use]
     pub fn replies(&self) -> u32 {
         self.replies
     }
 
-    /// Whether a slave with another scenario or version has replied.
+    /// Returns true if a slave with another scenario or version has replied.
     #[must_use]
     pub fn differs(&self) -> bool {
         self.differs
     }
 
-    /// A Start for tick 0 at `start_ns`, sent at `now_ns` (ns); `None` before a reply.
+    /// Returns a Start for tick 0 at `start_ns`, sent at `now_ns` (ns); `None` before a reply.
     #[must_use]
     pub fn start(&self, now_ns: i64, start_ns: i64) -> Option<[u8; PACKET_BYTES]> {
         let reply = self.reply.as_ref()?;
@@ -149,7 +149,7 @@ impl Calling {
         Some(reply.session.0.seal(&packet(Kind::Start, Role::Master, body)))
     }
 
-    /// The result for tick 0 at `start_ns` (ns), once the slave is ready.
+    /// Returns the result for tick 0 at `start_ns` (ns) once the slave is ready.
     #[must_use]
     pub fn greeted(&self, start_ns: i64) -> Option<Greeted> {
         let SlaveReply { session, round_ns, .. } = self.reply.as_ref().filter(|_| self.is_ready)?;
@@ -168,13 +168,13 @@ pub struct Waiting {
 }
 
 impl Waiting {
-    /// A slave with a random number of its own, for a scenario with this [`fingerprint`].
+    /// Creates a waiting slave with a random number, for a scenario with this [`fingerprint`].
     #[must_use]
     pub fn new(key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32]) -> Self {
         Self { key, own, scenario, greeted: None, differs: false }
     }
 
-    /// Takes a packet that has come at a time (ns); returns the answer to its sender.
+    /// Receives a packet at a time (ns). Returns the answer to its sender.
     pub fn take(&mut self, bytes: &[u8], now_ns: i64) -> Option<[u8; PACKET_BYTES]> {
         let Packet { kind, from: Role::Master, body: given, .. } = Packet::read(bytes)? else { return None };
         let of_master = part(&given, OF_MASTER);
@@ -199,7 +199,7 @@ impl Waiting {
                         self.greeted = Some((of_master, Greeted { session, start_ns, round_ns: 2 * half_ns }));
                         Some(answer)
                     }
-                    // The first one counts, and its repetitions are answered.
+                    // Only the first Start counts; its repetitions are answered.
                     Some((known, _)) => (*known == of_master).then_some(answer),
                 }
             }
@@ -207,13 +207,13 @@ impl Waiting {
         }
     }
 
-    /// Whether a master with another scenario or version has called.
+    /// Returns true if a master with another scenario or version has called.
     #[must_use]
     pub fn differs(&self) -> bool {
         self.differs
     }
 
-    /// The result, once the master has said when tick 0 is.
+    /// Returns the result once the master has announced the time of tick 0.
     #[must_use]
     pub fn greeted(&self) -> Option<&Greeted> {
         self.greeted.as_ref().map(|(_, greeted)| greeted)
@@ -238,7 +238,7 @@ mod tests {
     fn both_sides_agree_on_session_and_start() {
         let (mut master, mut slave) = (calling(1), waiting(2));
         assert!(master.start(0, 10).is_none());
-        // The clock of the slave is 5000 ahead; a packet takes 100 there and 300 back.
+        // The slave's clock is 5000 ns ahead; a packet takes 100 ns there and 300 ns back.
         for sent in [1000, 2000] {
             let reply = slave.take(&master.hello(sent), sent + 5100).expect("a reply");
             master.take(&reply, sent + 400);
@@ -248,7 +248,7 @@ mod tests {
         assert!(master.greeted(9000).is_none());
         master.take(&slave.take(&start, 8100).expect("ready"), 3400);
         let (of_master, of_slave) = (master.greeted(9000).expect("ready"), slave.greeted().expect("started"));
-        // By its clock 14000, but for half of the difference of both ways.
+        // 14000 by its clock, minus half of the difference between the directions.
         assert_eq!((of_master.round_ns, of_slave.start_ns, of_slave.round_ns), (400, 13_900, 400));
         let sealed = of_master.session.0.seal(&packet(Kind::Message, Role::Master, [0; BODY_BYTES]));
         assert!(of_slave.session.0.is_authentic(&sealed));
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn packets_of_an_earlier_session_start_nothing() {
+    fn packets_of_an_earlier_session_have_no_effect() {
         let (mut master, mut slave) = (calling(1), waiting(2));
         let hello = master.hello(0);
         let reply = slave.take(&hello, 0).expect("a reply");
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn another_key_is_not_answered_and_another_scenario_is_told() {
+    fn another_key_is_not_answered_and_another_scenario_is_reported() {
         let key = Key::new(&[9; 16]).expect("long enough");
         let mut slave = Waiting::new(key, [2; NONCE_BYTES], SCENARIO);
         assert!(slave.take(&calling(1).hello(0), 0).is_none());

@@ -1,8 +1,8 @@
-//! How late the ticks were.
+//! The lateness of the ticks.
 
 use trocar_base::quantiles::quantile_of;
 
-/// The lateness of each tick: from the time at which it was due to the time at which it began.
+/// The lateness of each tick: the time from its due time to its beginning.
 #[derive(Debug, Clone)]
 pub struct Lateness {
     late_s: Vec<f64>,
@@ -17,25 +17,25 @@ pub struct LatenessSummary {
     pub p99_s: Option<f64>,
     /// 99.9 %.
     pub p999_s: Option<f64>,
-    /// The largest.
+    /// Maximum.
     pub worst_s: Option<f64>,
-    /// Number of ticks that began after the next one was due.
+    /// Number of ticks that began after the next tick was due.
     pub missed: u64,
 }
 
 impl Lateness {
-    /// An empty record with room for a number of ticks.
+    /// Creates an empty record with capacity for a number of ticks.
     #[must_use]
     pub fn new(ticks: u64) -> Self {
         Self { late_s: Vec::with_capacity(ticks as usize) }
     }
 
-    /// Adds a tick, in s.
+    /// Adds the lateness of a tick in s.
     pub fn add(&mut self, late_s: f64) {
         self.late_s.push(late_s);
     }
 
-    /// The quantiles so far, with ticks of `tick_s` (s).
+    /// Returns the quantiles so far, for ticks of `tick_s` (s).
     #[must_use]
     pub fn summary(&self, tick_s: f64) -> LatenessSummary {
         let mut values = self.late_s.clone();
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_of_the_ticks() {
+    fn the_summary_has_the_quantiles_of_the_ticks() {
         let mut lateness = Lateness::new(1001);
         assert_eq!(lateness.summary(1e-3).worst_s, None);
         (0..=1000).for_each(|tick| lateness.add(f64::from(tick)));

@@ -1,9 +1,9 @@
-//! The two sides of an insertion as two processes: what they send each other, and what they log.
+//! The two sides of an insertion as two processes: their messages and their logs.
 //!
-//! Nothing here reads a clock or opens a socket: times are given, and packets are bytes. So a link runs in virtual time
-//! too, and its replay in a simulation gives the same bits.
+//! This crate reads no clock and opens no socket: its functions receive times and packets as bytes. A link can
+//! therefore also run in virtual time, and its replay in a simulation gives the same bits.
 //!
-//! It may use every package below the studies: `trocar-core`, `trocar-base`, `trocar-engine` and `trocar-scenario`.
+//! It depends only on packages below the studies: `trocar-core`, `trocar-base`, `trocar-engine` and `trocar-scenario`.
 
 mod arrivals;
 mod counters;
@@ -21,6 +21,7 @@ mod window;
 
 pub use arrivals::Arrivals;
 pub use counters::Counters;
+pub use document::LinkFile;
 pub use endpoint::{Endpoint, Trip};
 pub use ends::{MasterEnd, Meter, SlaveEnd};
 pub use greeting::{Calling, Greeted, Waiting, fingerprint};

@@ -1,4 +1,4 @@
-//! What a link leaves: the delays of its messages, and its signals; and the comparison with a simulation.
+//! The logs of a link (delays of messages, and signals), and their comparison with a simulation.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -19,7 +19,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// Its column in files of delays.
+    /// Returns the column in files of delays.
     #[must_use]
     pub fn column(self) -> &'static str {
         match self {
@@ -29,10 +29,10 @@ impl Direction {
     }
 }
 
-/// A log that cannot be read.
+/// An error of reading a log.
 #[derive(Debug, Error)]
 pub enum RemoteLogError {
-    /// It is not a table.
+    /// The text is not a table.
     #[error("{file}: {source}")]
     Table {
         /// The file.
@@ -40,7 +40,7 @@ pub enum RemoteLogError {
         /// The cause.
         source: csv::Error,
     },
-    /// A column is not there.
+    /// A column is missing.
     #[error("{file}: there is no column {column}")]
     NoColumn {
         /// The file.
@@ -60,19 +60,20 @@ pub enum RemoteLogError {
         /// The field.
         field: String,
     },
-    /// It has other ticks than the scenario.
+    /// The number of ticks differs from the scenario's.
     #[error("{file}: {rows} rows, but the scenario has {ticks} ticks: the logs are of another scenario")]
     Ticks {
         /// The file.
         file: String,
-        /// Its rows.
+        /// The number of rows.
         rows: usize,
         /// The ticks of the scenario.
         ticks: u64,
     },
 }
 
-/// The delays of both directions, in ticks by the tick that sent the message, as a file for `channel.delays_file`.
+/// Returns the delays of both directions (in ticks, by the tick that sent the message) as a file for
+/// `channel.delays_file`.
 #[must_use]
 pub fn delays_csv(delays: &[(Direction, &[u32])], grid: &TickGrid) -> String {
     let mut text = "time_s".to_owned();
@@ -95,7 +96,7 @@ pub fn delays_csv(delays: &[(Direction, &[u32])], grid: &TickGrid) -> String {
     text
 }
 
-/// The delays in ticks of a direction, from a file of [`delays_csv`].
+/// Reads the delays of a direction in ticks from a file of [`delays_csv`].
 ///
 /// # Errors
 /// [`RemoteLogError`].
@@ -141,7 +142,7 @@ fn number(file: &str, (row, column): (usize, &str), field: &str) -> Result<f64, 
 pub struct Difference {
     /// The tick.
     pub tick: u64,
-    /// The column; at one tick, the first one in the order of the log.
+    /// The column; the first one in the order of the log.
     pub column: String,
     /// The value in the log.
     pub logged: f64,
@@ -149,10 +150,10 @@ pub struct Difference {
     pub simulated: f64,
 }
 
-/// The number of ticks in a log of signals, and the first tick at which it is not the same, bit for bit, as a simulation.
+/// Returns the number of ticks in a log of signals, and the first tick that differs from a simulation in any bit.
 ///
 /// # Errors
-/// [`RemoteLogError`] for a text that is no such log.
+/// [`RemoteLogError`] if the text is not a log of signals.
 pub fn first_difference(file: &str, text: &str, trace: &Trace) -> Result<(u64, Option<Difference>), RemoteLogError> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let table = |source| RemoteLogError::Table { file: file.to_owned(), source };
@@ -186,7 +187,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn delays_are_read_as_they_were_written() {
+    fn delays_are_read_back_as_written() {
         let grid = TickGrid::new(1e-3, 5e-3).expect("valid");
         let (forward, backward) = ([0, 3, Schedule::LOST, 1, 70], [2, 2, 2, Schedule::LOST, 0]);
         let text = delays_csv(&[(Direction::Forward, &forward), (Direction::Backward, &backward)], &grid);
@@ -198,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_log_is_refused() {
+    fn a_text_that_is_no_log_is_rejected() {
         let grid = TickGrid::new(1e-3, 2e-3).expect("valid");
         let refusal = |text| read_direction("d.csv", text, Direction::Forward, &grid).expect_err(text).to_string();
         assert_eq!(refusal("time_s\n0\n"), "d.csv: there is no column forward_delay_s");

@@ -12,15 +12,12 @@
 //! 32   body, 96 bytes
 //! 128  authentication code, 16 bytes
 //! ```
-//! Numbers are little-endian. All kinds have the same length, so that no answer is longer than its question.
+//! Numbers are little-endian. All kinds have the same length, so that no answer is longer than its request.
 
 /// Length of a packet in bytes.
 pub const PACKET_BYTES: usize = SIGNED_BYTES + CODE_BYTES;
-/// Length of the part that is authenticated.
 pub(super) const SIGNED_BYTES: usize = 128;
-/// Length of the authentication code.
 pub(super) const CODE_BYTES: usize = 16;
-/// Length of the body.
 pub(super) const BODY_BYTES: usize = SIGNED_BYTES - BODY;
 
 const MAGIC: &[u8; 4] = b"TRCR";
@@ -40,7 +37,7 @@ pub enum Role {
 }
 
 impl Role {
-    /// Its name.
+    /// Returns the name.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -49,7 +46,7 @@ impl Role {
         }
     }
 
-    /// The other side.
+    /// Returns the other side.
     #[must_use]
     pub fn other(self) -> Self {
         match self {
@@ -59,18 +56,16 @@ impl Role {
     }
 }
 
-/// What a packet is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// The master calls.
+    /// The master's call.
     Hello,
-    /// The slave answers.
+    /// The slave's reply.
     Reply,
-    /// The master says when tick 0 is.
+    /// The master's announcement of tick 0.
     Start,
-    /// The slave has understood.
+    /// The slave's confirmation.
     Ready,
-    /// A message of a tick.
     Message,
 }
 
@@ -90,7 +85,7 @@ pub(super) struct Packet {
 }
 
 impl Packet {
-    /// Its bytes, with an empty authentication code.
+    /// Returns the bytes, with an empty authentication code.
     pub(super) fn bytes(&self) -> [u8; PACKET_BYTES] {
         let mut bytes = [0; PACKET_BYTES];
         bytes[..4].copy_from_slice(MAGIC);
@@ -104,7 +99,7 @@ impl Packet {
         bytes
     }
 
-    /// The packet in some bytes, whose code is not checked; `None` if they are none.
+    /// Parses a packet without checking its authentication code; `None` if the bytes are no packet.
     pub(super) fn read(bytes: &[u8]) -> Option<Self> {
         let bytes: &[u8; PACKET_BYTES] = bytes.try_into().ok()?;
         if bytes[..4] != *MAGIC || bytes[4] != VERSION || bytes[7] != 0 {
@@ -119,7 +114,7 @@ impl Packet {
     }
 }
 
-/// The number at a place of some bytes; 0 beyond their end.
+/// Returns the number at an offset; 0 beyond the end.
 pub(super) fn word(bytes: &[u8], at: usize) -> u64 {
     bytes.get(at..).and_then(|rest| rest.first_chunk()).map_or(0, |bytes| u64::from_le_bytes(*bytes))
 }
@@ -147,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn every_byte_of_the_head_counts() {
+    fn every_byte_of_the_header_matters() {
         let packet =
             Packet { kind: Kind::Message, from: Role::Slave, number: 1, tick: 2, sent_ns: -3, body: [4; BODY_BYTES] };
         for place in 0..SIGNED_BYTES {

@@ -6,24 +6,24 @@ use super::packet::{Kind, PACKET_BYTES, Packet, Role};
 use trocar_engine::channel::SampleDelays;
 use trocar_scenario::Scenario;
 
-/// The most packets on their way; further ones are lost.
+/// Maximum number of packets on the way; further packets are lost.
 const MAX_WAITING: usize = 100_000;
 
-/// Delays and drops messages as the simulated channel of a scenario does: delay, jitter, loss, outages and logged delays,
-/// with the same random numbers. Greetings pass at once.
+/// Delays and drops messages like the simulated channel of a scenario (delay, jitter, loss, outages and logged delays),
+/// with the same random numbers. Greetings pass immediately.
 #[derive(Debug)]
 pub struct Proxy {
     tick_ns: f64,
     ticks: u64,
     delays: [SampleDelays; 2],
-    /// By the time at which they are due in ns, and by their number.
+    /// Packets by due time in ns and number.
     waiting: BTreeMap<(i64, u64), (Role, [u8; PACKET_BYTES])>,
     number: u64,
     lost: [u64; 2],
 }
 
 impl Proxy {
-    /// The channel of a scenario.
+    /// Creates the channel of a scenario.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
         Self {
@@ -36,7 +36,7 @@ impl Proxy {
         }
     }
 
-    /// Takes a packet of a side at a time (ns).
+    /// Receives a packet of a side at a time (ns).
     pub fn take(&mut self, from: Role, bytes: &[u8], now_ns: i64) {
         let Ok(packet) = <[u8; PACKET_BYTES]>::try_from(bytes) else { return };
         let delay_ticks = match Packet::read(bytes) {
@@ -53,7 +53,7 @@ impl Proxy {
         }
     }
 
-    /// The delay of the message of a tick; `None` if it is lost, or if a later one has been seen.
+    /// Returns the delay of a tick's message; `None` if it is lost, or if a later message has passed.
     fn delay_ticks(&mut self, from: Role, tick: u64) -> Option<u64> {
         let delays = &mut self.delays[from as usize];
         while delays.tick() < tick {
@@ -62,13 +62,13 @@ impl Proxy {
         if delays.tick() == tick { delays.next_ticks() } else { None }
     }
 
-    /// A packet that is due at a time (ns), and the side that it is for; the earliest first.
+    /// Returns the earliest packet that is due at a time (ns), and its destination.
     pub fn next_due(&mut self, now_ns: i64) -> Option<(Role, [u8; PACKET_BYTES])> {
         let first = self.waiting.first_entry()?;
         (first.key().0 <= now_ns).then(|| first.remove())
     }
 
-    /// The messages that it has dropped of each side: master, slave.
+    /// Returns the number of dropped messages of master and slave.
     #[must_use]
     pub fn lost(&self) -> [u64; 2] {
         self.lost

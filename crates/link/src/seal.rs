@@ -6,29 +6,29 @@ use thiserror::Error;
 
 use super::packet::{CODE_BYTES, PACKET_BYTES, Packet, SIGNED_BYTES};
 
-/// Shortest key of a file in bytes.
+/// Minimum length of a key in bytes.
 pub const MIN_KEY_BYTES: usize = 16;
 
-/// Length of the random number that each side adds to a session, in bytes.
+/// Length of the random number of each side in a session, in bytes.
 pub(super) const NONCE_BYTES: usize = 16;
 
-/// Separates the keys of sessions from the codes of packets with the same key.
+/// Separates session keys from packet codes that use the same key.
 const SESSION: &[u8] = b"trocar link, key of a session";
 
-/// A key that is too short.
+/// The error for a key that is too short.
 #[derive(Debug, Error)]
 #[error("the key has {given} bytes, must have at least {MIN_KEY_BYTES}: make one with head -c 32 /dev/urandom")]
 pub struct KeyError {
-    /// Its length in bytes.
+    /// The length in bytes.
     pub given: usize,
 }
 
-/// A key of HMAC with SHA-256, of whose codes the first 128 bits are sent (RFC 2104).
+/// A key for HMAC with SHA-256. The first 128 bits of a code are sent (RFC 2104).
 #[derive(Clone)]
 pub struct Key(Hmac<Sha256>);
 
 impl Key {
-    /// The key of some bytes, which both sides have.
+    /// Creates a key from bytes that both sides share.
     ///
     /// # Errors
     /// [`KeyError`] for fewer than 16 bytes.
@@ -36,7 +36,7 @@ impl Key {
         if bytes.len() < MIN_KEY_BYTES { Err(KeyError { given: bytes.len() }) } else { Ok(Self::of(bytes)) }
     }
 
-    /// The key of links that stay on one machine: the code is then a check for errors and for packets of others.
+    /// Returns the key of links on one computer. Its code only detects errors and foreign packets.
     #[must_use]
     pub fn of_loopback() -> Self {
         Self::of(b"loopback")
@@ -57,7 +57,7 @@ impl Key {
         Self(Hmac::new(&block.into()))
     }
 
-    /// The key of a session: another one for each pair of random numbers.
+    /// Each pair of random numbers gives a different key.
     pub(super) fn session(&self, of_master: &[u8; NONCE_BYTES], of_slave: &[u8; NONCE_BYTES]) -> Session {
         let mut code = self.0.clone();
         code.update(SESSION);
@@ -66,7 +66,6 @@ impl Key {
         Session(Self::of(&code.finalize().into_bytes()))
     }
 
-    /// A packet with its code.
     pub(super) fn seal(&self, packet: &Packet) -> [u8; PACKET_BYTES] {
         let mut bytes = packet.bytes();
         let mut code = self.0.clone();
@@ -75,7 +74,7 @@ impl Key {
         bytes
     }
 
-    /// Whether a packet has the right code; the time of the comparison does not depend on the code.
+    /// Returns true if a packet has the correct code. The duration of the comparison does not depend on the code.
     pub(super) fn is_authentic(&self, bytes: &[u8]) -> bool {
         let Some((signed, code)) = bytes.split_at_checked(SIGNED_BYTES).filter(|(_, code)| code.len() == CODE_BYTES)
         else {
@@ -88,7 +87,7 @@ impl Key {
 }
 
 impl std::fmt::Debug for Key {
-    /// Without the key.
+    /// Omits the key.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Key")
     }
@@ -107,7 +106,7 @@ mod tests {
         Packet { kind: Kind::Message, from: Role::Master, number: 7, tick: 9, sent_ns: 5, body: [3; BODY_BYTES] };
 
     #[test]
-    fn a_changed_bit_or_another_key_is_found() {
+    fn a_changed_bit_or_another_key_is_detected() {
         let key = Key::new(b"sixteen bytes ok").expect("long enough");
         let sealed = key.seal(&PACKET);
         assert!(key.is_authentic(&sealed));
@@ -132,8 +131,8 @@ mod tests {
     }
 
     #[test]
-    fn the_code_is_that_of_rfc_4231() {
-        // Test cases 2 and 6: a short key, and one longer than a block.
+    fn the_code_agrees_with_rfc_4231() {
+        // Test cases 2 and 6: a short key, and a key longer than a block.
         let code = |key: &[u8], text: &[u8]| {
             let mut code = Key::of(key).0;
             code.update(text);

@@ -5,29 +5,31 @@ use super::endpoint::Trip;
 use super::ends::Meter;
 use super::lateness::LatenessSummary;
 use super::packet::Role;
+use schemars::JsonSchema;
+use serde::Serialize;
 use trocar_base::quantiles::quantile_of;
 use trocar_engine::channel::Schedule;
 
-/// Median, 99 % and largest of some values; `None` without values.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// The distribution of values; `None` without values.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Spread {
-    /// Median.
+    /// The median.
     pub median: Option<f64>,
-    /// 99 %.
+    /// The 99 % quantile.
     pub p99: Option<f64>,
-    /// The largest.
+    /// The maximum.
     pub worst: Option<f64>,
 }
 
 impl Spread {
-    /// Of some values, which it reorders.
+    /// Computes the distribution of values, and reorders them.
     #[must_use]
     pub fn of(values: &mut [f64]) -> Self {
         Self { median: quantile_of(values, 0.5), p99: quantile_of(values, 0.99), worst: quantile_of(values, 1.0) }
     }
 }
 
-/// The times of messages on their way, in s.
+/// The travel times of messages in s.
 #[derive(Debug, Clone, Default)]
 pub struct Trips {
     one_way_s: Vec<f64>,
@@ -35,7 +37,7 @@ pub struct Trips {
 }
 
 impl Trips {
-    /// An empty list with room for a number of messages.
+    /// Creates an empty list with capacity for a number of messages.
     #[must_use]
     pub fn new(messages: u64) -> Self {
         let empty = || Vec::with_capacity(messages as usize);
@@ -49,45 +51,45 @@ impl Trips {
     }
 }
 
-/// What a side of a link tells at its end.
+/// The final report of a side of a link.
 #[derive(Debug, Clone)]
 pub struct SideSummary {
-    /// The scenario's name.
+    /// The name of the scenario.
     pub scenario: String,
     /// The side.
     pub role: Role,
-    /// Ticks done, and ticks of the scenario.
+    /// Number of completed ticks, and of ticks in the scenario.
     pub ticks: (u64, u64),
     /// Length of a tick in s.
     pub tick_s: f64,
-    /// Numbers of packets.
+    /// Counters of packets and messages.
     pub counters: Counters,
-    /// Messages of the other side that had not arrived by the end.
+    /// Number of messages of the other side that had not arrived at the end.
     pub lost: u64,
-    /// The delay of messages to this side, in ticks: what `channel.delays_file` has.
+    /// The delay of messages to this side in ticks, as in `channel.delays_file`.
     pub delay_ticks: Spread,
     /// The time from sending to arrival in s, by the clocks of both sides.
     pub one_way_s: Spread,
-    /// The time there and back in s.
+    /// The round-trip time in s.
     pub round_s: Spread,
-    /// Half of the shortest round trip of the greeting in s: to this the clocks agree.
+    /// The accuracy of the clock agreement in s: half of the shortest round trip of the greeting.
     pub clock_s: f64,
-    /// How late the ticks were.
+    /// The lateness of the ticks.
     pub lateness: LatenessSummary,
-    /// What the scheduler gave.
+    /// The priority from the scheduler.
     pub priority: String,
     /// The energies of both ports.
     pub meter: Meter,
-    /// Times of ruptures in s; only the slave's side has them.
+    /// Times of ruptures in s, only on the slave's side.
     pub ruptures_s: Vec<f64>,
-    /// Times of alarms on which the supervisor acted, in s; only the slave's side has them.
+    /// Times of accepted alarms in s, only on the slave's side.
     pub alarms_s: Vec<f64>,
-    /// Messages that a proxy in this process has dropped: from the master, from the slave.
+    /// Number of messages that a proxy in this process dropped, from the master and from the slave.
     pub proxy_lost: Option<[u64; 2]>,
 }
 
 impl SideSummary {
-    /// Messages lost of the other side's ticks, and the spread of the delays in ticks of all others.
+    /// Returns the number of lost messages, and the distribution of the delays of all others in ticks.
     #[must_use]
     pub fn delays(delays: &[u32]) -> (u64, Spread) {
         let mut arrived: Vec<f64> =
@@ -95,7 +97,7 @@ impl SideSummary {
         ((delays.len() - arrived.len()) as u64, Spread::of(&mut arrived))
     }
 
-    /// The spreads of the times one way and there and back, in s.
+    /// Returns the distributions of the one-way and the round-trip times in s.
     #[must_use]
     pub fn times(mut trips: Trips) -> (Spread, Spread) {
         (Spread::of(&mut trips.one_way_s), Spread::of(&mut trips.round_s))
@@ -107,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_never_came_is_lost_and_not_late() {
+    fn a_message_that_never_arrived_is_lost_and_not_late() {
         let (lost, spread) = SideSummary::delays(&[2, Schedule::LOST, 3, 2, Schedule::LOST]);
         assert_eq!((lost, spread.median, spread.worst), (2, Some(2.0), Some(3.0)));
         let nothing = SideSummary::delays(&[Schedule::LOST]);

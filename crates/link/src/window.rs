@@ -1,20 +1,19 @@
-//! Which packet numbers have been received.
+//! The received packet numbers.
 
-/// Length of the window in packets.
 const LENGTH: u64 = 1024;
 const WORDS: usize = (LENGTH / u64::BITS as u64) as usize;
 
-/// The last 1024 packet numbers: each is accepted once, older ones never (the window of RFC 4303, 3.4.3).
+/// The last 1024 packet numbers. Each is accepted once, older ones never (the window of RFC 4303, 3.4.3).
 #[derive(Debug, Clone, Default)]
 pub struct Window {
-    /// The number after the highest one so far.
+    /// The highest number so far, plus one.
     next: u64,
-    /// A bit per number of the window, at its number modulo the length.
+    /// A bit per number in the window, at its number modulo the length.
     seen: [u64; WORDS],
 }
 
 impl Window {
-    /// Whether the number is new; it is not from then on.
+    /// Returns true if the number is new, and marks it as received.
     pub fn accept(&mut self, number: u64) -> bool {
         if number == u64::MAX || number.saturating_add(LENGTH) < self.next {
             return false;
@@ -35,7 +34,6 @@ impl Window {
         is_new
     }
 
-    /// The word and the bit of a number.
     fn word(&mut self, number: u64) -> (&mut u64, u64) {
         let place = number % LENGTH;
         (&mut self.seen[(place / u64::from(u64::BITS)) as usize], 1 << (place % u64::from(u64::BITS)))
@@ -63,7 +61,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_a_set_of_the_last_numbers(steps in prop::collection::vec((0_u64..40, 0_u64..1200), 1..400)) {
+        fn the_window_is_a_set_of_the_last_numbers(steps in prop::collection::vec((0_u64..40, 0_u64..1200), 1..400)) {
             let (mut window, mut seen, mut highest) = (Window::default(), HashSet::new(), 0_u64);
             let mut ahead = 0;
             for (step, back) in steps {

@@ -1,11 +1,12 @@
-//! Connections of systems: in series, in parallel, in feedback or block-diagonal.
+//! Connections of systems: series, parallel, feedback and block-diagonal.
 
 use nalgebra::DMatrix;
 
 use super::linear_algebra::check_size;
 use super::{Domain, Error, Interconnection, Signal, StateSpace};
 
-/// The systems without connections: states, inputs and outputs of the first, then of the next; block-diagonal matrices.
+/// Combines systems without connecting them: block-diagonal matrices; states, inputs and outputs in the order of
+/// `systems`.
 ///
 /// # Errors
 /// [`Error::UnequalTicks`]; [`Error::DimensionMismatch`] for an empty list.
@@ -36,7 +37,7 @@ pub fn append<D: Domain>(systems: &[&StateSpace<D>]) -> Result<StateSpace<D>, Er
     )
 }
 
-/// `second` after `first`: `y = H_2 H_1 u`. States of the first, then of the second.
+/// Connects `second` after `first`: `y = H_2 H_1 u`. The states are first's, then second's.
 ///
 /// # Errors
 /// [`Error::DimensionMismatch`] unless `first` has as many outputs as `second` has inputs; [`Error::UnequalTicks`].
@@ -56,7 +57,7 @@ pub fn series<D: Domain>(first: &StateSpace<D>, second: &StateSpace<D>) -> Resul
     wiring.close(&both)
 }
 
-/// Both on the same inputs, outputs added: `y = (H_1 + H_2) u`.
+/// Connects two systems in parallel: same inputs, outputs added, `y = (H_1 + H_2) u`.
 ///
 /// # Errors
 /// [`Error::DimensionMismatch`] unless both have the same inputs and outputs; [`Error::UnequalTicks`].
@@ -75,7 +76,7 @@ pub fn parallel<D: Domain>(first: &StateSpace<D>, second: &StateSpace<D>) -> Res
     wiring.close(&both)
 }
 
-/// Negative feedback: `y = H_f (r - H_b y)`, so `(I + H_f H_b)⁻¹ H_f`.
+/// Closes a negative feedback loop: `y = H_f (r - H_b y)`, so `(I + H_f H_b)⁻¹ H_f`.
 ///
 /// # Errors
 /// [`Error::DimensionMismatch`] unless `back` maps the outputs of `forward` to its inputs; [`Error::UnequalTicks`];
@@ -104,7 +105,7 @@ mod tests {
     use crate::Continuous;
 
     #[test]
-    fn a_loop_of_direct_paths_with_gain_one_is_refused() {
+    fn a_loop_of_direct_paths_with_gain_one_is_rejected() {
         let forward = StateSpace::gain(dmatrix![2.0], Continuous).expect("finite");
         let back = StateSpace::gain(dmatrix![-0.5], Continuous).expect("finite");
         assert_eq!(feedback(&forward, &back), Err(Error::AlgebraicLoop { size: 2 }));

@@ -10,19 +10,19 @@ mod sealed {
 
 /// Continuous or discrete time. The trait is sealed.
 pub trait Domain: Copy + std::fmt::Debug + PartialEq + sealed::Sealed {
-    /// The common domain of two systems.
+    /// Returns the common domain of two systems.
     ///
     /// # Errors
-    /// [`Error::UnequalTicks`] for two discrete systems whose ticks differ.
+    /// [`Error::UnequalTicks`] for discrete systems with different ticks.
     fn shared_with(self, other: Self) -> Result<Self, Error>;
 
-    /// The point of the complex plane of a constant input: s = 0, or z = 1.
+    /// Returns the point of the complex plane for a constant input: s = 0 or z = 1.
     fn constant_point(self) -> f64;
 
-    /// The point of the complex plane at a real frequency: s = jω, or z = exp(jωT). `omega_rad_per_s` in rad/s.
+    /// Returns the point of the complex plane for a real frequency in rad/s: s = jω or z = exp(jωT).
     fn frequency_point(self, omega_rad_per_s: f64) -> Complex64;
 
-    /// Whether a pole decays: Re s < 0, or |z| < 1.
+    /// Returns true if a pole decays: Re s < 0 or |z| < 1.
     fn is_stable_pole(self, pole: Complex64) -> bool;
 }
 
@@ -37,7 +37,7 @@ pub struct Discrete {
 }
 
 impl Discrete {
-    /// A domain with this tick, in s (positive, finite).
+    /// Creates a domain with a tick in s (positive, finite).
     ///
     /// # Errors
     /// [`Error::TickNotPositive`].
@@ -45,7 +45,7 @@ impl Discrete {
         if tick_s.is_finite() && tick_s > 0.0 { Ok(Self { tick_s }) } else { Err(Error::TickNotPositive { tick_s }) }
     }
 
-    /// The tick, in s.
+    /// Returns the tick in s.
     #[must_use]
     pub fn tick_s(self) -> f64 {
         self.tick_s

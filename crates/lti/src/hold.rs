@@ -1,4 +1,4 @@
-//! Exact steps over a tick, for inputs that are held or linear between samples.
+//! Exact steps over a tick, for inputs that are constant or linear between samples.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -6,16 +6,16 @@ use super::linear_algebra::check_size;
 use super::matrix_function::{exponential, logarithm};
 use super::{Continuous, Discrete, Error, StateSpace};
 
-/// The course of an input from one sample to the next.
+/// The course of an input between two samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum InputHold {
-    /// Constant over the tick at its value at the start (zero-order hold).
+    /// Constant over the tick, with the value at its start (zero-order hold).
     Held,
-    /// Linear from its value at the start to that at the end (first-order, or triangle, hold).
+    /// Linear from the value at the start of the tick to the value at its end (first-order, or triangle, hold).
     Linear,
 }
 
-/// `x_{k+1} = Φ x_k + Γ_now u_k + Γ_next u_{k+1}`: the exact solution over one tick, not an approximation with a step size.
+/// `x_{k+1} = Φ x_k + Γ_now u_k + Γ_next u_{k+1}`: the exact solution over one tick, without a step-size error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactStep {
     /// Φ = exp(A T), n x n.
@@ -27,7 +27,7 @@ pub struct ExactStep {
 }
 
 impl ExactStep {
-    /// The state one tick later, from the state (n) and the inputs (m) at the start and at the end of the tick.
+    /// Returns the state (n) one tick later, from the inputs (m) at the start and the end of the tick.
     ///
     /// # Errors
     /// [`Error::DimensionMismatch`].
@@ -44,16 +44,16 @@ impl ExactStep {
     }
 }
 
-/// The exact step of a continuous system over a tick in s, with one [`InputHold`] per input.
+/// Computes the exact step of a continuous system over a tick in s, with one [`InputHold`] per input.
 ///
-/// The first rows of one exponential hold all three integrals (Van Loan, *Computing integrals involving the matrix
-/// exponential*, 1978; Franklin, Powell and Workman, *Digital Control of Dynamic Systems*, 6.3):
+/// The first rows of one matrix exponential contain all three integrals (Van Loan, *Computing integrals involving the
+/// matrix exponential*, 1978; Franklin, Powell and Workman, *Digital Control of Dynamic Systems*, 6.3):
 ///
 /// `exp([A T, B T, 0; 0, 0, I; 0, 0, 0]) = [Φ, Γ_1, Γ_2; ...]`, where `Γ_1 = ∫_0^T exp(A τ) dτ B` and
 /// `Γ_2 = ∫_0^T exp(A (T - τ)) τ/T dτ B`. A held input has `Γ_now = Γ_1`, a linear one `Γ_now = Γ_1 - Γ_2`,
 /// `Γ_next = Γ_2`.
 ///
-/// The derivative of an input that is linear over the tick is constant, `(u_{k+1} - u_k) / T`: declare such an input
+/// The derivative of an input that is linear over the tick is constant, `(u_{k+1} - u_k) / T`: declare it as
 /// [`InputHold::Held`] with that value.
 ///
 /// # Errors
@@ -80,24 +80,24 @@ pub fn exact_step(system: &StateSpace<Continuous>, tick_s: f64, holds: &[InputHo
     Ok(ExactStep { phi: whole.view((0, 0), (n, n)).into_owned(), gamma_now, gamma_next })
 }
 
-/// The discrete system between a zero-order hold and a sampler, exact at the ticks: `(exp(A T), Γ_1, C, D)`.
+/// Returns the discrete system between a zero-order hold and a sampler, exact at the ticks: `(exp(A T), Γ_1, C, D)`.
 ///
 /// # Errors
-/// As [`exact_step`].
+/// The errors of [`exact_step`].
 pub fn zero_order_hold(system: &StateSpace<Continuous>, tick_s: f64) -> Result<StateSpace<Discrete>, Error> {
     let step = exact_step(system, tick_s, &vec![InputHold::Held; system.inputs()])?;
     StateSpace::discrete(step.phi, step.gamma_now, system.c().clone(), system.d().clone(), tick_s)
 }
 
-/// The continuous system whose zero-order hold is `system`: `[A, B; 0, 0] T = log [Φ, Γ; 0, I]`.
+/// Returns the continuous system whose zero-order hold is `system`: `[A, B; 0, 0] T = log [Φ, Γ; 0, I]`.
 ///
-/// With the principal logarithm, modes above the Nyquist frequency appear as their slower alias.
+/// The principal logarithm maps modes above the Nyquist frequency to their slower alias.
 ///
 /// # Errors
-/// [`Error::NoRealLogarithm`] for a pole at 0 or on the negative real axis; as [`logarithm`] otherwise.
+/// [`Error::NoRealLogarithm`] for a pole at 0 or on the negative real axis; otherwise the errors of [`logarithm`].
 pub fn undo_zero_order_hold(system: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, Error> {
     let (n, m) = (system.states(), system.inputs());
-    // Checked first: the block form below only adds eigenvalues at 1.
+    // Checked first, because the block form below adds only eigenvalues at 1.
     let phi_log = logarithm(system.a())?;
     let mut block = DMatrix::identity(n + m, n + m);
     block.view_mut((0, 0), (n, n)).copy_from(system.a());
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
     use crate::linear_algebra::product;
 
-    /// `x' = -x + u` and a second input through an integrator.
+    /// `x' = -x + u`, and a second input through an integrator.
     fn plant() -> StateSpace<Continuous> {
         StateSpace::continuous(
             dmatrix![-1.0, 0.0; 0.0, 0.0],
@@ -126,7 +126,7 @@ mod tests {
         .expect("well formed")
     }
 
-    /// `A Γ_1 = (Φ - I) B`, from the definition of Γ_1 as an integral.
+    /// `A Γ_1 = (Φ - I) B`, from the integral that defines Γ_1.
     fn gamma_one_residual(system: &StateSpace<Continuous>, step: &ExactStep) -> f64 {
         let n = system.states();
         let left = product(system.a(), &(&step.gamma_now + &step.gamma_next));
@@ -135,25 +135,25 @@ mod tests {
     }
 
     #[test]
-    fn each_input_has_its_own_hold() {
+    fn each_input_has_a_separate_hold() {
         let step = exact_step(&plant(), 0.5, &[InputHold::Held, InputHold::Linear]).expect("finite");
         assert!((step.gamma_now[(0, 0)] - (1.0 - f64::exp(-0.5))).abs() < 1e-15);
         assert_eq!(step.gamma_next.column(0), dvector![0.0, 0.0]);
-        // The integral of a straight line is the area of a trapezium.
+        // The integral of a linear input is the area of a trapezium.
         assert!((step.gamma_now[(1, 1)] - 0.25).abs() < 1e-16);
         assert!((step.gamma_next[(1, 1)] - 0.25).abs() < 1e-16);
         assert!(gamma_one_residual(&plant(), &step) < 1e-15);
     }
 
     #[test]
-    fn a_wrong_number_of_holds_is_refused() {
+    fn a_wrong_number_of_holds_is_rejected() {
         let one_hold = exact_step(&plant(), 0.5, &[InputHold::Held]);
         assert_eq!(one_hold, Err(Error::DimensionMismatch { what: "the number of holds", expected: 2, found: 1 }));
         assert!(matches!(exact_step(&plant(), f64::NAN, &[]), Err(Error::TickNotPositive { .. })));
     }
 
     #[test]
-    fn a_delay_is_no_held_continuous_system() {
+    fn a_delay_is_not_the_hold_of_a_continuous_system() {
         let delay = StateSpace::discrete(dmatrix![0.0], dmatrix![1.0], dmatrix![1.0], dmatrix![0.0], 1e-3);
         assert!(matches!(
             undo_zero_order_hold(&delay.expect("well formed")),

@@ -1,4 +1,4 @@
-//! The gains of a connection, written line by line.
+//! A builder for the gains of a connection.
 
 use nalgebra::DMatrix;
 
@@ -7,7 +7,7 @@ use super::{Domain, Error, StateSpace, connect};
 /// A signal of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Signal {
-    /// An output of the appended systems, counted from 0 across all of them.
+    /// An output of the appended systems, counted from 0 across all systems.
     Output(usize),
     /// An external input, counted from 0.
     External(usize),
@@ -16,8 +16,8 @@ pub enum Signal {
 /// A weighted sum of signals.
 pub type WeightedSignals<'a> = &'a [(f64, Signal)];
 
-/// The static gains around appended systems: each [`feed`](Self::feed) adds to an input, each [`read`](Self::read) adds
-/// an output of the closed system. [`close`](Self::close) passes them to [`connect`].
+/// Builds the static gains around appended systems: each [`feed`](Self::feed) adds to an input, each
+/// [`read`](Self::read) adds an output of the closed system. [`close`](Self::close) passes the gains to [`connect`].
 ///
 /// ```
 /// # mod trocar { pub use trocar_lti as lti; }
@@ -41,7 +41,7 @@ pub struct Interconnection {
 }
 
 impl Interconnection {
-    /// A connection in which every input is 0 and there are no outputs. `externals` is the number of external inputs.
+    /// Creates a connection with all inputs at 0 and without outputs. `externals` is the number of external inputs.
     #[must_use]
     pub fn new<D: Domain>(system: &StateSpace<D>, externals: usize) -> Self {
         let outputs = system.outputs();
@@ -64,7 +64,7 @@ impl Interconnection {
         Ok(self)
     }
 
-    /// Makes `Σ weight · signal` the next output of the closed system.
+    /// Adds `Σ weight · signal` as the next output of the closed system.
     ///
     /// # Errors
     /// [`Error::IndexOutOfRange`].
@@ -77,11 +77,11 @@ impl Interconnection {
         Ok(self)
     }
 
-    /// The closed system, with the states of `system`, the external inputs, and the outputs in the order of the `read`
-    /// calls.
+    /// Returns the closed system with the states of `system`, the external inputs, and the outputs in the order of the
+    /// `read` calls.
     ///
     /// # Errors
-    /// As [`connect`].
+    /// The errors of [`connect`].
     pub fn close<D: Domain>(&self, system: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
         let columns = self.outputs + self.externals;
         let selection = DMatrix::from_fn(self.selection.len(), columns, |i, j| self.selection[i][j]);
@@ -110,7 +110,7 @@ mod tests {
     use crate::Continuous;
 
     #[test]
-    fn wires_to_nowhere_are_refused() {
+    fn connections_to_unknown_signals_are_rejected() {
         let gain = StateSpace::gain(dmatrix![1.0], Continuous).expect("finite");
         let wiring = Interconnection::new(&gain, 1);
         let nowhere = |what, index, count| Err(Error::IndexOutOfRange { what, index, count });

@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use super::linear_algebra::{one_norm, product, solve};
 use super::{Continuous, Error, InputHold, StateSpace, exact_step, exponential};
 
-/// The effect of one input on the states over a tick, while it moves from its actual value `u_0` towards a held command
-/// `c`:
+/// The effect of one input on the states over a tick. The input moves from its actual value `u_0` towards a held
+/// command `c`:
 ///
 /// ```text
 /// u(t)    = c + (u_0 - c) exp(-t/τ)
@@ -15,7 +15,7 @@ use super::{Continuous, Error, InputHold, StateSpace, exact_step, exponential};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaggedInput {
-    /// `∫_0^T exp(A (T-s)) B exp(-s/τ) ds`, n: effect of the input's actual value at the start of the tick.
+    /// `∫_0^T exp(A (T-s)) B exp(-s/τ) ds`, n: effect of the actual value at the start of the tick.
     pub from_actual: DVector<f64>,
     /// `∫_0^T exp(A (T-s)) B (1 - exp(-s/τ)) ds`, n: effect of the command.
     pub from_command: DVector<f64>,
@@ -25,23 +25,23 @@ pub struct LaggedInput {
     pub gained: f64,
 }
 
-/// The effect of input `input` over a tick (s) when it follows its command with the lag `lag_s` (τ in s, at least 0).
+/// Returns the effect of input `input` over a tick (s) if it follows its command with the lag `lag_s` (τ in s, at least
+/// 0).
 ///
 /// A lag of 0 gives the held input of [`exact_step`], bit for bit. Otherwise the lag is an additional state, and both
 /// integrals are columns of one exponential,
 ///
 /// `exp([A, B, 0; 0, -1/τ, 1/τ; 0, 0, 0] T) = [Φ, from_actual, from_command; ...]`,
 ///
-/// so that neither is a difference, even with a long lag, where they nearly cancel. A lag much faster than the system
-/// would need so many squarings of that exponential that Φ loses its digits. In that case the first integral is the
-/// solution of
+/// which avoids cancellation for a long lag. A lag much faster than the system would need so many squarings of the
+/// exponential that Φ loses its digits. In that case the first integral is the solution of
 ///
 /// `(I + τ A) from_actual = τ (Φ - exp(-T/τ) I) B`,
 ///
-/// which is well conditioned, as `τ |A|` is at most one half.
+/// which is well conditioned because `τ |A|` is at most one half.
 ///
 /// # Errors
-/// As [`exact_step`]; [`Error::IndexOutOfRange`], and [`Error::LagNegative`] for a negative or infinite lag.
+/// The errors of [`exact_step`]; [`Error::IndexOutOfRange`], and [`Error::LagNegative`] for a negative or infinite lag.
 pub fn lagged_input(
     system: &StateSpace<Continuous>,
     input: usize,
@@ -93,7 +93,7 @@ mod tests {
         StateSpace::continuous(a, b, DMatrix::identity(n, n), DMatrix::zeros(n, m)).expect("well formed")
     }
 
-    /// `Σ_{k≥0} (-r)^k / (k + order)!`, which gives every integral over a short part of a lag without cancellation.
+    /// `Σ_{k≥0} (-r)^k / (k + order)!` gives every integral over a short part of a lag without cancellation.
     fn tail(r: f64, order: u32) -> f64 {
         let first = (1..=order).fold(1.0, |product, k| product / f64::from(k));
         let terms = (1..30).scan(first, |term, k| {
@@ -103,7 +103,7 @@ mod tests {
         terms.fold(first, |sum, term| sum + term)
     }
 
-    /// A mass: position and velocity after a tick from rest, integrated by hand.
+    /// Position and velocity of a mass after a tick from rest, integrated by hand.
     fn mass(lag_s: f64) -> [[f64; 2]; 2] {
         let r = TICK_S / lag_s;
         if r < 1.0 {
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mass_moves_as_integrated_by_hand_however_short_or_long_the_lag() {
+    fn a_mass_moves_as_integrated_by_hand_for_any_lag() {
         let mass_alone = system(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0]);
         for power in -15..=12 {
             for factor in [1.0, 3.3] {
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pole_at_the_lags_own_is_no_exception() {
+    fn a_system_pole_equal_to_the_lags_pole_is_handled() {
         for lag_s in [1e-5, 2e-4, 1e-3, 0.3] {
             let twin = system(dmatrix![-1.0 / lag_s], dmatrix![1.0]);
             let step = lagged_input(&twin, 0, TICK_S, lag_s).expect("finite");
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn both_ways_agree_where_they_meet() {
+    fn both_formulas_agree_at_their_boundary() {
         let a = dmatrix![0.0, 1.0, 0.0; -8000.0, -100.0, 30.0; 500.0, 0.0, -900.0];
         let meeting_s = 1.0 / (2.0 * one_norm(&a));
         let oscillator = system(a, dmatrix![0.0; 1.0; 2.0]);
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn no_lag_is_a_held_input_and_no_time_is_refused() {
+    fn a_zero_lag_is_a_held_input_and_invalid_times_are_rejected() {
         let plant = system(dmatrix![-3.0, 1.0; 0.0, -40.0], dmatrix![1.0, 0.0; 0.5, 2.0]);
         let held = exact_step(&plant, TICK_S, &[InputHold::Held; 2]).expect("finite");
         let step = lagged_input(&plant, 1, TICK_S, 0.0).expect("finite");

@@ -1,13 +1,13 @@
-//! Linear time-invariant systems: from printed transfer functions to matrices that an engine can step exactly.
+//! Linear time-invariant systems: from printed transfer functions to matrices for exact simulation steps.
 //!
-//! It may use `trocar-base`. The crate `trocar` re-exports it as `trocar::lti`.
+//! The crate depends only on `trocar-base`. The crate `trocar` re-exports it as `trocar::lti`.
 //!
 //! Typical use:
 //!
 //! 1. write the blocks as [`TransferFunction`]s, as printed;
-//! 2. [`realise`] them, or [`realise_with_derivative`] where position and velocity are both wanted;
-//! 3. [`append`] the blocks and connect them with a [`Interconnection`] (or [`connect`], its matrix form);
-//! 4. [`exact_step`] over one tick.
+//! 2. [`realise`] them, or use [`realise_with_derivative`] for position and velocity;
+//! 3. [`append`] the blocks and connect them with an [`Interconnection`] (or [`connect`], its matrix form);
+//! 4. compute [`exact_step`] over one tick.
 //!
 //! ```
 //! # mod trocar { pub use trocar_lti as lti; }
@@ -21,8 +21,8 @@
 //! # Ok::<(), trocar::lti::Error>(())
 //! ```
 //!
-//! Matrices for a simulation are computed with plain multiplications and additions in a fixed order (without a run-time
-//! choice of SIMD kernel or fused multiply-add), so that the bits are the same on every machine.
+//! Matrices for simulations use plain multiplications and additions in a fixed order (without a run-time choice of SIMD
+//! kernel or fused multiply-add), so that every computer computes the same bits.
 //!
 //! No function panics on invalid numbers; each returns an [`Error`] with the number and the remedy.
 
@@ -58,5 +58,5 @@ pub use static_gains::connect;
 pub use transfer_function::TransferFunction;
 pub use tustin::{tustin, undo_tustin};
 
-/// The complex number of nalgebra.
+/// The complex number type of nalgebra.
 pub type Complex64 = nalgebra::Complex<f64>;

@@ -1,7 +1,7 @@
 //! Dense kernels with a fixed order of operations.
 //!
-//! nalgebra computes larger products with `matrixmultiply`, which selects a kernel (with or without fused multiply-add)
-//! for the processor: the last bit of a simulation would depend on the machine. [`product`] is a plain triple loop.
+//! nalgebra computes large products with `matrixmultiply`, which selects a kernel (with or without fused multiply-add)
+//! for the processor, so the last bit of a simulation would depend on the computer. [`product`] is a plain triple loop.
 
 use nalgebra::{DMatrix, Schur};
 
@@ -9,18 +9,17 @@ use super::{Complex64, Error};
 
 const MAX_QR_ITERATIONS: usize = 10_000;
 
-/// `A B`, accumulated in the order of the inner index. The caller checks the shapes.
+/// Returns `A B`, accumulated in the order of the inner index.
 pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     assert_eq!(a.ncols(), b.nrows());
     DMatrix::from_fn(a.nrows(), b.ncols(), |i, j| (0..a.ncols()).fold(0.0, |sum, k| sum + a[(i, k)] * b[(k, j)]))
 }
 
-/// The largest column sum of absolute values, 0 for an empty matrix.
+/// Returns the largest column sum of magnitudes; 0 for an empty matrix.
 pub(super) fn one_norm(a: &DMatrix<f64>) -> f64 {
     (0..a.ncols()).map(|j| a.column(j).iter().fold(0.0, |sum, v| sum + v.abs())).fold(0.0, f64::max)
 }
 
-/// Rejects infinite and NaN entries.
 pub(super) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), Error> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
@@ -28,15 +27,14 @@ pub(super) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), Err
     }
 }
 
-/// Rejects a size other than the expected one.
 pub(super) fn check_size(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
     if expected == found { Ok(()) } else { Err(Error::DimensionMismatch { what, expected, found }) }
 }
 
-/// Solves `A X = B` for a square `A`; `None` when `A` is singular to working precision.
+/// Solves `A X = B` for a square `A`; `None` if `A` is singular to working precision.
 ///
 /// Rows and columns are first scaled by powers of two (exactly), so that mixed units (such as newtons per metre and
-/// metres) are not mistaken for singularity.
+/// metres) do not count as singular.
 pub(super) fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     if n == 0 {
@@ -57,7 +55,7 @@ pub(super) fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> 
     }
     let lu = scaled.lu();
     let pivots = lu.u().diagonal().abs();
-    // False for NaN as well.
+    // Also false for NaN.
     let regular = pivots.min() > n as f64 * f64::EPSILON * pivots.max();
     if !regular {
         return None;
@@ -69,27 +67,28 @@ pub(super) fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> 
     solution.iter().all(|v| v.is_finite()).then_some(solution)
 }
 
-/// Solves `X A = B`; `None` when `A` is singular to working precision.
+/// Solves `X A = B`; `None` if `A` is singular to working precision.
 pub(super) fn solve_right(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     solve(&a.transpose(), &b.transpose()).map(|x| x.transpose())
 }
 
-/// The largest power of two not above `value`; `None` for 0, subnormal and non-finite values.
+/// Returns the largest power of two not above `value`; `None` for 0, subnormal and non-finite values.
 fn power_of_two(value: f64) -> Option<f64> {
     value.is_normal().then(|| f64::from_bits(value.abs().to_bits() & 0x7ff0_0000_0000_0000))
 }
 
-/// Eigenvalues of a square matrix, sorted by real, then imaginary part; complex ones in exactly conjugate pairs.
+/// Returns the eigenvalues of a square matrix, sorted by real, then imaginary part. Complex eigenvalues are exactly
+/// conjugate pairs.
 ///
-/// The matrix is balanced (Parlett and Reinsch), then brought to real Schur form by a QR iteration with a bounded
-/// number of steps.
+/// The matrix is balanced (Parlett and Reinsch) and brought to real Schur form by a QR iteration with a bounded number
+/// of steps.
 ///
 /// # Errors
 /// [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
 pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     let n = a.nrows();
     check_finite("the matrix", a.as_slice())?;
-    // An all-zero (or subnormal) matrix: its eigenvalues are 0 in double precision.
+    // The eigenvalues of an all-zero (or subnormal) matrix are 0 in double precision.
     let Some(scale) = (if n == 0 { None } else { power_of_two(a.amax()) }) else {
         return Ok(vec![Complex64::new(0.0, 0.0); n]);
     };
@@ -102,7 +101,7 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     let mut i = 0;
     while i < n {
         if i + 1 < n && t[(i + 1, i)] != 0.0 {
-            // nalgebra's extraction gives NaN when rounding makes this discriminant positive.
+            // nalgebra's extraction gives NaN if rounding makes this discriminant positive.
             let mean = 0.5 * (t[(i, i)] + t[(i + 1, i + 1)]) - shift;
             let half = 0.5 * (t[(i, i)] - t[(i + 1, i + 1)]);
             let discriminant = half * half + t[(i, i + 1)] * t[(i + 1, i)];
@@ -123,11 +122,13 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     Ok(values)
 }
 
-/// The real Schur form of a matrix plus `shift` times the identity, with that shift: 0 if the iteration converges without one.
+/// Returns the real Schur form of a matrix plus `shift` times the identity, and the shift: 0 if the iteration converges
+/// without one.
 ///
-/// nalgebra takes an entry below the diagonal for 0 by the diagonal beside it. Where many eigenvalues are 0, as behind a chain of
-/// delays, the diagonal vanishes with the entry, and the iteration has no end. Then the shift puts the norm beside it, by which
-/// LAPACK judges in such a place: the error is that of rounding the matrix.
+/// nalgebra compares a subdiagonal entry with the diagonal beside it to decide if it is 0. With many eigenvalues at 0,
+/// for example from a chain of delays, the diagonal vanishes too, and the iteration does not converge. The shift adds
+/// the norm to the diagonal; LAPACK compares with the norm in such cases. The error is of the order of rounding the
+/// matrix.
 fn real_schur(a: &DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
     let norm = a.amax();
     [0.0, norm].into_iter().find_map(|shift| {
@@ -138,7 +139,6 @@ fn real_schur(a: &DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
     })
 }
 
-/// Sorts by real, then imaginary part.
 pub(super) fn sort(values: &mut [Complex64]) {
     values.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
 }
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn eigenvalues_of_a_badly_scaled_matrix() {
         let a = DMatrix::from_row_slice(3, 3, &[0.0, 1.0, 0.0, 0.0, 0.0, 1e6, -6.0, -11.0, -6e6]);
-        // Companion form of a cubic whose third state is measured in micro-units.
+        // Companion form of a cubic whose third state has micro-units.
         let trace: f64 = eigenvalues(&a).expect("converges").iter().map(|v| v.re).sum();
         assert!((trace + 6e6).abs() < 1e-6);
     }
@@ -168,9 +168,10 @@ mod tests {
     }
 
     #[test]
-    fn eigenvalues_where_many_are_zero() {
-        // The map of a long freeze with the force law `amplify` and ten ticks of delay each way: nine columns are not 0. The
-        // iteration without a shift has no end. By numpy one eigenvalue is above rounding.
+    fn eigenvalues_of_a_matrix_with_many_zero_eigenvalues() {
+        // The map of a long freeze with the force law `amplify` and ten ticks of delay in each direction; nine columns
+        // are nonzero. The iteration does not converge without a shift. According to numpy one eigenvalue is above
+        // rounding.
         let mut a = DMatrix::zeros(28, 28);
         for line in include_str!("long_freeze.txt").lines() {
             let mut words = line.split_whitespace();
@@ -184,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn solving_tells_singular_from_mixed_units() {
+    fn solving_distinguishes_singular_matrices_from_mixed_units() {
         let mixed = DMatrix::from_diagonal(&nalgebra::dvector![1e-20, 1e15]);
         let x = solve(&mixed, &DMatrix::identity(2, 2)).expect("regular");
         assert!((x[(0, 0)] * 1e-20 - 1.0).abs() < 1e-15);

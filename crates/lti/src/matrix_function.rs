@@ -23,18 +23,17 @@ const PADE_13: [f64; 14] = [
     182.0,
     1.0,
 ];
-/// Below this 1-norm the approximant is exact to double precision (same source, theta_13).
+/// Maximum 1-norm for which the approximant is exact to double precision (same source, theta_13).
 const PADE_13_NORM: f64 = 5.371_920_351_148_152;
-/// Enough square roots to bring any double close to 1.
 const MAX_SQUARE_ROOTS: usize = 64;
 const MAX_NEWTON_STEPS: usize = 60;
-/// Largest relative error of the exponential of an accepted logarithm.
+/// Maximum relative error of the exponential of an accepted logarithm.
 const LOGARITHM_TOLERANCE: f64 = 1e-9;
 
-/// `exp(A) = I + A + A²/2! + ...`, by scaling and squaring: `exp(A) = (r(A / 2^m))^(2^m)`.
+/// Returns `exp(A) = I + A + A²/2! + ...` by scaling and squaring: `exp(A) = (r(A / 2^m))^(2^m)`.
 ///
-/// `A` is square, of any size (0 included). Unlike nalgebra's, it uses no transcendental function and no
-/// machine-dependent product: the bits are the same on every machine.
+/// `A` is square, of any size (0 included). Unlike nalgebra's, this exponential uses no transcendental function and no
+/// machine-dependent product, so every computer computes the same bits.
 ///
 /// # Errors
 /// [`Error::DimensionMismatch`] if not square, [`Error::NonFinite`], [`Error::ExponentialOverflow`].
@@ -72,13 +71,13 @@ pub fn exponential(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     if result.iter().all(|v| v.is_finite()) { Ok(result) } else { Err(overflow()) }
 }
 
-/// The principal logarithm: the real `L` with `exp(L) = A` whose eigenvalues have |Im| < π.
+/// Returns the principal logarithm: the real `L` with `exp(L) = A` whose eigenvalues have |Im| < π.
 ///
 /// Inverse scaling and squaring: square roots bring `A` near `I`, then `log A = 2^m · 2 atanh((R - I)(R + I)⁻¹)` with
 /// `R = A^(1/2^m)` (Higham, *Functions of Matrices*, ch. 11). The exponential of the result is checked against `A`.
 ///
 /// # Errors
-/// [`Error::NoRealLogarithm`] for an eigenvalue at 0 or on the negative real axis, [`Error::LogarithmInaccurate`] where
+/// [`Error::NoRealLogarithm`] for an eigenvalue at 0 or on the negative real axis, [`Error::LogarithmInaccurate`] if
 /// one is too near, and [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
 pub fn logarithm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     check_size("the number of columns of the matrix", a.nrows(), a.ncols())?;
@@ -105,7 +104,7 @@ pub fn logarithm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     let square = product(&x, &x);
     let mut term = x.clone();
     let mut sum = x;
-    // |X| <= 0.15: each term is at least 40 times smaller than the last.
+    // |X| <= 0.15, so each term is at least 40 times smaller than the last.
     for k in 1..20 {
         term = product(&term, &square);
         sum += &term / f64::from(2 * k + 1);
@@ -115,8 +114,8 @@ pub fn logarithm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     if residual <= LOGARITHM_TOLERANCE { Ok(result) } else { Err(inaccurate(residual)) }
 }
 
-/// The principal square root by the product form of the Denman-Beavers iteration:
-/// `X ← X (I + M⁻¹)/2`, `M ← (I + (M + M⁻¹)/2)/2`, from `X = M = A`; `M` tends to `I`.
+/// Returns the principal square root by the product form of the Denman-Beavers iteration: `X ← X (I + M⁻¹)/2`,
+/// `M ← (I + (M + M⁻¹)/2)/2`, from `X = M = A`; `M` tends to `I`.
 fn square_root(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     let identity = DMatrix::<f64>::identity(n, n);
@@ -129,7 +128,7 @@ fn square_root(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
             return Some(x);
         }
     }
-    // Rounding can leave a small difference between M and the identity; the caller checks the residual.
+    // Rounding can leave M slightly different from the identity; the caller checks the residual.
     Some(x)
 }
 
@@ -152,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn exponential_refuses_what_does_not_fit() {
+    fn exponential_rejects_overflow() {
         let big = DMatrix::from_element(1, 1, 1e4);
         assert_eq!(exponential(&big), Err(Error::ExponentialOverflow { norm: 1e4 }));
         assert!(matches!(exponential(&DMatrix::zeros(1, 2)), Err(Error::DimensionMismatch { .. })));
@@ -173,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn logarithm_refuses_delays_and_nyquist_oscillations() {
+    fn logarithm_rejects_delays_and_nyquist_oscillations() {
         for diagonal in [0.0, -0.5] {
             let a = DMatrix::from_diagonal(&nalgebra::dvector![0.9, diagonal]);
             assert!(matches!(logarithm(&a), Err(Error::NoRealLogarithm { re, .. }) if re == diagonal));

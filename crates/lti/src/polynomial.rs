@@ -9,16 +9,17 @@ use super::{Complex64, Error};
 
 const NEWTON_STEPS: usize = 4;
 
-/// `p(s) = c_0 s^n + c_1 s^(n-1) + ... + c_n`: coefficients in descending powers, as the paper prints them.
+/// `p(s) = c_0 s^n + c_1 s^(n-1) + ... + c_n`: coefficients in descending powers, as in the paper.
 ///
-/// Leading zeros are trimmed: the first coefficient is never 0, and the zero polynomial has none.
+/// The first coefficient is never 0; the zero polynomial has no coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polynomial {
     descending: Vec<f64>,
 }
 
 impl Polynomial {
-    /// From coefficients in descending powers: `[0.245, 4.1, 0.0]` is `0.245 s² + 4.1 s`.
+    /// Creates a polynomial from coefficients in descending powers: `[0.245, 4.1, 0.0]` is `0.245 s² + 4.1 s`. Leading
+    /// zeros are trimmed.
     ///
     /// # Errors
     /// [`Error::NonFinite`].
@@ -27,7 +28,7 @@ impl Polynomial {
         Ok(Self::trimmed(descending.to_vec()))
     }
 
-    /// The constant polynomial of this value.
+    /// Creates a constant polynomial.
     ///
     /// # Errors
     /// [`Error::NonFinite`].
@@ -35,7 +36,8 @@ impl Polynomial {
         Self::new(&[value])
     }
 
-    /// `leading · Π (s - r_i)`. Complex roots must be in conjugate pairs; an imaginary part from rounding is dropped.
+    /// Returns `leading · Π (s - r_i)`. Complex roots must form conjugate pairs; imaginary parts from rounding are
+    /// dropped.
     ///
     /// # Errors
     /// [`Error::NonFinite`].
@@ -58,78 +60,78 @@ impl Polynomial {
         Self { descending }
     }
 
-    /// The coefficients in descending powers, without leading zeros; empty for the zero polynomial.
+    /// Returns the coefficients in descending powers, without leading zeros; empty for the zero polynomial.
     #[must_use]
     pub fn coefficients(&self) -> &[f64] {
         &self.descending
     }
 
-    /// The coefficient of the highest power; `None` for the zero polynomial.
+    /// Returns the coefficient of the highest power; `None` for the zero polynomial.
     #[must_use]
     pub fn leading(&self) -> Option<f64> {
         self.descending.first().copied()
     }
 
-    /// The coefficient of `s^power`, 0 beyond the degree.
+    /// Returns the coefficient of `s^power`, 0 beyond the degree.
     #[must_use]
     pub fn coefficient(&self, power: usize) -> f64 {
         self.descending.iter().rev().nth(power).copied().unwrap_or(0.0)
     }
 
-    /// The highest power; `None` for the zero polynomial.
+    /// Returns the highest power; `None` for the zero polynomial.
     #[must_use]
     pub fn degree(&self) -> Option<usize> {
         self.descending.len().checked_sub(1)
     }
 
-    /// Whether every coefficient is 0.
+    /// Returns true if every coefficient is 0.
     #[must_use]
     pub fn is_zero(&self) -> bool {
         self.descending.is_empty()
     }
 
-    /// Number of roots exactly at 0 (trailing zero coefficients); 0 for the zero polynomial.
+    /// Returns the number of roots exactly at 0 (trailing zero coefficients); 0 for the zero polynomial.
     #[must_use]
     pub fn roots_at_zero(&self) -> usize {
         self.descending.iter().rev().take_while(|c| **c == 0.0).count()
     }
 
-    /// `factor · p(s)`.
+    /// Returns `factor · p(s)`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self::trimmed(self.descending.iter().map(|c| c * factor).collect())
     }
 
-    /// `p(x)` at a real point, by Horner's rule.
+    /// Returns `p(x)` at a real point, by Horner's rule.
     #[must_use]
     pub fn evaluate(&self, x: f64) -> f64 {
         self.descending.iter().fold(0.0, |value, c| value * x + c)
     }
 
-    /// `p(s)` at a complex point, by Horner's rule.
+    /// Returns `p(s)` at a complex point, by Horner's rule.
     #[must_use]
     pub fn evaluate_complex(&self, s: Complex64) -> Complex64 {
         self.descending.iter().fold(Complex64::new(0.0, 0.0), |value, c| value * s + c)
     }
 
-    /// `p'(s)`.
+    /// Returns `p'(s)`.
     #[must_use]
     pub fn derivative(&self) -> Self {
         let powers = (1..self.descending.len()).rev();
         Self::trimmed(self.descending.iter().zip(powers).map(|(c, power)| c * power as f64).collect())
     }
 
-    /// `p(s) / s^count`, dropping the `count` lowest coefficients.
+    /// Returns `p(s) / s^count` without the `count` lowest coefficients.
     pub(super) fn without_lowest(&self, count: usize) -> Self {
         let kept = self.descending.len().saturating_sub(count);
         Self { descending: self.descending[..kept].to_vec() }
     }
 
-    /// All roots with their multiplicity, sorted by real, then imaginary part; complex roots in exactly conjugate
-    /// pairs.
+    /// Returns all roots with their multiplicity, sorted by real, then imaginary part. Complex roots are exactly
+    /// conjugate pairs.
     ///
-    /// They are the eigenvalues of the balanced companion matrix, each refined by Newton steps as long as they reduce
-    /// |p|. Roots at 0 are exact. A root of multiplicity m is found to about ε^(1/m), relative.
+    /// The roots are the eigenvalues of the balanced companion matrix, refined by Newton steps while these reduce |p|.
+    /// Roots at 0 are exact. A root of multiplicity m has a relative accuracy of about ε^(1/m).
     ///
     /// # Errors
     /// [`Error::ZeroPolynomial`], [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
@@ -169,7 +171,7 @@ impl Polynomial {
         for _ in 0..NEWTON_STEPS {
             let next = root - value / slope.evaluate_complex(root);
             let next_value = self.evaluate_complex(next);
-            // False for NaN as well: no step is taken at a multiple root.
+            // Also false for NaN: no step is taken at a multiple root.
             let lower = next_value.norm() < value.norm();
             if !lower {
                 break;
@@ -252,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn roots_of_constants_and_of_nothing() {
+    fn roots_of_constants_and_of_the_zero_polynomial() {
         assert!(p(&[4.0]).roots().expect("none").is_empty());
         assert_eq!(p(&[]).roots(), Err(Error::ZeroPolynomial));
         assert!(matches!(Polynomial::new(&[1.0, f64::NAN]), Err(Error::NonFinite { position: 1, .. })));

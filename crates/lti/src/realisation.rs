@@ -1,18 +1,18 @@
-//! State-space realisations of transfer functions, with physical states on request.
+//! State-space realisations of transfer functions, optionally with physical states.
 
 use nalgebra::DMatrix;
 
 use super::linear_algebra::{check_finite, product};
 use super::{Continuous, Domain, Error, StateSpace, TransferFunction};
 
-/// The controllable canonical form of a proper transfer function (Kailath, *Linear Systems*, 2.1).
+/// Returns the controllable canonical form of a proper transfer function (Kailath, *Linear Systems*, 2.1).
 ///
-/// With D(s) monic of degree n, the states are w, w', ..., w^(n-1) of `D(d/dt) w = u`, and `y = N(d/dt) w`:
-/// `x_i' = x_{i+1}`, `x_n' = u - d_0 x_1 - ... - d_{n-1} x_n`. Common factors are kept; call
-/// [`TransferFunction::minimal`] first to remove them.
+/// With monic D(s) of degree n, the states are w, w', ..., w^(n-1) of `D(d/dt) w = u`, and `y = N(d/dt) w`:
+/// `x_i' = x_{i+1}`, `x_n' = u - d_0 x_1 - ... - d_{n-1} x_n`. Common factors are kept; remove them first with
+/// [`TransferFunction::minimal`].
 ///
 /// # Errors
-/// [`Error::Improper`]; [`Error::NonFinite`] if a product of polynomials overflowed.
+/// [`Error::Improper`]; [`Error::NonFinite`] if a product of polynomials has overflowed.
 pub fn realise(function: &TransferFunction) -> Result<StateSpace<Continuous>, Error> {
     check_finite("the numerator", function.numerator().coefficients())?;
     check_finite("the denominator", function.denominator().coefficients())?;
@@ -40,13 +40,13 @@ pub fn realise(function: &TransferFunction) -> Result<StateSpace<Continuous>, Er
     StateSpace::continuous(a, b, c, DMatrix::from_element(1, 1, direct))
 }
 
-/// A realisation with two outputs, y and y': position and velocity, which are also its first two states.
+/// Returns a realisation with the outputs y and y' (position and velocity), which are also its first two states.
 ///
-/// `y' = C A x + C B u`, and `C B = 0` when the relative degree is at least 2. This holds for G_m (eq. 28) and the
-/// slave (eq. 30); the latter has a third, unphysical state.
+/// `y' = C A x + C B u`, and `C B = 0` if the relative degree is at least 2. This holds for G_m (eq. 28) and the slave
+/// (eq. 30); the slave has a third, unphysical state.
 ///
 /// # Errors
-/// [`Error::RelativeDegreeTooLow`] below 2, and as [`realise`].
+/// [`Error::RelativeDegreeTooLow`] below 2, and the errors of [`realise`].
 pub fn realise_with_derivative(function: &TransferFunction) -> Result<StateSpace<Continuous>, Error> {
     let found = function.relative_degree().ok_or(Error::ZeroTransferFunction)?;
     if found < 2 {
@@ -61,14 +61,14 @@ pub fn realise_with_derivative(function: &TransferFunction) -> Result<StateSpace
     outputs_first(&both, &[0, 1])
 }
 
-/// The same system with the chosen outputs as its first states, in that order; their rows of C become unit vectors,
-/// exactly.
+/// Returns the same system with the chosen outputs as its first states, in that order. Their rows of C become exact
+/// unit vectors.
 ///
-/// `z = T x` with the chosen rows of C on top of T, completed by the old states that make T best conditioned.
+/// `z = T x`: T consists of the chosen rows of C, completed by the old states for which T is best conditioned.
 ///
 /// # Errors
-/// [`Error::IndexOutOfRange`]; [`Error::OutputsNotStates`] when a chosen output has a direct path from an input, or when
-/// the chosen outputs are not independent combinations of the states.
+/// [`Error::IndexOutOfRange`]; [`Error::OutputsNotStates`] if a chosen output has a direct path from an input, or the
+/// chosen outputs are not independent combinations of the states.
 pub fn outputs_first<D: Domain>(system: &StateSpace<D>, outputs: &[usize]) -> Result<StateSpace<D>, Error> {
     let n = system.states();
     let refuse = |reason| Err(Error::OutputsNotStates { outputs: outputs.len(), reason });
@@ -84,7 +84,7 @@ pub fn outputs_first<D: Domain>(system: &StateSpace<D>, outputs: &[usize]) -> Re
         return refuse("there are fewer states");
     }
     let mut t = DMatrix::zeros(n, n);
-    // Gaussian elimination on the chosen rows finds the old states that they replace.
+    // Gaussian elimination on the chosen rows finds the old states to replace.
     let mut reduced = DMatrix::from_fn(outputs.len(), n, |i, j| system.c()[(outputs[i], j)]);
     let mut replaced = vec![false; n];
     for (row, &output) in outputs.iter().enumerate() {
@@ -127,7 +127,7 @@ mod tests {
     use crate::Complex64;
 
     #[test]
-    fn an_improper_function_is_refused_with_its_degrees() {
+    fn an_improper_function_is_rejected_with_its_degrees() {
         let improper = TransferFunction::new(&[1.0, 0.0, 0.0], &[1.0, 1.0]).expect("well formed");
         assert_eq!(realise(&improper), Err(Error::Improper { numerator_degree: 2, denominator_degree: 1 }));
     }

@@ -10,30 +10,30 @@ use trocar_base::large_pages::with_capacity;
 /// The response at one frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrequencyPoint {
-    /// The frequency, in rad/s.
+    /// The frequency in rad/s.
     pub omega_rad_per_s: f64,
-    /// H(jω), or H(exp(jωT)), p x m.
+    /// H(jω) or H(exp(jωT)), p x m.
     pub response: DMatrix<Complex64>,
 }
 
 impl FrequencyPoint {
-    /// |H|, p x m, a ratio (not decibels).
+    /// Returns |H|, p x m, as a ratio (not in decibels).
     #[must_use]
     pub fn magnitude(&self) -> DMatrix<f64> {
         self.response.map(|h| h.norm())
     }
 
-    /// The phase of H, p x m, in rad between -π and π; 0 where H is 0.
+    /// Returns the phase of H, p x m, in rad between -π and π; 0 where H is 0.
     #[must_use]
     pub fn phase_rad(&self) -> DMatrix<f64> {
         self.response.map(|h| h.arg())
     }
 }
 
-/// The response at each frequency in rad/s. Above π/T the response of a discrete system repeats.
+/// Returns the response at each frequency in rad/s. The response of a discrete system repeats above π/T.
 ///
 /// # Errors
-/// [`Error::NonFinite`] for a frequency, [`Error::AtPole`] where the response is infinite (an integrator at 0 rad/s).
+/// [`Error::NonFinite`] for a frequency, [`Error::AtPole`] if the response is infinite (an integrator at 0 rad/s).
 pub fn frequency_response<D: Domain>(
     system: &StateSpace<D>,
     omegas_rad_per_s: &[f64],
@@ -48,16 +48,17 @@ pub fn frequency_response<D: Domain>(
         .collect()
 }
 
-/// Outputs after a unit step of one input at time 0, from rest.
+/// The outputs after a unit step of one input at time 0, from rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepResponse {
-    /// Sample times, in s: `k * tick_s`.
+    /// Sample times in s: `k * tick_s`.
     pub time_s: Vec<f64>,
     /// Outputs, p x samples.
     pub outputs: DMatrix<f64>,
 }
 
-/// The step response of a continuous system, sampled every `tick_s` seconds: exact, as a step is a held input.
+/// Returns the step response of a continuous system, sampled every `tick_s` seconds. It is exact because a step is a
+/// held input.
 ///
 /// # Errors
 /// [`Error::TickNotPositive`], [`Error::IndexOutOfRange`] for the input, [`Error::ExponentialOverflow`].
@@ -70,7 +71,7 @@ pub fn step_response(
     step_response_discrete(&zero_order_hold(system, tick_s)?, input, samples)
 }
 
-/// The step response of a discrete system, by recursion.
+/// Returns the step response of a discrete system, by recursion.
 ///
 /// # Errors
 /// [`Error::IndexOutOfRange`] for the input.
@@ -110,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn an_integrator_is_infinite_at_rest() {
+    fn the_response_of_an_integrator_is_infinite_at_zero_frequency() {
         let integrator = StateSpace::continuous(dmatrix![0.0], dmatrix![1.0], dmatrix![1.0], dmatrix![0.0]);
         let at_rest = frequency_response(&integrator.expect("well formed"), &[0.0]);
         assert_eq!(at_rest, Err(Error::AtPole { re: 0.0, im: 0.0 }));

@@ -5,9 +5,10 @@ use nalgebra::DMatrix;
 use super::linear_algebra::{check_finite, check_size, eigenvalues, product, solve, solve_right};
 use super::{Complex64, Continuous, Discrete, Domain, Error};
 
-/// `x' = A x + B u`, `y = C x + D u` (or `x_{k+1} = A x_k + B u_k`): n states, m inputs, p outputs, any of them 0.
+/// `x' = A x + B u`, `y = C x + D u` (or `x_{k+1} = A x_k + B u_k`) with n states, m inputs and p outputs, each at
+/// least 0.
 ///
-/// The time domain is in the type: connecting a continuous system to a discrete one does not compile.
+/// The type contains the time domain: connecting a continuous system to a discrete one does not compile.
 ///
 /// ```compile_fail
 /// # mod trocar { pub use trocar_lti as lti; }
@@ -40,7 +41,7 @@ pub struct StateSpace<D: Domain> {
 }
 
 impl StateSpace<Continuous> {
-    /// A continuous system from A (n x n), B (n x m), C (p x n), D (p x m).
+    /// Creates a continuous system from A (n x n), B (n x m), C (p x n), D (p x m).
     ///
     /// # Errors
     /// [`Error::DimensionMismatch`], [`Error::NonFinite`].
@@ -50,7 +51,7 @@ impl StateSpace<Continuous> {
 }
 
 impl StateSpace<Discrete> {
-    /// A discrete system from A (n x n), B (n x m), C (p x n), D (p x m) and its tick in s (positive, finite).
+    /// Creates a discrete system from A (n x n), B (n x m), C (p x n), D (p x m) and its tick in s (positive, finite).
     ///
     /// # Errors
     /// [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::TickNotPositive`].
@@ -64,7 +65,7 @@ impl StateSpace<Discrete> {
         Self::new(a, b, c, d, Discrete::new(tick_s)?)
     }
 
-    /// The tick, in s.
+    /// Returns the tick in s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.domain.tick_s()
@@ -72,7 +73,7 @@ impl StateSpace<Discrete> {
 }
 
 impl<D: Domain> StateSpace<D> {
-    /// A system in the given domain: A (n x n), B (n x m), C (p x n), D (p x m).
+    /// Creates a system in the given domain from A (n x n), B (n x m), C (p x n), D (p x m).
     ///
     /// # Errors
     /// [`Error::DimensionMismatch`], [`Error::NonFinite`].
@@ -89,7 +90,7 @@ impl<D: Domain> StateSpace<D> {
         Ok(Self { a, b, c, d, domain })
     }
 
-    /// A system without states: `y = D u`.
+    /// Creates a system without states: `y = D u`.
     ///
     /// # Errors
     /// [`Error::NonFinite`].
@@ -98,55 +99,55 @@ impl<D: Domain> StateSpace<D> {
         Self::new(DMatrix::zeros(0, 0), DMatrix::zeros(0, m), DMatrix::zeros(p, 0), d, domain)
     }
 
-    /// A, n x n.
+    /// Returns A, n x n.
     #[must_use]
     pub fn a(&self) -> &DMatrix<f64> {
         &self.a
     }
 
-    /// B, n x m.
+    /// Returns B, n x m.
     #[must_use]
     pub fn b(&self) -> &DMatrix<f64> {
         &self.b
     }
 
-    /// C, p x n.
+    /// Returns C, p x n.
     #[must_use]
     pub fn c(&self) -> &DMatrix<f64> {
         &self.c
     }
 
-    /// D, p x m.
+    /// Returns D, p x m.
     #[must_use]
     pub fn d(&self) -> &DMatrix<f64> {
         &self.d
     }
 
-    /// The time domain.
+    /// Returns the time domain.
     #[must_use]
     pub fn domain(&self) -> D {
         self.domain
     }
 
-    /// n, the number of states.
+    /// Returns n, the number of states.
     #[must_use]
     pub fn states(&self) -> usize {
         self.a.nrows()
     }
 
-    /// m, the number of inputs.
+    /// Returns m, the number of inputs.
     #[must_use]
     pub fn inputs(&self) -> usize {
         self.b.ncols()
     }
 
-    /// p, the number of outputs.
+    /// Returns p, the number of outputs.
     #[must_use]
     pub fn outputs(&self) -> usize {
         self.c.nrows()
     }
 
-    /// The eigenvalues of A (in 1/s when continuous), sorted by real then imaginary part.
+    /// Returns the eigenvalues of A (in 1/s for a continuous system), sorted by real, then imaginary part.
     ///
     /// # Errors
     /// [`Error::EigenvaluesDidNotConverge`].
@@ -154,7 +155,7 @@ impl<D: Domain> StateSpace<D> {
         eigenvalues(&self.a)
     }
 
-    /// Whether every mode decays, including unobservable ones.
+    /// Returns true if every mode decays, including unobservable modes.
     ///
     /// # Errors
     /// [`Error::EigenvaluesDidNotConverge`].
@@ -162,7 +163,7 @@ impl<D: Domain> StateSpace<D> {
         Ok(self.poles()?.into_iter().all(|pole| self.domain.is_stable_pole(pole)))
     }
 
-    /// `H(s) = C (s I - A)⁻¹ B + D` at a complex point (s or z), p x m.
+    /// Returns `H(s) = C (s I - A)⁻¹ B + D` at a complex point (s or z), p x m.
     ///
     /// # Errors
     /// [`Error::AtPole`].
@@ -183,9 +184,9 @@ impl<D: Domain> StateSpace<D> {
             .ok_or(Error::AtPole { re: s.re, im: s.im })
     }
 
-    /// The steady outputs for unit constant inputs, p x m: `C (c I - A)⁻¹ B + D` with c = 0 (s) or 1 (z).
+    /// Returns the steady outputs for constant inputs of 1, p x m: `C (c I - A)⁻¹ B + D` with c = 0 (s) or 1 (z).
     ///
-    /// `None` if infinite: with an integrating mode, observable or not.
+    /// `None` with an integrating mode, even an unobservable one.
     #[must_use]
     pub fn dc_gain(&self) -> Option<DMatrix<f64>> {
         let n = self.states();
@@ -193,7 +194,7 @@ impl<D: Domain> StateSpace<D> {
         Some(product(&self.c, &solve(&shifted, &self.b)?) + &self.d)
     }
 
-    /// The same system with states `z = T x`: `(T A T⁻¹, T B, C T⁻¹, D)`, T of n x n.
+    /// Returns the same system with states `z = T x`: `(T A T⁻¹, T B, C T⁻¹, D)`, T of n x n.
     ///
     /// # Errors
     /// [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::Singular`].
@@ -253,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_transformation_is_refused() {
+    fn a_singular_transformation_is_rejected() {
         assert_eq!(lag().transform(&dmatrix![0.0]), Err(Error::Singular { what: "the transformation", size: 1 }));
         assert_eq!(lag().transform(&dmatrix![4.0]).expect("regular").b()[(0, 0)], 12.0);
     }

@@ -4,10 +4,10 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use super::{Complex64, Error, Polynomial};
 
-/// `H(s) = N(s) / D(s)`, one input and one output, continuous time. It may be improper, as the arm of eq. 32 is; only a
-/// realisation rejects that.
+/// `H(s) = N(s) / D(s)`, one input and one output, in continuous time. It may be improper, as the arm of eq. 32; only a
+/// realisation rejects improper functions.
 ///
-/// Arithmetic cross-multiplies without cancelling, as hidden cancellations hide unstable modes. Only
+/// Arithmetic cross-multiplies without cancelling, because hidden cancellations would hide unstable modes. Only
 /// [`minimal`](Self::minimal) cancels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransferFunction {
@@ -16,11 +16,12 @@ pub struct TransferFunction {
 }
 
 impl TransferFunction {
-    /// From coefficients in descending powers, as printed: `new(&[1.0], &[0.245, 4.1, 0.0])` is eq. 28.
+    /// Creates a function from coefficients in descending powers, as printed: `new(&[1.0], &[0.245, 4.1, 0.0])` is eq.
+    /// 28.
     ///
     /// # Errors
-    /// [`Error::NonFinite`], [`Error::ZeroDenominator`], and [`Error::ZeroLeadingDenominator`] when the denominator's first
-    /// coefficient is 0.
+    /// [`Error::NonFinite`], [`Error::ZeroDenominator`], and [`Error::ZeroLeadingDenominator`] if the denominator's
+    /// first coefficient is 0.
     pub fn new(numerator: &[f64], denominator: &[f64]) -> Result<Self, Error> {
         let ratio = Self::from_polynomials(Polynomial::new(numerator)?, Polynomial::new(denominator)?)?;
         if denominator.first() == Some(&0.0) {
@@ -29,7 +30,7 @@ impl TransferFunction {
         Ok(ratio)
     }
 
-    /// From two polynomials.
+    /// Creates a function from two polynomials.
     ///
     /// # Errors
     /// [`Error::ZeroDenominator`].
@@ -37,7 +38,7 @@ impl TransferFunction {
         if denominator.is_zero() { Err(Error::ZeroDenominator) } else { Ok(Self { numerator, denominator }) }
     }
 
-    /// A static gain.
+    /// Creates a static gain.
     ///
     /// # Errors
     /// [`Error::NonFinite`].
@@ -45,37 +46,37 @@ impl TransferFunction {
         Self::new(&[value], &[1.0])
     }
 
-    /// N(s).
+    /// Returns N(s).
     #[must_use]
     pub fn numerator(&self) -> &Polynomial {
         &self.numerator
     }
 
-    /// D(s).
+    /// Returns D(s).
     #[must_use]
     pub fn denominator(&self) -> &Polynomial {
         &self.denominator
     }
 
-    /// Degree of the denominator minus that of the numerator; `None` for the zero function.
+    /// Returns the degree of the denominator minus the degree of the numerator; `None` for the zero function.
     #[must_use]
     pub fn relative_degree(&self) -> Option<i64> {
         Some(self.denominator.degree()? as i64 - self.numerator.degree()? as i64)
     }
 
-    /// Whether the response stays finite at infinite frequency.
+    /// Returns true if the response stays finite at infinite frequency.
     #[must_use]
     pub fn is_proper(&self) -> bool {
         self.relative_degree().is_none_or(|degree| degree >= 0)
     }
 
-    /// `H(s)` at a complex point; infinite or NaN at a pole.
+    /// Returns `H(s)` at a complex point; infinite or NaN at a pole.
     #[must_use]
     pub fn evaluate(&self, s: Complex64) -> Complex64 {
         self.numerator.evaluate_complex(s) / self.denominator.evaluate_complex(s)
     }
 
-    /// The limit of `H(s)` at s = 0, with factors of s cancelled; `None` if infinite.
+    /// Returns the limit of `H(s)` at s = 0, with factors of s cancelled; `None` if infinite.
     #[must_use]
     pub fn dc_gain(&self) -> Option<f64> {
         if self.numerator.is_zero() {
@@ -89,23 +90,23 @@ impl TransferFunction {
         }
     }
 
-    /// Roots of the denominator, in 1/s, including those that zeros would cancel.
+    /// Returns the roots of the denominator in 1/s, including those that zeros would cancel.
     ///
     /// # Errors
-    /// As [`Polynomial::roots`].
+    /// The errors of [`Polynomial::roots`].
     pub fn poles(&self) -> Result<Vec<Complex64>, Error> {
         self.denominator.roots()
     }
 
-    /// Roots of the numerator, in 1/s.
+    /// Returns the roots of the numerator in 1/s.
     ///
     /// # Errors
-    /// As [`Polynomial::roots`]; [`Error::ZeroPolynomial`] for the zero function.
+    /// The errors of [`Polynomial::roots`]; [`Error::ZeroPolynomial`] for the zero function.
     pub fn zeros(&self) -> Result<Vec<Complex64>, Error> {
         self.numerator.roots()
     }
 
-    /// `1 / H(s)`.
+    /// Returns `1 / H(s)`.
     ///
     /// # Errors
     /// [`Error::ZeroTransferFunction`].
@@ -114,25 +115,25 @@ impl TransferFunction {
             .map_err(|_| Error::ZeroTransferFunction)
     }
 
-    /// Negative feedback through `back`: `H / (1 + H G) = N D_g / (D D_g + N N_g)`.
+    /// Closes negative feedback through `back`: `H / (1 + H G) = N D_g / (D D_g + N N_g)`.
     ///
     /// # Errors
-    /// [`Error::AlgebraicLoop`] when `1 + H G` is 0 everywhere.
+    /// [`Error::AlgebraicLoop`] if `1 + H G` is 0 everywhere.
     pub fn feedback(&self, back: &Self) -> Result<Self, Error> {
         let numerator = &self.numerator * &back.denominator;
         let denominator = &(&self.denominator * &back.denominator) + &(&self.numerator * &back.numerator);
         Self::from_polynomials(numerator, denominator).map_err(|_| Error::AlgebraicLoop { size: 1 })
     }
 
-    /// The same function with common roots cancelled: a zero and a pole within `tolerance · max(1, |pole|)` of each
-    /// other (`1e-6` suits products of printed coefficients).
+    /// Cancels common roots: a zero and a pole within `tolerance · max(1, |pole|)` of each other (`1e-6` suits products
+    /// of printed coefficients).
     ///
     /// Factors of s cancel exactly. Real roots cancel with real roots, conjugate pairs with pairs. A common root of
-    /// multiplicity m is known only to about ε^(1/m): cancel after each operation rather than once at the end.
+    /// multiplicity m has an accuracy of about ε^(1/m), so cancel after each operation rather than once at the end.
     /// Cancelling an unstable pole hides an instability: check [`poles`](Self::poles) first.
     ///
     /// # Errors
-    /// As [`Polynomial::roots`].
+    /// The errors of [`Polynomial::roots`].
     pub fn minimal(&self, tolerance: f64) -> Result<Self, Error> {
         let Some(leading) = self.numerator.leading() else {
             let denominator = Polynomial::constant(1.0)?;

@@ -5,7 +5,8 @@ use nalgebra::DMatrix;
 use super::linear_algebra::{product, solve, solve_right};
 use super::{Continuous, Discrete, Error, StateSpace};
 
-/// `s = α (z - 1)/(z + 1)`: `α = 2/T`, or `ω / tan(ω T / 2)` so that the response at ω (rad/s) is exact.
+/// Discretises a system by `s = α (z - 1)/(z + 1)`: `α = 2/T`, or `ω / tan(ω T / 2)` to make the response exact at ω
+/// (rad/s).
 ///
 /// With `P = (α I - A)⁻¹`: `A_d = P (α I + A)`, `B_d = √(2α) P B`, `C_d = √(2α) C P`, `D_d = D + C P B`. Stable systems
 /// remain stable; a pole at `s = α` has no image.
@@ -30,7 +31,7 @@ pub fn tustin(
     StateSpace::discrete(a, p_b * root, c_p * root, d, tick_s)
 }
 
-/// The inverse of [`tustin`]: `z = (α + s)/(α - s)`, with the same prewarping frequency.
+/// Inverts [`tustin`]: `z = (α + s)/(α - s)`, with the same prewarping frequency.
 ///
 /// With `Q = (A_d + I)⁻¹`: `A = α Q (A_d - I)`, `B = √(2α) Q B_d`, `C = √(2α) C_d Q`, `D = D_d - C_d Q B_d`.
 ///
@@ -78,8 +79,8 @@ mod tests {
     }
 
     #[test]
-    fn a_lag_against_its_closed_form() {
-        // 5/(s + 5) with s = 20 (z - 1)/(z + 1): (z + 1)/(5 z - 3).
+    fn a_lag_agrees_with_its_closed_form() {
+        // 5/(s + 5) with s = 20 (z - 1)/(z + 1) is (z + 1)/(5 z - 3).
         let discrete = tustin(&lag(), 0.1, None).expect("regular");
         assert!((discrete.a()[(0, 0)] - 0.6).abs() < 1e-15);
         assert!((discrete.d()[(0, 0)] - 0.2).abs() < 1e-15);
@@ -97,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_image_is_refused() {
+    fn poles_without_an_image_are_rejected() {
         assert!(matches!(tustin(&lag(), 0.1, Some(40.0)), Err(Error::PrewarpOutOfRange { .. })));
         assert!(matches!(tustin(&lag(), 0.1, Some(f64::NAN)), Err(Error::PrewarpOutOfRange { .. })));
         let at_alpha = StateSpace::continuous(dmatrix![20.0], dmatrix![1.0], dmatrix![1.0], dmatrix![0.0]);

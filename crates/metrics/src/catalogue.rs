@@ -1,27 +1,29 @@
 //! The declaration of metrics.
 //!
-//! A metric is declared once, in a `metrics!` table: its key, label, unit, sentence, better direction, visibility in
-//! tables and reader. Each scope has its table beside its numbers: a run's in `summary.rs`, a rupture's in
-//! `rupture.rs`. Structs, JSON, comparison tables, sweep columns and documentation are generated from the declarations.
+//! A `metrics!` table declares each metric once, with its key, label, unit, description, better direction, visibility
+//! and reader. Each scope has its table beside its numbers: a run's in `summary.rs`, a rupture's in `rupture.rs`.
+//! Structs, JSON, comparison tables, sweep columns and documentation are generated from these tables.
 
+use schemars::{JsonSchema, Schema};
 use serde::Serialize;
+use serde_json::Value as Json;
 
 use super::Unit;
 
-/// Which values of a metric are better, other things being equal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// The values of a metric that are better, other things being equal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Better {
-    /// Smaller ones.
+    /// Smaller values.
     Lower,
-    /// Larger ones.
+    /// Larger values.
     Higher,
-    /// It is descriptive only.
+    /// Neither: the metric is descriptive.
     Neither,
 }
 
 impl Better {
-    /// Its name in files.
+    /// Returns the name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -32,20 +34,20 @@ impl Better {
     }
 }
 
-/// Where the tables of runs and of comparisons show a metric. A sweep stores every metric that its file lists.
+/// Where the tables of runs and comparisons show a metric. A sweep stores every metric that its file lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shown {
     /// In every table, including the short table of a comparison.
     Main,
-    /// As `Main`, if a run defines it.
+    /// In every table, if any run defines the metric.
     MainWhereDefined,
     /// In every table except the short one.
     Always,
-    /// As `Always`, if a run defines it.
+    /// In every table except the short one, if any run defines the metric.
     WhereDefined,
-    /// Above all others, if a run defines it.
+    /// Above all other metrics, if any run defines it.
     First,
-    /// If it is not 0 in one of the runs.
+    /// If the metric is not 0 in at least one run.
     WhereNonZero,
     /// In no table.
     Never,
@@ -65,14 +67,14 @@ pub enum Scope {
     Link,
     /// The ports between hand, link and needle.
     Port,
-    /// The control loop of a case of a sweep.
+    /// The control loop of one case of a sweep.
     Loop,
-    /// The run's detection with noise added.
+    /// The run's detection with added noise.
     Noise,
 }
 
 impl Scope {
-    /// Its name in files.
+    /// Returns the name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -86,7 +88,7 @@ impl Scope {
         }
     }
 
-    /// The prefix of keys; `number`, from 1, counts ruptures and events.
+    /// Returns the prefix of keys; `number`, from 1, identifies a rupture or event.
     pub(crate) fn key_prefix(self, number: usize) -> String {
         match self {
             Self::Run => String::new(),
@@ -98,7 +100,6 @@ impl Scope {
         }
     }
 
-    /// The prefix of labels.
     pub(crate) fn label_prefix(self, number: usize) -> String {
         match self {
             Self::Run => String::new(),
@@ -114,28 +115,28 @@ impl Scope {
 /// The declaration of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Declaration {
-    /// Its scope.
+    /// The scope.
     pub scope: Scope,
-    /// Its key without the prefix of its scope, with the unit at the end: `detection_delay_s`.
+    /// The key without the prefix of its scope, with the unit at the end: `detection_delay_s`.
     pub name: &'static str,
-    /// An earlier name, which sweep files may still use.
+    /// A former name, which sweep files may still use.
     pub former_name: Option<&'static str>,
-    /// Its label in tables, without the prefix of its scope.
+    /// The label in tables, without the prefix of its scope.
     pub label: &'static str,
-    /// Its unit.
+    /// The unit.
     pub unit: Unit,
-    /// Whether its sign varies, so that a relative change of it has no meaning.
+    /// True if the sign varies, so that a relative change has no meaning.
     pub is_signed: bool,
-    /// Which values are better.
+    /// The better direction.
     pub better: Better,
-    /// Where tables show it.
+    /// The tables that show it.
     pub shown: Shown,
-    /// Its meaning, in a sentence.
+    /// The meaning, in one sentence.
     pub meaning: &'static str,
 }
 
 impl Shown {
-    /// Whether the short table of a comparison has it.
+    /// Returns true if the short table of a comparison contains the metric.
     #[must_use]
     pub fn is_main(self) -> bool {
         matches!(self, Self::Main | Self::MainWhereDefined)
@@ -143,19 +144,19 @@ impl Shown {
 }
 
 impl Declaration {
-    /// Its name in files; `number`, from 1, counts ruptures and events.
+    /// Returns the name used in files; `number`, from 1, identifies a rupture or event.
     #[must_use]
     pub fn key(&self, number: usize) -> String {
         self.scope.key_prefix(number) + self.name
     }
 
-    /// Its label in tables.
+    /// Returns the label in tables.
     #[must_use]
     pub fn full_label(&self, number: usize) -> String {
         self.scope.label_prefix(number) + self.label
     }
 
-    /// Whether a name without prefix is its current or former name.
+    /// Returns true if `name`, without prefix, is the current or former name.
     pub(crate) fn is_called(&self, name: &str) -> bool {
         self.name == name || self.former_name == Some(name)
     }
@@ -164,13 +165,13 @@ impl Declaration {
 /// A metric and its reader.
 #[derive(Debug, Clone, Copy)]
 pub struct Metric<Read> {
-    /// Its declaration.
+    /// The declaration.
     pub declaration: Declaration,
-    /// Its value in SI units; `None` if undefined.
+    /// Reads the value in SI units; `None` if undefined.
     pub read: Read,
 }
 
-/// A field that is itself a metric.
+/// A field that is a metric by itself.
 pub trait MetricValue {
     fn value(&self) -> Option<f64>;
 }
@@ -193,12 +194,25 @@ impl<T: MetricValue> MetricValue for Option<T> {
     }
 }
 
-/// Declares the metrics of a scope, and with `pub struct` the fields that they are read from.
+/// Returns a transform of the JSON Schema of a scope that appends the unit to each metric's description.
+pub fn with_units<Read>(metrics: &'static [Metric<Read>]) -> impl FnMut(&mut Schema) {
+    move |schema| {
+        let Some(properties) = schema.get_mut("properties") else { return };
+        for Declaration { name, unit, .. } in metrics.iter().map(|metric| &metric.declaration) {
+            let description = properties.get_mut(name).and_then(|property| property.get_mut("description"));
+            if let (Some(Json::String(description)), false) = (description, unit.si() == "1") {
+                description.push_str(&format!(" In {}.", unit.si()));
+            }
+        }
+    }
+}
+
+/// Declares the metrics of a scope and, with `pub struct`, the fields from which they are read.
 ///
-/// An entry is a doc comment of one line, which is the metric's sentence, and
-/// `name: Type = "label", Unit signed, Better [Shown] was "former_name" => |of| read;`. Without `: Type` it is not a field
-/// and needs `=> read`; without `= "label"` it is a field and not a metric; `signed`, `[Shown]`, `was` and `=> read` may be
-/// left out.
+/// An entry is a doc comment of one line, which describes the metric, and `name: Type = "label", Unit signed, Better
+/// [Shown] was "former_name" => |of| read;`. Without `: Type` the entry declares no field and needs `=> read`. Without
+/// `= "label"` it declares a field that is not a metric. `signed`, `[Shown]`, `was` and `=> read` are optional. The
+/// struct derives its JSON Schema, which states the unit of each metric.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! metrics {
@@ -213,6 +227,7 @@ macro_rules! metrics {
         }
     ) => {
         $(#[$attribute])*
+        #[schemars(transform = $crate::catalogue::with_units(Self::METRICS))]
         pub struct $owner {
             $($(#[doc = $meaning] pub $name: $type,)?)*
         }
@@ -294,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn words_are_those_of_json() {
+    fn the_words_of_scopes_match_their_json() {
         for scope in [Scope::Run, Scope::Rupture, Scope::Event, Scope::Link, Scope::Port, Scope::Loop, Scope::Noise] {
             assert_eq!(serde_json::to_value(scope).expect("a word"), scope.word());
         }
@@ -304,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn a_metric_answers_to_its_name_and_to_its_former_one() {
+    fn a_metric_is_found_by_its_current_and_its_former_name() {
         assert_eq!(
             ["detection_delay_s", "delay_s", "delay"].map(|name| DECLARATION.is_called(name)),
             [true, true, false]

@@ -1,5 +1,6 @@
 //! The metrics of one augmented event.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::metrics;
@@ -10,23 +11,23 @@ use trocar_engine::engine::Signals;
 
 metrics! {
     /// The metrics of one event, from the alarm to the return to teleoperation.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct EventMetrics in Event {
         /// Time at which the alarm was accepted.
         start_s: f64 = "start", Second, Neither [Never];
-        /// Time from the start to the release of the slave; undefined if the run ended before.
+        /// Time from the start to the release of the slave; undefined if the run ended before the release.
         augmented_s: Option<f64> = "time augmented", Second, Neither [Never];
-        /// Duration of re-engaging; undefined if the run ended before.
+        /// Duration of re-engaging; undefined if the run ended before the return to teleoperation.
         reengaging_s: Option<f64> = "time re-engaging", Second, Lower [Never];
         /// Position of the master at the start.
         master_start_m: f64 = "master position at the start", Metre signed, Neither [Never];
-        /// Position of the master when the slave was released, or at the last tick before.
+        /// Position of the master when the slave was released, or at the last tick of a run that ended before the release.
         master_end_m: f64 = "master position at the release", Metre signed, Neither [Never];
         /// Maximum distance of the slave from its position at the start, up to its release.
         frozen_motion_m: f64 = "motion while held", Metre, Lower [Never];
         /// Maximum speed of the slave while re-engaging; undefined if it did not re-engage.
         peak_reengaging_speed_m_per_s: Option<f64> = "peak slave speed while re-engaging", MetrePerSecond, Lower [Never];
-        /// 1 if it began by a false alarm, else 0.
+        /// 1 if the event began with a false alarm, else 0.
         is_false: u64 = "false alarm", Count, Lower [Never];
         /// Largest change of the feedback force from its value at the start.
         force_change_n: f64 = "change of the feedback force", Newton, Neither [Never];
@@ -36,16 +37,16 @@ metrics! {
         noticed: Option<u64> = "noticed", Count, Neither [Never];
         /// Change of the feedback force in the first tick of the event.
         entry_step_n: f64 = "force step at the start", Newton, Lower [Never];
-        /// Change of the feedback force that its law allows in the first tick of the event.
+        /// Change of the feedback force that its force law allows in the first tick of the event.
         entry_step_allowed_n: f64 = "allowed force step at the start", Newton, Neither [Never];
         /// Change of the feedback force in the first tick of re-engaging.
         exit_step_n: Option<f64> = "force step at the release", Newton, Lower [Never];
-        /// Change of the feedback force that its law allows in the first tick of re-engaging.
+        /// Change of the feedback force that its force law allows in the first tick of re-engaging.
         exit_step_allowed_n: Option<f64> = "allowed force step at the release", Newton, Neither [Never];
     }
 }
 
-/// The values of an event that change at every tick: of one run, or of several side by side.
+/// The values of an event that change at every tick, of one run or of several lanes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EventExtremes<L> {
     slave_start_m: L,
@@ -57,7 +58,8 @@ pub(super) struct EventExtremes<L> {
 }
 
 impl<L: Lane> EventExtremes<L> {
-    /// Before the first tick of an event, with slave and master at these positions and this feedback force.
+    /// Returns the values before the first tick of an event, from the positions of slave and master and the feedback
+    /// force.
     pub(super) fn at(slave_m: L, master_m: L, feedback_n: L) -> Self {
         Self {
             slave_start_m: slave_m,
@@ -69,7 +71,6 @@ impl<L: Lane> EventExtremes<L> {
         }
     }
 
-    /// Processes a tick before the release.
     #[inline(always)]
     pub(super) fn observe_held(&mut self, s: &Signals<L>) {
         self.master_end_m = s.master_position_m;
@@ -77,7 +78,6 @@ impl<L: Lane> EventExtremes<L> {
         self.observe_force(s);
     }
 
-    /// Processes a tick of re-engaging.
     #[inline(always)]
     pub(super) fn observe_reengaging(&mut self, s: &Signals<L>) {
         self.peak_speed_m_per_s = s.slave_velocity_m_per_s.abs().max(self.peak_speed_m_per_s);
@@ -89,7 +89,6 @@ impl<L: Lane> EventExtremes<L> {
         self.force_change_n = (s.feedback_force_n - self.feedback_start_n).abs().max(self.force_change_n);
     }
 
-    /// The values of lane `index`.
     pub(super) fn lane(&self, index: usize) -> EventExtremes<f64> {
         EventExtremes {
             slave_start_m: self.slave_start_m.lane(index),
@@ -101,7 +100,6 @@ impl<L: Lane> EventExtremes<L> {
         }
     }
 
-    /// With lane `index` replaced.
     pub(super) fn with_lane(self, index: usize, one: &EventExtremes<f64>) -> Self {
         Self {
             slave_start_m: self.slave_start_m.with_lane(index, one.slave_start_m),
@@ -114,22 +112,19 @@ impl<L: Lane> EventExtremes<L> {
     }
 }
 
-/// How an event began.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beginning {
-    /// Index of the first rupture whose needle it holds; the number of ruptures if it began by a false alarm.
+    /// Index of the first rupture whose needle the event holds; the number of ruptures if a false alarm began the
+    /// event.
     pub(super) first_rupture: usize,
     pub(super) is_false: bool,
-    /// The gap between needle and intended position in m.
     pub(super) gap_m: Option<f64>,
 }
 
-/// An open event.
 #[derive(Debug, Clone)]
 pub(super) struct EventWindow {
     pub(super) start: u64,
     released: Option<u64>,
-    /// Position of the slave at the release.
     pub(super) released_m: Option<f64>,
     ended: Option<u64>,
     pub(super) beginning: Beginning,
@@ -137,7 +132,7 @@ pub(super) struct EventWindow {
     pub(super) noticed_at: Option<u64>,
     master_start_m: f64,
     pub(super) extremes: EventExtremes<f64>,
-    /// The change of the feedback force at the start and at the release, and what its law allows there.
+    /// The change of the feedback force and the change that its law allows, at the start and at the release, in N.
     entry_step_n: [f64; 2],
     exit_step_n: Option<[f64; 2]>,
 }
@@ -159,7 +154,6 @@ impl EventWindow {
         }
     }
 
-    /// Processes a tick; returns whether the event is still open.
     pub(super) fn observe(&mut self, s: &Signals<f64>, step_n: f64) -> bool {
         match s.mode.lane(0) {
             Mode::Augmented => self.extremes.observe_held(s),
@@ -180,7 +174,6 @@ impl EventWindow {
         true
     }
 
-    /// Takes over the values of `mode` that several lanes have kept side by side.
     pub(super) fn take(&mut self, mode: Mode, kept: &EventExtremes<f64>) {
         match mode {
             Mode::Augmented => {
@@ -193,7 +186,7 @@ impl EventWindow {
         self.extremes.force_change_n = kept.force_change_n;
     }
 
-    /// The metrics, of an operator who `notices` changes of the felt force.
+    /// Returns the metrics; `noticed` is defined only for an operator who `notices` changes of the felt force.
     pub(super) fn close(&self, grid: &TickGrid, notices: bool) -> EventMetrics {
         let span = |from: u64, to: u64| grid.time_s(to - from);
         EventMetrics {

@@ -6,13 +6,12 @@ use trocar_core::time::TickGrid;
 use trocar_engine::engine::{Observer as _, Signals};
 use trocar_engine::operator::OperatorTraits;
 
-/// Time between two ticks in s.
 pub(super) const TICK_S: f64 = 1e-3;
 
 type Edit = Box<dyn Fn(&mut Signals<f64>)>;
 
-/// An insertion, tick by tick. The hand moves in at 10 mm/s and the slave follows without a lag; both forces are 2 N. What
-/// happens besides is added by the methods; the last one decides.
+/// An insertion, tick by tick. The hand moves in at 10 mm/s, the slave follows without lag, and both forces are 2 N.
+/// The methods add edits to these signals; a later edit overrides an earlier one.
 pub(super) struct Insertion {
     ticks: u64,
     operator: OperatorTraits,
@@ -24,19 +23,18 @@ impl Insertion {
         Self { ticks, operator: OperatorTraits::UNKNOWN, edits: vec![] }
     }
 
-    /// An operator of whom the metrics know the intention, by the slave's motion per intended motion, and the perception.
+    /// Sets the known traits of the operator: the motion of the slave per intended motion, `None` if unknown, and
+    /// whether changes of the felt force are noticed.
     pub(super) fn by(mut self, intended_scale: Option<f64>, notices: bool) -> Self {
         self.operator = OperatorTraits { intended_scale, notices };
         self
     }
 
-    /// Changes the signals of every tick.
     pub(super) fn with(mut self, edit: impl Fn(&mut Signals<f64>) + 'static) -> Self {
         self.edits.push(Box::new(edit));
         self
     }
 
-    /// Changes the signals from a tick on.
     pub(super) fn from(self, tick: u64, edit: impl Fn(&mut Signals<f64>) + 'static) -> Self {
         self.with(move |s| {
             if s.tick >= tick {
@@ -45,7 +43,6 @@ impl Insertion {
         })
     }
 
-    /// Changes the signals of one tick.
     pub(super) fn at(self, tick: u64, edit: impl Fn(&mut Signals<f64>) + 'static) -> Self {
         self.with(move |s| {
             if s.tick == tick {
@@ -55,15 +52,16 @@ impl Insertion {
     }
 
     pub(super) fn rupture_at(self, tick: u64) -> Self {
-        self.at(tick, |s| s.ruptured = true)
+        self.at(tick, |s| {
+            s.ruptured = true;
+            s.tissue_force_n += 1e-9;
+        })
     }
 
-    /// An alarm that the supervisor acts on.
     pub(super) fn alarm_at(self, tick: u64) -> Self {
         self.at(tick, |s| (s.alarm, s.alarm_taken) = (true, true))
     }
 
-    /// An alarm without effect.
     pub(super) fn ignored_alarm_at(self, tick: u64) -> Self {
         self.at(tick, |s| s.alarm = true)
     }
@@ -72,7 +70,7 @@ impl Insertion {
         self.at(tick, |s| s.noticed = true)
     }
 
-    /// An event that begins with an alarm, re-engages, and ends.
+    /// Adds an event with the ticks of its alarm, its release and its end.
     pub(super) fn event(self, [alarm, released, ended]: [u64; 3]) -> Self {
         self.alarm_at(alarm).with(move |s| {
             if (alarm..released).contains(&s.tick) {
@@ -83,7 +81,6 @@ impl Insertion {
         })
     }
 
-    /// The signals of a tick.
     pub(super) fn signals(&self, tick: u64) -> Signals<f64> {
         let position_m = 1e-5 * tick as f64;
         let mut signals = Signals {
@@ -125,7 +122,6 @@ impl Insertion {
         self.operator
     }
 
-    /// The metrics of the whole run.
     pub(super) fn metrics(&self) -> Metrics {
         let grid = TickGrid::new(TICK_S, TICK_S * self.ticks as f64).expect("a grid");
         let mut observer = MetricsObserver::<f64>::new(grid, 4).of_operators(|_| self.operator);
@@ -139,14 +135,12 @@ impl Insertion {
     }
 }
 
-/// Asserts that two numbers agree but for rounding.
 #[track_caller]
 pub(super) fn assert_close(value: Option<f64>, expected: f64) {
     let is_close = value.is_some_and(|value| (value - expected).abs() <= 1e-12 + 1e-9 * expected.abs());
     assert!(is_close, "{value:?} instead of {expected}");
 }
 
-/// Eight signals of the same tick, side by side.
 #[cfg(target_arch = "x86_64")]
 pub(super) fn side_by_side<L: trocar_core::lane::Lane>(all: &[Signals<f64>; 8]) -> Signals<L> {
     macro_rules! gathered {

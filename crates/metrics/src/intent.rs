@@ -1,57 +1,56 @@
-//! The needle against the position that the operator means to reach.
+//! Compares the needle with the position that the operator intends to reach.
 //!
-//! The *intended motion* is the operator's voluntary trajectory `x_v` on the slave's scale `s`: the desired position without
-//! tremor, with a voluntary pause or withdrawal. The *gap* is `x_e - s x_v`. After a rupture the needle has advanced
-//! beyond the intended motion by the growth of the gap:
+//! The *intended motion* is the operator's voluntary trajectory `x_v`, scaled by `s` to the slave: the desired position
+//! without tremor, including voluntary pauses and withdrawals. The *gap* is `x_e - s x_v`. The excess of the needle
+//! after a rupture at `t_r` is the growth of the gap:
 //!
 //! ```text
 //! excess(t) = (x_e(t) - x_e(t_r)) - s (x_v(t) - x_v(t_r))
 //! ```
-//! The horizon of a rupture ends at the next rupture, at the latest after [`HORIZON_S`](super::HORIZON_S).
+//! The horizon of a rupture ends at the next rupture or after [`HORIZON_S`](super::HORIZON_S), whichever is first.
 
 use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::nearest_ticks;
 use trocar_engine::operator::OperatorTraits;
 
-/// What became of a rupture by the end of its horizon.
+/// The motion of the needle after a rupture, up to the end of its horizon.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aftermath {
-    /// Advance of the needle at the end, in m.
+    /// Advance of the needle at the end of the horizon, in m.
     pub(crate) advance_m: f64,
-    /// Largest advance of the needle, in m.
     pub(crate) deepest_m: f64,
-    /// Largest advance beyond the intended motion, and largest depth beyond the largest intended depth, in m.
+    /// Largest advance beyond the intended motion, and largest depth beyond the largest intended depth, in m; `None`
+    /// without a known intention.
     pub beyond_intent_m: Option<(f64, f64)>,
 }
 
-/// The open horizon of a lane.
 #[derive(Debug, Clone, Copy)]
 struct Horizon {
-    /// Index of its rupture.
     rupture: usize,
     end_tick: u64,
     slave_m: f64,
     intended_m: f64,
 }
 
-/// The needle against the intended motion, over lanes.
+/// Follows the needle and the intended motion of several lanes.
 #[derive(Debug, Clone)]
 pub struct Pursuit<L: Lane> {
-    /// 0 in lanes without known intention.
+    /// Scale from the operator's to the slave's motion; 0 in lanes without a known intention.
     scale: L,
     operators: Vec<OperatorTraits>,
     is_any_known: bool,
     slave_m: L,
     intended_m: L,
-    /// Since the last rupture.
+    /// Maxima since the last rupture.
     max_gap_m: L,
     max_slave_m: L,
     max_intended_m: L,
-    /// Over the run: the deepest intended position, and the gap at its last tick.
+    /// The deepest intended position of the run, and the gap at the last tick at which the intended position was
+    /// deepest.
     deepest_intended_m: L,
     final_gap_m: L,
-    /// The last tick of the horizon after the last rupture or accepted alarm, and the ticks after such horizons in which the
-    /// operator does not withdraw.
+    /// The last tick of the horizon after the last rupture or accepted alarm, and the number of ticks outside such
+    /// horizons in which the operator does not withdraw.
     disturbed_until: L,
     undisturbed_ticks: L,
     withdraws: L::Mask,
@@ -61,7 +60,7 @@ pub struct Pursuit<L: Lane> {
 }
 
 impl<L: Lane> Pursuit<L> {
-    /// Of operators of whom nothing is known, with a horizon of `horizon_s`, on ticks of `tick_s` (both in s).
+    /// Creates a comparison for unknown operators, with a horizon of `horizon_s` and ticks of `tick_s` (both in s).
     pub fn new(tick_s: f64, horizon_s: f64) -> Self {
         let (zero, lowest) = (L::zero(), L::splat(f64::NEG_INFINITY));
         Self {
@@ -84,7 +83,7 @@ impl<L: Lane> Pursuit<L> {
         }
     }
 
-    /// Sets what is known of the operator of each lane.
+    /// Sets the known traits of the operator of each lane.
     pub fn set_operators(&mut self, traits: impl Fn(usize) -> OperatorTraits) {
         self.operators = (0..L::WIDTH).map(traits).collect();
         self.scale = L::from_lanes(|lane| self.operators[lane].intended_scale.unwrap_or(0.0));
@@ -99,7 +98,7 @@ impl<L: Lane> Pursuit<L> {
         self.horizon_ticks
     }
 
-    /// Processes a tick. Returns whether a horizon ends at it.
+    /// Processes a tick and returns true if a horizon ends at it.
     #[inline(always)]
     pub fn follow(&mut self, tick: u64, intended_position_m: L, slave_position_m: L) -> bool {
         self.slave_m = slave_position_m;
@@ -122,35 +121,33 @@ impl<L: Lane> Pursuit<L> {
         tick >= self.next_end_tick
     }
 
-    /// The gap of a lane in m; `None` without known intention.
+    /// Returns the gap of a lane in m; `None` without a known intention.
     pub(crate) fn gap_m(&self, lane: usize) -> Option<f64> {
         self.operators[lane].intended_scale.map(|_| (self.slave_m - self.intended_m).lane(lane))
     }
 
-    /// The gap in m at the last tick at which a lane's intended position was deepest.
+    /// Returns the gap of a lane in m at the last tick at which its intended position was deepest.
     pub(crate) fn final_gap_m(&self, lane: usize) -> Option<f64> {
         let has_begun = self.deepest_intended_m.lane(lane).is_finite();
         self.operators[lane].intended_scale.filter(|_| has_begun).map(|_| self.final_gap_m.lane(lane))
     }
 
-    /// Marks a rupture or an accepted alarm in the lanes of a mask.
     pub(crate) fn disturb(&mut self, lanes: L::Mask, tick: u64) {
         let until = L::splat((tick + self.horizon_ticks) as f64);
         self.disturbed_until = L::select(lanes, until, self.disturbed_until);
     }
 
-    /// Number of ticks of a lane without withdrawal that are not within a horizon after a rupture or an accepted alarm.
+    /// Number of a lane's ticks without withdrawal outside the horizons of ruptures and accepted alarms.
     pub(crate) fn undisturbed_ticks(&self, lane: usize) -> Option<u64> {
         self.operators[lane].intended_scale.map(|_| self.undisturbed_ticks.lane(lane) as u64)
     }
 
-    /// Whether the operator of a lane withdraws.
     pub(crate) fn withdraws(&self, lane: usize) -> bool {
         self.withdraws.lane(lane)
     }
 
-    /// Ends a lane's horizon at `tick` if it is due or another rupture begins. Returns the index of its rupture and what
-    /// became of it.
+    /// Closes a lane's horizon at `tick` if its time has passed or another rupture begins. Returns the index of its
+    /// rupture and the motion after it.
     pub fn close(&mut self, lane: usize, tick: u64, ruptures_again: bool) -> Option<(usize, Aftermath)> {
         let horizon = self.horizons[lane].filter(|horizon| ruptures_again || tick >= horizon.end_tick)?;
         self.horizons[lane] = None;
@@ -176,7 +173,6 @@ impl<L: Lane> Pursuit<L> {
         self.update_next_end();
     }
 
-    /// Drops the horizon of a lane that has diverged.
     pub(crate) fn abandon(&mut self, lane: usize) {
         self.horizons[lane] = None;
         self.update_next_end();
@@ -193,7 +189,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_horizon_is_due_at_its_end_and_one_that_is_abandoned_never() {
+    fn a_horizon_is_due_at_its_end_unless_it_is_abandoned() {
         let mut pursuit = Pursuit::<f64>::new(1e-3, 0.01);
         assert!(!pursuit.follow(0, 0.0, 0.5));
         pursuit.open(0, 0, 3);

@@ -1,9 +1,10 @@
-//! Why a rupture has no alarm.
+//! Explains why a rupture has no alarm.
 
 use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use trocar_base::warning::{Code, Warning};
@@ -13,67 +14,67 @@ use trocar_core::detector::{
 };
 use trocar_core::time::nearest_ticks;
 
-/// A contact position in m above which no needle is.
+/// A contact position in m above which no needle lies.
 const FAR_M: f64 = 1e3;
 
-/// What kept the detector from an alarm, or the supervisor from an event.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// The cause that prevented the detector's alarm, or the supervisor's event.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "reason", rename_all = "kebab-case")]
 pub enum MissReason {
     /// The estimator's contact position is deeper than the needle.
     NotInContact {
-        /// Depth of the needle below the contact in m, at most 0.
+        /// Depth of the needle below the contact in m, never positive.
         depth_m: f64,
     },
     /// The detector was not armed when g exceeded the threshold.
     NotArmed {
-        /// For how long the contact had been quiet, in s.
+        /// Time for which the contact had been quiet, in s.
         quiet_s: f64,
-        /// For how long it must be quiet, in s.
+        /// Time for which the contact must be quiet, in s.
         settle_s: f64,
     },
-    /// A detector that arms itself did not judge yet.
+    /// A self-arming detector was not ready.
     NotReady {
-        /// What it waited for.
+        /// The condition for which it waited.
         waits_for: &'static str,
     },
-    /// A detector that arms itself saw no fall that counts.
+    /// A self-arming detector saw no fall large enough to count.
     NoFall,
     /// The force did not fall below a predicted resisting force.
     NoDrop,
     /// The needle did not move as the detector requires.
     WrongMotion {
-        /// Its velocity in m/s.
+        /// The velocity of the needle in m/s.
         velocity_m_per_s: f64,
     },
     /// The needle was not deep enough.
     TooShallow {
-        /// Its depth below the contact in m.
+        /// The depth of the needle below the contact in m.
         depth_m: f64,
     },
     /// g did not exceed the threshold.
     BelowThreshold {
-        /// The largest g of the window, relative to the threshold.
+        /// The largest g of the window, divided by the threshold.
         reached: f64,
     },
-    /// No distance exceeded the drift, so that g stayed at 0.
+    /// No distance exceeded the drift; g stayed at 0.
     BelowDrift {
-        /// The largest distance of the window, in its unit.
+        /// The largest distance of the window, in the unit of the distance.
         largest: f64,
     },
-    /// An event was under way.
+    /// An event was in progress.
     EventUnderWay {
-        /// Its begin in s.
+        /// The start of the event in s.
         begin_s: f64,
     },
     /// An event had just ended.
     Refractory {
-        /// Its end in s.
+        /// The end of the event in s.
         end_s: f64,
     },
-    /// Without the other reasons an earlier alarm opens an event, which hides it.
+    /// No other reason applies: an earlier alarm would open an event, which hides the rupture.
     EarlierEvent,
-    /// Its alarm is counted for another rupture.
+    /// The alarm counts for another rupture.
     AlarmOfAnother {
         /// The time of the alarm in s.
         alarm_s: f64,
@@ -81,15 +82,15 @@ pub enum MissReason {
 }
 
 impl MissReason {
-    /// Its word, as in JSON.
+    /// Returns the tag used in JSON.
     #[must_use]
     pub fn word(&self) -> String {
-        // The tag of a flat enum is always there.
+        // Every variant of this enum is serialized with its tag.
         let tag = |value: serde_json::Value| Some(value.get("reason")?.as_str()?.to_owned());
         serde_json::to_value(self).ok().and_then(tag).unwrap_or_default()
     }
 
-    /// The key that decides on it.
+    /// Returns the scenario key that decides on the reason.
     #[must_use]
     pub fn key(&self) -> &'static str {
         match self {
@@ -108,7 +109,7 @@ impl MissReason {
         }
     }
 
-    /// What can be done about it.
+    /// Returns a remedy for the user.
     #[must_use]
     pub fn remedy(&self) -> Cow<'static, str> {
         Cow::Borrowed(match self {
@@ -142,7 +143,8 @@ impl MissReason {
         })
     }
 
-    /// Changes a scenario's settings so that the reason is gone: estimator's contact (m), detector, augmentation.
+    /// Changes the settings of a scenario to remove the reason: the estimator's contact (m), the detector and the
+    /// augmentation.
     pub fn remove(
         &self,
         contact_m: &mut f64,
@@ -164,10 +166,9 @@ impl MissReason {
     }
 }
 
-/// The share of the threshold below which a lower one is no remedy by itself.
+/// Fraction of the threshold below which lowering the threshold is no remedy by itself.
 const HARDLY: f64 = 1e-3;
 
-/// A share in percent with one decimal, or a word for less than that.
 fn percent(share: f64, rounded: fn(f64) -> f64) -> String {
     if share > 0.0 && share < HARDLY {
         return format!("less than {}", 100.0 * HARDLY);
@@ -221,24 +222,24 @@ impl Display for MissReason {
     }
 }
 
-/// Why a rupture has no alarm within its window.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// The reasons why a rupture has no alarm within its window.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Miss {
-    /// The reason.
+    /// The main reason.
     #[serde(flatten)]
     pub reason: MissReason,
-    /// Further reasons, each of which alone would have prevented the alarm.
+    /// Further reasons; each alone would have prevented the alarm.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub also: Vec<MissReason>,
 }
 
 impl Miss {
-    /// All reasons, the main one first.
+    /// Iterates over all reasons, the main one first.
     pub fn reasons(&self) -> impl Iterator<Item = &MissReason> {
         std::iter::once(&self.reason).chain(&self.also)
     }
 
-    /// The warning about rupture `number`, from 1, at a time in s.
+    /// Returns the warning about rupture `number`, from 1, at a time in s.
     pub fn warning(&self, number: usize, time_s: f64) -> Warning {
         let message = format!("rupture {number} at {time_s:.3} s missed: {self}");
         Warning::new(Code::MissedRupture, message).at(self.reason.key()).remedy(self.reason.remedy())
@@ -255,20 +256,20 @@ impl Display for Miss {
 /// The detector at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct DetectorSample {
-    /// `s`, in its unit.
+    /// The distance `s`, in its unit.
     pub distance: f64,
-    /// `g`, in the unit of the distance.
+    /// The decision value `g`, in the unit of the distance.
     pub decision: f64,
-    /// What an alarm needs besides a large `g`.
+    /// The conditions of an alarm other than the threshold.
     pub conditions: AlarmConditions<f64>,
     /// Depth of the needle, in m.
     pub depth_m: f64,
-    /// Its velocity, in m/s.
+    /// Velocity of the needle, in m/s.
     pub velocity_m_per_s: f64,
 }
 
 impl DetectorSample {
-    /// Updates a detector, and returns its decision and its state at the sample.
+    /// Updates a detector, and returns its decision and the sample, whose conditions are those before the update.
     pub fn update(detector: &mut CusumDetector<f64>, evidence: &Evidence<f64>) -> (Decision<f64>, Self) {
         let conditions = detector.conditions(evidence);
         let decision = detector.update(evidence);
@@ -283,22 +284,22 @@ impl DetectorSample {
     }
 }
 
-/// The supervisor over a run: its events, and the alarms.
+/// The events and alarms of the supervisor during a run.
 #[derive(Debug, Clone, Default)]
 pub struct SupervisorHistory {
-    /// First tick of each event, and first tick after it.
+    /// First tick of each event, and the first tick after it.
     events: Vec<(u64, u64)>,
     ignored_alarms: Vec<u64>,
     alarms: Vec<u64>,
 }
 
 impl SupervisorHistory {
-    /// A supervisor that ignores no alarm and opens no event. The alarms are by their ticks.
+    /// Returns a supervisor that accepts the alarms at these ticks and opens no event.
     pub fn of_alarms(alarms: &[usize]) -> Self {
         Self { alarms: alarms.iter().map(|alarm| *alarm as u64).collect(), ..Self::default() }
     }
 
-    /// Adds a tick; the ticks are in order.
+    /// Adds a tick; ticks must be in order.
     pub fn push(&mut self, tick: u64, mode: Mode, alarm: bool, is_taken: bool) {
         if mode != Mode::Teleoperation {
             match self.events.last_mut() {
@@ -313,12 +314,11 @@ impl SupervisorHistory {
         }
     }
 
-    /// Whether there is an alarm at one of some ticks, accepted or not.
+    /// Returns true if an alarm, accepted or ignored, lies within `ticks`.
     pub fn has_alarm(&self, ticks: RangeInclusive<u64>) -> bool {
         self.alarms.iter().chain(&self.ignored_alarms).any(|alarm| ticks.contains(alarm))
     }
 
-    /// Why the supervisor would not act on an alarm at a tick.
     fn refusal(&self, tick: u64, rule: &MissRule) -> Option<MissReason> {
         let &(begin, end) = self.events.iter().rev().find(|(begin, _)| *begin < tick)?;
         if tick < end {
@@ -329,20 +329,20 @@ impl SupervisorHistory {
     }
 }
 
-/// Share of the largest g of a window from which a sample counts as near it.
+/// A sample is near the largest g of a window if its g exceeds this fraction of it.
 const NEAR_MAX: f64 = 0.9;
 
 /// The settings that decide whether a rupture has an alarm.
 pub struct MissRule<'a> {
     /// Time between two samples, in s.
     pub tick_s: f64,
-    /// Time of the first one, in s.
+    /// Time of the first sample, in s.
     pub start_s: f64,
-    /// How long after a rupture its alarm may come, in s.
+    /// Maximum time from a rupture to its alarm, in s.
     pub window_s: f64,
     /// The settings of the detector.
     pub detector: &'a DetectorSettings,
-    /// Time in s after an event in which the supervisor ignores alarms.
+    /// Time after an event during which the supervisor ignores alarms, in s.
     pub refractory_s: f64,
 }
 
@@ -351,15 +351,16 @@ impl MissRule<'_> {
         self.start_s + tick as f64 * self.tick_s
     }
 
-    /// Ticks of the window of a rupture.
+    /// Returns the number of ticks in a rupture's window.
     pub fn window_ticks(&self) -> u64 {
         nearest_ticks(self.window_s, self.tick_s)
     }
 
-    /// Why a rupture at `tick` has no alarm. `samples` are those of its window, from the rupture on, with their ticks.
+    /// Explains why a rupture at `tick` has no alarm. `samples` are the samples of its window with their ticks, from
+    /// the rupture onwards.
     ///
-    /// Of the samples with g above the threshold, the first that fails the fewest conditions decides: it is the one
-    /// that the smallest change turns into an alarm.
+    /// Of the samples with g above the threshold, the first one that fails the fewest conditions decides, because the
+    /// smallest change turns it into an alarm.
     pub fn explain(
         &self,
         tick: u64,
@@ -371,7 +372,8 @@ impl MissRule<'_> {
             let reason = supervisor.refusal(alarm, self)?;
             return Some(Miss { reason, also: vec![] });
         }
-        // An alarm in the window counts for a later rupture; what comes from it on says nothing about this one.
+        // An alarm in the window counts for a later rupture. The samples from this alarm onwards do not explain this
+        // miss.
         let of_another = supervisor.alarms.iter().copied().find(|alarm| window.contains(alarm));
         let end = of_another.map_or(samples.len(), |alarm| samples.partition_point(|(tick, _)| *tick < alarm));
         if let (0, Some(alarm)) = (end, of_another) {
@@ -384,7 +386,8 @@ impl MissRule<'_> {
         }
         let threshold = self.detector.cusum.threshold;
         let max = samples.iter().map(|(_, sample)| sample.decision).fold(0.0, f64::max);
-        // Without a sample above the threshold, those near the largest g tell what else would have failed.
+        // If no sample exceeds the threshold, the samples near the largest g show which other conditions would have
+        // failed.
         let level = threshold.min(NEAR_MAX * max);
         let mut fewest: Option<Vec<MissReason>> = None;
         for (tick, sample) in samples.iter().filter(|(_, sample)| sample.decision > level) {
@@ -406,7 +409,7 @@ impl MissRule<'_> {
             None => {
                 let largest = samples.iter().map(|(_, sample)| sample.distance).fold(0.0, f64::max);
                 let drift = MissReason::BelowDrift { largest };
-                // With half of the largest distance as drift, g would reach the other half.
+                // If the drift is half of the largest distance, g reaches the other half.
                 let reached = 0.5 * largest / threshold;
                 let and_threshold = (reached < 1.0).then_some(MissReason::BelowThreshold { reached });
                 std::iter::once(drift).chain(and_threshold).collect()
@@ -421,7 +424,6 @@ impl MissRule<'_> {
         self.detector.distance.kind.waits_for()
     }
 
-    /// The conditions that a sample above the threshold fails.
     fn failed(&self, sample: &DetectorSample) -> Vec<MissReason> {
         let DetectorSample { conditions, depth_m, velocity_m_per_s, .. } = *sample;
         if !conditions.in_contact {
@@ -448,7 +450,8 @@ mod tests {
     use super::*;
     use trocar_core::detector::{DistanceKind, Hypotheses};
 
-    /// A rule on ticks of 1 ms: a window of 10 ms, γ = 2, a settling time of 100 ms and a refractory period of 50 ms.
+    /// Explains a miss with ticks of 1 ms, a window of 10 ms, γ = 2, a settling time of 100 ms and a refractory period
+    /// of 50 ms.
     fn explain(
         tick: u64,
         samples: &[DetectorSample],
@@ -462,7 +465,6 @@ mod tests {
         rule.explain(tick, &samples, supervisor)
     }
 
-    /// The reasons of a rupture at tick 100, without a supervisor.
     fn reasons(samples: &[DetectorSample]) -> Vec<MissReason> {
         let miss =
             explain(100, samples, &SupervisorHistory::default(), DistanceKind::SquaredResidual).expect("a reason");
@@ -478,7 +480,6 @@ mod tests {
         quiet_samples: 30.0,
     };
 
-    /// A sample with every condition of an alarm.
     fn sample(decision: f64) -> DetectorSample {
         DetectorSample { distance: 0.5, decision, conditions: ALL, depth_m: 0.02, velocity_m_per_s: 0.01 }
     }
@@ -503,7 +504,7 @@ mod tests {
     }
 
     #[test]
-    fn of_several_large_g_the_first_that_fails_the_fewest_conditions_decides() {
+    fn the_first_sample_above_the_threshold_that_fails_the_fewest_conditions_decides() {
         let not_armed = AlarmConditions { armed: false, ..ALL };
         let two = AlarmConditions { is_drop: false, ..not_armed };
         let shallow = AlarmConditions { is_deep: false, ..ALL };
@@ -519,7 +520,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_g_is_told_with_what_it_reached_and_what_else_would_have_failed() {
+    fn a_small_g_is_reported_with_its_maximum_and_the_other_failed_conditions() {
         assert_eq!(reasons(&[sample(0.1), sample(0.5), sample(0.2)]), [MissReason::BelowThreshold { reached: 0.25 }]);
         // Samples within a tenth of the largest g count as near it.
         let no_drop = AlarmConditions { is_drop: false, ..ALL };
@@ -532,7 +533,7 @@ mod tests {
     #[test]
     fn a_g_that_stays_at_0_is_below_the_drift() {
         let small = |distance| DetectorSample { distance, ..sample(0.0) };
-        // Half of the largest distance as drift leaves half of it in g: 0.15 of 2.
+        // A drift of half of the largest distance leaves the other half in g: 0.15 of γ = 2.
         let expected = [MissReason::BelowDrift { largest: 0.3 }, MissReason::BelowThreshold { reached: 0.075 }];
         assert_eq!(reasons(&[small(0.1), small(0.3), small(0.2)]), expected);
         assert_eq!(reasons(&[small(4.0)]), [MissReason::BelowDrift { largest: 4.0 }], "half of it reaches γ");
@@ -550,7 +551,7 @@ mod tests {
         assert_eq!(of(&[with(3.0, AlarmConditions { armed: false, ..ALL })]), [MissReason::NotReady { waits_for }]);
     }
 
-    /// A supervisor with an event from tick 50 to 80, and an alarm at a tick.
+    /// Returns a supervisor with an event from tick 50 to 80, and an alarm at a tick.
     fn supervisor(alarm: u64, is_taken: bool) -> SupervisorHistory {
         let mut history = SupervisorHistory::default();
         for tick in 0..200 {
@@ -561,7 +562,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_that_the_supervisor_ignored_came_in_an_event_or_just_after_it() {
+    fn an_ignored_alarm_is_explained_by_the_event_during_or_just_before_it() {
         let of =
             |alarm: u64| explain(alarm - 5, &[sample(3.0)], &supervisor(alarm, false), DistanceKind::SquaredResidual);
         let only = |reason| Some(Miss { reason, also: vec![] });
@@ -573,7 +574,7 @@ mod tests {
     }
 
     #[test]
-    fn the_event_under_way_is_told_beside_the_conditions() {
+    fn an_event_in_progress_is_reported_beside_the_failed_conditions() {
         let quiet = supervisor(199, false);
         let not_armed = with(3.0, AlarmConditions { armed: false, ..ALL });
         let miss = explain(70, &[sample(0.0), not_armed], &quiet, DistanceKind::SquaredResidual).expect("a reason");
@@ -584,7 +585,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_in_the_window_that_counts_for_another_rupture_hides_what_comes_after_it() {
+    fn an_alarm_that_counts_for_another_rupture_hides_the_samples_after_it() {
         let of = |tick, samples: &[DetectorSample]| {
             let history = SupervisorHistory::of_alarms(&[105]);
             explain(tick, samples, &history, DistanceKind::SquaredResidual).map(|miss| miss.reason)
@@ -595,13 +596,13 @@ mod tests {
         let not_armed = AlarmConditions { armed: false, ..ALL };
         let before = [sample(0.0), with(3.0, not_armed), sample(0.0), sample(0.0), sample(0.0), sample(9.0)];
         assert_eq!(of(100, &before), Some(MissReason::NotArmed { quiet_s: 0.03, settle_s: 0.1 }));
-        // The window ends with its tenth tick.
+        // The window includes its tenth tick.
         assert_eq!(of(94, &[sample(0.5); 10]), Some(MissReason::BelowThreshold { reached: 0.25 }));
         assert_eq!(of(95, &[sample(0.5); 10]), another);
     }
 
     #[test]
-    fn the_history_of_a_supervisor_knows_every_alarm() {
+    fn the_history_of_a_supervisor_contains_accepted_and_ignored_alarms() {
         for is_taken in [true, false] {
             let history = supervisor(120, is_taken);
             let has = [120..=120, 110..=130, 100..=119, 121..=140].map(|ticks| history.has_alarm(ticks));
@@ -613,7 +614,7 @@ mod tests {
     }
 
     #[test]
-    fn every_reason_has_its_word_its_key_and_a_remedy_that_removes_it() {
+    fn every_reason_has_a_word_a_key_and_a_remedy_that_removes_it() {
         let (mut contact_m, mut detector, mut augmentation) =
             (0.5, DetectorSettings::default(), AugmentationSettings::default());
         detector.cusum.threshold = 2.0;
@@ -648,7 +649,7 @@ mod tests {
     }
 
     #[test]
-    fn reasons_are_told_in_milliseconds_millimetres_and_per_cent() {
+    fn reasons_are_reported_in_milliseconds_millimetres_and_percent() {
         let told = |reason: MissReason| reason.to_string();
         assert!(told(MissReason::NotInContact { depth_m: -1.234e-3 }).contains("was 1.23 mm above"));
         let text = told(MissReason::NotArmed { quiet_s: 0.01234, settle_s: 0.1 });
@@ -668,7 +669,7 @@ mod tests {
     }
 
     #[test]
-    fn a_threshold_to_set_is_rounded_down() {
+    fn the_recommended_threshold_is_rounded_down() {
         let told = |reached| MissReason::BelowThreshold { reached }.remedy().into_owned();
         assert!(told(0.1239).contains("below 12.3 %"), "{}", told(0.1239));
         assert!(
@@ -679,7 +680,7 @@ mod tests {
     }
 
     #[test]
-    fn the_warning_tells_the_rupture_all_reasons_and_the_key() {
+    fn the_warning_contains_the_rupture_all_reasons_and_the_key() {
         let miss = Miss { reason: MissReason::NoDrop, also: vec![MissReason::TooShallow { depth_m: 1e-3 }] };
         assert!(miss.to_string().ends_with("; also detector.minimum_depth_m: the needle was at 1 mm"), "{miss}");
         let warning = miss.warning(2, 1.25);

@@ -2,7 +2,6 @@
 
 use super::{Declaration, EventMetrics, LinkMetrics, Metrics, PortMetrics, RuptureMetrics};
 
-/// The highest number of a rupture or event in a key.
 const MAX_NUMBERED: usize = 64;
 
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +17,7 @@ enum Reader {
 #[derive(Debug, Clone, Copy)]
 pub struct RunMetric {
     declaration: &'static Declaration,
-    /// From 1, of ruptures and events.
+    /// Number of the rupture or event, from 1.
     number: usize,
     reader: Reader,
 }
@@ -44,7 +43,7 @@ impl RunMetric {
         })
     }
 
-    /// The metrics of rupture `number`, from 1.
+    /// Returns the metrics of rupture `number`, from 1.
     pub fn of_rupture(number: usize) -> impl Iterator<Item = Self> {
         RuptureMetrics::METRICS.iter().map(move |m| Self {
             declaration: &m.declaration,
@@ -61,17 +60,17 @@ impl RunMetric {
         })
     }
 
-    /// The metrics of the run as a whole, then those of its link and of its ports.
+    /// Returns the metrics of the run as a whole, then the metrics of its link and its ports.
     pub fn of_whole_run() -> impl Iterator<Item = Self> {
         Self::of_run().chain(Self::of_link()).chain(Self::of_ports())
     }
 
-    /// Every metric, those of ruptures and events with the number 1.
+    /// Returns every metric; ruptures and events have the number 1.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::of_whole_run().chain(Self::of_rupture(1)).chain(Self::of_event(1))
     }
 
-    /// The metric of a key or of an earlier name of it, such as `rupture_2_detection_delay_s`.
+    /// Finds a metric by its current or former key, such as `rupture_2_detection_delay_s`.
     #[must_use]
     pub fn named(key: &str) -> Option<Self> {
         if let Some((number, name)) = numbered(key, "rupture_") {
@@ -88,31 +87,31 @@ impl RunMetric {
             .or_else(|| key.strip_prefix("port_").and_then(of_port))
     }
 
-    /// Its declaration.
+    /// Returns the declaration.
     #[must_use]
     pub fn declaration(&self) -> &'static Declaration {
         self.declaration
     }
 
-    /// The number of its rupture or event, from 1; 1 for other metrics.
+    /// Returns the number of the rupture or event, from 1; 1 for other metrics.
     #[must_use]
     pub fn number(&self) -> usize {
         self.number
     }
 
-    /// Its name in files.
+    /// Returns the name used in files.
     #[must_use]
     pub fn key(&self) -> String {
         self.declaration.key(self.number)
     }
 
-    /// Its label in tables.
+    /// Returns the label in tables.
     #[must_use]
     pub fn label(&self) -> String {
         self.declaration.full_label(self.number)
     }
 
-    /// Its value in SI units; `None` if undefined.
+    /// Reads the value in SI units; `None` if undefined.
     #[must_use]
     pub fn read(&self, metrics: &Metrics) -> Option<f64> {
         match self.reader {
@@ -125,7 +124,7 @@ impl RunMetric {
     }
 }
 
-/// The number, from 1, and the rest of a key such as `rupture_2_time_s`.
+/// Splits a key such as `rupture_2_time_s` into the number, from 1, and the rest.
 fn numbered<'a>(key: &'a str, prefix: &str) -> Option<(usize, &'a str)> {
     let (number, name) = key.strip_prefix(prefix)?.split_once('_')?;
     let is_plain = number.bytes().all(|digit| digit.is_ascii_digit()) && !number.starts_with('0');
@@ -139,7 +138,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn every_metric_has_a_key_a_label_and_a_sentence_of_its_own() {
+    fn every_metric_has_a_unique_key_label_and_description() {
         let all: Vec<RunMetric> = RunMetric::all().collect();
         let keys: BTreeSet<String> = all.iter().map(RunMetric::key).collect();
         let labels: BTreeSet<String> = all.iter().map(RunMetric::label).collect();

@@ -1,31 +1,32 @@
 //! The metrics of one rupture.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::intent::Aftermath;
 use super::miss::Miss;
-use super::{FALLEN_SHARE, RUPTURE_WINDOW_S, TRAVEL_S};
+use super::{ALARM_WINDOW_S, FALLEN_SHARE, RUPTURE_WINDOW_S, TRAVEL_S};
 use crate::metrics;
 use trocar_core::lane::Lane;
 use trocar_core::time::{TickGrid, nearest_ticks};
 use trocar_engine::engine::Signals;
 
 metrics! {
-    /// The metrics of one rupture. "At the rupture" is the tick of the rupture itself, the last one under load. A
-    /// metric over a window is undefined if the run ended before the window.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
+    /// The metrics of one rupture. "At the rupture" means the tick of the rupture, the last one under load. A metric
+    /// over a window is undefined if the run ended before the window.
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct RuptureMetrics in Rupture {
         /// Time at which the layer ruptured.
         time_s: f64 = "time", Second, Neither [Never];
-        /// The name of the layer; `None` for a tissue without layers, or if the run is not recorded tick by tick.
+        /// Name of the layer; `None` for a tissue without layers, or if the run is not recorded tick by tick.
         layer: Option<String>;
         /// Advance of the needle 0.3 s after the rupture; negative if it moved back.
         slave_travel_m: Option<f64> = "overshoot at 0.3 s", Metre signed, Lower [Main];
-        /// Advance of the needle beyond the intended motion 0.3 s after the rupture; undefined without known intention.
+        /// Advance of the needle beyond the intended motion 0.3 s after the rupture; undefined if the intended motion is unknown.
         unintended_travel_m: Option<f64> = "unintended at 0.3 s", Metre signed, Lower [MainWhereDefined];
-        /// Largest advance of the needle, up to the next rupture or for 2 s.
+        /// Largest advance of the needle before the next rupture, within 2 s.
         deepest_advance_m: Option<f64> = "deepest point", Metre, Lower [Main];
-        /// Largest advance of the needle beyond the intended motion, up to the next rupture or for 2 s; undefined without known intention.
+        /// Largest advance of the needle beyond the intended motion before the next rupture, within 2 s; undefined if the intended motion is unknown.
         excess_advance_m: Option<f64> = "excess advance", Metre, Lower [MainWhereDefined];
         /// Time from the rupture to the return to teleoperation; undefined without an event.
         return_after_s: Option<f64> = "return after", Second, Neither [MainWhereDefined];
@@ -37,17 +38,17 @@ metrics! {
         felt_peak_n: Option<f64> = "peak of the felt force", Newton signed, Neither [Main];
         /// Largest fall of the force on the hand from an earlier value, from the rupture to 0.3 s after it.
         felt_drop_n: Option<f64> = "drop of the felt force", Newton, Higher [Main];
-        /// 1 if the operator noticed the rupture, up to the next one or within 2 s, else 0; undefined if the operator notices nothing.
+        /// 1 if the operator noticed the rupture before the next one and within 2 s, else 0; undefined for an operator who cannot notice ruptures.
         noticed: Option<u64> = "noticed", Count, Higher [MainWhereDefined];
-        /// Time from the rupture to its alarm; undefined if it was missed.
+        /// Time from the rupture to its alarm, at most 0.1 s and after a fall of the force; undefined if the rupture was missed.
         detection_delay_s: Option<f64> = "detection delay", Second, Lower [Main];
         /// Advance of the needle from the rupture to the return to teleoperation; undefined without an event.
         depth_at_return_m: Option<f64> = "depth at return", Metre signed, Lower [WhereDefined];
-        /// Largest depth of the needle beyond the largest intended depth, up to the next rupture or for 2 s.
+        /// Largest depth of the needle beyond the largest intended depth before the next rupture, within 2 s.
         unintended_cut_m: Option<f64> = "unintended cut", Metre, Lower [WhereDefined];
         /// Time from the rupture until the operator noticed it.
         noticed_after_s: Option<f64> = "noticed after", Second, Lower [WhereDefined];
-        /// Why it was missed; `None` if it was not, or if the run is not recorded tick by tick.
+        /// Why the rupture was missed; `None` if it was not missed, or if the run is not recorded tick by tick.
         miss: Option<Miss>;
         /// Maximum advance of the needle in the 0.5 s after the rupture.
         slave_overshoot_m: Option<f64> = "overshoot in 0.5 s", Metre, Lower;
@@ -57,21 +58,19 @@ metrics! {
         master_position_m: f64 = "master position", Metre signed, Neither [Never];
         /// Maximum advance of the master in the 0.5 s after the rupture.
         master_travel_m: Option<f64> = "master travel in 0.5 s", Metre, Neither;
-        /// Time until the feedback force is down to 5 % of its value at the rupture; undefined if not within 0.5 s.
+        /// Time until the feedback force has fallen to 5 % of its value at the rupture; undefined if it has not within 0.5 s.
         feedback_fall_s: Option<f64> = "feedback force down to 5 %", Second, Lower;
-        /// Time until the force on the hand is down to 5 % of its value at the rupture; undefined if not within 0.5 s.
+        /// Time until the force on the hand has fallen to 5 % of its value at the rupture; undefined if it has not within 0.5 s.
         felt_fall_s: Option<f64> = "felt force down to 5 %", Second, Lower;
         /// Maximum rate of change of the force on the hand in the 0.5 s after the rupture.
         peak_force_rate_n_per_s: Option<f64> = "peak rate of the felt force", NewtonPerSecond, Higher;
-        /// Largest drop of the force on the hand within 0.3 s, relative to its value at the rupture; above 100 % the hand is pulled.
+        /// Largest drop of the force on the hand within 0.3 s, relative to its value at the rupture; above 100 % the force pulls the hand.
         felt_contrast: Option<f64> = "felt contrast in 0.3 s", Share, Higher;
     }
 }
 
-/// The extremes after a rupture, of one run or over lanes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extremes<L> {
-    /// Positions at the rupture.
     pub(super) slave_m: L,
     pub(super) master_m: L,
     last_felt_n: L,
@@ -81,17 +80,15 @@ pub(super) struct Extremes<L> {
     peak_change_n: L,
     min_felt_n: L,
     max_felt_n: L,
-    /// Maximum fall of the force on the hand from an earlier value.
     drop_n: L,
 }
 
 impl<L: Lane> Extremes<L> {
-    /// At the tick of the rupture.
     pub(super) fn at(s: &Signals<L>) -> Self {
         Self { slave_m: s.slave_position_m, master_m: s.master_position_m, ..Self::from_force(s.operator_force_n) }
     }
 
-    /// The initial extremes for a force on the hand, at position 0.
+    /// Returns the initial extremes for a force on the hand, at position 0.
     pub(super) fn from_force(felt_n: L) -> Self {
         let zero = L::zero();
         Self {
@@ -107,7 +104,7 @@ impl<L: Lane> Extremes<L> {
         }
     }
 
-    /// Updates with a tick after the rupture; `is_early`: the extremes of the felt force are still updated.
+    /// Processes a tick after the rupture; `is_early` marks the lanes that still update the extremes of the felt force.
     #[inline(always)]
     pub(super) fn observe(&mut self, s: &Signals<L>, is_early: L::Mask) {
         let felt_n = s.operator_force_n;
@@ -120,7 +117,6 @@ impl<L: Lane> Extremes<L> {
         self.drop_n = L::select(is_early, (self.max_felt_n - felt_n).max(self.drop_n), self.drop_n);
     }
 
-    /// The extremes of lane `index`.
     pub(super) fn lane(&self, index: usize) -> Extremes<f64> {
         Extremes {
             slave_m: self.slave_m.lane(index),
@@ -135,7 +131,6 @@ impl<L: Lane> Extremes<L> {
         }
     }
 
-    /// These extremes with lane `index` replaced.
     pub(super) fn with_lane(self, index: usize, one: &Extremes<f64>) -> Self {
         Self {
             slave_m: self.slave_m.with_lane(index, one.slave_m),
@@ -151,22 +146,21 @@ impl<L: Lane> Extremes<L> {
     }
 }
 
-/// The return to teleoperation after a rupture.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Return {
     pub(super) tick: u64,
     pub(super) slave_m: f64,
-    /// Position of the slave at its release; `None` if it was never released.
     pub(super) released_m: Option<f64>,
 }
 
-/// A rupture's window.
 #[derive(Debug, Clone)]
 pub(super) struct RuptureWindow {
     pub(super) tick: u64,
     grid: TickGrid,
     pub(super) window_ticks: u64,
     pub(super) travel_ticks: u64,
+    alarm_ticks: u64,
+    tissue_n: f64,
     pub(super) feedback_n: f64,
     pub(super) felt_n: f64,
     pub(super) extremes: Extremes<f64>,
@@ -180,7 +174,6 @@ pub(super) struct RuptureWindow {
     pub(super) observed_ticks: u64,
     master_velocity_m_per_s: f64,
     pub(super) aftermath: Option<Aftermath>,
-    /// The end of the event that held the needle.
     pub(super) returned: Option<Return>,
     pub(super) noticed_at: Option<u64>,
 }
@@ -192,6 +185,8 @@ impl RuptureWindow {
             grid,
             window_ticks: nearest_ticks(RUPTURE_WINDOW_S, grid.tick_s()),
             travel_ticks: nearest_ticks(TRAVEL_S, grid.tick_s()),
+            alarm_ticks: nearest_ticks(ALARM_WINDOW_S, grid.tick_s()),
+            tissue_n: s.tissue_force_n,
             feedback_n: s.feedback_force_n,
             felt_n: s.operator_force_n,
             extremes: Extremes::at(s),
@@ -209,21 +204,23 @@ impl RuptureWindow {
         }
     }
 
-    /// Whether a tick belongs to the window.
     pub(super) fn contains(&self, tick: u64) -> bool {
         tick - self.tick <= self.window_ticks
     }
 
-    /// Takes an alarm as this rupture's detection; returns false if it already has one.
-    pub(super) fn claim(&mut self, tick: u64) -> bool {
-        let free = self.detected_at.is_none();
-        if free {
-            self.detected_at = Some(tick);
+    /// Claims an alarm as the detection of this rupture. Returns false if the rupture already has an alarm, if the
+    /// alarm comes more than [`ALARM_WINDOW_S`] after it, or if the tissue force has not fallen since: such an alarm
+    /// has another cause.
+    pub(super) fn claim(&mut self, s: &Signals<f64>) -> bool {
+        let has_fallen = s.tick == self.tick || s.tissue_force_n < self.tissue_n;
+        let is_detection = self.detected_at.is_none() && s.tick - self.tick <= self.alarm_ticks && has_fallen;
+        if is_detection {
+            self.detected_at = Some(s.tick);
         }
-        free
+        is_detection
     }
 
-    /// Updates with a tick after the rupture; `gap_m` is the gap between needle and intended position, where it is known.
+    /// Processes a tick after the rupture; `gap_m` is the gap between needle and intended position, if known.
     #[inline(always)]
     pub(super) fn observe(&mut self, s: &Signals<f64>, gap_m: Option<f64>) {
         let since = s.tick - self.tick;
@@ -242,22 +239,21 @@ impl RuptureWindow {
         }
     }
 
-    /// Whether the run covered the whole window.
     fn is_complete(&self) -> bool {
         self.observed_ticks >= self.window_ticks
     }
 
-    /// Whether its whole window passed without an alarm.
+    /// Returns true if the time for an alarm has passed without a detection.
     pub(super) fn is_missed(&self) -> bool {
-        self.detected_at.is_none() && self.is_complete()
+        self.detected_at.is_none() && self.observed_ticks >= self.alarm_ticks
     }
 
-    /// Whether the run ended within its window without an alarm.
+    /// Returns true if the run ended within the time for an alarm, without a detection.
     pub(super) fn is_undecided(&self) -> bool {
-        self.detected_at.is_none() && !self.is_complete()
+        self.detected_at.is_none() && self.observed_ticks < self.alarm_ticks
     }
 
-    /// The metrics, of an operator who `notices` changes of the felt force.
+    /// Returns the metrics; `noticed` is defined only for an operator who `notices` changes of the felt force.
     pub(super) fn close(&self, notices: bool) -> RuptureMetrics {
         let (whole, extremes) = (self.is_complete(), &self.extremes);
         let is_read = self.observed_ticks >= self.travel_ticks;

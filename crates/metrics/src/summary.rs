@@ -1,5 +1,6 @@
 //! The metrics of a run and of its link.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{EventMetrics, PortMetrics, RuptureMetrics};
@@ -7,50 +8,50 @@ use crate::metrics;
 use trocar_core::time::TickGrid;
 use trocar_engine::teleoperation::LinkReport;
 
-/// How a run ended. Diverging is a result, not an error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// How a run ended. Divergence is a result, not an error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Outcome {
     /// Every tick was run.
     Completed,
-    /// Every tick was run, and at the end the needle or the master swings without decaying. Only told of runs with a
-    /// trace.
+    /// Every tick was run, and at the end the needle or the master oscillates without decaying. Reported only for runs
+    /// with a trace.
     Oscillating {
-        /// Frequency of the swing in Hz.
+        /// Frequency of the oscillation in Hz.
         frequency_hz: f64,
         /// Median distance from a peak to a trough, in m.
         swing_m: f64,
     },
-    /// A position or force exceeded its bound, which ended the run.
+    /// A position or force exceeded its bound and ended the run.
     Diverged {
-        /// The time in s.
+        /// The time of the divergence in s.
         time_s: f64,
     },
 }
 
 /// An accepted alarm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Alarm {
-    /// The time in s.
+    /// The time of the alarm in s.
     pub time_s: f64,
-    /// Whether it is the first alarm of a rupture.
+    /// True if it is the first alarm of a rupture.
     pub matched: bool,
 }
 
 /// Time spent in each mode, in s.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct ModeTimes {
-    /// In teleoperation: the slave follows the master.
+    /// Time in teleoperation, when the slave follows the master.
     pub teleoperation_s: f64,
-    /// In an event, up to the release of the slave.
+    /// Time in an event, up to the release of the slave.
     pub augmented_s: f64,
-    /// Re-engaging.
+    /// Time of re-engaging.
     pub reengaging_s: f64,
 }
 
 metrics! {
     /// The metrics of the link between master and slave.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
     pub struct LinkMetrics in Link {
         /// Number of outages of the link, in either direction.
         outages: u64 = "outages", Count, Neither [WhereNonZero];
@@ -62,11 +63,11 @@ metrics! {
         master_port_energy_j: f64 = "energy from the master", Joule, Neither [Never];
         /// Work of the needle on the tissue by the measured force, ∫ f_e dx_e.
         slave_port_energy_j: f64 = "energy from the slave", Joule, Neither [Never];
-        /// Largest energy delivered by both ports beyond what they received, max(E_s - E_m), by the measured force.
+        /// Largest energy delivered by both ports beyond the energy received, max(E_s - E_m), by the measured force.
         generated_energy_j: f64 = "energy generated", Joule, Lower [WhereNonZero];
-        /// Energy that the passivity scheme promises not to exceed in that.
+        /// Upper bound of the generated energy that the passivity scheme guarantees.
         promised_energy_j: Option<f64> = "energy that the scheme may generate", Joule, Neither [Never];
-        /// Distance by which the slave is deeper than the hand at the last tick: a needle left behind.
+        /// Distance by which the slave is deeper than the hand at the last tick.
         left_behind_m: f64 = "needle left behind", Metre, Lower [Never];
         /// Energy that the passivity controller dissipated at the master.
         master_dissipated_j: f64 = "energy dissipated at the master", Joule, Neither [WhereNonZero];
@@ -76,7 +77,7 @@ metrics! {
 }
 
 impl LinkMetrics {
-    /// The metrics of a link's report, in the times of a grid.
+    /// Converts a link's report, whose times are in ticks of `grid`.
     #[must_use]
     pub fn new(report: &LinkReport, grid: &TickGrid) -> Self {
         let seconds = |ticks: f64| grid.time_s(ticks as u64);
@@ -97,11 +98,11 @@ impl LinkMetrics {
 
 metrics! {
     /// Every metric of one run.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct Metrics in Run {
-        /// The outcome.
+        /// The outcome of the run.
         outcome: Outcome;
-        /// Time at which a position or force left its bounds, which ended the run.
+        /// Time at which a position or force left its bounds and ended the run.
         diverged_s = "diverged at", Second, Neither [First] => |m| match m.outcome {
             Outcome::Completed | Outcome::Oscillating { .. } => None,
             Outcome::Diverged { time_s } => Some(time_s),
@@ -116,13 +117,13 @@ metrics! {
         alarms: Vec<Alarm>;
         /// Number of layers that ruptured in the run.
         ruptures = "ruptures", Count, Neither [Never] => |m| count(m.ruptures.len());
-        /// Ruptures with an alarm within 0.5 s.
+        /// Ruptures with an alarm within 0.1 s, after the force has fallen.
         detected_ruptures = "detected ruptures", Count, Higher [Never] => |m| {
             count(m.alarms.iter().filter(|alarm| alarm.matched).count())
         };
-        /// Ruptures without an alarm within 0.5 s.
+        /// Ruptures without an alarm within 0.1 s.
         missed_ruptures: u64 = "missed ruptures", Count, Lower [Main];
-        /// Ruptures without an alarm, less than 0.5 s before the end of the run.
+        /// Ruptures without an alarm, less than 0.1 s before the end of the run.
         undecided_ruptures: u64 = "undecided ruptures", Count, Neither [Never];
         /// Alarms without a rupture, or for a rupture that already had an alarm.
         false_alarms: u64 = "false alarms", Count, Lower [Main];
@@ -144,7 +145,7 @@ metrics! {
         unintended_cut_m = "unintended cut", Metre, Lower [WhereDefined] => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.unintended_cut_m).reduce(|sum, cut_m| sum + cut_m)
         };
-        /// Advance of the needle beyond the intended position when that was deepest for the last time: at the end of the insertion.
+        /// Advance of the needle beyond the intended position at the last time at which the intended position was deepest, the end of the insertion.
         final_excess_m: Option<f64> = "final excess", Metre signed, Lower [WhereDefined];
         /// Ruptures that the operator noticed.
         noticed_ruptures = "noticed ruptures", Count, Higher [WhereDefined] => |m| {
@@ -152,13 +153,13 @@ metrics! {
         };
         /// Changes of the felt force noticed without a rupture or an event in the 2 s before, while the operator does not withdraw.
         false_notices: Option<u64> = "noticed without cause", Count, Lower [WhereDefined];
-        /// Time without withdrawal that is not within 2 s after a rupture or after an alarm that was acted on; undefined without known intention.
+        /// Time without withdrawal outside the 2 s after ruptures and accepted alarms; undefined if the intended motion is unknown.
         undisturbed_s: Option<f64> = "undisturbed time", Second, Neither [Never];
-        /// Total duration of the events that began by a false alarm: the delay of an insertion whose slave is held meanwhile.
+        /// Total duration of the events that began with a false alarm, during which the slave is held and the insertion is delayed.
         false_alarm_event_s = "time in false events", Second, Lower [WhereDefined] => |m| {
             false_events(m).map(|event| event.augmented_s.unwrap_or(0.0) + event.reengaging_s.unwrap_or(0.0)).reduce(|sum, s| sum + s)
         };
-        /// Largest change of the feedback force in an event that began by a false alarm.
+        /// Largest change of the feedback force in an event that began with a false alarm.
         false_alarm_force_n = "force change by a false alarm", Newton, Lower [WhereDefined] => |m| {
             false_events(m).map(|event| event.force_change_n).reduce(f64::max)
         };
@@ -206,7 +207,7 @@ metrics! {
         teleoperation_s = "time in teleoperation", Second, Neither [Never] => |m| Some(m.mode_times.teleoperation_s);
         /// Total time from the start of an event to the release of the slave, over all events.
         augmented_s = "time augmented", Second, Neither => |m| Some(m.mode_times.augmented_s);
-        /// Total time for which the slave re-engaged, over all events.
+        /// Total time of re-engaging, over all events.
         reengaging_s = "time re-engaging", Second, Neither => |m| Some(m.mode_times.reengaging_s);
         /// Number of changes of mode.
         mode_switches: u64 = "mode switches", Count, Neither;
@@ -216,7 +217,7 @@ metrics! {
         tissue_energy_j: Option<f64> = "energy into the tissue", Joule, Neither [Main];
         /// The link's metrics; `None` for a direct link.
         link: Option<LinkMetrics>;
-        /// The energies at the ports. Only told of runs with a trace.
+        /// The energies at the ports. Reported only for runs with a trace.
         ports: Option<PortMetrics>;
     }
 }

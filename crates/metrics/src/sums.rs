@@ -1,21 +1,20 @@
-//! Sums over the ticks of a run, in lanes.
+//! Sums over the ticks of a run, over lanes.
 
 use trocar_core::lane::{Lane, by_index};
 
-/// Number of partial sums of each quantity: tick `k` is added to number `k mod WAYS`, so that additions are
+/// Number of partial sums of each quantity. Tick `k` is added to sum `k mod WAYS`, which makes consecutive additions
 /// independent. The order is the same on every machine and for every number of lanes.
 const WAYS: usize = 4;
 
-/// Maximum number of ticks that are buffered before they are added, a multiple of [`WAYS`].
+/// Maximum number of ticks buffered before they are added, a multiple of [`WAYS`].
 const BLOCK: usize = 32;
 
-/// Number of buffered ticks. Over lanes, each tick fills registers by itself, and a short buffer leaves the cache to
-/// the tick.
+/// Returns the number of buffered ticks. Over lanes one tick already fills the registers, and a short buffer leaves the
+/// cache to the tick.
 const fn buffered_ticks<L: Lane>() -> usize {
     if L::WIDTH > 1 { 2 * WAYS } else { BLOCK }
 }
 
-/// The summands of one tick.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sample<L> {
     /// `e` in N.
@@ -33,7 +32,7 @@ pub(super) struct Sample<L> {
 }
 
 impl<L: Lane> Sample<L> {
-    /// A sample that leaves every sum and extreme unchanged.
+    /// Returns a sample that leaves every sum and extreme unchanged.
     #[inline(always)]
     fn neutral() -> Self {
         let zero = L::zero();
@@ -47,7 +46,8 @@ impl<L: Lane> Sample<L> {
         }
     }
 
-    /// The sample of the lanes that are `running`, with a tracking error only where they are also `following` the hand.
+    /// Masks the sample to the `running` lanes, with a tracking error only in the lanes that are also `following` the
+    /// hand.
     #[inline(always)]
     pub(super) fn only(self, running: L::Mask, following: L::Mask) -> Self {
         let neutral = Self::neutral();
@@ -64,7 +64,6 @@ impl<L: Lane> Sample<L> {
     }
 }
 
-/// Buffered samples, one array per quantity.
 #[derive(Debug, Clone, Copy)]
 struct Block<L> {
     residual_n: [L; BLOCK],
@@ -75,7 +74,6 @@ struct Block<L> {
     tissue_force_n: [L; BLOCK],
 }
 
-/// The partial sums.
 #[derive(Debug, Clone, Copy)]
 struct Partial<L> {
     absolute_residual: [L; WAYS],
@@ -86,7 +84,6 @@ struct Partial<L> {
     max_force: [L; WAYS],
 }
 
-/// Sums and extremes over the samples so far.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Totals {
     /// `Σ |e|` in N.
@@ -103,7 +100,6 @@ pub(super) struct Totals {
     pub max_force_n: f64,
 }
 
-/// Running sums, one sample per tick.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub(super) struct Sums<L> {
@@ -127,7 +123,6 @@ impl<L: Lane> Sums<L> {
         }
     }
 
-    /// Adds sample number `count`, from 0.
     #[inline(always)]
     pub(super) fn push(&mut self, count: u64, sample: Sample<L>) {
         let (block, at) = (&mut self.buffer, count as usize % buffered_ticks::<L>());
@@ -142,7 +137,7 @@ impl<L: Lane> Sums<L> {
         }
     }
 
-    /// Sample number `index`, one of the last few.
+    /// Returns sample number `index`, which must still be buffered.
     pub(super) fn recent(&self, index: u64) -> Sample<L> {
         let (block, at) = (&self.buffer, index as usize % buffered_ticks::<L>());
         Sample {
@@ -155,8 +150,8 @@ impl<L: Lane> Sums<L> {
         }
     }
 
-    /// The sums of lane `index` over `count` samples, in scalar arithmetic: after a run its instruction set is not
-    /// enabled.
+    /// Returns the sums of lane `index` over `count` samples. It uses scalar arithmetic, because after a run the
+    /// instruction set of the lanes is not enabled.
     pub(super) fn totals_of(&self, index: usize, count: u64) -> Totals {
         let Self { buffer, partial } = self;
         let (remaining, neutral) = (count as usize % buffered_ticks::<L>(), Sample::<f64>::neutral());
@@ -209,7 +204,6 @@ impl<L: Lane> Block<L> {
 }
 
 impl<L: Lane> Partial<L> {
-    /// Adds a block that was filled by a run over `Width`.
     #[inline(always)]
     fn add<Width: Lane>(&mut self, block: &Block<L>) {
         gather::<_, Width>(&mut self.absolute_residual, &block.residual_n, |sum, e| sum + e.abs());
@@ -222,10 +216,10 @@ impl<L: Lane> Partial<L> {
     }
 }
 
-/// Adds a block's values in order, number `k` to partial result `k mod WAYS`.
+/// Adds the values of a block in order, value `k` to partial result `k mod WAYS`.
 #[inline(always)]
 fn gather<L: Lane, Width: Lane>(ways: &mut [L; WAYS], values: &[L; BLOCK], take: impl Fn(L, L) -> L) {
-    // By index: iterator methods might not be inlined here.
+    // An index loop, because iterator methods might not be inlined here.
     for at in 0..buffered_ticks::<Width>() {
         ways[at % WAYS] = take(ways[at % WAYS], values[at]);
     }

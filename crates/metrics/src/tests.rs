@@ -1,15 +1,14 @@
-//! The metrics of a run, from its timeline.
+//! Tests of the metrics of a run by its timeline.
 
 use super::fixtures::{Insertion, TICK_S, assert_close};
 use super::*;
 use trocar_core::augmentation::{Mode, Modes};
 
-/// A rupture at 1 s, in a run of 2 s.
+/// Returns a run of 2 s with a rupture at 1 s.
 fn rupture() -> Insertion {
     Insertion::of_ticks(2000).rupture_at(1000)
 }
 
-/// The metrics of the only rupture.
 fn of_rupture(insertion: &Insertion) -> RuptureMetrics {
     let metrics = insertion.metrics();
     assert_eq!(metrics.ruptures.len(), 1);
@@ -30,14 +29,28 @@ fn the_detection_delay_runs_from_the_rupture_to_its_alarm() {
 }
 
 #[test]
-fn an_alarm_within_half_a_second_is_a_detection_and_a_later_one_is_false() {
+fn an_alarm_within_a_tenth_of_a_second_is_a_detection_and_a_later_one_is_false() {
     let counts = |alarm| {
         let metrics = rupture().alarm_at(alarm).metrics();
         (metrics.missed_ruptures, metrics.false_alarms, metrics.alarms[0].matched)
     };
-    assert_eq!(counts(1500), (0, 0, true));
-    assert_eq!(counts(1501), (1, 1, false));
+    assert_eq!(counts(1100), (0, 0, true));
+    assert_eq!(counts(1101), (1, 1, false));
     assert_eq!(counts(500), (1, 1, false));
+}
+
+#[test]
+fn an_alarm_before_the_force_falls_is_false() {
+    // The force stays at 2 N up to 1.05 s: the rupture is labelled too early, or takes time.
+    let metrics = |alarm| {
+        let loaded = Insertion::of_ticks(2000).with(|s| s.tissue_force_n = if s.tick <= 1050 { 2.0 } else { 0.5 });
+        loaded.at(1000, |s| s.ruptured = true).alarm_at(alarm).metrics()
+    };
+    let early = metrics(1040);
+    assert_eq!((early.missed_ruptures, early.false_alarms), (1, 1));
+    let late = metrics(1055);
+    assert_eq!((late.missed_ruptures, late.false_alarms), (0, 0));
+    assert_close(late.ruptures[0].detection_delay_s, 0.055);
 }
 
 #[test]
@@ -49,12 +62,12 @@ fn a_second_alarm_for_the_same_rupture_is_false() {
 }
 
 #[test]
-fn of_two_ruptures_the_latest_takes_the_alarm() {
-    let metrics = rupture().rupture_at(1100).alarm_at(1110).metrics();
+fn an_alarm_after_two_ruptures_belongs_to_the_latest() {
+    let metrics = rupture().rupture_at(1050).alarm_at(1060).metrics();
     assert_eq!(metrics.ruptures[0].detection_delay_s, None);
     assert_close(metrics.ruptures[1].detection_delay_s, 0.01);
-    let metrics = rupture().rupture_at(1100).alarm_at(1110).alarm_at(1120).metrics();
-    assert_close(metrics.ruptures[0].detection_delay_s, 0.12);
+    let metrics = rupture().rupture_at(1050).alarm_at(1060).alarm_at(1070).metrics();
+    assert_close(metrics.ruptures[0].detection_delay_s, 0.07);
     assert_eq!((metrics.missed_ruptures, metrics.false_alarms), (0, 0));
 }
 
@@ -64,7 +77,7 @@ fn a_rupture_without_an_alarm_is_missed_after_its_window_and_undecided_before() 
         let metrics = Insertion::of_ticks(ticks).rupture_at(1000).metrics();
         (metrics.missed_ruptures, metrics.undecided_ruptures)
     };
-    assert_eq!((counts(1500), counts(1501)), ((0, 1), (1, 0)));
+    assert_eq!((counts(1100), counts(1101)), ((0, 1), (1, 0)));
     let metrics = Insertion::of_ticks(1200).rupture_at(1000).alarm_at(1100).metrics();
     assert_eq!((metrics.missed_ruptures, metrics.undecided_ruptures), (0, 0));
 }
@@ -76,14 +89,14 @@ fn an_alarm_without_effect_is_counted_as_ignored() {
 }
 
 #[test]
-fn at_the_rupture_the_master_has_the_position_and_velocity_of_its_tick() {
+fn the_master_position_and_velocity_are_read_at_the_tick_of_the_rupture() {
     let insertion = rupture().at(1000, |s| (s.master_position_m, s.master_velocity_m_per_s) = (0.123, -0.04));
     let rupture = of_rupture(&insertion);
     assert_eq!((rupture.time_s, rupture.master_position_m, rupture.master_velocity_m_per_s), (1.0, 0.123, -0.04));
 }
 
 #[test]
-fn the_overshoot_is_the_largest_advance_in_half_a_second_and_the_travel_that_at_300_ms() {
+fn the_overshoot_is_the_largest_advance_in_half_a_second_and_the_travel_the_advance_at_300_ms() {
     let insertion = rupture()
         .from(1000, |s| s.slave_position_m = 0.01)
         .at(1100, |s| s.slave_position_m = 0.017)
@@ -129,7 +142,7 @@ fn a_force_has_fallen_once_it_is_down_to_a_twentieth_of_its_value_at_the_rupture
 }
 
 #[test]
-fn a_force_that_does_not_fall_in_half_a_second_or_that_pulls_has_no_time_of_falling() {
+fn the_fall_time_is_undefined_for_a_pulling_force_or_without_a_fall_in_half_a_second() {
     let late = of_rupture(&rupture().from(1501, |s| (s.feedback_force_n, s.operator_force_n) = (0.0, 0.0)));
     assert_eq!((late.feedback_fall_s, late.felt_fall_s), (None, None));
     let last = of_rupture(&rupture().from(1500, |s| (s.feedback_force_n, s.operator_force_n) = (0.0, 0.0)));
@@ -139,7 +152,7 @@ fn a_force_that_does_not_fall_in_half_a_second_or_that_pulls_has_no_time_of_fall
 }
 
 #[test]
-fn a_force_of_zero_at_the_rupture_has_no_time_of_falling_and_no_contrast() {
+fn a_force_of_zero_at_the_rupture_has_no_fall_time_and_no_contrast() {
     let insertion = rupture()
         .from(1000, |s| (s.feedback_force_n, s.operator_force_n) = (0.0, 0.0))
         .from(1100, |s| (s.feedback_force_n, s.operator_force_n) = (-1.0, -1.0));
@@ -178,7 +191,7 @@ fn a_metric_over_a_window_is_undefined_if_the_run_ends_before() {
     assert_eq!((windowed(of(1500)), windowed(of(1501))), ([false; 3], [true; 3]));
 }
 
-/// An event from 1.01 s, released at 1.4 s, ended at 1.6 s, after a rupture at 1 s.
+/// Returns a run with a rupture at 1 s and an event from 1.01 s, released at 1.4 s and ended at 1.6 s.
 fn event() -> Insertion {
     rupture().event([1010, 1400, 1600])
 }
@@ -200,7 +213,7 @@ fn an_event_runs_from_its_alarm_over_the_release_to_the_return() {
 }
 
 #[test]
-fn an_event_that_the_run_cuts_short_has_no_duration_and_the_masters_last_position() {
+fn an_event_open_at_the_end_of_the_run_has_no_duration_and_the_last_master_position() {
     let event = |ticks| Insertion::of_ticks(ticks).event([1010, 1400, 1600]).metrics().events[0].clone();
     let frozen = event(1300);
     assert_eq!((frozen.augmented_s, frozen.reengaging_s, frozen.peak_reengaging_speed_m_per_s), (None, None, None));
@@ -224,7 +237,7 @@ fn a_change_of_mode_without_an_alarm_is_an_event_too() {
 }
 
 #[test]
-fn the_motion_of_a_frozen_needle_is_its_largest_distance_from_the_freeze() {
+fn the_frozen_motion_is_the_largest_distance_from_the_position_at_the_freeze() {
     let insertion = event()
         .from(1010, |s| s.slave_position_m = 0.0101)
         .at(1100, |s| s.slave_position_m = 0.01)
@@ -237,7 +250,7 @@ fn the_motion_of_a_frozen_needle_is_its_largest_distance_from_the_freeze() {
 }
 
 #[test]
-fn the_peak_speed_while_re_engaging_is_that_of_either_direction() {
+fn the_peak_speed_while_re_engaging_covers_both_directions() {
     let insertion = event()
         .at(1350, |s| s.slave_velocity_m_per_s = 0.9)
         .at(1450, |s| s.slave_velocity_m_per_s = -0.06)
@@ -249,7 +262,7 @@ fn the_peak_speed_while_re_engaging_is_that_of_either_direction() {
 }
 
 #[test]
-fn the_change_of_the_feedback_force_is_that_from_the_start_of_the_event() {
+fn the_change_of_the_feedback_force_is_measured_from_the_start_of_the_event() {
     let insertion = event()
         .at(1010, |s| s.feedback_force_n = 1.5)
         .at(1200, |s| s.feedback_force_n = 0.25)
@@ -259,7 +272,7 @@ fn the_change_of_the_feedback_force_is_that_from_the_start_of_the_event() {
 }
 
 #[test]
-fn the_force_steps_at_entry_and_exit_are_those_of_the_command() {
+fn the_force_steps_at_entry_and_exit_are_read_from_the_command() {
     let insertion = event()
         .from(1010, |s| s.commanded_force_n = 1.25)
         .from(1400, |s| s.commanded_force_n = 1.5)
@@ -305,10 +318,10 @@ fn a_false_event_is_one_whose_alarm_has_no_rupture() {
 fn the_depth_at_return_is_the_advance_from_the_rupture_to_the_end_of_its_event() {
     assert_close(of_rupture(&event()).depth_at_return_m, 0.006);
     assert_eq!(of_rupture(&rupture().alarm_at(1010)).depth_at_return_m, None, "without an event");
-    // A second rupture within the event is held by the same freeze.
+    // The same freeze also holds the needle of a second rupture within the event.
     let metrics = event().rupture_at(1200).metrics();
     assert_close(metrics.ruptures[1].depth_at_return_m, 0.004);
-    // A false alarm holds no earlier rupture.
+    // An event of a false alarm does not count for an earlier rupture.
     let metrics = Insertion::of_ticks(3000).rupture_at(1000).alarm_at(1010).event([2000, 2100, 2200]).metrics();
     assert_eq!(metrics.ruptures[0].depth_at_return_m, None);
 }
@@ -331,7 +344,7 @@ fn the_mean_residual_and_the_extremes_of_the_tissue_force_are_over_the_run() {
 #[test]
 fn the_tracking_error_is_the_root_mean_square_in_teleoperation() {
     let insertion = event().with(|s| {
-        // 0.3 mm behind for a quarter of the ticks; in the event the reference is far away.
+        // The slave is 0.3 mm behind in a quarter of the ticks. In the event the reference is far away.
         let gap_m = if s.tick % 4 == 0 { 3e-4 } else { 0.0 };
         s.slave_reference_m =
             s.slave_position_m + if s.mode == Modes::splat(Mode::Teleoperation) { gap_m } else { 0.1 };
@@ -356,9 +369,9 @@ fn energies_are_trapezoidal_integrals_of_the_power() {
 }
 
 #[test]
-fn the_final_position_and_the_final_error_are_those_of_the_last_tick() {
+fn the_final_position_and_the_final_error_are_read_at_the_last_tick() {
     for ticks in [1500, 1512, 2000] {
-        // Inside and after an event, and after quiet ticks.
+        // Inside an event, after an event, and after quiet ticks.
         let last = 1e-5 * (ticks - 1) as f64;
         let metrics = Insertion::of_ticks(ticks)
             .event([1010, 1400, 1505])
@@ -404,7 +417,7 @@ fn an_observer_is_done_at_the_tick_of_the_divergence() {
 }
 
 #[test]
-fn the_metrics_of_a_run_that_diverged_are_those_of_the_ticks_before() {
+fn a_diverged_run_has_the_metrics_of_the_ticks_before_the_divergence() {
     let until = Insertion::of_ticks(1200).rupture_at(1000).event([1010, 1400, 1600]).by(None, true);
     let diverged = Insertion::of_ticks(2000).rupture_at(1000).event([1010, 1400, 1600]).by(None, true);
     let diverged = diverged.from(1200, |s| (s.slave_position_m, s.residual_n, s.tissue_force_n) = (7.0, 9.0, 99.0));
@@ -433,7 +446,7 @@ fn a_run_without_a_tick_has_no_metrics() {
 
 #[test]
 fn the_excess_is_the_largest_growth_of_the_gap_to_the_intended_motion() {
-    // The hand rests from the rupture on, and the needle goes on by 5 mm in 0.5 s, and back by 2 mm.
+    // From the rupture onwards the hand rests, and the needle advances by 5 mm in 0.5 s and then moves back by 2 mm.
     let advance = |tick: u64| 1e-5 * (tick.min(1500) - 1000) as f64 - 1e-5 * (tick.clamp(1500, 1700) - 1500) as f64;
     let insertion = |ticks, scale| {
         Insertion::of_ticks(ticks).by(Some(scale), false).rupture_at(1000).from(1000, move |s| {
@@ -454,8 +467,9 @@ fn the_excess_is_the_largest_growth_of_the_gap_to_the_intended_motion() {
 }
 
 #[test]
-fn the_intended_motion_counts_on_the_scale_of_the_slave() {
-    // The slave moves by half of the intended motion: no excess. By a fifth more after the rupture: 2 mm of 10.
+fn the_intended_motion_is_scaled_to_the_slave() {
+    // The slave moves by half of the intended motion, which is no excess. After the rupture it moves a fifth more: 2 mm
+    // of 10.
     let insertion = Insertion::of_ticks(3500).by(Some(0.5), false).rupture_at(1000).with(|s| {
         let moved = 1e-5 * s.tick as f64;
         s.intended_position_m = 2.0 * moved;
@@ -466,7 +480,7 @@ fn the_intended_motion_counts_on_the_scale_of_the_slave() {
 
 #[test]
 fn an_unintended_cut_is_a_depth_beyond_the_largest_intended_one() {
-    // The hand goes on to 3 mm beyond and comes back; the needle goes on to 4 mm and stays.
+    // The hand advances 3 mm and comes back; the needle advances 4 mm and stays.
     let insertion = Insertion::of_ticks(3500).by(Some(1.0), false).rupture_at(1000).from(1000, |s| {
         let moved = 1e-5 * (s.tick - 1000) as f64;
         s.intended_position_m = 0.01 + if moved < 0.003 { moved } else { 0.0 };
@@ -505,8 +519,8 @@ fn the_excess_at_return_is_the_growth_of_the_gap_over_the_event() {
 }
 
 #[test]
-fn a_needle_that_is_ahead_before_the_event_has_no_excess_from_that() {
-    // 2 mm ahead of the intended motion, before and during the event, and 0.5 mm more at its end.
+fn a_lead_of_the_needle_before_the_event_is_no_excess() {
+    // The needle leads the intended motion by 2 mm before and during the event, and by 0.5 mm more at its end.
     let ahead = event().by(Some(1.0), false).with(|s| s.slave_position_m += 2e-3);
     assert_close(ahead.metrics().events[0].excess_at_return_m, 0.0);
     let further = event().by(Some(1.0), false).with(|s| s.slave_position_m += 2e-3);
@@ -545,7 +559,7 @@ fn a_notice_belongs_to_the_rupture_and_the_event_within_2_s() {
 }
 
 #[test]
-fn of_several_notices_the_first_counts() {
+fn the_first_of_several_notices_counts() {
     let metrics = Insertion::of_ticks(4000).by(None, true).rupture_at(1000).noticed_at(1300).noticed_at(1400).metrics();
     assert_close(metrics.ruptures[0].noticed_after_s, 0.3);
     assert_close(RunMetric::named("noticed_ruptures").expect("a metric").read(&metrics), 1.0);
@@ -570,11 +584,11 @@ fn an_operator_who_notices_nothing_has_no_count_of_notices() {
 }
 
 #[test]
-fn the_undisturbed_time_is_that_without_withdrawal_and_2_s_after_the_last_event() {
+fn the_undisturbed_time_excludes_withdrawal_and_2_s_after_ruptures_and_alarms() {
     let undisturbed = |insertion: Insertion| insertion.by(Some(1.0), false).metrics().undisturbed_s;
     assert_close(undisturbed(Insertion::of_ticks(5000)), 5.0);
     assert_eq!(Insertion::of_ticks(5000).metrics().undisturbed_s, None);
-    // From the tick after the rupture on, for 2 s.
+    // Excluded are the 2 s from the tick after the rupture.
     assert_close(undisturbed(Insertion::of_ticks(5000).rupture_at(1000)), 3.0);
     assert_close(undisturbed(Insertion::of_ticks(5000).alarm_at(1000)), 3.0);
     assert_close(undisturbed(Insertion::of_ticks(5000).rupture_at(1000).alarm_at(2000)), 2.0);
@@ -583,7 +597,7 @@ fn the_undisturbed_time_is_that_without_withdrawal_and_2_s_after_the_last_event(
     assert_close(undisturbed(withdrawn), 4.0);
 }
 
-/// A run with several of everything, of which the maxima are those of different ruptures.
+/// Returns a run with several ruptures, alarms and notices, whose maxima belong to different ruptures.
 fn several() -> Metrics {
     Insertion::of_ticks(9000)
         .by(Some(1.0), true)
@@ -677,8 +691,8 @@ fn every_metric_reads_the_field_of_its_name() {
     assert!(compared > 45, "{compared}");
 }
 
-/// Runs of which each has something that the others have not: overlapping ruptures and events, more open ruptures than are
-/// held side by side, forces that fall, notices, false alarms, and divergences at several places.
+/// Eight runs, each with a unique feature: overlapping ruptures and events, more open ruptures than slots, falling
+/// forces, notices, false alarms, and divergences at several times.
 #[cfg(target_arch = "x86_64")]
 fn eight_insertions() -> [Insertion; 8] {
     let varied = |number: u64| {
@@ -734,12 +748,12 @@ fn metrics_side_by_side<L: trocar_core::lane::Lane>(all: &[Insertion; 8]) -> [Me
 
 #[cfg(target_arch = "x86_64")]
 #[test]
-fn eight_runs_side_by_side_have_the_metrics_of_each_alone() {
+fn eight_runs_over_lanes_have_the_metrics_of_single_runs() {
     use trocar_engine::engine::InstructionSet;
     use trocar_engine::wide_lanes::{Avx2, Avx512};
     let all = eight_insertions();
     let alone: Vec<Metrics> = all.iter().map(Insertion::metrics).collect();
-    // What the lanes differ in: without it the comparison would say little.
+    // The comparison is meaningful only if the lanes differ.
     assert_eq!(alone.iter().map(|metrics| metrics.ruptures.len()).collect::<Vec<_>>(), [0, 1, 6, 2, 1, 1, 0, 1]);
     assert_eq!(alone.iter().map(|metrics| metrics.events.len()).collect::<Vec<_>>(), [0, 1, 0, 1, 1, 0, 2, 1]);
     assert!(alone[4].outcome != Outcome::Completed && alone[5].outcome != Outcome::Completed);
@@ -801,7 +815,8 @@ fn the_unintended_travel_is_the_growth_of_the_gap_in_300_ms() {
             .from(1001, |s| s.slave_position_m = 0.02)
             .at(1300, |s| s.slave_position_m = 0.018)
     };
-    // The slave is at 10 mm at the rupture and at 18 mm 0.3 s later; the intention advances by 3 mm times its scale.
+    // The slave is at 10 mm at the rupture and at 18 mm 0.3 s later. The intended position advances by 3 mm times its
+    // scale.
     assert_close(of_rupture(&insertion(Some(1.0))).unintended_travel_m, 0.005);
     assert_close(of_rupture(&insertion(Some(0.5))).unintended_travel_m, 0.0065);
     assert_eq!(of_rupture(&insertion(None)).unintended_travel_m, None);
@@ -810,7 +825,7 @@ fn the_unintended_travel_is_the_growth_of_the_gap_in_300_ms() {
 }
 
 #[test]
-fn the_deepest_point_is_that_of_two_seconds_or_up_to_the_next_rupture() {
+fn the_deepest_point_covers_two_seconds_or_the_time_to_the_next_rupture() {
     let insertion = Insertion::of_ticks(4000)
         .rupture_at(1000)
         .from(1000, |s| s.slave_position_m = 0.01)
@@ -860,7 +875,7 @@ fn the_drop_of_the_felt_force_is_from_an_earlier_peak_and_both_within_300_ms() {
     let of_both = of_rupture(&insertion);
     assert_close(of_both.felt_peak_n, 3.5);
     assert_close(of_both.felt_drop_n, 3.0);
-    // A force that only rises has no drop, and one that falls before it rises drops from its first value.
+    // A force that only rises has no drop. A force that falls before it rises drops from its first value.
     let rising = of_rupture(&rupture().from(1010, |s| s.operator_force_n = 4.0));
     assert_close(rising.felt_drop_n, 0.0);
     let first =

@@ -1,4 +1,4 @@
-//! A recording from samples in memory.
+//! Recordings from samples in memory.
 
 use thiserror::Error;
 
@@ -7,10 +7,10 @@ use super::{Limits, Recording};
 use trocar_base::interrupt;
 use trocar_base::parallel::join_in_pool;
 
-/// The error of samples in memory that are not a valid recording.
+/// The error of samples in memory that do not form a recording.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ArrayError {
-    /// The lists have different lengths.
+    /// The quantities have different numbers of samples.
     #[error("{name} has {length} samples and time_s has {times}; each needs one per time")]
     Length {
         /// The quantity.
@@ -33,7 +33,7 @@ pub enum ArrayError {
         /// The value.
         value: f64,
     },
-    /// A time is not after the previous time.
+    /// A time is not later than the previous time.
     #[error(
         "time_s[{index}] is {time_s:?} s, must be later than the previous {before_s:?} s; sort the samples, one per time"
     )]
@@ -61,9 +61,9 @@ pub enum ArrayError {
 }
 
 impl Recording {
-    /// Returns a recording of samples: times in s, positions in m, increasing into the tissue, measured velocities in m/s, if any, and
-    /// forces in N, positive when they resist insertion. `max_gap_s` (s) is the maximum gap; its default is
-    /// [`Limits::GAP_IN_MEDIANS`] times the median interval, as for a file.
+    /// Creates a recording from times in s, positions in m that increase into the tissue, optional measured velocities
+    /// in m/s, and forces in N that are positive when they resist insertion. `max_gap_s` (s) is the maximum gap, by
+    /// default [`Limits::GAP_IN_MEDIANS`] times the median interval, as for a file.
     ///
     /// # Errors
     /// [`ArrayError`] for samples that violate a property of [`Recording`].
@@ -79,7 +79,7 @@ impl Recording {
             ("velocity_m_per_s", velocity_m_per_s.as_deref()),
             ("force_n", Some(&*force_n)),
         ];
-        // Of a long recording, either takes a tenth as long as the detection.
+        // In parallel, because for a long recording either closure takes a tenth as long as the detection.
         let (checked, interval_s) = join_in_pool(|| check(&time_s, quantities), || intervals(&time_s));
         checked?;
         let recording = Self::with_intervals(time_s, position_m, velocity_m_per_s, force_n, interval_s);
@@ -107,7 +107,6 @@ impl Recording {
     }
 }
 
-/// Checks the times, and the other quantities.
 fn check(time_s: &[f64], others: [(&'static str, Option<&[f64]>); 3]) -> Result<(), ArrayError> {
     let times = time_s.len();
     for (name, values) in std::iter::once(("time_s", Some(time_s))).chain(others) {
@@ -131,7 +130,7 @@ fn check(time_s: &[f64], others: [(&'static str, Option<&[f64]>); 3]) -> Result<
     }
 }
 
-/// The index of the first value for which a condition holds, found some values at a time, as the processor's vectors do.
+/// The index of the first value for which `holds` is true. It tests blocks of values, which allows vectorisation.
 pub fn first_where(values: &[f64], holds: impl Fn(&f64) -> bool) -> Option<usize> {
     const AT_ONCE: usize = 512;
     interrupt::check();
@@ -155,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn each_mistake_is_named_with_its_sample() {
+    fn each_error_names_its_sample() {
         let message = |time_s: &[f64], force_n: &[f64]| of(time_s, force_n).expect_err("refused").to_string();
         assert!(message(&[0.0, 1.0], &[0.0; 3]).contains("force_n has 3 samples and time_s has 2"));
         assert!(message(&[0.0], &[0.0]).contains("1 samples are too few"));

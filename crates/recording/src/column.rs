@@ -1,4 +1,4 @@
-//! The columns of a file with their quantities and units.
+//! The columns of a file, with their quantities and units.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,7 +7,7 @@ use std::str::FromStr;
 /// insertion.
 ///
 /// Written as `name` (factor 1) or `name:factor`, as in `xs_rad:0.075`. The text after the last `:` is the factor only
-/// if it is a number, so `force: raw` is a plain name; a column named `a:1` is written `a:1:1`. Spaces around the name
+/// if it is a number, so `force: raw` is a plain name. A column named `a:1` is written `a:1:1`. Spaces around the name
 /// are ignored, here and in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
@@ -16,10 +16,10 @@ pub struct Column {
 }
 
 impl Column {
-    /// The column `name`, with its numbers multiplied by `scale`.
+    /// Creates a column; its numbers are multiplied by `scale`.
     ///
     /// # Errors
-    /// When the name is blank, or the scale is zero or not finite.
+    /// If the name is blank, or the scale is zero or not finite.
     pub fn new(name: &str, scale: f64) -> Result<Self, ColumnError> {
         let name = name.trim();
         if name.is_empty() {
@@ -32,25 +32,24 @@ impl Column {
         Ok(Self { name: name.to_owned(), scale })
     }
 
-    /// A column of numbers in SI units.
     pub(super) fn plain(name: &'static str) -> Self {
         Self { name: name.to_owned(), scale: 1.0 }
     }
 
-    /// The name in the file's header, without surrounding spaces; never empty.
+    /// The name in the header, without surrounding spaces; never empty.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// SI units per unit of the file; finite, never zero, negative where the file's sign is the opposite one.
+    /// SI units per unit of the file: finite, never zero, and negative if the file has the opposite sign.
     #[must_use]
     pub fn scale(&self) -> f64 {
         self.scale
     }
 }
 
-/// The name before the last `:`, and the number after it, if it is one.
+/// Splits a text into the name before the last `:` and the number after it; `None` if that is not a number.
 fn split_scale(text: &str) -> Option<(&str, f64)> {
     let (name, tail) = text.rsplit_once(':')?;
     let scale = tail.trim().parse().ok()?;
@@ -84,7 +83,7 @@ pub struct Columns {
     pub time: Column,
     /// Position of the needle, scaled to m, growing into the tissue.
     pub position: Column,
-    /// Velocity of the needle, scaled to m/s, if the file has it.
+    /// Velocity of the needle, scaled to m/s, if the file contains it.
     pub velocity: Option<Column>,
     /// Force on the needle, scaled to N, positive when it resists insertion.
     pub force: Column,

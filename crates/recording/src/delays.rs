@@ -1,4 +1,4 @@
-//! Logged delays, imported from CSV files.
+//! Logged link delays from CSV files.
 
 use std::io::Read;
 
@@ -7,13 +7,13 @@ use super::header::{find, names};
 use super::table::Rows;
 use super::{Column, Limits, RecordingError};
 
-/// The word for a lost sample in a delay trace; an empty field means the same.
+/// The word for a lost sample, equivalent to an empty field.
 const LOST: &str = "lost";
 
-/// A row of a delay trace, which applies from its time on.
+/// A row of a delay trace, which is valid from its time onwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DelayRow {
-    /// Time in s, from the run's start.
+    /// Time in s since the start of the run.
     pub time_s: f64,
     /// Delay in s of a sample sent from master to slave; `None` if it is lost.
     pub forward_s: Option<f64>,
@@ -22,12 +22,12 @@ pub struct DelayRow {
 }
 
 /// Reads a delay trace from CSV text with the columns `time_s`, `forward_delay_s` and `backward_delay_s`, and passes
-/// its rows to `take` one by one, without storing them. An empty delay or the word `lost` is a lost sample. Otherwise
-/// the format is that of [`read_csv`](super::read_csv). The maximum gap of `limits` does not apply.
+/// its rows one by one to `take`, without storing them. An empty delay or the word `lost` means a lost sample.
+/// Otherwise the format is the same as for [`read_csv`](super::read_csv). The maximum gap of `limits` does not apply.
 ///
 /// # Errors
-/// As [`read_csv`](super::read_csv), and for a delay below 0 or above `max_s` (s). Rows before the error have been
-/// passed.
+/// As [`read_csv`](super::read_csv), and for a delay below 0 or above `max_s` (s). `take` has received the rows before
+/// the error.
 pub fn read_delays<R: Read>(
     source: &str,
     reader: R,
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_handed_on_and_what_is_lost_is_told_apart() {
+    fn rows_are_passed_on_with_lost_samples_marked() {
         let table =
             "# by hand\nbackward_delay_s;note;time_s;forward_delay_s\n0.02;x;-1;0.01\n;;0.5;lost\n\n \"lost\" ;y;2; \n";
         let row = |time_s, forward_s, backward_s| DelayRow { time_s, forward_s, backward_s };
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_delay_is_refused_where_it_stands() {
+    fn invalid_delays_are_rejected_with_their_place() {
         let at = |rows: &str| refusal(rows).split(';').next().unwrap_or_default().to_owned();
         assert_eq!(
             at("0,0.1,0.1\n1,-0.1,0\n"),
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_trace_is_refused() {
+    fn files_that_are_no_trace_are_rejected() {
         assert_eq!(refusal("0,0,0\n"), "wifi.csv: holds a single sample; at least two are needed");
         assert_eq!(refusal(""), "wifi.csv: holds a header but no samples; at least two are needed");
         assert!(read("").expect_err("empty").to_string().starts_with("wifi.csv: holds no data"));
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_has_limits() {
+    fn bytes_and_samples_are_limited() {
         let table = "time_s,forward_delay_s,backward_delay_s\n0,0,0\n1,0,0\n2,0,0\n";
         let limited = |max_bytes, max_samples| {
             let limits = Limits { max_bytes, max_samples, max_gap_s: None };

@@ -6,11 +6,11 @@ use std::io;
 use super::format::{Format, LAB_FORMATS};
 use super::{Limits, Quantity};
 
-/// A recording that cannot be used: `pop.csv line 812, column 'xs_rad': 'abc' is not a number; …`.
+/// The error of an unusable recording: `pop.csv line 812, column 'xs_rad': 'abc' is not a number; …`.
 #[derive(Debug, thiserror::Error)]
 #[error("{place}: {problem}")]
 pub struct RecordingError {
-    /// The place of the problem.
+    /// Where the problem is.
     pub place: Place,
     /// The problem.
     pub problem: Problem,
@@ -28,7 +28,7 @@ pub enum Row {
 }
 
 impl Row {
-    /// The row as a place in time: "on line 3".
+    /// The row with a preposition: "on line 3".
     fn on(self) -> String {
         match self {
             Self::Line(_) => format!("on {self}"),
@@ -53,14 +53,13 @@ impl fmt::Display for Row {
 pub struct Place {
     /// The file, as the caller named it.
     pub file: Box<str>,
-    /// The line or the sample; `None` for the whole file.
+    /// The row or sample; `None` for the whole file.
     pub row: Option<Row>,
-    /// The header name of the column; `None` if the problem is not in a column.
+    /// The name of the column; `None` if the problem is not in a column.
     pub column: Option<Box<str>>,
 }
 
 impl Place {
-    /// The whole file.
     pub(super) fn file(file: &str) -> Self {
         Self { file: file.into(), row: None, column: None }
     }
@@ -102,13 +101,13 @@ impl fmt::Display for Place {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Problem {
-    /// The file does not exist, cannot be opened, or failed while being read.
+    /// The file does not exist, cannot be opened, or failed during reading.
     #[error("cannot be read: {}{}", .0, remedy(.0))]
     Unreadable(io::Error),
-    /// A directory, pipe, socket or device. Reading one could block or never end.
+    /// A directory, pipe, socket or device, whose reading could block or never end.
     #[error("is a {0}, not a regular file; give the path of a CSV file")]
     NotAFile(&'static str),
-    /// The file's size is above the limit; nothing was read.
+    /// The size of the file exceeds the limit; nothing was read.
     #[error(
         "is {} ({size} bytes), the limit is {} ({limit} bytes); keep fewer rows or columns, or raise max_bytes",
         mebibytes(*.size),
@@ -120,7 +119,7 @@ pub enum Problem {
         /// The limit in bytes.
         limit: u64,
     },
-    /// More bytes than the limit, from a source of unknown size.
+    /// The data of unknown size exceeds the limit.
     #[error("holds more than {} ({limit} bytes); keep fewer rows or columns, or raise max_bytes", mebibytes(*.limit))]
     TooManyBytes {
         /// The limit in bytes.
@@ -132,13 +131,13 @@ pub enum Problem {
         /// The limit in samples.
         limit: usize,
     },
-    /// A line that is too long.
+    /// A line longer than the limit.
     #[error("the line is longer than {} bytes; is this a table with one sample per line?", Limits::MAX_LINE_BYTES)]
     LineTooLong,
-    /// A zero byte in what should be text.
+    /// A zero byte in a text.
     #[error("holds binary data (a zero byte); export it as CSV text in UTF-8")]
     Binary,
-    /// A file of a format that this build cannot read.
+    /// The format needs a feature that this build lacks.
     #[error(
         "is {0}, and this trocar was built without the feature {feature}; build it with `cargo install --path . --features {feature}`, \
          or export the file as {instead}",
@@ -146,18 +145,18 @@ pub enum Problem {
         instead = .0.alternative()
     )]
     Unsupported(Format),
-    /// A file that is cut off, damaged, or uses a part of its format that cannot be read.
+    /// A file that is truncated, damaged, or uses an unsupported part of its format.
     #[error("is {format} that cannot be read: {detail}; write it again, or export it as {}", .format.alternative())]
     Damaged {
         /// The format.
         format: Format,
-        /// What is wrong.
+        /// The defect.
         detail: Box<str>,
     },
     /// The file has no signals.
     #[error("is {0} without a signal: no array of numbers with at least two samples")]
     NoSignal(Format),
-    /// A file of arrays does not have a requested signal.
+    /// A requested signal is missing in a file of arrays.
     #[error(
         "no signal '{}'{}; the file has {}{}; `trocar detect FILE --list` shows all",
         excerpt(.name),
@@ -170,41 +169,41 @@ pub enum Problem {
         name: Box<str>,
         /// The file's signals, in order.
         available: Vec<String>,
-        /// The most similar of them, if one is similar enough.
+        /// The most similar name, if similar enough.
         nearest: Option<Box<str>>,
-        /// The quantity that it should hold.
+        /// The requested quantity.
         quantity: Option<Quantity>,
     },
-    /// A short name that several signals have.
+    /// A short name that matches several signals.
     #[error("'{}' is ambiguous: it can be {}; give one of these names", excerpt(.name), listing(.candidates))]
     AmbiguousSignal {
         /// The requested name.
         name: Box<str>,
-        /// The signals that it can be.
+        /// The matching signals.
         candidates: Vec<String>,
     },
-    /// An array with several signals was requested without its column, or with one that it does not have.
+    /// An array with several signals was requested without a column, or with a column that it does not have.
     #[error("'{}' is {shape}, not one signal; give its column, counted from 0, as in {}", excerpt(.name), excerpt(.example))]
     NotOneSignal {
         /// The requested name.
         name: Box<str>,
         /// The array's size, as in "5810 x 2".
         shape: Box<str>,
-        /// The name of one of its signals.
+        /// The name of one of the signals.
         example: Box<str>,
     },
-    /// A signal whose number of samples is not that of the time.
+    /// A signal with a different number of samples than the time.
     #[error(
         "has {samples} samples, and the time '{}' has {times}; give signals of one clock: with {times} samples the file has {}",
         excerpt(.time),
         listing(.fitting)
     )]
     Lengths {
-        /// Samples of the signal.
+        /// Number of samples of the signal.
         samples: usize,
-        /// Samples of the time.
+        /// Number of samples of the time.
         times: usize,
-        /// The name of the time.
+        /// The name of the time signal.
         time: Box<str>,
         /// The signals with as many samples as the time.
         fitting: Vec<String>,
@@ -212,27 +211,27 @@ pub enum Problem {
     /// NaN or an empty cell.
     #[error("holds no finite number (NaN or empty); correct it or remove the sample")]
     Undefined,
-    /// Decimal points and decimal commas in one file.
+    /// Both decimal points and decimal commas in one file.
     #[error("'{0}' and earlier numbers mix decimal points and decimal commas; write all decimals with a point")]
     MixedDecimals(
         /// The field.
         Box<str>,
     ),
-    /// A header of LabVIEW without its end or without its columns.
+    /// A LabVIEW header without its end or its columns.
     #[error("the LabVIEW header is incomplete: no line of columns (X_Value, …) follows it; export the file again")]
     LabViewHeader,
     /// Bytes that are not UTF-8 in the header or in a requested column.
     #[error("the text is not UTF-8; save the file as CSV in UTF-8")]
     NotUtf8,
-    /// Only blank lines and comments.
+    /// The file contains only blank lines and comments.
     #[error("holds no data; a header line with the columns' names is expected, then one sample per line")]
     Empty,
-    /// The first line that is not a comment holds only numbers.
+    /// The first line that is not a comment contains only numbers.
     #[error(
         "numbers where the columns' names are expected; add a header line (a line that begins with '#' is a comment)"
     )]
     NoHeader,
-    /// The header does not have a requested column.
+    /// A requested column is missing in the header.
     #[error(
         "no column '{}'{}; the file has {}{}",
         excerpt(.name),
@@ -245,12 +244,12 @@ pub enum Problem {
         name: Box<str>,
         /// The file's names, in order.
         available: Vec<String>,
-        /// The most similar of them, if one is similar enough.
+        /// The most similar name, if similar enough.
         nearest: Option<Box<str>>,
-        /// The quantity that it should hold, in a recording.
+        /// The requested quantity, in a recording.
         quantity: Option<Quantity>,
     },
-    /// The text after the name of a column is no unit of its quantity.
+    /// The text after the name of a column is not a unit of its quantity.
     #[error(
         "'{}' is not a known unit of {}; give {} or a factor into {}",
         excerpt(.unit),
@@ -264,7 +263,7 @@ pub enum Problem {
         /// The quantity.
         quantity: Quantity,
     },
-    /// The header has a requested name more than once.
+    /// The header contains a requested name more than once.
     #[error("{count} columns are named '{}'; rename all but one", excerpt(.name))]
     AmbiguousColumn {
         /// The requested name.
@@ -275,24 +274,24 @@ pub enum Problem {
     /// Fewer than two rows follow the header.
     #[error("holds {}; at least two are needed", if *.0 == 0 { "a header but no samples" } else { "a single sample" })]
     TooFewSamples(usize),
-    /// A row whose number of fields is not the header's.
+    /// A row with a different number of fields than the header.
     #[error(
         "the row has {found} fields, the header {expected}; complete or remove the row (decimals need a point, not a comma)"
     )]
     RaggedRow {
-        /// Fields in the row.
+        /// Number of fields in the row.
         found: usize,
-        /// Fields in the header.
+        /// Number of fields in the header.
         expected: usize,
     },
     /// A quoted field that continues past the end of its line.
     #[error("a quoted field continues past the end of the line; close the quote")]
     OpenQuote,
-    /// An empty field in a requested column.
+    /// A requested field is empty.
     #[error("the field is empty; fill in a number or remove the row")]
     EmptyField,
     /// Text where a number is expected.
-    #[error("'{}' is not a number; {}", .0, if .0.contains(',') { "write decimals with a point" } else { "correct it or remove the row" })]
+    #[error("'{}' is not a number; {}", .0, advice(.0))]
     NotANumber(
         /// The field, shortened if it is long.
         Box<str>,
@@ -315,7 +314,7 @@ pub enum Problem {
         /// The column's scale.
         scale: f64,
     },
-    /// A number in SI units beyond [`Limits::MAX_MAGNITUDE`].
+    /// A number in SI units that exceeds [`Limits::MAX_MAGNITUDE`].
     #[error("{value:e} in SI units, at most {limit:e}; correct it, or the column's factor")]
     TooGreat {
         /// The number.
@@ -323,7 +322,7 @@ pub enum Problem {
         /// The limit.
         limit: f64,
     },
-    /// A sample earlier than the one before it.
+    /// The time of a sample is before the previous time.
     #[error(
         "time decreases, from {before_s} s {} to {after_s} s; sort the rows by time, or keep one run per file",
         .before.on()
@@ -331,17 +330,17 @@ pub enum Problem {
     TimeBackwards {
         /// The row of the previous sample.
         before: Row,
-        /// Its time in s.
+        /// The previous time in s.
         before_s: f64,
-        /// Its time.
+        /// The time in s.
         after_s: f64,
     },
-    /// A sample at the same time as the one before it.
+    /// The time of a sample equals the previous time.
     #[error("the time {time_s} s repeats that of {before}; remove the repeated row, or log time with more digits")]
     TimeRepeats {
         /// The row of the previous sample.
         before: Row,
-        /// The time of both.
+        /// The time of both samples in s.
         time_s: f64,
     },
     /// A gap longer than the limit.
@@ -356,23 +355,22 @@ pub enum Problem {
         before: Row,
         /// Its time in s.
         before_s: f64,
-        /// The time of the first sample after the gap.
+        /// The time of the first sample after the gap, in s.
         after_s: f64,
-        /// The maximum gap.
+        /// The maximum gap in s.
         limit_s: f64,
-        /// The median interval, if the limit is derived from it.
+        /// The median interval in s, if the limit is derived from it.
         median_s: Option<f64>,
     },
 }
 
 impl Format {
-    /// The error of a damaged file of this format.
     pub(super) fn damaged(self, detail: impl fmt::Display) -> Problem {
         Problem::Damaged { format: self, detail: line(&detail.to_string()).into() }
     }
 }
 
-/// At most 40 characters of `text`, on one line, for use inside a message.
+/// Shortens `text` to at most 40 characters on one line, for messages.
 pub(super) fn excerpt(text: &str) -> String {
     const MAX_CHARACTERS: usize = 40;
     let mut shown: String = text.chars().take(MAX_CHARACTERS).flat_map(char::escape_debug).collect();
@@ -382,7 +380,7 @@ pub(super) fn excerpt(text: &str) -> String {
     shown
 }
 
-/// A foreign message on one line, shortened if it is long.
+/// Converts a library's message to one line, shortened if it is long.
 fn line(text: &str) -> String {
     const MAX_CHARACTERS: usize = 200;
     let words: Vec<&str> = text.split_whitespace().collect();
@@ -403,7 +401,6 @@ fn listing(names: &[String]) -> String {
     shown.join(", ")
 }
 
-/// The flag and the key that ask for the column of a quantity.
 fn asked_by(quantity: Option<Quantity>) -> String {
     quantity.map_or_else(String::new, |quantity| format!(" (--{} or {})", quantity.name(), quantity.key()))
 }
@@ -423,7 +420,6 @@ fn median(median_s: Option<f64>) -> String {
     })
 }
 
-/// The remedy for a file that cannot be read, if known.
 fn remedy(error: &io::Error) -> &'static str {
     if error.kind() == io::ErrorKind::NotFound { "; give the path of an existing file" } else { "" }
 }
@@ -432,9 +428,28 @@ fn mebibytes(bytes: u64) -> String {
     format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
 }
 
-/// Rounded to six significant digits, so that a difference of decimals is shown as a decimal.
+/// Rounds to six significant digits, so that differences of decimals are shown as decimals.
 fn six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+/// The remedy for a text that is not a number.
+fn advice(text: &str) -> &'static str {
+    // Excerpts contain escaped characters.
+    let text = [("\\'", "'"), ("\\u{a0}", " "), ("\\u{202f}", " ")]
+        .iter()
+        .fold(text.to_owned(), |text, (from, to)| text.replace(from, to));
+    let separators: Vec<char> =
+        text.trim().chars().filter(|c| matches!(c, '.' | ',' | '\'' | '’' | ' ' | '\u{a0}' | '\u{202f}')).collect();
+    let is_of_digits = text.chars().all(|c| c.is_ascii_digit() || "+-eE".contains(c) || separators.contains(&c));
+    let has_point_or_comma = separators.iter().any(|c| matches!(c, '.' | ','));
+    if is_of_digits && (separators.len() > 1 || !separators.is_empty() && !has_point_or_comma) {
+        "write it without thousands separators"
+    } else if text.contains(',') {
+        "write decimals with a point"
+    } else {
+        "correct it or remove the row"
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Opens a recording, a delay trace or labels on disk.
+//! Opens recordings, delay traces and labels on disk.
 
 use std::fs::{File, FileType, Metadata};
 use std::io::Read;
@@ -12,16 +12,17 @@ use super::{
     Columns, DelayRow, Format, LabelRow, Limits, Recording, RecordingError, read_csv, read_delays, read_labels,
 };
 
-/// Reads the recording in the file `path`, of any [`Format`], known by its first bytes; for text see [`read_csv`].
+/// Reads a recording from a file of any [`Format`], which the first bytes determine. For text see [`read_csv`].
 ///
-/// The columns of other formats are signals: a name, or `name[:,1]` for one of several in an array, as [`list_signals`] gives
-/// them.
+/// In other formats the columns are signals, named as by [`list_signals`]: a name, or `name[:,1]` for one of several
+/// signals in an array.
 ///
 /// # Errors
-/// Those of [`read_csv`], with samples instead of lines; and, before anything is read, if the file is missing, cannot be
-/// opened, is larger than [`Limits::max_bytes`], or is not a regular file (reading a pipe or a device could block or never
-/// end). Of other formats also if the file is damaged, its signals have different lengths, or the format needs the feature
-/// `lab-formats`.
+/// - Before reading: the file is missing, cannot be opened, is larger than [`Limits::max_bytes`], or is not a regular
+///   file (reading a pipe or a device could block or never end).
+/// - As [`read_csv`], with samples instead of lines.
+/// - In formats other than text: the file is damaged, its signals have different lengths, or the format needs the
+///   feature `lab-formats`.
 pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
     match opened(path, limits)? {
         (name, Opened::Text(file)) => read_csv(&name, file, columns, limits),
@@ -29,10 +30,10 @@ pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result
     }
 }
 
-/// Lists the signals of the file `path`, of any [`Format`]. Columns and arrays without a number are left out.
+/// Lists the signals of a file of any [`Format`], without columns and arrays that contain no number.
 ///
 /// # Errors
-/// Those of [`open_recording`] for a file that cannot be read.
+/// As [`open_recording`] for an unreadable file.
 pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
     match opened(path, limits)? {
         (name, Opened::Text(file)) => scan_csv(&name, file, limits),
@@ -40,7 +41,7 @@ pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, Recordi
     }
 }
 
-/// The names of the signals of the file `path`, of any [`Format`], as its header or index gives them.
+/// The names of the signals of a file of any [`Format`], from its header or index.
 ///
 /// # Errors
 /// As [`list_signals`].
@@ -58,7 +59,7 @@ enum Opened {
     Arrays(Box<dyn Container>),
 }
 
-/// Opens a file of any format; returns it with its name in messages.
+/// Opens a file of any format, and returns it with its name in messages.
 fn opened(path: &Path, limits: &Limits) -> Result<(String, Opened), RecordingError> {
     let (name, mut file) = open(path, limits)?;
     let refuse = |problem| Place::file(&name).error(problem);
@@ -70,10 +71,10 @@ fn opened(path: &Path, limits: &Limits) -> Result<(String, Opened), RecordingErr
     Ok((name, Opened::Arrays(container)))
 }
 
-/// Reads the delay trace in the file `path`; see [`read_delays`].
+/// Reads a delay trace from a file; see [`read_delays`].
 ///
 /// # Errors
-/// Those of [`read_delays`]; and those of [`open_recording`] for a file that cannot be read.
+/// As [`read_delays`], and as [`open_recording`] for an unreadable file.
 pub fn open_delays(
     path: &Path,
     limits: &Limits,
@@ -87,7 +88,7 @@ pub fn open_delays(
 /// Reads all bytes of a file.
 ///
 /// # Errors
-/// Those of [`open_recording`] for a file that cannot be read.
+/// As [`open_recording`] for an unreadable file.
 pub fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, RecordingError> {
     let (name, mut file) = open(path, limits)?;
     let mut bytes = vec![];
@@ -95,22 +96,22 @@ pub fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, RecordingError
     Ok(bytes)
 }
 
-/// Reads the labels in the file `path`; see [`read_labels`].
+/// Reads labels from a file; see [`read_labels`].
 ///
 /// # Errors
-/// Those of [`read_labels`]; and those of [`open_recording`] for a file that cannot be read.
+/// As [`read_labels`], and as [`open_recording`] for an unreadable file.
 pub fn open_labels(path: &Path, limits: &Limits, needs_file: bool) -> Result<Vec<LabelRow>, RecordingError> {
     let (name, file) = open(path, limits)?;
     read_labels(&name, file, limits, needs_file)
 }
 
-/// Opens a regular file of allowed size; returns it with its name in messages.
+/// Opens a regular file of allowed size, and returns it with its name in messages.
 fn open(path: &Path, limits: &Limits) -> Result<(String, File), RecordingError> {
     let name = path.display().to_string();
     let refuse = |problem| Place::file(&name).error(problem);
     let unreadable = |error| refuse(Problem::Unreadable(error));
-    // Checked before opening, because opening a pipe waits for its writer, and after, because the path may have
-    // changed.
+    // Checked before opening, because opening a pipe blocks until it has a writer, and again after, because the path
+    // may have changed.
     check(&path.metadata().map_err(unreadable)?, limits).map_err(refuse)?;
     let file = File::open(path).map_err(unreadable)?;
     check(&file.metadata().map_err(unreadable)?, limits).map_err(refuse)?;
@@ -144,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_file_is_refused() {
+    fn paths_that_are_not_files_are_refused() {
         let folder = tempfile::tempdir().expect("a folder");
         let directory = "PATH: is a directory, not a regular file; give the path of a CSV file";
         assert_eq!(message(folder.path()), directory);

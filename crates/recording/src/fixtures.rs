@@ -1,8 +1,8 @@
-//! Fixtures of the tests of this module.
+//! Fixtures for the tests of this crate.
 
 use super::{Columns, Limits, Recording, RecordingError, read_csv};
 
-/// Time `t`, position `x`, force `f`, no velocity, all in SI units.
+/// Columns `t` (time), `x` (position) and `f` (force) without velocity, in SI units.
 pub(super) fn columns() -> Columns {
     Columns {
         time: "t".parse().expect("a column"),
@@ -12,17 +12,16 @@ pub(super) fn columns() -> Columns {
     }
 }
 
-/// `table` as the file `pop.csv`, with [`columns`] and default limits.
+/// Reads `table` as the file `pop.csv`, with [`columns`] and default limits.
 pub(super) fn read(table: impl AsRef<[u8]>) -> Result<Recording, RecordingError> {
     read_csv("pop.csv", table.as_ref(), &columns(), &Limits::default())
 }
 
-/// The error message for `table`.
 pub(super) fn refusal(table: impl AsRef<[u8]>) -> String {
     read(table).expect_err("refused").to_string()
 }
 
-/// A recording of `position_m` at `time_s`, with a force of twice the position and no limit on gaps.
+/// A recording of positions at times, with a force of twice the position and no limit on gaps.
 pub(super) fn recording(time_s: &[f64], position_m: &[f64]) -> Recording {
     let rows = time_s.iter().zip(position_m);
     let rows: String = rows.map(|(t, x)| format!("{t},{x},{}\n", 2.0 * x)).collect();

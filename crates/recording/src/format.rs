@@ -1,4 +1,4 @@
-//! The formats of files with a recording.
+//! The file formats of recordings.
 
 use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -6,13 +6,13 @@ use std::path::Path;
 
 use super::utf16;
 
-/// The feature with the formats of large libraries.
+/// The feature that adds the formats of large libraries.
 pub(super) const LAB_FORMATS: &str = "lab-formats";
 
-/// Declares the formats: variant, phrase, suffixes of its files in lower case, and the phrase for what to export instead.
+/// Declares the formats: variant, description, suffixes in lower case, and the alternative format to export.
 macro_rules! formats {
     ($($(#[doc = $doc:literal])* $Format:ident: $phrase:literal, [$($suffix:literal),*], $instead:literal;)*) => {
-        /// The format of a file with a recording.
+        /// The file format of a recording.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum Format {
             $($(#[doc = $doc])* $Format,)*
@@ -22,13 +22,12 @@ macro_rules! formats {
             /// All formats.
             pub const ALL: &'static [Self] = &[$(Self::$Format),*];
 
-            /// The suffixes of its files, in lower case.
+            /// The suffixes of files, in lower case.
             #[must_use]
             pub fn suffixes(self) -> &'static [&'static str] {
                 match self { $(Self::$Format => &[$($suffix),*],)* }
             }
 
-            /// What to export instead of it.
             pub(super) fn alternative(self) -> &'static str {
                 match self { $(Self::$Format => $instead,)* }
             }
@@ -43,15 +42,15 @@ macro_rules! formats {
 }
 
 formats! {
-    /// Text with a line per sample; LabVIEW's measurement files too.
+    /// Text with one sample per line, including LabVIEW's measurement files.
     Csv: "a table in text", ["csv", "tsv", "lvm"], "CSV";
     /// MATLAB, up to version 7.
     Mat: "a MATLAB file", ["mat"], "CSV";
-    /// HDF5; MATLAB 7.3 too.
+    /// HDF5, including MATLAB 7.3.
     Hdf5: "an HDF5 file (or MATLAB 7.3)", ["h5", "hdf5"], "MATLAB v7 (save -v7), Parquet or CSV";
     /// Apache Parquet.
     Parquet: "a Parquet file", ["parquet"], "CSV";
-    /// Logs of robots: MCAP, with messages of ROS or in JSON.
+    /// Robot logs: MCAP with messages of ROS or in JSON.
     Mcap: "an MCAP log", ["mcap"], "CSV";
     /// LabVIEW's binary measurement files.
     Tdms: "a TDMS file", ["tdms"], "CSV";
@@ -60,8 +59,8 @@ formats! {
 }
 
 impl Format {
-    /// The format of a file, by its first bytes. What nothing else claims is text; a MATLAB file of version 4 has no mark, and is
-    /// known by the name of the file.
+    /// Determines the format of a file by its first bytes. Unknown files count as text. A MATLAB file of version 4 has
+    /// no signature, and is recognised by its suffix.
     pub(super) fn of(path: &Path, file: &mut (impl Read + Seek)) -> io::Result<Self> {
         const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
         let mut head = vec![];

@@ -1,19 +1,19 @@
-//! A reader that bounds the text and unifies line ends.
+//! A reader that bounds the size of a text and unifies line ends.
 
 use std::io::{self, ErrorKind, Read};
 
 use super::error::{Place, Problem};
 use super::{Limits, RecordingError};
 
-/// Passes bytes on, with every line end (`\r\n`, `\r`, `\n`) as `\n` and one after the last line, so that the number of
-/// `\n` is the line number of an editor. Too many bytes, an overlong line and binary data end it with an error that
-/// contains a [`RecordingError`]; [`recover`] extracts it.
+/// Passes bytes on with every line end (`\r\n`, `\r`, `\n`) as `\n`, and one after the last line, so that the number of
+/// `\n` is the line number of an editor. Too many bytes, an overlong line and binary data cause an error that contains
+/// a [`RecordingError`]; [`recover`] extracts it.
 pub(super) struct Guard<R> {
     inner: R,
     file: Box<str>,
     max_bytes: u64,
     bytes: u64,
-    /// The line being read, from 1, and the number of its bytes passed on.
+    /// The present line, from 1, and the number of its bytes passed on.
     line: u64,
     line_bytes: u64,
     after_return: bool,
@@ -40,7 +40,7 @@ impl<R: Read> Guard<R> {
         io::Error::other(place.error(problem))
     }
 
-    /// Converts every line end to `\n`, in place; returns the remaining number of bytes.
+    /// Converts every line end to `\n` in place, and returns the new length.
     fn unify_line_ends(&mut self, chunk: &mut [u8]) -> usize {
         if !self.after_return && !chunk.contains(&b'\r') {
             return chunk.len();
@@ -106,7 +106,7 @@ impl<R: Read> Read for Guard<R> {
     }
 }
 
-/// The [`RecordingError`] inside `error` if it is from a [`Guard`], else an error of reading `file`.
+/// Extracts the [`RecordingError`] of a [`Guard`], or converts another error of reading `file`.
 pub(super) fn recover(file: &str, error: io::Error) -> RecordingError {
     match error.downcast::<RecordingError>() {
         Ok(refusal) => refusal,
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Reads a few bytes at a time, so that every pair of bytes is split at some step.
+    /// Reads a few bytes at a time, to split every pair of bytes at some step.
     struct Trickle<'a>(&'a [u8], usize);
 
     impl Read for Trickle<'_> {

@@ -1,8 +1,9 @@
-//! The beginning of a table in text: comments, LabVIEW's header, the names of the columns, and the separator.
+//! The beginning of a text table: comments, LabVIEW's header, the names of the columns, and the separator.
 //!
-//! The names are the first line that is neither blank nor a comment. A comment begins with `#` or `%`. If that line has numbers
-//! only, the names are the last comment, if it has as many fields. The separator is the most frequent of `,`, `;` and tab in the
-//! names; without any of them `|`, or else spaces, if the line below the names has as many numbers.
+//! The names are the first line that is neither blank nor a comment, which begins with `#` or `%`. If that line
+//! contains only numbers, the names are the last comment, provided that it has as many fields. The separator is the
+//! most frequent of `,`, `;` and tab in the names. Without any of them it is `|`, or spaces if the line below the names
+//! has as many numbers.
 
 use std::io::{self, BufRead};
 
@@ -10,29 +11,25 @@ use super::header::separator;
 use super::labview::{self, Clock};
 use super::signals::is_known_unit;
 
-/// The beginning of a table.
 #[derive(Debug, Default)]
 pub(super) struct Head {
-    /// The line of the names, and lines below it that were read too.
+    /// The line of the names, with lines below it that were already read.
     pub(super) text: Vec<u8>,
-    /// Lines before that of the names.
     pub(super) lines_before: u64,
     pub(super) separator: u8,
-    /// Whether fields are between runs of spaces, of which each is read as the separator.
+    /// True if runs of spaces separate the fields; each is read as one separator.
     pub(super) in_spaces: bool,
-    /// Whether a line that begins with `%` is a comment.
+    /// True if a line that begins with `%` is a comment.
     pub(super) has_percent: bool,
-    /// The units of the columns; empty if they are not known here.
+    /// The units of the columns; empty if unknown.
     pub(super) units: Vec<String>,
-    /// The clock of a LabVIEW file.
     pub(super) clock: Option<Clock>,
-    /// Whether rows may have more fields than names, such as comments.
+    /// True if rows may have more fields than names, such as comments.
     pub(super) is_labview: bool,
-    /// Whether a LabVIEW header is not followed by names.
+    /// True if no names follow a LabVIEW header.
     pub(super) is_incomplete: bool,
 }
 
-/// Reads the beginning of a table.
 pub(super) fn head(text: &mut impl BufRead) -> io::Result<Head> {
     let mut line = Vec::new();
     let mut lines_before = 0;
@@ -49,7 +46,7 @@ pub(super) fn head(text: &mut impl BufRead) -> io::Result<Head> {
             break;
         }
         if is_comment {
-            // The last two can be names and units.
+            // The last two comments can be names and units.
             if comments.len() == 2 {
                 comments.remove(0);
             }
@@ -97,12 +94,13 @@ fn from_labview(text: &mut impl BufRead, lines_before: u64) -> io::Result<Head> 
     })
 }
 
-/// The beginning of a table whose names are in a comment above its first line of numbers.
+/// Finds the names in a comment above the first line of numbers.
 fn from_comments(line: &[u8], comments: &[Vec<u8>], lines_before: u64) -> Option<Head> {
     let last = comments.last()?;
-    // A line of names that begins with % was read as such before comments could; below it there is a number at least.
+    // A line that begins with % may be the names itself, as in earlier versions. The line below must then contain a
+    // number.
     let has_percent = last.starts_with(b"%");
-    // The comma is the last: it can be the decimal mark between other separators.
+    // The comma is tried last, because it can be the decimal mark between other separators.
     let (separator, values) =
         [Some(b';'), Some(b'\t'), Some(b'|'), Some(b','), None].into_iter().find_map(|separator| {
             let values = separator.map_or_else(|| spaced(line), |separator| fields(line, separator));
@@ -126,12 +124,13 @@ fn from_comments(line: &[u8], comments: &[Vec<u8>], lines_before: u64) -> Option
     let mut text = quoted.collect::<Vec<_>>().join(&char::from(separator).to_string()).into_bytes();
     text.push(b'\n');
     text.extend_from_slice(line);
-    // The names stand in the line above the numbers, wherever the comment is.
+    // The names count as the line directly above the numbers, wherever the comment is.
     let lines_before = lines_before.saturating_sub(1);
     Some(Head { text, lines_before, separator, in_spaces, units, ..Head::default() })
 }
 
-/// The fields of a comment, if it has `count` of them: between the separators of the rows, or of its own, or spaces.
+/// The fields of a comment if there are `count`: split at the separator of the rows, at its most frequent separator, or
+/// at spaces.
 fn split(comment: &[u8], separator: Option<u8>, count: usize) -> Option<Vec<String>> {
     let marks = comment.iter().take_while(|byte| b"#%".contains(byte)).count();
     let text = comment[marks..].trim_ascii();
@@ -148,7 +147,7 @@ fn spaced(line: &[u8]) -> Vec<&[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty()).collect()
 }
 
-/// Whether a field is a number, with a decimal point or, if it may be, a comma.
+/// Returns true if a field is a number, with a decimal point or, if allowed, a comma.
 fn is_number(field: &[u8], may_have_comma: bool) -> bool {
     let text = String::from_utf8_lossy(field);
     let text = if may_have_comma { text.replacen(',', ".", 1) } else { text.into_owned() };

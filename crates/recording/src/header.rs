@@ -4,7 +4,7 @@ use super::error::Problem;
 use super::number::trimmed;
 use super::{Column, Columns, Quantity};
 
-/// The separator of a header line: the most frequent of `,`, `;` and tab outside quotes; `,` if there is none.
+/// The most frequent of `,`, `;` and tab outside quotes in a header line; `,` if there is none.
 pub(super) fn separator(header: &[u8]) -> u8 {
     let mut counts = [(b',', 0), (b';', 0), (b'\t', 0)];
     let mut quoted = false;
@@ -14,12 +14,12 @@ pub(super) fn separator(header: &[u8]) -> u8 {
             *count += 1;
         }
     }
-    // `max_by_key` returns the last of equal elements; reversed, it is the first.
+    // `max_by_key` returns the last of equal elements; after `rev` it is the first.
     let most = counts.iter().rev().max_by_key(|(_, count)| *count);
     most.map_or(b',', |&(separator, _)| separator)
 }
 
-/// The positions of the requested columns, counted from 0, and the total number of columns.
+/// The indices of the requested columns, from 0, and the total number of columns.
 #[derive(Debug)]
 pub(super) struct Layout {
     pub(super) time: usize,
@@ -30,7 +30,6 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Finds the requested columns among the header's fields.
     pub(super) fn locate<'a>(fields: impl Iterator<Item = &'a [u8]>, columns: &Columns) -> Result<Self, Problem> {
         let names = names(fields)?;
         let find = |column, quantity| find(&names, column).map_err(|problem| of_quantity(problem, quantity));
@@ -44,8 +43,8 @@ impl Layout {
     }
 }
 
-/// The same problem with the quantity of the missing column. If the file has the name before the last `:`, the text after it was
-/// meant as a unit.
+/// Adds the quantity of the missing column to a problem. If the file contains the name before the last `:`, the text
+/// after it was meant as a unit.
 fn of_quantity(problem: Problem, quantity: Quantity) -> Problem {
     let Problem::MissingColumn { name, available, nearest, .. } = problem else { return problem };
     let with_unit = name.rsplit_once(':').filter(|(column, _)| available.iter().any(|known| known == column.trim()));
@@ -55,21 +54,19 @@ fn of_quantity(problem: Problem, quantity: Quantity) -> Problem {
     Problem::MissingColumn { name, available, nearest, quantity: Some(quantity) }
 }
 
-/// The header's names.
 pub(super) fn names<'a>(fields: impl Iterator<Item = &'a [u8]>) -> Result<Vec<String>, Problem> {
     let name = |field: &[u8]| match str::from_utf8(field) {
         Ok(name) => trimmed(name).to_owned(),
-        // Latin-1: its bytes are the first characters of Unicode.
+        // Latin-1: its bytes are the first code points of Unicode.
         Err(_) => trimmed(&field.iter().copied().map(char::from).collect::<String>()).to_owned(),
     };
     let names: Vec<String> = fields.map(name).collect();
     if names.iter().all(|name| name.parse::<f64>().is_ok()) { Err(Problem::NoHeader) } else { Ok(names) }
 }
 
-/// The position of the column, counted from 0.
 pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> {
     let wanted = column.name();
-    // The names of a line that begins with % can be given with it.
+    // A name from a line that begins with % can be given with the %.
     let plain = wanted.strip_prefix('%').map(str::trim).filter(|_| names.iter().all(|name| name != wanted));
     let plain = plain.unwrap_or(wanted);
     let mut found = (0..names.len()).filter(|&index| names[index] == plain);
@@ -85,7 +82,7 @@ pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> 
     }
 }
 
-/// The name most similar to `wanted`, ignoring case, if it is similar enough.
+/// The name most similar to `wanted`, ignoring case, if similar enough.
 pub(super) fn nearest(names: &[String], wanted: &str) -> Option<Box<str>> {
     const MIN_SIMILARITY: f64 = 0.8;
     let wanted = wanted.to_lowercase();
@@ -102,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_commonest_separator_outside_quotes_wins() {
+    fn the_most_frequent_separator_outside_quotes_is_used() {
         assert_eq!(separator(b"t,x,f"), b',');
         assert_eq!(separator(b"t;x;f"), b';');
         assert_eq!(separator(b"t\tx\tf"), b'\t');
@@ -113,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn suggestions_need_likeness() {
+    fn suggestions_need_similarity() {
         let names = ["t_s", "Force_N"].map(String::from);
         assert_eq!(nearest(&names, "force").as_deref(), Some("Force_N"));
         assert_eq!(nearest(&names, "position"), None);

@@ -1,9 +1,9 @@
-//! A generated recording with the properties of the paper's insertion into a liver through the skin.
+//! A synthetic recording with the properties of the paper's insertion into a liver through the skin.
 //!
-//! The original is not published. This recording is generated, from a seed, by a small mechanical model. Its numbers
-//! are chosen to reproduce the facts stated in the paper: two layers that load and rupture at 5.52 s and 8.85 s, the
-//! second less suddenly; forces between about -5.7 and 2.5 N in the paper's sign; a shaft friction that pulls during
-//! extraction, near 14.5 s, without a rupture; 1 kHz; measurement noise.
+//! The original is not published. A small mechanical model generates this recording from a seed. Its numbers reproduce
+//! the facts stated in the paper: two layers that rupture at 5.52 s and 8.85 s, the second less suddenly; forces
+//! between about -5.7 and 2.5 N in the paper's sign; a shaft friction that pulls during extraction, near 14.5 s,
+//! without a rupture; 1 kHz; measurement noise.
 
 use std::fmt::Write as _;
 
@@ -11,19 +11,16 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Sampling rate in Hz.
 const RATE_HZ: f64 = 1000.0;
 
-/// Number of samples.
 const SAMPLES: u32 = 17_000;
 
 /// Times of the ruptures in s.
 pub const RUPTURES_S: [f64; 2] = [5.52, 8.85];
 
-/// Standard deviation of the noise on the force, in N.
 const NOISE_STD_N: f64 = 0.010;
 
-/// The hand's trajectory: (s, mm). It approaches, inserts through two layers, holds, and extracts.
+/// The hand's trajectory in (s, mm): approach, insertion through two layers, hold, and extraction.
 const TRAJECTORY: [(f64, f64); 15] = [
     (0.0, -6.0),
     (0.9, 0.0),
@@ -45,9 +42,10 @@ const TRAJECTORY: [(f64, f64); 15] = [
 /// Position of the trajectory at the first rupture, in m.
 const RUPTURE_DEPTH_M: f64 = 27.05e-3;
 
-/// A layer: its force is a power of its compression; at the rupture it drops fast, and the rest relaxes slowly.
+/// A layer. Its force is a power of its compression. At the rupture most of the force drops fast, and the rest relaxes
+/// slowly.
 struct Layer {
-    /// Position of its surface, in m.
+    /// Position of the surface, in m.
     from_m: f64,
     /// Power of the loading law.
     power: f64,
@@ -89,30 +87,29 @@ const FRICTION_N_PER_M: f64 = 232.0;
 const FRICTION_FROM_M: f64 = 29e-3;
 /// Travel over which the friction reverses (Dahl), in m.
 const PRESLIDING_M: f64 = 2.6e-3;
-/// Time constant with which friction relaxes, in s: most of it is gone after a rest of two seconds.
+/// Time constant of the friction's relaxation, in s. After a rest of two seconds most of the friction has relaxed.
 const FRICTION_RELAXATION_S: f64 = 1.2;
 
-/// Differences of a generated insertion from the shipped one; `None` keeps the shipped value.
+/// Differences of a synthetic insertion from the shipped one; `None` keeps the shipped value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct InVivoLikeVariant {
     /// Force that each rupture releases at once, in N, above 0 (shipped: 5.32 and 3.2; the rest relaxes slowly).
     pub drop_n: Option<f64>,
     /// Time constant of each drop, in s, above 0 (shipped: 0.045).
     pub fall_s: Option<f64>,
-    /// Depth of the first rupture in m, above 0 (shipped: 0.02705). All lengths are scaled with it; the forces are
-    /// unchanged.
+    /// Depth of the first rupture in m, above 0 (shipped: 0.02705). All lengths scale with it; the forces do not
+    /// change.
     pub depth_m: Option<f64>,
 }
 
 impl InVivoLikeVariant {
-    /// Smallest and largest force drop, in N.
+    /// Range of the force drop, in N.
     pub const DROPS_N: (f64, f64) = (0.01, 1000.0);
-    /// Smallest and largest time constant of a drop, in s.
+    /// Range of the time constant of a drop, in s.
     pub const FALLS_S: (f64, f64) = (1e-4, 10.0);
-    /// Smallest and largest depth of the first rupture, in m.
+    /// Range of the depth of the first rupture, in m.
     pub const DEPTHS_M: (f64, f64) = (1e-3, 1.0);
 
-    /// The factor of every length.
     fn scale(&self) -> f64 {
         self.depth_m.map_or(1.0, |depth_m| depth_m / RUPTURE_DEPTH_M)
     }
@@ -140,14 +137,14 @@ impl Layer {
     }
 }
 
-/// The recording as a CSV file with the columns `time_s, position_m, velocity_m_per_s, force_n`, forces positive when
-/// they resist insertion. The same seed gives the same bytes.
+/// The recording as CSV with the columns `time_s, position_m, velocity_m_per_s, force_n`; forces are positive when they
+/// resist insertion. The same seed gives the same bytes.
 #[must_use]
 pub fn in_vivo_like_csv(seed: u64) -> String {
     in_vivo_like_variant_csv(seed, &InVivoLikeVariant::default())
 }
 
-/// The recording with the ruptures of a variant, in the format of [`in_vivo_like_csv`]; their times are [`RUPTURES_S`].
+/// The recording of a variant, in the format of [`in_vivo_like_csv`]. It ruptures at [`RUPTURES_S`].
 #[must_use]
 pub fn in_vivo_like_variant_csv(seed: u64, variant: &InVivoLikeVariant) -> String {
     let scale = variant.scale();
@@ -174,14 +171,14 @@ pub fn in_vivo_like_variant_csv(seed: u64, variant: &InVivoLikeVariant) -> Strin
         let layers: f64 = layers.iter().zip(rupture_m).map(|(layer, p_rupture)| layer.force_n(t, p, p_rupture)).sum();
         let noise: f64 = StandardNormal.sample(&mut rng);
         let force = layers + shaft + NOISE_STD_N * noise;
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{t:.3},{p:.8},{v:.6},{force:.4}");
     }
     text
 }
 
-/// Slopes at the points of a trajectory, per s, for which its cubic interpolation does not overshoot (Fritsch and
-/// Butland 1984).
+/// Slopes per s at the points of a trajectory for which its cubic interpolation does not overshoot (Fritsch and Butland
+/// 1984).
 fn monotone_slopes<const N: usize>(way: &[(f64, f64); N]) -> [f64; N] {
     let secant = |i: usize| (way[i + 1].1 - way[i].1) / (way[i + 1].0 - way[i].0);
     std::array::from_fn(|i| {
@@ -216,14 +213,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shipped_recording_is_what_the_generator_writes() {
+    fn the_generator_writes_the_shipped_recording() {
         let shipped = include_str!("../../../scenarios/recordings/in_vivo_like.csv");
         assert!(in_vivo_like_csv(1) == shipped, "run `trocar record --out scenarios/recordings/in_vivo_like.csv`");
         assert!(in_vivo_like_csv(2) != shipped);
     }
 
     #[test]
-    fn a_variant_releases_what_it_is_told_where_and_as_fast_as_it_is_told() {
+    fn a_variant_has_the_given_drop_depth_and_time_constant() {
         let rows = |variant: &InVivoLikeVariant| -> Vec<Vec<f64>> {
             let text = in_vivo_like_variant_csv(1, variant);
             text.lines()
@@ -235,7 +232,7 @@ mod tests {
         let (varied, shipped) = (rows(&variant), rows(&InVivoLikeVariant::default()));
         assert!((varied[5520][1] - 0.01).abs() < 1e-8);
         let fall = |from: usize, to: usize| varied[from][3] - varied[to][3];
-        // After ten time constants the relaxing 6 % has lost 1 - exp(-0.1/0.12) of its 0.128 N, too.
+        // After ten time constants the relaxing 6 % has also lost 1 - exp(-0.1/0.12) of its 0.128 N.
         assert!((fall(5520, 5620) - 2.0 - 0.072).abs() < 0.05, "{}", fall(5520, 5620));
         assert!((fall(5520, 5530) - 2.0 * (1.0 - libm::exp(-1.0))).abs() < 0.06, "{}", fall(5520, 5530));
         // During extraction only friction remains, with an unchanged force.
@@ -243,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_is_smooth_and_meets_its_points() {
+    fn the_trajectory_is_smooth_and_passes_through_its_points() {
         let slopes = monotone_slopes(&TRAJECTORY);
         for (t, y) in TRAJECTORY {
             assert!((hermite(&TRAJECTORY, &slopes, t).0 - 1e-3 * y).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! Labelled ruptures, imported from CSV files.
+//! Labelled ruptures from CSV files.
 
 use std::io::Read;
 
@@ -19,13 +19,12 @@ pub struct LabelRow {
     pub line: u64,
 }
 
-/// Reads labels from CSV text with the columns `file`, `time_s` and, optionally, `kind`; `file` may be absent unless
-/// `needs_file`. Otherwise the format is that of [`read_csv`](super::read_csv), with rows in any order. A row with an
-/// empty time means that its recording has no rupture.
+/// Reads labels from CSV text with the columns `file`, `time_s` and optionally `kind`; `file` is required only if
+/// `needs_file`. Otherwise the format is the same as for [`read_csv`](super::read_csv), with rows in any order. An
+/// empty time means that the recording has no rupture.
 ///
 /// # Errors
-/// As [`read_csv`](super::read_csv), but a table without rows is valid; and for an empty field where a file is
-/// expected.
+/// As [`read_csv`](super::read_csv), and for an empty field where a file is required. A table without rows is valid.
 pub fn read_labels<R: Read>(
     source: &str,
     reader: R,
@@ -65,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_handed_on_with_their_line() {
+    fn rows_are_returned_with_their_line() {
         let rows = read("# by hand\nkind;time_s;file\nskin;1.5;a.csv\n;0.5;\"b.csv\"\n\n;;c.csv\n", true);
         let row = |file: &str, time_s, kind: Option<&str>, line| LabelRow {
             file: Some(file.into()),
@@ -85,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_label_is_refused_where_it_stands() {
+    fn invalid_labels_are_rejected_with_their_place() {
         let refusal = |table: &str| read(table, true).expect_err("refused");
         assert!(
             refusal("file,time_s\na.csv,soon\n").starts_with("l.csv line 2, column 'time_s': 'soon' is not a number")

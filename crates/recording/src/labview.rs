@@ -1,26 +1,21 @@
-//! The header of LabVIEW's measurement files in text (`.lvm`): lines of a key and its values, ended by `***End_of_Header***`, once
-//! for the file and once for the segment, then the names of the columns, of which the first is `X_Value`.
+//! The header of LabVIEW's text measurement files (`.lvm`): lines of keys and values, ended by `***End_of_Header***`,
+//! once for the file and once for the segment. Then follow the names of the columns, the first of which is `X_Value`.
 
 use std::io::{self, BufRead};
 
-/// The first words of a file.
 pub(super) const MARK: &[u8] = b"LabVIEW Measurement";
 
-/// The first column.
 pub(super) const X_VALUE: &str = "X_Value";
 
-/// The last column, which most rows leave out.
+/// The last column, which most rows omit.
 const COMMENT: &str = "Comment";
 
-/// Maximum number of lines before the names of the columns.
 const MAX_LINES: u64 = 1000;
 
-/// A regular clock, of a file that does not write its times.
+/// A regular clock, for a file without times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
-    /// Time of the first sample, s.
     pub(super) start_s: f64,
-    /// Time between two samples, s.
     pub(super) interval_s: f64,
 }
 
@@ -30,21 +25,18 @@ impl Clock {
     }
 }
 
-/// What the header says about the table.
+/// The parts of the header that describe the table.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LabView {
-    /// The line of the names, without that of the comment.
+    /// The line of the names, without the comment column.
     pub(super) names: Vec<u8>,
     pub(super) separator: u8,
-    /// The clock, if the file has one.
     pub(super) clock: Option<Clock>,
-    /// The units of the columns.
     pub(super) units: Vec<String>,
-    /// Lines before the names.
     pub(super) lines: u64,
 }
 
-/// Reads the header behind its first line; `None` if it has no columns.
+/// Reads the header after its first line; `None` if it has no columns.
 pub(super) fn read(text: &mut impl BufRead) -> io::Result<Option<LabView>> {
     let mut found = LabView { names: vec![], separator: b'\t', clock: None, units: vec![], lines: 1 };
     let (mut start_s, mut interval_s) = (0.0, None);

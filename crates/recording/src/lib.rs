@@ -1,11 +1,12 @@
-//! Recordings of insertions, read from files of several [formats](Format), and traces of link delays, read from CSV files.
+//! Recordings of insertions, read from files of several [formats](Format), and traces of link delays, read from CSV
+//! files.
 //!
 //! A recording is the log of a rig: time, position of the needle, optionally its velocity, and the force on it. Column
 //! names, units and signs differ between laboratories, so the caller gives a [`Column`] for each quantity, with a
 //! factor to SI units, forces being positive when they resist insertion.
 //!
-//! Text is streamed: only the requested columns are kept, and [`Limits`] bounds the bytes and the samples. Every error names the
-//! file, the line and the column, and gives a remedy.
+//! Text is streamed: only the requested columns are kept, and [`Limits`] bounds the bytes and the samples. Every error
+//! names the file, the line and the column, and gives a remedy.
 //!
 //! It may use `trocar-core` and `trocar-base`. The crate `trocar` re-exports it as `trocar::recording`.
 //!
@@ -70,7 +71,7 @@ pub use read::{read_csv, scan_csv};
 pub use resample::{ResampleError, Resampled};
 pub use samples::Recording;
 pub use settings::{ColumnSettings, FileSettings, ScaleSettings, SignSettings};
-pub use signals::{Roles, Signal};
+pub use signals::{Roles, Signal, signals_by_name};
 
 #[cfg(test)]
 mod fixtures;

@@ -1,7 +1,7 @@
 //! Limits on the size of a file and on its gaps.
 
 trocar_core::settings! {
-    /// Limits on what is read. Memory is below about `32 * max_samples` bytes plus the longest row.
+    /// Limits on reading. Memory stays below about `32 * max_samples` bytes plus the longest row.
     #[derive(Clone, Debug, PartialEq)]
     pub struct Limits in "recording." {
         /// Maximum time between two samples; 10 median intervals when not given.
@@ -27,6 +27,6 @@ impl Limits {
     /// and indicate a missing scale.
     pub const MAX_MAGNITUDE: f64 = 1e6;
 
-    /// Maximum number of bytes in a line: a file without line ends is not a table.
+    /// Maximum number of bytes in a line. A file without line ends is not a table.
     pub const MAX_LINE_BYTES: u64 = 1 << 20;
 }

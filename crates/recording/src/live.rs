@@ -5,14 +5,14 @@ use super::header::{Layout, separator};
 use super::number::number;
 use super::{Columns, Limits, RecordingError};
 
-/// A sample of a live table, in SI.
+/// A sample of a live table, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiveSample {
     /// Time in s.
     pub time_s: f64,
     /// Position of the needle in m.
     pub position_m: f64,
-    /// Velocity of the needle in m/s; 0 if there is no column for it.
+    /// Velocity of the needle in m/s; 0 without a column for it.
     pub velocity_m_per_s: f64,
     /// Force on the needle in N.
     pub force_n: f64,
@@ -27,26 +27,26 @@ pub enum LiveLine {
     Sample(LiveSample),
 }
 
-/// Splits a byte stream into lines, and reads their samples.
+/// Splits a byte stream into lines and reads their samples.
 ///
-/// The format is that of [`read_csv`](super::read_csv), but each line is a row: a quoted field ends on its line. Memory
-/// is that of one line, at most [`Limits::MAX_LINE_BYTES`]. Times must be numbers; their order is not checked.
+/// The format is the same as for [`read_csv`](super::read_csv), but each line is a row: a quoted field ends on its
+/// line. Only one line is stored, at most [`Limits::MAX_LINE_BYTES`]. Times must be numbers; their order is not
+/// checked.
 #[derive(Debug)]
 pub struct LiveTable {
     source: Box<str>,
     columns: Columns,
     layout: Option<(u8, Layout)>,
     line: u64,
-    /// The beginning of an incomplete line.
     open: Vec<u8>,
     is_too_long: bool,
     after_return: bool,
-    /// The start and end of each field of the line.
+    /// The range of each field of the line.
     fields: Vec<(usize, usize)>,
 }
 
 impl LiveTable {
-    /// A table before its first line; `source` is its name in messages.
+    /// Creates a table before its first line; `source` is its name in messages.
     #[must_use]
     pub fn new(source: &str, columns: Columns) -> Self {
         Self {
@@ -61,7 +61,7 @@ impl LiveTable {
         }
     }
 
-    /// Whether the header has been read.
+    /// Returns true if the header has been read.
     #[must_use]
     pub fn has_header(&self) -> bool {
         self.layout.is_some()
@@ -105,7 +105,6 @@ impl LiveTable {
         if self.open.is_empty() && !self.is_too_long { None } else { Some(self.end()) }
     }
 
-    /// Stores the beginning of a line.
     fn keep(&mut self, bytes: &[u8]) {
         self.is_too_long |= (self.open.len() + bytes.len()) as u64 > Limits::MAX_LINE_BYTES;
         if self.is_too_long {
@@ -115,7 +114,6 @@ impl LiveTable {
         }
     }
 
-    /// Reads the stored line.
     fn end(&mut self) -> Result<LiveLine, RecordingError> {
         if std::mem::take(&mut self.is_too_long) {
             self.line += 1;
@@ -176,7 +174,6 @@ impl LiveTable {
     }
 }
 
-/// Finds the fields of a line, between separators outside quotes.
 fn split(line: &[u8], separator: u8, fields: &mut Vec<(usize, usize)>) {
     fields.clear();
     let (mut from, mut quoted) = (0, false);
@@ -197,7 +194,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Every sample and every error of a text in chunks of `step` bytes.
+    /// All samples and errors of a text, read in chunks of `step` bytes.
     fn through(text: &[u8], step: usize) -> (Vec<[f64; 3]>, Vec<String>) {
         let mut table = LiveTable::new("rig", columns());
         let (mut samples, mut refusals) = (vec![], vec![]);
@@ -218,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_are_read_however_they_are_dressed_and_cut() {
+    fn tables_of_any_form_are_read_in_chunks_of_any_size() {
         let plain = vec![[0.0, 1.0, 2.0], [1.0, -3.0, 4e-3]];
         for table in [
             "t,x,f\n0,1,2\n1,-3,4e-3\n",
@@ -258,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn an_endless_line_is_dropped_and_not_kept() {
+    fn an_endless_line_is_not_stored() {
         let mut table = LiveTable::new("rig", columns());
         let junk = vec![b'7'; 1 << 16];
         for mut chunk in std::iter::once(&b"t,x,f\n"[..]).chain(std::iter::repeat_n(&junk[..], 100)) {
@@ -274,14 +271,14 @@ mod tests {
     }
 
     #[test]
-    fn a_header_without_a_wanted_column_says_so() {
+    fn a_header_without_a_requested_column_is_an_error() {
         let (samples, refusals) = through(b"t,y,f\n", 100);
         assert!(samples.is_empty() && refusals[0].contains("no column 'x'"), "{refusals:?}");
     }
 
     proptest! {
         #[test]
-        fn what_a_file_holds_a_stream_holds(
+        fn a_stream_and_a_file_give_the_same_samples(
             rows in prop::collection::vec((1_u32..50, -1e3..1e3, -1e3..1e3), 2..40),
             step in 1_usize..200,
         ) {

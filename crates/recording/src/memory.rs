@@ -1,6 +1,6 @@
-//! Recordings in memory, which a scenario names by their content, as in `memory:1f3a…`.
+//! Recordings in memory, which a scenario names by a hash of their content, as in `memory:1f3a…`.
 //!
-//! A name is valid as long as a program holds the recording that [`keep`] returned. Equal recordings have the same name.
+//! A name is valid while the program holds the recording that [`keep`] returned. Equal recordings have the same name.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -10,12 +10,12 @@ use sha2::{Digest, Sha256};
 
 use super::Recording;
 
-/// What the names begin with.
+/// The prefix of the names.
 pub const MEMORY: &str = "memory:";
 
 static KEPT: LazyLock<Mutex<HashMap<String, Weak<Recording>>>> = LazyLock::new(Mutex::default);
 
-/// Makes a recording available by the returned name, as long as the returned recording or a copy of it is held.
+/// Makes a recording available by the returned name, while the returned recording or a copy of it is held.
 #[must_use]
 pub fn keep(recording: Recording) -> (String, Arc<Recording>) {
     let name = name_of(&recording);
@@ -31,7 +31,6 @@ pub fn kept(name: &str) -> Option<Arc<Recording>> {
     KEPT.lock().unwrap_or_else(PoisonError::into_inner).get(name).and_then(Weak::upgrade)
 }
 
-/// The name of a recording: a hash of its samples.
 fn name_of(recording: &Recording) -> String {
     let mut hash = Sha256::new();
     let velocity = recording.velocity_m_per_s();
@@ -40,7 +39,7 @@ fn name_of(recording: &Recording) -> String {
         samples.iter().for_each(|sample| hash.update(sample.to_bits().to_le_bytes()));
     }
     hash.finalize().iter().take(16).fold(MEMORY.to_owned(), |mut name, byte| {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(name, "{byte:02x}");
         name
     })

@@ -1,17 +1,17 @@
-//! Conversion of a field to a number in SI units.
+//! Converts fields to numbers in SI units.
 
 use std::cell::Cell;
 
 use super::error::{Problem, excerpt};
 
-/// The text without surrounding spaces, and without quotes that follow a space (which CSV treats as text).
+/// Removes surrounding spaces, and quotes after a space, which CSV treats as text.
 pub(super) fn trimmed(text: &str) -> &str {
     let text = text.trim();
     let inner = text.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
     inner.map_or(text, str::trim)
 }
 
-/// The number of the field times `scale`; finite.
+/// The number of a field times `scale`, which must be finite.
 pub(super) fn number(field: &[u8], scale: f64) -> Result<f64, Problem> {
     let text = str::from_utf8(field).map_err(|_| Problem::NotUtf8)?;
     let parsed = text.parse::<f64>().or_else(|_| trimmed(text).parse());
@@ -24,8 +24,8 @@ pub(super) fn number(field: &[u8], scale: f64) -> Result<f64, Problem> {
     }
 }
 
-/// The decimal mark of a table. It is the point; where commas do not separate fields, it can be the comma, but not both in one
-/// table: then the point could separate thousands.
+/// The decimal mark of a table. If commas do not separate fields, it can be the point or the comma. Both in one table
+/// are an error, because one of them could separate thousands.
 #[derive(Debug)]
 pub(super) struct Decimals {
     may_be_comma: bool,
@@ -38,7 +38,6 @@ impl Decimals {
         Self { may_be_comma: separator != b',', has_point: Cell::new(false), has_comma: Cell::new(false) }
     }
 
-    /// As [`number`].
     pub(super) fn number(&self, field: &[u8], scale: f64) -> Result<f64, Problem> {
         if !self.may_be_comma {
             return number(field, scale);
@@ -52,7 +51,7 @@ impl Decimals {
         let pointed: Vec<u8> = field.iter().map(|&byte| if byte == b',' { b'.' } else { byte }).collect();
         let is_one = !point && field.iter().filter(|byte| **byte == b',').count() == 1;
         let value = if is_one { number(&pointed, scale) } else { number(field, scale) };
-        // The message has the field as it is.
+        // The message contains the original field.
         let value = value.or_else(|_| number(field, scale))?;
         self.has_comma.set(true);
         if self.has_point.get() { Err(mixed(field)) } else { Ok(value) }
@@ -80,6 +79,11 @@ mod tests {
         let message = |field: &[u8], scale| number(field, scale).expect_err("refused").to_string();
         assert_eq!(message(b"abc", 1.0), "'abc' is not a number; correct it or remove the row");
         assert_eq!(message(b"0,5", 1.0), "'0,5' is not a number; write decimals with a point");
+        for thousands in ["1,234.5", "1.234,5", "1.234.567", "1'234", "1 234", "1\u{202f}234.5", "-1,234.5e3"] {
+            let told = message(thousands.as_bytes(), 1.0);
+            assert!(told.ends_with("is not a number; write it without thousands separators"), "{told}");
+        }
+        assert_eq!(message(b"1,2 mm", 1.0), "'1,2 mm' is not a number; write decimals with a point");
         assert_eq!(message(b"NaN", 1.0), "'NaN' is not finite; correct it or remove the row");
         assert_eq!(message(b"-inf", 1.0), "'-inf' is not finite; correct it or remove the row");
         let overflow = "'1e308' is not finite (with scale 100); correct it or remove the row";

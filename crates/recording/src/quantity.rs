@@ -2,7 +2,7 @@
 
 use super::ColumnSettings;
 
-/// A quantity that a column of a recording holds, in the order of [`ColumnSettings::KEYS`].
+/// The quantity of a recording's column, in the order of [`ColumnSettings::KEYS`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Time, in s.
@@ -19,14 +19,14 @@ impl Quantity {
     /// All quantities.
     pub const ALL: [Self; 4] = [Self::Time, Self::Position, Self::Velocity, Self::Force];
 
-    /// Its name, which is also the name of its flag on the command line without `--`.
+    /// The name, which is also the name of the command-line flag without `--`.
     #[must_use]
     pub fn name(self) -> &'static str {
         let column = self.key().rsplit('.').next().unwrap_or_default();
         column.split('_').next().unwrap_or_default()
     }
 
-    /// Its SI unit.
+    /// The SI unit.
     #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
@@ -37,18 +37,17 @@ impl Quantity {
         }
     }
 
-    /// The units that people write it in.
+    /// The accepted units.
     #[must_use]
     pub const fn units(self) -> &'static str {
         match self {
-            Self::Time => "s, ms, us or min",
+            Self::Time => "s, ms, us, ns or min",
             Self::Position => "m, cm, mm or um",
             Self::Velocity => "m/s, cm/s, mm/s or um/s",
             Self::Force => "N, kN, cN, mN, gf or kgf",
         }
     }
 
-    /// The key of a scenario that names its column.
     #[must_use]
     pub(super) fn key(self) -> &'static str {
         ColumnSettings::KEYS[self as usize].path

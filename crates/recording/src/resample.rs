@@ -1,13 +1,13 @@
-//! A recording on the simulator's regular grid.
+//! Resamples a recording on the simulator's regular grid.
 
 use super::Recording;
 
-/// The quantities of a recording at the times `k * tick_s` after its first sample, in equal lengths.
+/// The quantities of a recording at the times `k * tick_s` after its first sample, all of the same length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resampled {
     /// Position of the needle in m.
     pub position_m: Vec<f64>,
-    /// Velocity of the needle in m/s, if the recording has it.
+    /// Velocity of the needle in m/s, if recorded.
     pub velocity_m_per_s: Option<Vec<f64>>,
     /// Force on the needle in N, positive when it resists insertion.
     pub force_n: Vec<f64>,
@@ -20,12 +20,12 @@ pub enum ResampleError {
     /// The tick is not finite or not positive.
     #[error("tick_s is {0}, must be finite and above 0")]
     Tick(f64),
-    /// The number of values is not that of the samples.
+    /// The number of values differs from the number of samples.
     #[error("{values} values for {samples} samples, must be one each")]
     Length {
-        /// Values given.
+        /// Number of given values.
         values: usize,
-        /// Samples in the recording.
+        /// Number of samples in the recording.
         samples: usize,
     },
 }
@@ -34,7 +34,7 @@ impl Recording {
     /// The first `ticks` grid points of every quantity; see [`resample_values`](Self::resample_values).
     ///
     /// # Errors
-    /// When `tick_s` is not finite or not above 0.
+    /// If `tick_s` is not finite or not above 0.
     pub fn resample(&self, tick_s: f64, ticks: usize) -> Result<Resampled, ResampleError> {
         let on_grid = |values| self.resample_values(values, tick_s, ticks);
         Ok(Resampled {
@@ -44,19 +44,19 @@ impl Recording {
         })
     }
 
-    /// `values`, one per sample, interpolated linearly at the times `k * tick_s` (`k = 0, …, ticks - 1`) after the
+    /// Interpolates `values`, one per sample, linearly at the times `k * tick_s` (`k = 0, …, ticks - 1`) after the
     /// recording's first sample. After the last sample its value is held.
     ///
     /// `y(t) = y_i + (y_{i+1} - y_i) (t - t_i) / (t_{i+1} - t_i)` for `t_i < t < t_{i+1}`
     ///
-    /// A grid time that differs from a sample's only by rounding (1e-9 of the interval, or two units in the last place
-    /// of the recorded times) takes the value of that sample: a recording resampled onto its own grid is unchanged, bit
-    /// for bit.
+    /// A grid time that differs from a sample's time only by rounding (1e-9 of the interval, or two units in the last
+    /// place of the recorded times) takes the value of that sample. A recording resampled on its original grid is
+    /// therefore unchanged, bit for bit.
     ///
-    /// There is no anti-aliasing filter: content above half the grid's rate is aliased when the grid is coarser.
+    /// There is no anti-aliasing filter: on a coarser grid, content above half the grid's rate is aliased.
     ///
     /// # Errors
-    /// When `values` is not one per sample, or `tick_s` is not finite or not above 0.
+    /// If there is not one value per sample, or `tick_s` is not finite or not above 0.
     pub fn resample_values(&self, values: &[f64], tick_s: f64, ticks: usize) -> Result<Vec<f64>, ResampleError> {
         check_tick(tick_s)?;
         let (values_given, samples) = (values.len(), self.len());
@@ -94,15 +94,15 @@ impl Recording {
     /// grid up to rounding. At least 1.
     ///
     /// # Errors
-    /// When `tick_s` is not finite or not above 0.
+    /// If `tick_s` is not finite or not above 0.
     pub fn ticks_covered(&self, tick_s: f64) -> Result<usize, ResampleError> {
         check_tick(tick_s)?;
-        // Of ascending times, one of the two ends is the largest.
+        // Times ascend, so one of the two ends has the largest magnitude.
         let [first_s, .., last_s] = *self.time_s() else { return Ok(1) };
         let written_s = first_s.abs().max(last_s.abs());
         let same_s = (1e-9 * tick_s + 2.0 * f64::EPSILON * written_s).min(0.5 * tick_s);
         let last = ((self.duration_s() + same_s) / tick_s).floor();
-        // A float cast saturates, so a tick far below the interval gives the largest number.
+        // The cast of a float saturates, so a tick far below the interval gives the largest number.
         Ok((last as usize).saturating_add(1))
     }
 }
@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(error.to_string(), "1 values for 2 samples, must be one each");
     }
 
-    /// Times as files write them: `start + k * tick`, rounded to `digits` decimals.
+    /// Times as written in files: `start + k * tick`, rounded to `digits` decimals.
     fn written_grid(start: f64, tick: f64, digits: usize, len: usize) -> Vec<f64> {
         let time = |k: usize| format!("{:.digits$}", start + k as f64 * tick);
         (0..len).map(|k| time(k).parse().expect("a number")).collect()
@@ -150,7 +150,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn its_own_grid_keeps_the_bits(
+        fn resampling_on_the_original_grid_keeps_the_bits(
             position_m in prop::collection::vec(-1.0..1.0, 2..400),
             start in 0_u32..100_000,
             tick_ms in prop::sample::select(vec![0.1, 0.5, 1.0, 3.0, 10.0]),

@@ -4,20 +4,20 @@ use trocar_base::quantiles::{AT_ONCE, order_statistic};
 
 /// Samples of an insertion, in time order.
 ///
-/// All quantities have the same length, at least two; every number is finite and time strictly increases. Intervals may
-/// differ, up to the limit that the reader checks.
+/// All quantities have the same length, at least two. Every number is finite, and time strictly increases. Intervals
+/// may differ, up to the limit that the reader checks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     time_s: Vec<f64>,
     position_m: Vec<f64>,
     velocity_m_per_s: Option<Vec<f64>>,
     force_n: Vec<f64>,
-    /// The smallest, the median and the largest time between two samples, in s.
+    /// The minimum, median and maximum time between two samples, in s.
     interval_s: [f64; 3],
 }
 
 impl Recording {
-    /// The caller ensures every property of the type.
+    /// Creates a recording; the caller ensures every property of the type.
     pub(super) fn from_checked(
         time_s: Vec<f64>,
         position_m: Vec<f64>,
@@ -28,7 +28,7 @@ impl Recording {
         Self::with_intervals(time_s, position_m, velocity_m_per_s, force_n, interval_s)
     }
 
-    /// As [`Self::from_checked`], with the [`intervals`] of the times.
+    /// [`Self::from_checked`] with the [`intervals`] of the times.
     pub(super) fn with_intervals(
         time_s: Vec<f64>,
         position_m: Vec<f64>,
@@ -39,7 +39,7 @@ impl Recording {
         Self { time_s, position_m, velocity_m_per_s, force_n, interval_s }
     }
 
-    /// Its columns: time, position, velocity, force.
+    /// The columns: time, position, velocity, force.
     #[must_use]
     pub fn into_columns(self) -> (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>) {
         (self.time_s, self.position_m, self.velocity_m_per_s, self.force_n)
@@ -51,13 +51,13 @@ impl Recording {
         &self.time_s
     }
 
-    /// Position of the needle in m, growing into the tissue.
+    /// Position of the needle in m, which increases into the tissue.
     #[must_use]
     pub fn position_m(&self) -> &[f64] {
         &self.position_m
     }
 
-    /// Velocity of the needle in m/s, if the file has it.
+    /// Velocity of the needle in m/s, if recorded.
     #[must_use]
     pub fn velocity_m_per_s(&self) -> Option<&[f64]> {
         self.velocity_m_per_s.as_deref()
@@ -69,13 +69,26 @@ impl Recording {
         &self.force_n
     }
 
-    /// The median time between two samples in s; of an even number of intervals, the lower of the middle two.
+    /// Corrects an untared sensor: subtracts the mean force of the first `tare_s` (s) from all forces. 0 subtracts
+    /// nothing.
+    #[must_use]
+    pub fn tared(mut self, tare_s: f64) -> Self {
+        let start_s = self.time_s.first().copied().unwrap_or(0.0);
+        let count = self.time_s.partition_point(|time_s| time_s - start_s <= tare_s);
+        if tare_s > 0.0 && count > 0 {
+            let mean_n = self.force_n[..count].iter().sum::<f64>() / count as f64;
+            self.force_n.iter_mut().for_each(|force_n| *force_n -= mean_n);
+        }
+        self
+    }
+
+    /// The median time between two samples in s; for an even number of intervals, the lower of the middle two.
     #[must_use]
     pub fn median_interval_s(&self) -> f64 {
         self.interval_s[1]
     }
 
-    /// The smallest and the largest time between two samples in s.
+    /// The minimum and maximum time between two samples in s.
     #[must_use]
     pub fn interval_range_s(&self) -> (f64, f64) {
         (self.interval_s[0], self.interval_s[2])
@@ -98,7 +111,6 @@ impl Recording {
     }
 }
 
-/// The smallest, the median and the largest interval; 0 without one.
 pub(super) fn intervals(time_s: &[f64]) -> [f64; 3] {
     let intervals = || time_s.windows(2).map(|pair| pair[1] - pair[0]);
     let (min_s, max_s) = intervals().fold((f64::INFINITY, 0.0), |(min_s, max_s): (f64, f64), interval_s| {

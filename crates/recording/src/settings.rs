@@ -1,4 +1,4 @@
-//! Settings of a recording in a scenario: its file and labels, its signs, and the names and scales of its columns.
+//! Scenario settings of a recording: its file and labels, its signs, and the names and scales of its columns.
 //!
 //! [`Limits`](super::Limits) are the limits on reading.
 
@@ -10,6 +10,8 @@ trocar_core::settings! {
         file: Option<String> [FILE],
         /// Times of the ruptures, counted from the recording's first sample.
         ruptures_s: Vec<f64> = [],
+        /// Duration of the beginning, with the needle free, whose mean force is subtracted from all forces; 0 subtracts nothing.
+        tare_s: f64 [NON_NEGATIVE] = 0.0,
     }
 }
 
@@ -17,11 +19,11 @@ trocar_core::settings! {
     /// The signs of the file's numbers.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SignSettings in "recording." {
-        /// -1 if resistance to insertion is negative in the file.
+        /// -1 if the file has negative forces when the tissue resists insertion.
         force_sign: f64 [SIGN] = 1.0,
         /// -1 if the file's positions decrease into the tissue.
         position_sign: f64 [SIGN] = 1.0,
-        /// -1 if the file's velocities are negative into the tissue.
+        /// -1 if the file has negative velocities during insertion.
         velocity_sign: f64 [SIGN] => "that of the position" position_sign,
     }
 }

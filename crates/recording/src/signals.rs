@@ -1,31 +1,31 @@
-//! The signals of a file, and which of them can be time, position, velocity and force.
+//! The signals of a file, and their possible roles: time, position, velocity and force.
 
 use super::{Column, Quantity};
 
 /// A signal of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal {
-    /// Its name, as a flag or a key takes it.
+    /// Name, as accepted by flags and keys.
     pub name: String,
-    /// A text of the file about it.
+    /// Description in the file.
     pub label: Option<String>,
-    /// Its unit, as the file or its name gives it.
+    /// Unit, as stated by the file or the name.
     pub unit: Option<String>,
-    /// The size of its array.
+    /// Size of the array.
     pub shape: Vec<usize>,
     /// Number of samples.
     pub samples: usize,
-    /// The smallest and the largest sample; `None` without a finite one.
+    /// The minimum and maximum sample; `None` without a finite sample.
     pub range: Option<(f64, f64)>,
-    /// Number of samples that are no finite numbers.
+    /// Number of samples that are not finite.
     pub undefined: usize,
-    /// Time from the first sample to the last, in its own unit, if it increases strictly.
+    /// Time from the first sample to the last in the signal's unit, if it increases strictly.
     pub increase: Option<f64>,
-    /// The quantity that its name and unit indicate.
+    /// The quantity indicated by name and unit.
     pub role: Option<Quantity>,
 }
 
-/// Statistics of the samples of a signal, one after another.
+/// Streaming statistics of the samples of a signal.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Statistics {
     samples: usize,
@@ -49,7 +49,6 @@ impl Statistics {
         self.ends = Some((first, value));
     }
 
-    /// Whether it has a finite number.
     pub(super) fn has_number(&self) -> bool {
         self.range.is_some()
     }
@@ -71,19 +70,19 @@ impl Signal {
         Self { name, label, unit, shape, samples, range, undefined, increase, role }
     }
 
-    /// The signal as a column: with its unit, if that is one of its quantity.
+    /// The signal as a column, with its unit if that is a unit of its quantity.
     #[must_use]
     pub fn column(&self) -> String {
         let unit = self.unit.as_deref().filter(|unit| self.role.is_some_and(|role| is_unit(unit, role)));
         match unit {
             Some(unit) => format!("{}:{unit}", self.name),
-            // The text after the last colon must not be a factor.
+            // The text after the last colon must not be read as a factor.
             None => Column::new(&self.name, 1.0).map_or_else(|_| self.name.clone(), |column| column.to_string()),
         }
     }
 }
 
-/// The words that a name of a quantity has besides its own, in lower case, between spaces.
+/// Other words for a quantity, in lower case, separated by spaces.
 fn words(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Time => "t times timestamp seconds sec zeit temps tiempo tempo",
@@ -93,12 +92,12 @@ fn words(quantity: Quantity) -> &'static str {
     }
 }
 
-/// Whether a text is a unit of a quantity, one of [`Quantity::units`].
+/// Returns true if a text is a unit of a quantity, one of [`Quantity::units`].
 fn is_unit(text: &str, quantity: Quantity) -> bool {
     quantity.units().split([',', ' ']).any(|unit| unit != "or" && !unit.is_empty() && unit == text)
 }
 
-/// Whether a text is a unit as files write it below or beside the name of a column: `mm`, `[N]`, `(s)`.
+/// Returns true if a text is a unit as files write it below or beside the name of a column: `mm`, `[N]`, `(s)`.
 pub(super) fn is_known_unit(text: &str) -> bool {
     let text = text.trim().trim_matches(['[', ']', '(', ')']);
     Quantity::ALL.into_iter().any(|quantity| is_unit(text, quantity))
@@ -119,7 +118,7 @@ fn unit_of(name: &str) -> Option<String> {
             return Some(unit.trim().to_owned());
         }
     }
-    // A rate, such as rad_s, is not in seconds.
+    // A rate such as rad_s is not in seconds.
     let (base, per) = match name.strip_suffix("_per_s").or_else(|| name.strip_suffix("_s")) {
         Some(rest) => (rest, true),
         None => (name, false),
@@ -135,7 +134,7 @@ fn unit_of(name: &str) -> Option<String> {
     }
     let unit = last(base)?;
     let forces = ["N", "kN", "cN", "mN", "gf", "kgf"];
-    let known = ["ms", "us", "min"].iter().chain(&lengths).chain(&forces).find(|known| **known == unit);
+    let known = ["ms", "us", "ns", "min"].iter().chain(&lengths).chain(&forces).find(|known| **known == unit);
     match (known, unit.as_str()) {
         (Some(known), _) => Some((*known).to_owned()),
         (None, "n") => Some("N".into()),
@@ -144,7 +143,8 @@ fn unit_of(name: &str) -> Option<String> {
     }
 }
 
-/// The quantity that the words of a name or a label and the unit indicate; only what increases strictly can be a time.
+/// The quantity indicated by the words of a name or label and by the unit. Only a strictly increasing signal can be a
+/// time.
 fn role(name: &str, label: Option<&str>, unit: Option<&str>, increases: bool) -> Option<Quantity> {
     let of_unit = unit.and_then(|unit| Quantity::ALL.into_iter().find(|quantity| is_unit(unit, *quantity)));
     let own = name.rsplit(['.', '/', '!']).next().unwrap_or(name);
@@ -157,14 +157,14 @@ fn role(name: &str, label: Option<&str>, unit: Option<&str>, increases: bool) ->
             text.split(|character: char| !character.is_alphanumeric())
                 .any(|word| word == quantity.name() || words(*quantity).split(' ').any(|known| known == word))
         };
-        // "force over time" is a force: the last quantity of the list that fits is not meant, the time is.
+        // "force over time" is a force, so time is tried last.
         [Quantity::Force, Quantity::Velocity, Quantity::Position, Quantity::Time].into_iter().find(is_word)
     };
     let of_words = if name.starts_with("time(") { Some(Quantity::Time) } else { of_text(own) };
     let of_words = of_words.or_else(|| label.and_then(of_text));
     let role = match (of_words, of_unit) {
         (Some(words), Some(unit)) if words == unit => words,
-        // A unit of another kind, such as an angle or a torque, needs a factor.
+        // A unit of another quantity, such as an angle or a torque, needs a factor.
         (Some(words), None) if unit.is_none() => words,
         (_, Some(unit)) => unit,
         _ => return None,
@@ -172,22 +172,35 @@ fn role(name: &str, label: Option<&str>, unit: Option<&str>, increases: bool) ->
     (role != Quantity::Time || increases).then_some(role)
 }
 
-/// The signals that can be a recording.
+/// Creates signals from names alone, with the roles that names and units indicate; each could be a time. They allow
+/// reading a file with invalid samples, to report the error in them.
+#[must_use]
+pub fn signals_by_name(names: &[String]) -> Vec<Signal> {
+    let of = |name: &String| {
+        let mut statistics = Statistics::default();
+        [0.0, 1.0].into_iter().for_each(|value| statistics.push(value));
+        Signal::new(name.clone(), None, None, vec![2], statistics)
+    };
+    names.iter().map(of).collect()
+}
+
+/// The signals by their possible roles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Roles {
-    /// For each quantity, in the order of [`Quantity::ALL`], the indices of the signals that can be it, as long as the first time.
+    /// For each quantity, in the order of [`Quantity::ALL`], the indices of its candidates with as many samples as the
+    /// first time.
     pub candidates: [Vec<usize>; Quantity::ALL.len()],
 }
 
 impl Roles {
-    /// Sorts signals by their roles. A position, a velocity or a force has as many samples as the time.
+    /// Sorts signals by their roles. A position, a velocity or a force needs as many samples as the time.
     #[must_use]
     pub fn of(signals: &[Signal]) -> Self {
         let mut roles = Self::default();
         let with = |quantity: Quantity| {
             signals.iter().enumerate().filter(move |(_, signal)| signal.role == Some(quantity) && signal.undefined == 0)
         };
-        // The first time with which there are a position and a force.
+        // The first time with a position and a force of the same length.
         let serves = |samples: usize| {
             [Quantity::Position, Quantity::Force]
                 .into_iter()
@@ -207,13 +220,13 @@ impl Roles {
         roles
     }
 
-    /// The first candidate of each quantity.
+    /// The first candidate of a quantity.
     #[must_use]
     pub fn first(&self, quantity: Quantity) -> Option<usize> {
         self.candidates[quantity as usize].first().copied()
     }
 
-    /// Whether time, position and force have exactly one candidate each, and the velocity at most one.
+    /// Returns true if time, position and force have exactly one candidate each, and the velocity at most one.
     #[must_use]
     pub fn are_unique(&self) -> bool {
         Quantity::ALL.into_iter().all(|quantity| match self.candidates[quantity as usize].len() {
@@ -259,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn statistics_leave_out_what_is_no_number() {
+    fn statistics_ignore_values_that_are_not_finite() {
         let signal = signal("a", None, &[1.0, f64::NAN, -2.0]);
         assert_eq!((signal.samples, signal.undefined, signal.range, signal.increase), (3, 1, Some((-2.0, 1.0)), None));
     }

@@ -1,12 +1,12 @@
-//! Reads each run of spaces in a text as one tab, and leaves out those at the ends of lines.
+//! Reads each run of spaces in a text as one tab, and omits spaces at the ends of lines.
 
 use std::io::{self, Read};
 
-/// A text, with its runs of spaces as tabs if that is on.
+/// A text whose runs of spaces become tabs if `is_on`.
 pub(super) struct Spaces<R> {
     inner: R,
     is_on: bool,
-    /// Whether the last bytes were spaces after a field.
+    /// True if the last bytes were spaces after a field.
     is_open: bool,
     at_start: bool,
     spare: Vec<u8>,
@@ -24,7 +24,7 @@ impl<R: Read> Read for Spaces<R> {
             return self.inner.read(out);
         }
         loop {
-            // A tab that is due can come before each byte that is read.
+            // A pending tab can precede each byte, so at most half of the buffer is read.
             self.spare.resize(out.len() / 2, 0);
             let got = self.inner.read(&mut self.spare)?;
             let mut kept = 0;

@@ -27,7 +27,7 @@ pub(super) struct Rows<'a, R> {
     record: ByteRecord,
     has_percent: bool,
     may_be_wider: bool,
-    /// The units of the columns; empty if they are unknown.
+    /// The units of the columns; empty if unknown.
     units: Vec<String>,
     clock: Option<Clock>,
     decimals: Decimals,
@@ -78,7 +78,7 @@ impl<'a, R: Read> Rows<'a, R> {
         advanced.map_err(|error| recover(self.source, error.into()))
     }
 
-    /// Advances to the next row that is not blank; `false` after the last.
+    /// Advances to the next row that is not blank, and returns false after the last.
     pub(super) fn next(&mut self) -> Result<bool, RecordingError> {
         while self.advance()? {
             if !self.is_blank() {
@@ -88,7 +88,7 @@ impl<'a, R: Read> Rows<'a, R> {
         Ok(false)
     }
 
-    /// Whether the row is blank or a comment after spaces.
+    /// Returns true if the row is blank or an indented comment.
     fn is_blank(&self) -> bool {
         let text = self.record.as_slice();
         let content = text.trim_ascii_start();
@@ -101,12 +101,12 @@ impl<'a, R: Read> Rows<'a, R> {
         self.record.as_slice().contains(&b'\n')
     }
 
-    /// The line on which the row begins. The reader only provides the number of lines consumed, including those of this
-    /// row (its position of a row is before the preceding comments and blank lines).
+    /// The line on which the row begins. The reader's position of a row is before the preceding comments and blank
+    /// lines, so the line is computed from the number of consumed lines, which includes those of this row.
     pub(super) fn line(&self) -> u64 {
         let text = self.record.as_slice();
         let inside = text.iter().filter(|&&byte| byte == b'\n').count() as u64;
-        // An open quote includes the file's last line end, which is then not the end of the row.
+        // An open quote includes the last line end of the file, which then does not end the row.
         let own = u64::from(!text.ends_with(b"\n"));
         (self.lines_before + self.reader.position().line()).saturating_sub(inside + own)
     }
@@ -124,8 +124,7 @@ impl<'a, R: Read> Rows<'a, R> {
         self.decimals.number(self.record.get(index).unwrap_or_default(), scale)
     }
 
-    /// Takes the units of the columns from the row, if it is one of units: it has no number, and a known unit. Returns whether it
-    /// is.
+    /// Stores the units of the columns if the row contains a known unit and no number. Returns true if it does.
     pub(super) fn take_units(&mut self) -> bool {
         let fields: Vec<String> =
             self.record.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
@@ -137,18 +136,17 @@ impl<'a, R: Read> Rows<'a, R> {
         true
     }
 
-    /// The unit of a column, if the file has a row or a header of units.
+    /// The unit of a column, if the file states units.
     pub(super) fn unit(&self, index: usize) -> Option<&str> {
         let unit = self.units.get(index)?.trim().trim_matches(['[', ']', '(', ')']);
         (!unit.is_empty()).then_some(unit)
     }
 
-    /// The clock of a file without times.
     pub(super) fn clock(&self) -> Option<Clock> {
         self.clock
     }
 
-    /// The time of a row, which must be later than the previous time, given with its line.
+    /// The time of a row, which must be later than `before`, the previous time and its line.
     pub(super) fn time(
         &self,
         index: usize,
@@ -165,7 +163,7 @@ impl<'a, R: Read> Rows<'a, R> {
         }
     }
 
-    /// Whether a field is empty or one of `words`.
+    /// Returns true if a field is empty or one of `words`.
     pub(super) fn is_empty_or(&self, index: usize, words: &[&str]) -> bool {
         let text = str::from_utf8(self.record.get(index).unwrap_or_default()).map(trimmed);
         text.is_ok_and(|text| text.is_empty() || words.contains(&text))
@@ -181,7 +179,7 @@ impl<'a, R: Read> Rows<'a, R> {
         }
     }
 
-    /// Checks that a row may be added to `kept` rows.
+    /// Checks that the limit allows another row after `kept` rows.
     pub(super) fn check_room(&self, kept: usize, limit: usize) -> Result<(), RecordingError> {
         if kept < limit { Ok(()) } else { Err(self.place().error(Problem::TooManySamples { limit })) }
     }

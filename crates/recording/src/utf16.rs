@@ -4,7 +4,7 @@ use std::io::{self, Read};
 
 const CHUNK_BYTES: usize = 16 << 10;
 
-/// Whether a text begins with a byte order mark of UTF-16.
+/// Returns true if a text begins with a byte order mark of UTF-16.
 pub(super) fn is_marked(head: &[u8]) -> bool {
     head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff")
 }
@@ -17,14 +17,13 @@ enum Encoding {
     Utf16(fn([u8; 2]) -> u16),
 }
 
-/// A text in UTF-8.
 pub(super) struct Utf8<R> {
     inner: R,
     encoding: Encoding,
-    /// Converted bytes, and the place of the next one.
+    /// Converted bytes, and the index of the next one.
     ready: Vec<u8>,
     next: usize,
-    /// Bytes before the end of a character.
+    /// Bytes of an incomplete character.
     open: Vec<u8>,
 }
 
@@ -33,7 +32,6 @@ impl<R: Read> Utf8<R> {
         Self { inner, encoding: Encoding::Unknown, ready: vec![], next: 0, open: vec![] }
     }
 
-    /// Reads the first two bytes.
     fn begin(&mut self) -> io::Result<()> {
         let mut mark = vec![];
         self.inner.by_ref().take(2).read_to_end(&mut mark)?;
@@ -48,7 +46,7 @@ impl<R: Read> Utf8<R> {
         Ok(())
     }
 
-    /// Converts the next characters; leaves nothing ready at the end.
+    /// Converts the next characters; at the end `ready` stays empty.
     fn convert(&mut self, unit: fn([u8; 2]) -> u16) -> io::Result<()> {
         (self.ready, self.next) = (vec![], 0);
         while self.ready.is_empty() {
@@ -56,7 +54,7 @@ impl<R: Read> Utf8<R> {
             self.inner.by_ref().take(CHUNK_BYTES as u64).read_to_end(&mut self.open)?;
             let is_end = self.open.len() == before;
             let mut units: Vec<u16> = self.open.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
-            // The first half of a pair waits for the second.
+            // The first half of a surrogate pair waits for the second.
             if !is_end && units.last().is_some_and(|last| (0xd800..0xdc00).contains(last)) {
                 units.pop();
             }

@@ -1,4 +1,4 @@
-//! Tables of columns as CSV, Parquet, MATLAB files and MCAP logs. The same columns give the same bytes.
+//! Tables of columns as CSV, Parquet, MATLAB files and MCAP logs. Equal columns give equal bytes.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -19,16 +19,16 @@ use parquet::schema::types::{ColumnPath, Type};
 
 use trocar_document::{DataColumn, DataTable, Values};
 
-/// The format of a file of columns.
+/// The format of a data file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnFormat {
     /// Text with a line per row.
     Csv,
     /// Apache Parquet.
     Parquet,
-    /// MATLAB, version 5 to 7: a variable per column.
+    /// MATLAB, version 5 to 7: one variable per column.
     Mat,
-    /// MCAP: a message of ROS 2 per row.
+    /// MCAP: one ROS 2 message per row.
     Mcap,
 }
 
@@ -36,10 +36,11 @@ impl ColumnFormat {
     /// All formats.
     pub const ALL: [Self; 4] = [Self::Csv, Self::Parquet, Self::Mat, Self::Mcap];
 
-    /// Writes a table, the first column of which is the time in seconds unless the format is CSV or Parquet.
+    /// Writes a table. For MATLAB and MCAP the first column must be the time in seconds.
     ///
     /// # Errors
-    /// The errors of the writer, and an error for a column that the format does not have: MATLAB files and logs have numbers and codes.
+    /// The errors of the writer, and an error for an unsupported column: MATLAB files and logs contain only numbers and
+    /// codes.
     pub fn write(self, table: &DataTable<'_>, out: &mut (dyn Write + Send)) -> io::Result<()> {
         match self {
             Self::Csv | Self::Parquet => self.write_parts(out, |part| part(table)),
@@ -48,11 +49,11 @@ impl ColumnFormat {
         }
     }
 
-    /// Writes rows that come in parts and need not fit into memory. `parts` passes on one table after the other, with the same
-    /// columns; Parquet gets a row group for each.
+    /// Writes rows in parts, so that they need not fit into memory. `parts` passes tables with the same columns, one
+    /// after the other. Parquet writes a row group for each.
     ///
     /// # Errors
-    /// The errors of `parts` and of the writer, and an error for a format that has all rows of a column together.
+    /// The errors of `parts` and of the writer, and an error for a format that needs all rows at once.
     pub fn write_parts<E: From<io::Error>>(
         self,
         out: &mut (dyn Write + Send),
@@ -85,7 +86,7 @@ impl ColumnFormat {
 }
 
 impl fmt::Display for ColumnFormat {
-    /// Writes its word on the command line, which is the suffix of its files.
+    /// Writes the word of the command line, which is also the suffix of the files.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Csv => "csv",
@@ -96,13 +97,12 @@ impl fmt::Display for ColumnFormat {
     }
 }
 
-/// Takes a part of the rows of a file.
+/// Receives a part of the rows of a file.
 pub type Part<'a> = dyn FnMut(&DataTable<'_>) -> io::Result<()> + 'a;
 
-/// A column of numbers or codes, with its name.
 type Sampled<'a> = (&'a str, Samples<'a>);
 
-/// The values of a column with a row per sample.
+/// The values of a column with one row per sample.
 #[derive(Clone, Copy)]
 enum Samples<'a> {
     Numbers(&'a [f64]),
@@ -132,8 +132,8 @@ fn csv_heading(table: &DataTable<'_>, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{}", names.join(","))
 }
 
-/// Writes the rows, line by line. Floats have the shortest form that reads back to the same value; an undefined value is an empty
-/// cell.
+/// Writes the rows line by line. Floats have the shortest form that reads back to the same value. An undefined value is
+/// an empty cell.
 fn csv_rows(table: &DataTable<'_>, out: &mut dyn Write) -> io::Result<()> {
     let mut number = ryu::Buffer::new();
     let mut line = String::with_capacity(400);
@@ -167,7 +167,6 @@ fn csv_rows(table: &DataTable<'_>, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Returns a CSV cell, quoted if necessary.
 fn quoted(text: &str) -> Cow<'_, str> {
     if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")).into() } else { text.into() }
 }
@@ -198,7 +197,7 @@ fn parquet_file<'a>(table: &DataTable<'_>, out: &'a mut (dyn Write + Send)) -> R
         .set_created_by(format!("trocar {}", env!("CARGO_PKG_VERSION")))
         .set_key_value_metadata(Some(metadata));
     for column in table.columns.iter().filter(|column| matches!(column.values, Values::Whole(_))) {
-        // Numbers of cases count up, mostly by 1, and none occurs twice.
+        // Delta encoding suits case numbers, which increase, mostly by 1, and are unique.
         let path = ColumnPath::from(&*column.name);
         properties = properties
             .set_column_dictionary_enabled(path.clone(), false)
@@ -207,7 +206,6 @@ fn parquet_file<'a>(table: &DataTable<'_>, out: &'a mut (dyn Write + Send)) -> R
     SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties.build()))
 }
 
-/// Writes the rows as a row group.
 fn parquet_rows(table: &DataTable<'_>, file: &mut ParquetFile<'_>) -> Result<(), ParquetError> {
     let mut group = file.next_row_group()?;
     for column in &table.columns {
@@ -237,7 +235,6 @@ fn parquet_rows(table: &DataTable<'_>, file: &mut ParquetFile<'_>) -> Result<(),
     Ok(())
 }
 
-/// A whole number of Parquet.
 fn signed(value: u64) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }
@@ -257,8 +254,8 @@ fn optional<T: DataType>(
     Ok(())
 }
 
-/// Writes columns as an MCAP log: a message of ROS 2 per row, with a field per column. A message's time is that of its row, from 0
-/// or from the first row if that is negative.
+/// Writes columns as an MCAP log: one ROS 2 message per row, with a field per column. The time of a message is the time
+/// of its row, from 0 or from a negative first row.
 fn mcap(topic: &str, columns: &[Sampled<'_>], out: &mut (dyn Write + Send)) -> McapResult<()> {
     let mut definition = String::new();
     for (name, values) in columns {
@@ -280,7 +277,7 @@ fn mcap(topic: &str, columns: &[Sampled<'_>], out: &mut (dyn Write + Send)) -> M
         Some((_, Samples::Numbers(times))) => (1e9 * (times[row] - times[0].min(0.0))).round() as u64,
         _ => 0,
     };
-    // CDR aligns a number to its size, from the end of the four bytes that give the order of the bytes.
+    // CDR aligns a number to its size, counted after the four bytes with the byte order.
     const HEADER: [u8; 4] = [0, 1, 0, 0];
     let mut message = vec![];
     for row in 0..columns.first().map_or(0, |(_, values)| values.len()) {
@@ -303,7 +300,7 @@ fn mcap(topic: &str, columns: &[Sampled<'_>], out: &mut (dyn Write + Send)) -> M
     Ok(())
 }
 
-/// Writes columns as a MATLAB file, uncompressed: an array of N x 1 per column. The header has no date.
+/// Writes columns as an uncompressed MATLAB file, with an N x 1 array per column. The header has no date.
 fn mat(columns: &[Sampled<'_>], out: &mut dyn Write) -> io::Result<()> {
     const MATRIX: u32 = 14;
     let text = format!("MATLAB 5.0 MAT-file, written by trocar {}", env!("CARGO_PKG_VERSION"));
@@ -313,7 +310,7 @@ fn mat(columns: &[Sampled<'_>], out: &mut dyn Write) -> io::Result<()> {
     out.write_all(b"IM")?;
     for (name, values) in columns {
         let rows = values.len();
-        // The classes double and uint8, with the types of their elements.
+        // The classes double and uint8, with their element types.
         let (class, kind, size) = match values {
             Samples::Numbers(_) => (6_u32, 9, 8 * rows),
             Samples::Codes(_) => (9, 2, rows),
@@ -341,7 +338,6 @@ fn mat(columns: &[Sampled<'_>], out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// A size of the MATLAB format, which has 32 bits.
 fn count(size: usize) -> io::Result<u32> {
     u32::try_from(size)
         .map_err(|_| io::Error::other("a column is longer than 4 GiB, the limit of MATLAB files; use Parquet"))
@@ -376,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_have_one_heading_and_a_format_without_parts_is_refused() {
+    fn parts_have_one_heading_and_a_format_without_parts_is_rejected() {
         let part = |number: f64| DataTable::new("t").numbers("x_m", [number]);
         let write = |format: ColumnFormat, out: &mut Vec<u8>| {
             format.write_parts(out, |each| [1.0, 2.0].into_iter().try_for_each(|number| each(&part(number))))

@@ -8,21 +8,20 @@ use thiserror::Error;
 use super::ColumnFormat;
 use super::draw::FigureStyle;
 
-/// Prefix of temporary file names.
 const TEMPORARY: &str = ".trocar-";
 
-/// A file or folder that cannot be written.
+/// An error of writing a file or folder.
 #[derive(Debug, Error)]
 #[error("cannot write {path}: {source}; choose another folder", path = path.display())]
 pub struct OutputError {
-    /// The path of the file or folder.
+    /// The path.
     pub path: PathBuf,
     /// The cause.
     pub source: std::io::Error,
 }
 
-/// Writes a file under a temporary name in the same folder, then renames it. The file always has either its old or its new
-/// content.
+/// Writes a file under a temporary name in the same folder, then renames it. The file always has either its old or its
+/// new content.
 ///
 /// # Errors
 /// [`OutputError`] with the path.
@@ -30,7 +29,7 @@ pub fn write_file(path: &Path, content: &[u8]) -> Result<(), OutputError> {
     stream_file(path, |file| file.write_all(content))
 }
 
-/// Writes a file as [`write_file`], from content that is produced piece by piece and need not fit into memory.
+/// Like [`write_file`], for content that is produced in pieces and need not fit into memory.
 fn stream_file(
     path: &Path,
     content: impl FnOnce(&mut (dyn Write + Send)) -> std::io::Result<()>,
@@ -53,14 +52,14 @@ fn stream_file(
     Ok(())
 }
 
-/// An output folder, how the figures in it are drawn, and the formats of the tables with a row per sample.
+/// An output folder, the style of its figures, and the formats of its tables with one row per sample.
 #[derive(Debug, Clone)]
 pub struct Folder {
-    /// Its path. The first file that is written creates it.
+    /// The path. The first written file creates it.
     pub path: PathBuf,
-    /// How its figures are drawn.
+    /// The style of the figures.
     pub figures: FigureStyle,
-    /// The formats of its tables with a row per sample.
+    /// The formats of tables with one row per sample.
     pub samples: Vec<ColumnFormat>,
 }
 
@@ -77,12 +76,12 @@ impl Folder {
         Self { path: self.path.join(name), ..self.clone() }
     }
 
-    /// Removes temporary files that a killed process left. Another process that writes into the folder at the same time gets an
-    /// error.
+    /// Removes temporary files of a killed process. If another process writes into the folder at the same time, its
+    /// write fails.
     pub fn remove_leftovers(&self) {
         for entry in std::fs::read_dir(&self.path).into_iter().flatten().flatten() {
             if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
-                // A temporary file that cannot be removed does no harm.
+                // A leftover file is harmless.
                 let _ = std::fs::remove_file(entry.path());
             }
         }
@@ -91,15 +90,15 @@ impl Folder {
     /// Writes a file into the folder.
     ///
     /// # Errors
-    /// As [`write_file`].
+    /// The errors of [`write_file`].
     pub fn write(&self, name: &str, content: &[u8]) -> Result<(), OutputError> {
         write_file(&self.path.join(name), content)
     }
 
-    /// Writes a file into the folder piece by piece.
+    /// Writes a file into the folder in pieces.
     ///
     /// # Errors
-    /// As [`write_file`].
+    /// The errors of [`write_file`].
     pub fn stream(
         &self,
         name: &str,

@@ -1,4 +1,4 @@
-//! Documents as text, pages, JSON, figures and columns. It knows no study: it shows what is in a document.
+//! Renders documents as text, pages, JSON, figures and data files. It is independent of the studies.
 
 mod columns;
 mod document;

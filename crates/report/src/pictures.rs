@@ -7,7 +7,7 @@ use super::{Folder, OutputError};
 use crate::draw::{DrawError, file};
 use trocar_document::Figure;
 
-/// The error of drawing or writing figures.
+/// An error of drawing or writing figures.
 #[derive(Debug, Error)]
 pub enum PictureError {
     /// A figure could not be drawn.
@@ -18,7 +18,6 @@ pub enum PictureError {
     Write(#[from] OutputError),
 }
 
-/// Writes the files of a figure: one for each format of the folder's style.
 pub(super) fn keep(folder: &Folder, name: &str, figure: &Figure<'_>) -> Result<(), PictureError> {
     let style = &folder.figures;
     style.formats.par_iter().try_for_each(|format| {

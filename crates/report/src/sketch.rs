@@ -11,10 +11,10 @@ use trocar_document::figure::Axis;
 /// Width and height in dots. A character has two by four dots.
 const DOTS: (u32, u32) = (120, 36);
 
-/// The colour of each row, over and over.
+/// The colours of the rows, repeated.
 const COLOURS: [AnsiColor; 4] = [AnsiColor::Blue, AnsiColor::Yellow, AnsiColor::Cyan, AnsiColor::Magenta];
 
-/// Returns the first signal of each row as a chart of its own, with ANSI colours.
+/// Returns the first signal of each row as a chart, with ANSI colours.
 #[must_use]
 pub fn sketch(figure: &Figure<'_>) -> String {
     let mut text = String::new();
@@ -62,7 +62,7 @@ mod tests {
         let text = anstream::adapter::strip_str(&text).to_string();
         let charts: Vec<&str> = text.split("slave position around rupture 1, in mm over s").collect();
         assert_eq!(charts.len(), 3);
-        // The row of the line 0.4 s after the rupture, while the augmented slave is frozen; 30 columns are one second.
+        // The row of the line 0.4 s after the rupture, with a frozen augmented slave; 30 columns are one second.
         let row = |chart: &str| {
             let has_dots = |line: &&str| line.chars().nth(27).is_some_and(|c| ('\u{2801}'..='\u{28ff}').contains(&c));
             chart.lines().skip(1).position(|line| has_dots(&line)).expect("a line")

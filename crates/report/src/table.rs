@@ -4,14 +4,13 @@ use std::fmt;
 
 use crate::wrap::{WIDTH, lines, longest_part};
 
-/// The space between columns.
 const GAP: &str = "  ";
 
-/// The minimum width of a column with broken cells, and the width at which words are cut.
+/// Minimum width of a column with broken cells, and the width at which words are cut.
 const MIN_BROKEN: usize = 16;
 const MAX_BROKEN: usize = 36;
 
-/// A table with a heading. The first column is flush left, the others are flush right.
+/// A table with a heading. The first column is left-aligned, the others are right-aligned.
 #[derive(Debug, Clone, Default)]
 pub struct Table {
     rows: Vec<Vec<String>>,
@@ -29,30 +28,27 @@ impl From<&trocar_document::Table> for Table {
 }
 
 impl Table {
-    /// Returns a table with a heading and no rows.
     fn new<S: Into<String>>(heading: impl IntoIterator<Item = S>) -> Self {
         Self { rows: vec![heading.into_iter().map(Into::into).collect()], flush_left: false }
     }
 
-    /// Adds a row.
     fn row<S: Into<String>>(&mut self, cells: impl IntoIterator<Item = S>) {
         self.rows.push(cells.into_iter().map(Into::into).collect());
     }
 }
 
-/// What is broken into lines where columns are too wide.
+/// The parts that are broken into lines if columns are too wide.
 #[derive(Clone, Copy)]
 enum Broken {
     Nothing,
     Headings,
-    /// Headings and the cells of the text columns.
     Texts,
     Everything,
 }
 
 impl fmt::Display for Table {
-    /// Writes the table with lines of at most [`WIDTH`] characters. If its columns are wider, headings are broken, then the cells
-    /// of text columns. If this is not enough, the columns are printed in several blocks, each with the first column.
+    /// Writes the table with lines of at most [`WIDTH`] characters. If it is wider, it breaks headings, then the cells
+    /// of text columns. If this does not suffice, it prints the columns in several blocks, each with the first column.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let mut block = vec![0];
@@ -70,7 +66,7 @@ impl fmt::Display for Table {
 }
 
 impl Table {
-    /// Returns whether a column has text, which is flush left and can be broken.
+    /// Returns true if a column has text, which is left-aligned and can be broken.
     fn is_text(&self, column: usize) -> bool {
         column == 0 || self.flush_left
     }
@@ -92,7 +88,7 @@ impl Table {
         self.rows.iter().enumerate().map(of).max().unwrap_or(0)
     }
 
-    /// Returns the widths of columns side by side, or `None` if the columns are too wide.
+    /// Returns the widths of columns side by side; `None` if they are too wide.
     fn widths(&self, columns: &[usize]) -> Option<Vec<usize>> {
         let of = |broken: Broken| columns.iter().map(|column| self.width(*column, broken)).collect::<Vec<_>>();
         let room = WIDTH.saturating_sub(GAP.len() * (columns.len() - 1));
@@ -125,7 +121,7 @@ impl Table {
             for at in 0..height {
                 let mut line = String::new();
                 for ((column, cell), width) in columns.iter().zip(&cells).zip(&widths) {
-                    // A heading ends directly above its column.
+                    // Headings are aligned at the bottom.
                     let above = if is_heading { height - cell.len() } else { 0 };
                     let text = at.checked_sub(above).and_then(|at| cell.get(at)).map_or("", String::as_str);
                     let padding = " ".repeat(width.saturating_sub(text.chars().count()));
@@ -152,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_line_up() {
+    fn columns_are_aligned() {
         let mut table = Table::new(["metric", "a"]);
         table.row(["µ", "10 mm"]);
         table.row(["longer name", "—"]);

@@ -5,11 +5,11 @@ use trocar_document::{Block, Document, Section};
 use super::Table;
 use super::wrap::wrapped;
 
-/// The indent of the second and later lines of a wrapped line.
+/// Indent of the second and later lines of a wrapped line.
 const INDENT: usize = 2;
 
-/// Returns a document as text: the answer, what it leaves out, and the sections that the terminal shows; with `all`, also those that
-/// are shown on request.
+/// Returns a document as text: the answer, its limitations, and the sections for the terminal. `all` includes sections
+/// that are displayed on request.
 #[must_use]
 pub fn document_text(document: &Document<'_>, all: bool) -> String {
     let answer = document.verdict.text();

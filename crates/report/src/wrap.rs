@@ -1,10 +1,10 @@
-//! Text that fits the terminal.
+//! Wraps text to the width of the terminal.
 
 /// Maximum width of printed lines, in characters.
 pub const WIDTH: usize = 80;
 
-/// Returns the lines of a text, at most `width` characters wide, broken at spaces; lines after the first one begin with `indent`
-/// spaces. A word that is longer, such as a path, stays whole.
+/// Breaks a text at spaces into lines of at most `width` characters. Lines after the first begin with `indent` spaces.
+/// A longer word, for example a path, stays whole.
 #[must_use]
 pub fn filled(text: &str, width: usize, indent: usize) -> Vec<String> {
     let mut lines: Vec<String> = vec![];
@@ -21,7 +21,7 @@ pub fn filled(text: &str, width: usize, indent: usize) -> Vec<String> {
     lines
 }
 
-/// Returns a text whose lines of more than [`WIDTH`] characters are [`filled`]; the others are unchanged.
+/// Wraps the lines of a text that exceed [`WIDTH`] characters; see [`filled`].
 pub fn wrapped(text: &str, indent: usize) -> String {
     let mut result = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
@@ -35,7 +35,7 @@ pub fn wrapped(text: &str, indent: usize) -> String {
     result
 }
 
-/// Returns the lines of a cell at most `width` wide, broken after spaces and hyphens; lines after the first one begin with
+/// Breaks a cell after spaces and hyphens into lines of at most `width` characters. Lines after the first begin with
 /// `indent` spaces. A longer word is cut.
 pub(crate) fn lines(cell: &str, width: usize, indent: usize) -> Vec<String> {
     let mut lines = vec![];
@@ -62,12 +62,12 @@ pub(crate) fn lines(cell: &str, width: usize, indent: usize) -> Vec<String> {
     lines
 }
 
-/// Returns the width of the longest part that is not broken.
+/// Returns the width of the longest unbreakable part.
 pub(crate) fn longest_part(cell: &str) -> usize {
     parts(cell).map(|part| part.trim_end().chars().count()).max().unwrap_or(0)
 }
 
-/// Splits a cell after spaces, and after hyphens between letters, so that a negative number stays whole.
+/// Splits a cell after spaces, and after hyphens between letters so that a negative number stays whole.
 fn parts(cell: &str) -> impl Iterator<Item = &str> {
     let mut rest = cell;
     std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! From a scenario to an engine.
+//! Builds engines from scenarios.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -25,13 +25,13 @@ use trocar_engine::tissue::{AnyTissue, UnitTissue};
 /// An engine of any kind.
 #[derive(Debug, Clone)]
 pub enum ScenarioEngine {
-    /// Stepped exactly.
+    /// Exact steps.
     Exact(Box<Wired<f64, ExactPlants<f64>>>),
-    /// Stepped exactly, with motors that saturate.
+    /// Exact steps, with motors that saturate.
     Limited(Box<Engine<LimitedPlants<f64>, Any<f64>>>),
-    /// Stepped exactly, with samples that arrive between ticks.
+    /// Exact steps, with samples that arrive between ticks.
     Split(Box<Engine<FractionalDelayPlants<f64>, Any<f64>>>),
-    /// Integrated numerically.
+    /// Numerical integration.
     Integrated(Box<Engine<IntegratedPlants, Any<f64>>>),
 }
 
@@ -39,7 +39,7 @@ impl ScenarioEngine {
     /// Runs the scenario.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// The errors of [`Engine::run`].
     pub fn run(&mut self, mut observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
         match self {
             Self::Exact(engine) => engine.run(observer),
@@ -49,11 +49,11 @@ impl ScenarioEngine {
         }
     }
 
-    /// [`ScenarioEngine::run`] with the exact engine compiled for its observer and the machine's registers. Both matter
-    /// little beside the ticks of the other engines.
+    /// Like [`ScenarioEngine::run`], with the exact engine compiled for its observer and the processor's registers. For
+    /// the other engines this gain is small compared with their ticks.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// The errors of [`Engine::run`].
     pub fn run_compiled<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         match self {
             Self::Exact(engine) => engine.run_compiled(observer),
@@ -61,7 +61,7 @@ impl ScenarioEngine {
         }
     }
 
-    /// The link's totals; `None` for a direct link.
+    /// Returns the totals of the link; `None` for a direct link.
     #[must_use]
     pub fn link_report(&self) -> Option<LinkReport> {
         match self {
@@ -74,10 +74,10 @@ impl ScenarioEngine {
 }
 
 impl Scenario {
-    /// The scenario's engine, ready at tick 0.
+    /// Builds the scenario's engine at tick 0.
     ///
     /// # Errors
-    /// [`ScenarioError`] if the parameters give no computable plant.
+    /// [`ScenarioError`] if no plant can be computed from the parameters.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
         self.load_unit()?;
         Ok(match self.engine {
@@ -88,7 +88,7 @@ impl Scenario {
         })
     }
 
-    /// Checks what the construction of the parts would refuse, without an engine.
+    /// Checks the construction of all parts without building an engine.
     pub(super) fn check_parts(&self) -> Result<(), ScenarioError> {
         let (tick_s, start_m) = (self.grid.tick_s(), self.start_m());
         let reference_m = self.position_scale() * start_m;
@@ -110,10 +110,10 @@ impl Scenario {
         AnySensor::<f64>::new(&self.sensor, tick_s, (self.seed, 0)).map(drop).map_err(invalid)
     }
 
-    /// The scenario's engine, with some of the user's own parts.
+    /// Builds the scenario's engine with user-defined parts.
     ///
     /// # Errors
-    /// As [`Scenario::build`].
+    /// The errors of [`Scenario::build`].
     pub fn build_with(&self, own: OwnParts) -> Result<OwnEngine, ScenarioError> {
         if own.tissue.is_none() {
             self.load_unit()?;
@@ -132,16 +132,16 @@ impl Scenario {
         Ok(Engine { grid: self.grid, plants, parts: self.own_wiring(own)? })
     }
 
-    /// The scenario's tissue alone, before its first tick.
+    /// Builds only the scenario's tissue, before its first tick.
     ///
     /// # Errors
-    /// As [`Scenario::build`].
+    /// The errors of [`Scenario::build`].
     pub fn tissue_part(&self) -> Result<AnyTissue<f64>, ScenarioError> {
         self.load_unit()?;
         self.any_tissue()
     }
 
-    /// Loads the library of a tissue in a unit: code of others, which runs from here on and not before.
+    /// Loads the library of a tissue in a unit. This is the first point at which third-party code runs.
     fn load_unit(&self) -> Result<(), ScenarioError> {
         let TissueSpec::Unit(tissue) = &self.tissue else { return Ok(()) };
         let named =
@@ -149,26 +149,26 @@ impl Scenario {
         tissue.load().map_err(named)
     }
 
-    /// The master's side alone, for a link to a slave elsewhere. The delays of the scenario's link do not act: messages
-    /// arrive when they do. A missing message counts from the scenario's longest delay on.
+    /// Builds the master's side for a link to a remote slave. The delays of the scenario's link have no effect, because
+    /// messages arrive in real time. A message counts as missing after the scenario's longest delay.
     ///
     /// # Errors
-    /// As [`Scenario::build`], and for machines that are integrated together.
+    /// The errors of [`Scenario::build`], and for machines that are integrated together.
     pub fn master_side(&self) -> Result<MasterSide, ScenarioError> {
         let (_, initial) = self.initial_samples();
         Ok(MasterSide::new(self.side_engine()?, initial))
     }
 
-    /// The slave's side alone, as [`Scenario::master_side`].
+    /// Builds the slave's side, like [`Scenario::master_side`].
     ///
     /// # Errors
-    /// As [`Scenario::master_side`].
+    /// The errors of [`Scenario::master_side`].
     pub fn slave_side(&self) -> Result<SlaveSide, ScenarioError> {
         let (initial, _) = self.initial_samples();
         Ok(SlaveSide::new(self.side_engine()?, initial))
     }
 
-    /// The engine of a side: a link whose messages take time, and machines that do not depend on each other.
+    /// Builds the engine of a side: a link with delayed messages, and independent machines.
     fn side_engine(&self) -> Result<SideEngine, ScenarioError> {
         if self.engine == EngineKind::Dop853 {
             let message = "the sides cannot be stepped apart by dop853, which integrates both machines together";
@@ -190,11 +190,12 @@ impl Scenario {
         apart.general(plants, 0)
     }
 
-    /// The exact engine over lanes, all running this scenario, lane `i` with the noise of stream `first_stream + i`.
+    /// Builds the exact engine over lanes that all run this scenario. Lane `i` has the noise of stream
+    /// `first_stream + i`.
     ///
     /// # Errors
-    /// As [`Scenario::build`], and for a scenario with actuator limits, which needs [`Scenario::limited_engine`], or
-    /// with delays that are not whole ticks, which needs [`Scenario::split_engine`].
+    /// The errors of [`Scenario::build`]. A scenario with actuator limits needs [`Scenario::limited_engine`]; delays
+    /// that are not whole ticks need [`Scenario::split_engine`].
     pub fn exact_engine<L: Lane>(&self, first_stream: u64) -> Result<Wired<L, ExactPlants<L>>, ScenarioError> {
         if !self.actuators.are_none() {
             return Err(ScenarioError::new("this engine does not support actuator limits")
@@ -207,23 +208,22 @@ impl Scenario {
         self.wired(self.exact_plants()?, first_stream)
     }
 
-    /// As [`Scenario::exact_engine`], compiled for any parts.
+    /// Like [`Scenario::exact_engine`], compiled for any parts.
     ///
     /// # Errors
-    /// As [`Scenario::build`].
+    /// The errors of [`Scenario::build`].
     pub fn general_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<ExactPlants<L>, Any<L>>, ScenarioError> {
         self.general(self.exact_plants()?, first_stream)
     }
 
-    /// Whether samples arrive between ticks.
     pub(super) fn is_split(&self) -> bool {
         self.forward.share > 0.0 || self.backward.share > 0.0
     }
 
-    /// As [`Scenario::exact_engine`], with samples that arrive between ticks.
+    /// Like [`Scenario::exact_engine`], with samples that arrive between ticks.
     ///
     /// # Errors
-    /// As [`Scenario::build`].
+    /// The errors of [`Scenario::build`].
     pub fn split_engine<L: Lane>(
         &self,
         first_stream: u64,
@@ -231,7 +231,6 @@ impl Scenario {
         self.general(self.split_plants()?, first_stream)
     }
 
-    /// Both plants with samples that arrive between ticks.
     fn split_plants<L: Lane>(&self) -> Result<FractionalDelayPlants<L>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let plant = |error| self.unbuildable(&error);
@@ -242,7 +241,7 @@ impl Scenario {
         Ok(FractionalDelayPlants::new(self.exact_plants()?, &master, &slave, reference_m))
     }
 
-    /// The discrete steps of master and slave over a whole tick, computed once per set of parameters.
+    /// Returns the discrete steps of master and slave over a whole tick, computed once per set of parameters.
     pub(super) fn whole_steps(&self) -> Result<(Cow<'_, MasterStep>, Cow<'_, SlaveStep>), PlantError> {
         let (parameters, tick_s) = ((&self.master, &self.arm, &self.slave), self.grid.tick_s());
         if let Some(stored) = self.steps.get().filter(|stored| stored.are_of(parameters, self.timing, tick_s)) {
@@ -250,22 +249,21 @@ impl Scenario {
         }
         let built = Steps::new(parameters, self.timing, tick_s)?;
         let steps = (Cow::Owned(built.master.clone()), Cow::Owned(built.slave.clone()));
-        // Another thread may have stored the same steps first, or steps of a modified copy are stored.
+        // Another thread may have stored the same steps first, or a modified copy its different steps.
         let _ = self.steps.set(built);
         Ok(steps)
     }
 
-    /// Both plants over whole ticks.
     fn exact_plants<L: Lane>(&self) -> Result<ExactPlants<L>, ScenarioError> {
         let start_m = self.start_m();
         let (master, slave) = self.whole_steps().map_err(|error| self.unbuildable(&error))?;
         Ok(ExactPlants::new(&master, &slave, start_m, self.position_scale() * start_m))
     }
 
-    /// As [`Scenario::exact_engine`], with sampled controllers and the scenario's actuator limits.
+    /// Like [`Scenario::exact_engine`], with sampled controllers and the scenario's actuator limits.
     ///
     /// # Errors
-    /// As [`Scenario::build`].
+    /// The errors of [`Scenario::build`].
     pub fn limited_engine<L: Lane>(
         &self,
         first_stream: u64,
@@ -273,7 +271,6 @@ impl Scenario {
         self.general(self.limited_plants()?, first_stream)
     }
 
-    /// Both plants with sampled controllers and actuator limits.
     fn limited_plants<L: Lane>(&self) -> Result<LimitedPlants<L>, ScenarioError> {
         let machines = (&self.master, &self.arm, &self.slave);
         let start_m = self.start_m();
@@ -282,7 +279,6 @@ impl Scenario {
         plants.map_err(|error| self.unbuildable(&error))
     }
 
-    /// Both plants, integrated numerically.
     fn integrated_plants(&self) -> IntegratedPlants {
         let machines = (&self.master, &self.arm, &self.slave);
         let start_m = self.start_m();
@@ -292,7 +288,6 @@ impl Scenario {
             .split(self.backward.share, self.forward.share)
     }
 
-    /// The error of a plant that cannot be built, at the place of its parameters.
     pub(super) fn unbuildable(&self, error: &PlantError) -> ScenarioError {
         match error {
             PlantError::Parameter(invalid) => self.values().out_of_range(invalid),
@@ -305,7 +300,7 @@ impl Scenario {
         }
     }
 
-    /// Initial position of the operator in m; both plants start there at rest.
+    /// Initial position of the operator in m. Both plants start there at rest.
     pub(super) fn start_m(&self) -> f64 {
         match &self.operator {
             OperatorSpec::Recording(positions) => positions.first().copied().unwrap_or(0.0),
@@ -314,7 +309,8 @@ impl Scenario {
         }
     }
 
-    /// This scenario moved by a live hand: it starts at the hand's position, without simulated tremor or reflexes.
+    /// Replaces the operator by a live hand. The scenario starts at the hand's position, without simulated tremor or
+    /// reflexes.
     #[must_use]
     pub fn held_by(mut self, hand: Arc<Hand>) -> Self {
         self.operator = OperatorSpec::Hand(hand);

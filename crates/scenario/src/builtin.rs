@@ -1,14 +1,13 @@
-//! The scenarios and recordings embedded in the binary, so that it works from any directory.
+//! The embedded scenarios and recordings, which the program finds from any directory.
 
 use super::keys::nearest_of;
 
 /// The prefix of a path to an embedded file.
 pub const PREFIX: &str = "builtin:";
 
-/// The ending of a scenario file.
 const ENDING: &str = ".toml";
 
-/// The embedded files by their full names, from scenarios without ending, and recordings.
+/// Pairs of full name and content: scenarios (given without ending) and recordings.
 macro_rules! embedded {
     (scenarios: $($scenario:literal)*; recordings: $($recording:literal)*) => {
         &[
@@ -20,7 +19,7 @@ macro_rules! embedded {
 
 const FILES: &[(&str, &[u8])] = embedded! {
     scenarios:
-        "paper/classical" "paper/augmented" "paper/depth-classical" "paper/depth-augmented" "paper/real-classical"
+        "paper/classical" "paper/augmented" "paper/amplified" "paper/depth-classical" "paper/depth-augmented" "paper/real-classical"
         "paper/real-augmented"
         "layers/through-the-skin" "layers/skin-augmented" "layers/direct-access" "layers/epidural"
         "hand/fast-stab" "hand/trembling-hand" "hand/firm-grip" "hand/relaxed-grip" "hand/reflex" "hand/reflex-augmented"
@@ -36,7 +35,7 @@ const FILES: &[(&str, &[u8])] = embedded! {
     recordings: "in_vivo_like.csv" "own_ctrl_pop.csv"
 };
 
-/// The shipped scenarios by their full names, folder by folder, each with the question in its first line.
+/// Returns the shipped scenarios by their full names, folder by folder, each with the question in its first line.
 pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
     let scenarios = FILES.iter().filter(|(file, _)| file.ends_with(ENDING));
     scenarios.map(|(file, content)| {
@@ -45,19 +44,19 @@ pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
     })
 }
 
-/// The names of the shipped recordings.
+/// Returns the names of the shipped recordings.
 pub fn recordings() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(file, _)| *file).filter(|file| !file.ends_with(ENDING))
 }
 
-/// The content of an embedded file, by any name that [`find`] finds.
+/// Returns the content of an embedded file with any name that [`find`] accepts.
 #[must_use]
 pub fn content(name: &str) -> Option<&'static [u8]> {
     let file = find(name)?;
     FILES.iter().find(|(known, _)| *known == file).map(|(_, content)| *content)
 }
 
-/// The full name of an embedded file: from that name, or for a scenario from its name without ending or folder.
+/// Returns the full name of an embedded file. A scenario is also found without its ending or folder.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static str> {
     let wanted = without_ending(name);
@@ -67,7 +66,7 @@ pub fn find(name: &str) -> Option<&'static str> {
     FILES.iter().map(|(file, _)| *file).find(|file| is_wanted(file))
 }
 
-/// The shipped scenario with the most similar name, if any is similar enough, without its ending.
+/// Returns the shipped scenario with the most similar name, without its ending, if any is similar enough.
 #[must_use]
 pub fn nearest(name: &str) -> Option<&'static str> {
     let name = without_ending(name);
@@ -77,7 +76,6 @@ pub fn nearest(name: &str) -> Option<&'static str> {
     found.map(without_ending).or_else(|| nearest_of(name, known()))
 }
 
-/// The part of a name after its folder.
 fn last_part(name: &str) -> &str {
     name.rsplit_once('/').map_or(name, |(_, last)| last)
 }
@@ -114,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scenario_is_named_as_its_file_and_found_by_every_form() {
+    fn a_scenario_has_the_name_of_its_file_and_is_found_by_every_form() {
         for (file, _) in questions() {
             let (full, last) = (without_ending(file), last_part(without_ending(file)));
             let scenario = Scenario::load(&Source::parse(&format!("{PREFIX}{file}")), &[]).expect("good");

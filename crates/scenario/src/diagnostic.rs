@@ -4,7 +4,8 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
 use crate::ScenarioError;
 
-/// Returns a scenario's error with its line underlined, styled for a terminal. Further errors of the scenario follow.
+/// Returns the message of an error with its line underlined, styled for a terminal. Further errors of the scenario
+/// follow.
 #[must_use]
 pub fn underlined(error: &ScenarioError) -> String {
     let all: Vec<String> = std::iter::once(error).chain(&error.others).map(single).collect();
@@ -44,7 +45,7 @@ mod tests {
     use crate::Place;
 
     #[test]
-    fn the_line_is_underlined_and_the_remedy_given() {
+    fn the_line_is_underlined_and_the_remedy_is_given() {
         let place = Place { file: "a.toml".into(), text: "[slave]\nvelocity_gain = -2\n".into(), span: 24..26 };
         let error = ScenarioError::new("slave.velocity_gain is -2").at(Some(place)).remedy("use 15");
         let shown = anstream::adapter::strip_str(&underlined(&error)).to_string();

@@ -1,4 +1,4 @@
-//! From files to entries: a scenario, its bases, and the settings of the command line.
+//! Reads entries from files: a scenario, its bases, and the settings of the command line.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -18,38 +18,37 @@ use super::layers::{NAME_RULE, is_name, is_of_layer};
 use trocar_engine::tissue::LAYER_LIST;
 use trocar_recording::MEMORY;
 
-/// Largest scenario file in bytes; a real one has a few thousand.
+/// Maximum size of a scenario file in bytes; a real one has a few thousand.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Longest chain of bases.
 const MAX_BASES: usize = 32;
 
-/// The end of a remedy for a file that does not exist.
+/// The end of the remedy for a missing file.
 const LISTED: &str = "`trocar scenarios` lists the shipped scenarios";
 
-/// Where a file comes from.
+/// The origin of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Source {
     /// A file on disk.
     Disk(PathBuf),
-    /// An embedded file, by its full name, as in `layers/skin-augmented.toml`.
+    /// An embedded file by its full name, for example `layers/skin-augmented.toml`.
     Builtin(String),
     /// A text in memory; paths in it are relative to the working directory.
     Text {
-        /// Its name in messages.
+        /// The name in messages.
         name: Arc<str>,
-        /// Its content.
+        /// The text in TOML.
         text: Arc<str>,
     },
     /// A recording in memory, by the name that [`keep`](trocar_recording::keep) returned.
     Memory(String),
-    /// A file on disk or a text, with what was read of it and of the files that it names. They are not read again.
+    /// A file on disk or a text, with the kept content of it and of the files that it names. They are not read again.
     Kept(Box<Source>, KeptFiles),
 }
 
 impl Source {
-    /// The source that a command-line argument names: `builtin:` and the name of a shipped file, a path, or where there is
-    /// no such file, the name of a shipped scenario, as in `layers/skin-augmented`.
+    /// Parses a command-line argument: `builtin:` and the name of a shipped file; a path; or, if there is no such file,
+    /// the name of a shipped scenario, for example `layers/skin-augmented`.
     #[must_use]
     pub fn parse(text: &str) -> Self {
         match text.strip_prefix(builtin::PREFIX) {
@@ -59,7 +58,7 @@ impl Source {
         }
     }
 
-    /// The source that a path inside this source names.
+    /// Returns the source for a path inside this source.
     #[must_use]
     pub fn relative(&self, text: &str) -> Self {
         if let Self::Kept(source, files) = self {
@@ -76,32 +75,32 @@ impl Source {
         }
     }
 
-    /// This source with the content of files; what they lack is added when it is read.
+    /// Returns this source with the content of files. Files that are read later are added.
     #[must_use]
     pub fn keeping(&self, files: KeptFiles) -> Self {
         Self::Kept(Box::new(self.plain().clone()), files)
     }
 
-    /// This source without the content of files.
+    /// Returns this source without the content of files.
     #[must_use]
     pub fn plain(&self) -> &Self {
         if let Self::Kept(source, _) = self { source.plain() } else { self }
     }
 
-    /// The content of the files that were read.
+    /// Returns the content of the files that were read.
     #[must_use]
     pub fn kept(&self) -> Option<&KeptFiles> {
         if let Self::Kept(_, files) = self { Some(files) } else { None }
     }
 
-    /// Its path, if it is a file on disk.
+    /// Returns the path of a file on disk.
     #[must_use]
     pub fn disk_path(&self) -> Option<&Path> {
         if let Self::Disk(path) = self.plain() { Some(path) } else { None }
     }
 
-    /// A file, or where there is none, the shipped scenario that the text names. A text with an ending is always a path, so that a
-    /// file that is gone is an error.
+    /// Returns a file on disk or, if it does not exist, a shipped scenario. A text with an ending is always a path, so
+    /// that a missing file is an error.
     fn disk_or_shipped(path: PathBuf, text: &str) -> Self {
         let is_name = Path::new(text).extension().is_none() && !path.is_file();
         match builtin::find(text).filter(|_| is_name) {
@@ -110,7 +109,7 @@ impl Source {
         }
     }
 
-    /// Its name in messages.
+    /// Returns the name in messages.
     #[must_use]
     pub fn display(&self) -> String {
         match self {
@@ -122,7 +121,7 @@ impl Source {
         }
     }
 
-    /// The file's name without its extension.
+    /// Returns the file's name without its extension.
     #[must_use]
     pub fn stem(&self) -> String {
         let path = match self {
@@ -134,7 +133,7 @@ impl Source {
         path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy().into_owned())
     }
 
-    /// The canonical form of the source, for comparison and for the echo.
+    /// Returns the canonical form of the source, for comparison and for the echo.
     #[must_use]
     pub fn canonical(&self) -> Self {
         match self {
@@ -148,18 +147,18 @@ impl Source {
         }
     }
 
-    /// The text of the file.
+    /// Returns the text of the file.
     ///
     /// # Errors
-    /// A file that does not exist, cannot be read, is too large, or is not UTF-8.
+    /// The file does not exist, cannot be read, is too large, or is not UTF-8.
     pub fn read(&self) -> Result<String, ScenarioError> {
         self.read_relative_to("the file that contains it")
     }
 
-    /// The text of the file that a command-line argument names.
+    /// Returns the text of the file in a command-line argument.
     ///
     /// # Errors
-    /// As [`Source::read`].
+    /// The errors of [`Source::read`].
     pub(crate) fn read_argument(&self) -> Result<String, ScenarioError> {
         self.read_relative_to("the current folder")
     }
@@ -167,7 +166,7 @@ impl Source {
     fn read_relative_to(&self, here: &str) -> Result<String, ScenarioError> {
         let refuse = |reason: String| ScenarioError::new(format!("{}: {reason}", self.display()));
         let bytes = match self {
-            // What is in memory already needs no limit.
+            // Text in memory needs no size limit.
             Self::Text { text, .. } => return Ok(text.to_string()),
             Self::Kept(source, files) => match source.disk_path() {
                 Some(path) => files.bytes(path, || source.read_relative_to(here).map(String::into_bytes))?.to_vec(),
@@ -206,7 +205,7 @@ impl Source {
     }
 }
 
-/// A path relative to an embedded file, as a full name.
+/// Resolves a path relative to an embedded file into a full name.
 fn joined(here: &str, path: &str) -> String {
     let mut parts: Vec<&str> = here.split('/').collect();
     parts.pop();
@@ -220,31 +219,31 @@ fn joined(here: &str, path: &str) -> String {
     parts.join("/")
 }
 
-/// One key with its value, as a file gives it.
+/// One key with its value in a file.
 #[derive(Debug, Clone)]
 pub struct Entry {
-    /// Dotted path.
+    /// The dotted path.
     pub path: String,
     /// The value.
     pub value: toml::Value,
-    /// The value as it was written, for messages.
+    /// The text of the value, for messages.
     pub written: String,
-    /// Place of the key.
+    /// The place of the key.
     pub key_place: Place,
-    /// Place of the value.
+    /// The place of the value.
     pub value_place: Place,
-    /// The file that the entry's paths are relative to.
+    /// The file to which paths in the value are relative.
     pub source: Source,
-    /// How far it is from the last settings: 0 there and in a single file, 1 in the scenario's file, 2 in its base, and so
-    /// on. Each earlier list of settings lies between, one step farther than the next.
+    /// The layer's distance from the last list of settings: 0 in that list, or in a single file; then one for each
+    /// earlier list, the scenario's file, its base, and so on.
     pub layer: usize,
 }
 
-/// Every entry of a scenario, its bases and lists of settings, the last list nearest; the first entry of a path takes
-/// effect.
+/// Returns every entry of a scenario, its bases and the lists of settings, the last list first. The first entry of a
+/// path takes effect.
 ///
 /// # Errors
-/// A file that cannot be read, is not TOML, or is based on itself; a setting that is not `section.key=value`.
+/// A file cannot be read, is not TOML, or is based on itself; a setting is not `section.key=value`.
 pub fn gather(source: &Source, settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = of_settings(settings)?;
     let earlier_lists = settings.len().saturating_sub(1);
@@ -253,10 +252,10 @@ pub fn gather(source: &Source, settings: &[&[String]]) -> Result<Vec<Entry>, Sce
     Ok(entries)
 }
 
-/// The entries of lists of settings, the last list in layer 0.
+/// Returns the entries of lists of settings, with the last list in layer 0.
 ///
 /// # Errors
-/// A setting that is not `section.key=value`.
+/// A setting is not `section.key=value`.
 fn of_settings(settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = Vec::new();
     for (layer, list) in settings.iter().rev().enumerate() {
@@ -267,10 +266,10 @@ fn of_settings(settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     Ok(entries)
 }
 
-/// The entries of a scenario's file in layer 1, and of its bases in the layers after.
+/// Returns the entries of a scenario's file in layer 1, and of its bases in the following layers.
 ///
 /// # Errors
-/// A file that cannot be read, is not TOML, or is based on itself.
+/// A file cannot be read, is not TOML, or is based on itself.
 fn of_files(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = Vec::new();
     let mut visited: Vec<Source> = vec![];
@@ -301,7 +300,7 @@ fn of_files(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
     Ok(entries)
 }
 
-/// Removes the keys of layers that were written farther away than the nearest list of layers, which replaces them.
+/// Removes keys of tissue layers that the nearest list of tissue layers replaces.
 pub(super) fn drop_replaced_layers(entries: &mut Vec<Entry>) {
     let lists = entries.iter().filter(|entry| entry.path == LAYER_LIST);
     if let Some(nearest) = lists.map(|entry| entry.layer).min() {
@@ -309,16 +308,16 @@ pub(super) fn drop_replaced_layers(entries: &mut Vec<Entry>) {
     }
 }
 
-/// Whether an entry is in the section of a sweep's axes.
+/// Returns true if an entry is in the section of a sweep's axes.
 #[must_use]
 pub fn is_axis(entry: &Entry) -> bool {
     entry.path.split('.').next() == Some("axes")
 }
 
-/// Every entry of a file in the syntax of a scenario, in the order of their paths.
+/// Returns every entry of a file in the syntax of a scenario, sorted by path.
 ///
 /// # Errors
-/// A file that cannot be read, or is not TOML.
+/// The file cannot be read or is not TOML.
 pub fn entries(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
     parse(&source.display(), &source.read_argument()?, source)
 }
@@ -331,7 +330,6 @@ fn based_on(source: &Source, entry: Entry) -> Result<(Source, Option<Place>), Sc
     Ok((source.relative(path), Some(entry.value_place)))
 }
 
-/// The entries of one file.
 fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, ScenarioError> {
     let (file, text): (Arc<str>, Arc<str>) = (name.into(), text.into());
     let place = |span: Range<usize>| Place { file: file.clone(), text: text.clone(), span };
@@ -361,7 +359,7 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
             return Err(list_of_tables(&path).at(Some(place(key))));
         }
         let read = || match value.get_ref() {
-            // A section's header is not the text of a value.
+            // The text of a section is its header, not its value.
             DeValue::Table(_) => Ok(toml::Value::Table(toml::Table::new())),
             _ => ValueDeserializer::parse(raw).and_then(toml::Value::deserialize),
         };
@@ -389,20 +387,17 @@ fn parse(name: &str, text: &str, source: &Source) -> Result<Vec<Entry>, Scenario
     Ok(entries)
 }
 
-/// The items of the list of layers, if the path and the value are those of the list.
 fn layer_items<'a, 'de>(path: &str, value: &'a Spanned<DeValue<'de>>) -> Option<&'a [Spanned<DeValue<'de>>]> {
     let DeValue::Array(items) = value.get_ref() else { return None };
     let are_tables = items.iter().all(|item| matches!(item.get_ref(), DeValue::Table(_)));
     (path == LAYER_LIST && are_tables && !items.is_empty()).then_some(&items[..])
 }
 
-/// The name of an item of the list of layers.
 fn name_of<'a>(item: &'a Spanned<DeValue<'_>>) -> Option<&'a str> {
     let DeValue::Table(table) = item.get_ref() else { return None };
     table.iter().find(|(key, _)| key.get_ref() == "name").and_then(|(_, name)| name.get_ref().as_str())
 }
 
-/// The names of the items of the list of layers: each has one, and no two the same.
 fn names_of_layers(
     items: &[Spanned<DeValue<'_>>],
     place: &impl Fn(Range<usize>) -> Place,
@@ -424,7 +419,7 @@ fn names_of_layers(
     Ok(names)
 }
 
-/// The error of `[[path]]`, which begins an item of a list.
+/// Returns the error for `[[path]]`, which begins an item of a list.
 fn list_of_tables(path: &str) -> ScenarioError {
     let error = ScenarioError::new(format!("{path} is a list of tables, [[{path}]]"));
     if path.starts_with("tissue.") {
@@ -433,13 +428,11 @@ fn list_of_tables(path: &str) -> ScenarioError {
     error.remedy(format!("write a section once, as [{path}]"))
 }
 
-/// Whether a text is a whole number, however large.
 fn is_digits(text: &str) -> bool {
     let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
     !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit() || byte == b'_')
 }
 
-/// A value's text on one line, shortened for a message.
 fn shorten(raw: &str) -> String {
     const MAX_CHARS: usize = 60;
     let line = raw.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -448,14 +441,14 @@ fn shorten(raw: &str) -> String {
 
 type Leaf<'a> = dyn FnMut(String, Range<usize>, &Spanned<DeValue<'_>>) -> Result<(), ScenarioError> + 'a;
 
-/// Visits every value that is not a section. An empty table that is no section is visited too, so that it is reported. The list
-/// of layers is visited, and then the values of its items, by their names.
+/// Visits every value that is not a section, and every empty table without a section, so that it is reported. In the
+/// list of layers it visits the list, then the values of its items, by their names.
 fn flatten(prefix: &str, table: &DeTable<'_>, leaf: &mut Leaf<'_>) -> Result<(), ScenarioError> {
     for (key, value) in table {
         if is_of_layer(prefix) && key.get_ref() == "name" {
             continue;
         }
-        // A quoted key that contains a dot is not a path.
+        // A quoted key with a dot is not a path.
         let name = key.get_ref();
         let name = if name.contains('.') { format!("{name:?}") } else { name.to_string() };
         let path = if prefix.is_empty() { name } else { format!("{prefix}.{name}") };
@@ -476,14 +469,14 @@ fn flatten(prefix: &str, table: &DeTable<'_>, leaf: &mut Leaf<'_>) -> Result<(),
     Ok(())
 }
 
-/// Parses `section.key=value` as a document; a value that is not TOML is a text.
+/// Parses `section.key=value` as a document. A value that is not TOML is a text.
 pub(super) fn parse_setting(setting: &str) -> Result<Vec<Entry>, ScenarioError> {
     let remedy = "write --set section.key=value, as in --set scaling.force=2";
     let Some((key, value)) = setting.split_once('=') else {
         return Err(ScenarioError::new(format!("--set {setting}: there is no '='")).remedy(remedy));
     };
     let (key, value) = (key.trim(), value.trim());
-    // A whole number that is too large is an error, not a text.
+    // Reject whole numbers that are too large instead of reading them as text.
     let is_toml = is_digits(value) || ValueDeserializer::parse(value).and_then(toml::Value::deserialize).is_ok();
     let value = if is_toml { value.to_owned() } else { toml::Value::String(value.to_owned()).to_string() };
     // Paths on the command line are relative to the working directory.

@@ -1,4 +1,4 @@
-//! How the plants are stepped from tick to tick.
+//! The method that steps the plants from tick to tick.
 
 trocar_core::choice! {
     /// Stepping between ticks: matrix exponentials, or numerical integration as a check.

@@ -9,14 +9,14 @@ use std::sync::Arc;
 pub struct Place {
     /// The file as the user named it.
     pub file: Arc<str>,
-    /// Its whole text.
+    /// The whole text of the file.
     pub text: Arc<str>,
     /// The byte range within the text.
     pub span: Range<usize>,
 }
 
 impl Place {
-    /// Line and column of its start, from 1.
+    /// Returns line and column of the start, counted from 1.
     #[must_use]
     pub fn line_and_column(&self) -> (usize, usize) {
         let before = self.text.get(..self.span.start).unwrap_or(&self.text);
@@ -26,37 +26,38 @@ impl Place {
     }
 }
 
-/// A scenario that cannot be run as written.
+/// An error in a scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScenarioError {
     /// The error, with the value and the allowed range.
     pub message: String,
     /// The place, if the error is in a file.
     pub place: Option<Place>,
-    /// How to correct it.
+    /// The remedy.
     pub remedy: Option<String>,
     /// Further errors of the same scenario.
     pub others: Box<[ScenarioError]>,
 }
 
 impl ScenarioError {
-    /// An error without a place.
+    /// Creates an error without a place.
     #[must_use]
     pub fn new(message: impl Into<String>) -> Self {
         Self { message: message.into(), place: None, remedy: None, others: Box::default() }
     }
 
-    /// The same error at a place, if there is one.
+    /// Sets the place.
     #[must_use]
     pub fn at(mut self, place: Option<Place>) -> Self {
         self.place = place;
         self
     }
 
-    /// Several errors as one, in the order of their places in a file. At most ten are kept: one mistake can cause many.
+    /// Combines several errors, sorted by their places in a file. Keeps at most ten, because one mistake can cause many
+    /// errors.
     ///
     /// # Errors
-    /// This error, unless the list is empty.
+    /// The combined error, unless the list is empty.
     pub(super) fn all(mut errors: Vec<Self>) -> Result<(), Self> {
         const MAX_ERRORS: usize = 10;
         let file = |error: &Self| error.place.as_ref().map(|place| place.file.clone());
@@ -73,7 +74,7 @@ impl ScenarioError {
         Err(Self { others: errors.collect(), ..first })
     }
 
-    /// The same error with a remedy.
+    /// Sets the remedy.
     #[must_use]
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(remedy.into());
@@ -102,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_is_counted_as_an_editor_does() {
+    fn lines_and_columns_are_counted_as_in_an_editor() {
         let place = Place { file: "a.toml".into(), text: "x = 1\nµ = 2\n".into(), span: 9..11 };
         assert_eq!(place.line_and_column(), (2, 3));
         let error = ScenarioError::new("no").at(Some(place)).remedy("do");

@@ -1,4 +1,4 @@
-//! The content of a scenario's files, kept so that a later change of them does not change the scenario.
+//! Kept content of a scenario's files, so that later changes of the files do not change the scenario.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,42 +6,41 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use trocar_recording::{Columns, Limits, Recording};
 
-/// What was read of the files that a scenario names. A copy shares it.
+/// The content of the files that a scenario names. Clones share it.
 ///
-/// It is no part of the identity of a [`Source`](super::Source): two sources are equal if they name the same file.
+/// It is not part of the identity of a [`Source`](super::Source): sources are equal if they name the same file.
 #[derive(Debug, Clone, Default)]
 pub struct KeptFiles(Arc<Mutex<FileContents>>);
 
 /// The content of files.
 #[derive(Debug, Clone, Default)]
 pub struct FileContents {
-    /// The canonical path of each path, as it was when it was first asked for.
+    /// The canonical path of each path at the time of its first use.
     pub canonical: BTreeMap<PathBuf, PathBuf>,
     /// The bytes of scenarios and tables, by path.
     pub bytes: BTreeMap<PathBuf, Arc<[u8]>>,
-    /// The recordings, by canonical path and by how they were read.
+    /// The recordings by canonical path and settings for reading.
     pub recordings: BTreeMap<(PathBuf, String), Arc<Recording>>,
 }
 
 impl KeptFiles {
-    /// Files with this content.
+    /// Wraps the content of files.
     #[must_use]
     pub fn of(content: FileContents) -> Self {
         Self(Arc::new(Mutex::new(content)))
     }
 
-    /// A copy of what was read so far.
+    /// Returns a copy of the content read so far.
     #[must_use]
     pub fn content(&self) -> FileContents {
         self.locked().clone()
     }
 
-    /// The canonical form of a path.
     pub(super) fn canonical(&self, path: &Path) -> PathBuf {
         self.locked().canonical.entry(path.to_owned()).or_insert_with(|| canonical_path(path)).clone()
     }
 
-    /// The bytes of a file, which `read` reads the first time.
+    /// Returns the bytes of a file; calls `read` the first time.
     pub(super) fn bytes<E>(&self, path: &Path, read: impl FnOnce() -> Result<Vec<u8>, E>) -> Result<Arc<[u8]>, E> {
         if let Some(kept) = self.locked().bytes.get(path) {
             return Ok(kept.clone());
@@ -51,7 +50,7 @@ impl KeptFiles {
         Ok(bytes)
     }
 
-    /// The recording of a file, which `read` reads the first time.
+    /// Returns the recording of a file; calls `read` the first time.
     pub(super) fn recording<E>(
         &self,
         (path, columns, limits): (&Path, &Columns, &Limits),
@@ -71,7 +70,7 @@ impl KeptFiles {
     }
 }
 
-/// The canonical form of a path; the path itself if there is no such file.
+/// Returns the canonical form of a path, or the path itself if the file does not exist.
 pub(super) fn canonical_path(path: &Path) -> PathBuf {
     std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
@@ -90,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_scenario_is_loaded_again_from_what_was_kept() {
+    fn a_scenario_is_loaded_again_from_its_kept_files() {
         let folder = tempfile::tempdir().expect("a folder");
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("writes");
         write("base.toml", "base = \"builtin:paper/augmented\"\n[scaling]\nforce = 0.5\n");

@@ -1,13 +1,13 @@
-//! Every key of a scenario and every section, from the [table of groups](super::scenario::GROUPS).
+//! Every key and section of a scenario, from the [table of groups](super::scenario::GROUPS).
 //!
-//! Validation, the resolved echo, the JSON Schema and the starter file are generated from them. A key is declared beside the part
-//! that it sets.
+//! Validation, the resolved echo, the JSON Schema and the starter file are generated from this table. Each key is
+//! declared beside its part.
 
 use trocar_core::settings::{Key, count, joined};
 
 use super::scenario::GROUPS;
 
-/// The sections in the order in which they are written, each with its subject.
+/// The sections in the order of files, each with its subject.
 pub const SECTIONS: [(&str, &str); count_sections()] = {
     let mut all = [("", ""); count_sections()];
     let (mut filled, mut group) = (0, 0);
@@ -22,7 +22,7 @@ pub const SECTIONS: [(&str, &str); count_sections()] = {
     all
 };
 
-/// Every key, in the order in which they are written, except those of the layers ([`LAYER_KEYS`](trocar_engine::tissue::LAYER_KEYS)).
+/// Every key in the order of files, without the layers' keys ([`LAYER_KEYS`](trocar_engine::tissue::LAYER_KEYS)).
 pub const KEYS: &[Key] = &joined::<{ count(&KEYS_OF_GROUPS) }>(&KEYS_OF_GROUPS);
 
 const KEYS_OF_GROUPS: [&[Key]; GROUPS.len()] = {
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
     use trocar_engine::tissue::LAYER_KEYS;
 
-    /// Compares with a file beside this one; `BLESS=1` writes it.
+    /// Compares with a file in `snapshots`; `BLESS=1` writes it.
     fn assert_snapshot(name: &str, text: &str) {
         let path = format!("{}/src/snapshots/{name}", env!("CARGO_MANIFEST_DIR"));
         if std::env::var_os("BLESS").is_some() {

@@ -1,4 +1,4 @@
-//! Finding a key.
+//! Lookup of keys.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -10,21 +10,20 @@ use trocar_core::settings::Key;
 use super::key_table::{KEYS, SECTIONS};
 use super::layers::{ANY, is_name, key_of, split};
 
-/// The keys by their paths.
 static BY_PATH: LazyLock<HashMap<&str, &'static Key>> =
     LazyLock::new(|| KEYS.iter().map(|key| (key.path, key)).collect());
 
-/// A key at its path. The keys of all layers are declared once, with a `*` for the layer; the path has the name of the layer.
+/// A key with its path. The keys of layers are declared once, with `*` as the layer; the path contains the layer's
+/// name.
 #[derive(Debug, Clone)]
 pub struct KeyAt {
-    /// The path of the value: `tissue.layer.dura.thickness_m`.
+    /// The path of the value, for example `tissue.layer.dura.thickness_m`.
     pub path: Cow<'static, str>,
     /// The declaration.
     pub key: &'static Key,
 }
 
 impl KeyAt {
-    /// The key of a layer.
     pub(super) fn of_layer(name: &str, key: &'static Key) -> Self {
         Self { path: Cow::Owned(key.path.replacen(ANY, name, 1)), key }
     }
@@ -44,7 +43,7 @@ impl Deref for KeyAt {
     }
 }
 
-/// The key at a path, those of layers included, whatever the name of the layer.
+/// Returns the key of a path, including keys of layers with any name.
 #[must_use]
 pub fn find(path: &str) -> Option<KeyAt> {
     if let Some(key) = BY_PATH.get(path) {
@@ -55,20 +54,19 @@ pub fn find(path: &str) -> Option<KeyAt> {
     Some(KeyAt::of_layer(name, key))
 }
 
-/// Whether a path names a section.
+/// Returns true if a path names a section.
 #[must_use]
 pub fn is_section(path: &str) -> bool {
     SECTIONS.iter().any(|(section, _)| *section == path)
 }
 
-/// Minimum similarity of a suggested name.
 const MIN_SIMILARITY: f64 = 0.8;
 
-/// Minimum similarity of a suggested name in the section that was meant.
+/// Minimum similarity of a suggested name in the same section.
 const MIN_SIMILARITY_IN_SECTION: f64 = 0.75;
 
-/// The known key with the most similar spelling, if any is similar enough: in the same section first, as a section is rarely
-/// wrong.
+/// Returns the most similar known key, if any is similar enough. Prefers the same section, because the section is
+/// rarely wrong.
 #[must_use]
 pub fn nearest(path: &str) -> Option<&'static str> {
     let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
@@ -81,13 +79,13 @@ pub fn nearest(path: &str) -> Option<&'static str> {
     most_similar(in_section, MIN_SIMILARITY_IN_SECTION).or_else(|| most_similar(anywhere, MIN_SIMILARITY))
 }
 
-/// The known name with the most similar spelling, if any is similar enough.
+/// Returns the most similar known name, if any is similar enough.
 pub fn nearest_of<S: AsRef<str>>(name: &str, known: impl IntoIterator<Item = S>) -> Option<S> {
     let with_similarity = |known: S| (strsim::jaro_winkler(name, known.as_ref()), known);
     most_similar(known.into_iter().map(with_similarity), MIN_SIMILARITY)
 }
 
-/// The candidate of the greatest similarity, if it is above `min`.
+/// Returns the most similar candidate if its similarity is above `min`.
 fn most_similar<T>(candidates: impl Iterator<Item = (f64, T)>, min: f64) -> Option<T> {
     let best = candidates.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(similarity, _)| *similarity > min);
     best.map(|(_, candidate)| candidate)
@@ -102,7 +100,7 @@ mod tests {
     use trocar_engine::tissue::LAYER_KEYS;
 
     #[test]
-    fn the_key_of_a_layer_is_found_by_any_name_at_its_own_path() {
+    fn the_key_of_a_layer_is_found_at_the_path_of_any_name() {
         let found = find("tissue.layer.dura.thickness_m").expect("a key");
         assert_eq!((&*found.path, found.key.path), ("tissue.layer.dura.thickness_m", "tissue.layer.*.thickness_m"));
         assert_eq!(find("tissue.layer.*.thickness_m").expect("any").path, "tissue.layer.*.thickness_m");
@@ -113,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn any_number_of_names_has_keys() {
+    fn layers_with_many_names_have_keys() {
         assert!((0..10_000).all(|k| find(&format!("tissue.layer.n{k}.grip_n")).is_some()));
     }
 
@@ -128,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn every_key_stands_in_a_section_and_once() {
+    fn every_key_is_unique_and_in_a_section() {
         for (index, key) in KEYS.iter().enumerate() {
             let section = key.path.rsplit_once('.').map(|(section, _)| section);
             assert!(section.is_none_or(|name| SECTIONS.iter().any(|(known, _)| *known == name)), "{}", key.path);
@@ -137,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_acts_for_words_of_a_choice_or_a_position_of_a_switch() {
+    fn keys_depend_on_the_words_of_a_choice_or_on_a_switch() {
         for acts in KEYS.iter().chain(LAYER_KEYS).filter_map(|key| key.acts_for).flat_map(|acts| acts.conditions()) {
             let words: &[&str] = match find(acts.key).map(|choice| choice.kind) {
                 Some(Kind::Choice(words)) => words,

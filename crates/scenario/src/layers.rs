@@ -3,45 +3,40 @@
 use trocar_core::settings::Key;
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
-/// Longest name of a layer.
 const MAX_NAME_LEN: usize = 32;
 
-/// The rule for names, as the end of "must be ...".
+/// The rule for names, for messages with "must be ...".
 pub const NAME_RULE: &str = "at most 32 letters, digits, '-' and '_'";
 
 /// The rule for names, as a regular expression.
 pub const NAME_PATTERN: &str = "^[A-Za-z0-9_-]{1,32}$";
 
-/// The name that stands for any layer.
+/// The placeholder for the name of any layer.
 pub(super) const ANY: &str = "*";
 
-/// True if a text can be the name of a layer.
 pub(super) fn is_name(name: &str) -> bool {
     let is_letter = |byte: u8| byte.is_ascii_alphanumeric() || b"-_".contains(&byte);
     !name.is_empty() && name.len() <= MAX_NAME_LEN && name.bytes().all(is_letter)
 }
 
-/// The part of a path below the list of layers: `dura.thickness_m` of `tissue.layer.dura.thickness_m`.
+/// Returns the part of a path below the list of layers: `dura.thickness_m` for `tissue.layer.dura.thickness_m`.
 fn below_list(path: &str) -> Option<&str> {
     path.strip_prefix(LAYER_LIST)?.strip_prefix('.')
 }
 
-/// True for a path below the list of layers.
 pub(super) fn is_of_layer(path: &str) -> bool {
     below_list(path).is_some()
 }
 
-/// The name of the layer and the field that a path names; neither has to exist.
+/// Splits a path into the layer's name and the field; neither has to exist.
 pub(super) fn split(path: &str) -> Option<(&str, &str)> {
     below_list(path)?.split_once('.')
 }
 
-/// The last part of a path.
 pub(super) fn field(path: &str) -> &str {
     path.rsplit('.').next().unwrap_or(path)
 }
 
-/// The key of a layer with this field.
 pub(super) fn key_of(wanted: &str) -> Option<&'static Key> {
     LAYER_KEYS.iter().find(|key| field(key.path) == wanted)
 }

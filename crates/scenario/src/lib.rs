@@ -1,8 +1,8 @@
-//! Scenarios: from TOML to a validated and resolved description; the echo contains every default; and [people, tissues and links](population)
-//! drawn at random for them.
+//! Scenarios: from TOML to a validated and resolved description, and random [people, tissues and links](population)
+//! around it. The echo of a scenario contains every default.
 //!
-//! It may use `trocar-core`, `trocar-base`, `trocar-recording` and `trocar-engine`. The shipped scenarios are embedded from the folder
-//! `scenarios/`. The crate `trocar` re-exports it as `trocar::scenario`.
+//! The crate depends only on `trocar-core`, `trocar-base`, `trocar-recording` and `trocar-engine`. The shipped
+//! scenarios are embedded from the folder `scenarios/`. The crate `trocar` re-exports it as `trocar::scenario`.
 
 mod build;
 mod builtin;
@@ -27,11 +27,13 @@ mod schedule;
 mod schedule_settings;
 mod schema;
 mod settings;
+mod spared;
 mod specs;
 mod starter;
 mod steps;
 mod template;
 mod trace;
+mod unread;
 mod value;
 mod values;
 
@@ -49,11 +51,12 @@ pub use quantity::{parse as parse_quantity, parse_column, parse_number, unit_of}
 pub use replay::{DetectionSettings, DetectionSpec, RecordingSpec, recording_columns, recording_signals};
 pub use resolve::{DelayTicks, waits_for_tick};
 pub use scenario::Scenario;
-pub use schema::json_schema;
+pub use schema::{json_schema, number_schema};
 pub use specs::{OperatorSpec, TissueSpec};
 pub use starter::Starter;
 pub use template::{CaseFactory, Template};
 pub use trace::{empty_trace, empty_trace_with};
 pub use trocar_core::settings::{Constant, Fallback, Key, Kind, Range};
+pub use unread::{Reader, idle_keys, keys_outside_loop, keys_without_effect};
 pub use value::Value;
 pub use values::{Values, harmless_name};

@@ -1,4 +1,4 @@
-//! From values to the link's settings.
+//! Reads the settings of the link.
 
 use super::error::ScenarioError;
 use super::values::Values;
@@ -8,7 +8,6 @@ use trocar_engine::teleoperation::{
     RecoverySettings, Scales, Scheme,
 };
 
-/// The architecture, the recovery and the passivity scheme for two machines.
 pub(super) fn link_settings(
     values: &mut Values,
     master: &MasterParameters,
@@ -42,14 +41,14 @@ pub(super) fn link_settings(
     Ok(LinkSettings { controller, machines, recovery: RecoverySettings::read(values)?, passivity })
 }
 
-/// Checks that no damping of a scheme is so large that it reverses the master's motion within a tick.
+/// Checks that the damping of a scheme cannot reverse the master's motion within a tick.
 fn check_damping(
     values: &Values,
     passivity: &PassivitySettings,
     master: &MasterParameters,
     tick_s: f64,
 ) -> Result<(), ScenarioError> {
-    // A force -d v, held over a tick, turns v into (1 - d T / m) v.
+    // A force -d v, held over a tick, changes v to (1 - d T / m) v.
     let bound = 2.0 * master.mass_kg / tick_s;
     let too_large = passivity.held_dampings().into_iter().flatten().find(|(_, damping)| *damping >= bound);
     match too_large {
@@ -63,7 +62,6 @@ fn check_damping(
     }
 }
 
-/// Checks that architecture, scheme and machines are compatible.
 fn check_compatible(
     values: &Values,
     (kind, scheme, scales): (ControllerKind, Scheme, Scales),

@@ -1,4 +1,4 @@
-//! From a scenario to the parts around the plants.
+//! Builds the parts around the plants of a scenario.
 
 use std::sync::Arc;
 
@@ -20,18 +20,16 @@ use trocar_engine::sensor::{AnySensor, ForceSensor, PerfectSensor};
 use trocar_engine::teleoperation::{DirectLink, Lines, Link, PAYLOAD};
 use trocar_engine::tissue::{AnyTissue, DepthReplay, Fmu, RecordedForce, Recording, StillTissue};
 
-/// Separate the random streams of the two directions from all others with the same seed.
+/// Distinguish the random streams of the two directions from others with the same seed.
 const FORWARD: u64 = 0x66_6f72_7761_7264;
 const BACKWARD: u64 = 0x6261_636b_7761_7264;
 
-/// What all lines of a link have in common.
 struct Line<'a> {
     tick_s: f64,
     irregularity: &'a Irregularity,
 }
 
 impl Line<'_> {
-    /// A line of a direction: its delay, its schedule and its random stream.
     fn delay<L: Lane, const N: usize>(
         &self,
         initial: [L; N],
@@ -42,14 +40,14 @@ impl Line<'_> {
 }
 
 impl Scenario {
-    /// The engine around `plants`, compiled for any parts.
+    /// Builds the engine around `plants`, compiled for any parts.
     pub(super) fn general<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Engine<P, Any<L>>, ScenarioError> {
         let link = self.link(first_stream)?;
         let parts = (self.operator(first_stream)?, self.any_tissue()?, self.any_sensor(first_stream)?);
         Ok(self.engine_of(plants, self.parts(parts, self.any_chain(), link)))
     }
 
-    /// The engine around `plants`, compiled for its parts if they are a frequent combination.
+    /// Builds the engine around `plants`, compiled for its parts if they are a frequent combination.
     pub(super) fn wired<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Wired<L, P>, ScenarioError> {
         use AnyTissue::Still;
         let link: Link<L> = self.link(first_stream)?;
@@ -91,7 +89,6 @@ impl Scenario {
         })
     }
 
-    /// These parts with the scenario's supervisor.
     fn parts<L: Lane, O, T, S, E, D, K>(
         &self,
         (operator, tissue, sensor): (O, T, S),
@@ -105,27 +102,27 @@ impl Scenario {
         Engine { grid: self.grid, plants, parts }
     }
 
-    /// Any built-in estimator and detector.
+    /// Builds any built-in estimator and detector.
     fn any_chain<L: Lane>(&self) -> Chain<L, AnyEstimator<L>, AnyDetector<L>> {
         let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
         let detector = ScheduledAlarms::new(detector, self.alarm_ticks());
         Chain { contact_m: L::splat(self.contact_m), estimator: AnyEstimator::new(&self.estimator), detector }
     }
 
-    /// The paper's estimator, and its detector with any built-in distance.
+    /// Builds the paper's estimator, and its detector with any built-in distance.
     fn rls_chain<L: Lane>(&self) -> Chain<L, Rls<L>, CusumDetector<L>> {
         let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
         Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector }
     }
 
-    /// The paper's estimator and detector.
+    /// Builds the paper's estimator and detector.
     fn paper_chain<L: Lane>(&self) -> Chain<L, Rls<L>, CusumDetector<L, SquaredResidual<L>>> {
         let distance = SquaredResidual::new();
         let detector = CusumDetector::with_distance(distance, &self.detector, self.grid.tick_s());
         Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector }
     }
 
-    /// The parts with some of the user's own.
+    /// Builds the parts, replacing some by user-defined ones.
     pub(super) fn own_wiring(&self, own: OwnParts) -> Result<OwnWiring, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let link = self.link(0)?;
@@ -178,12 +175,10 @@ impl Scenario {
         })
     }
 
-    /// Initial reference of the slave in m.
     fn reference_m(&self) -> f64 {
         self.position_scale() * self.start_m()
     }
 
-    /// The scenario's tissue.
     pub(super) fn any_tissue<L: Lane>(&self) -> Result<AnyTissue<L>, ScenarioError> {
         let start_m = self.reference_m();
         let tissue = match &self.tissue {
@@ -201,7 +196,6 @@ impl Scenario {
         tissue.map_err(|error| self.values().out_of_range(&error))
     }
 
-    /// A tissue with the motion of the organs.
     fn moved<L: Lane>(&self, tissue: Result<StillTissue<L>, InvalidValue>) -> Result<AnyTissue<L>, InvalidValue> {
         tissue.and_then(|tissue| self.organ_motion.applied_to(tissue, self.grid.tick_s()))
     }
@@ -216,12 +210,12 @@ impl Scenario {
         Supervisor::new(&self.augmentation, self.detector.cusum.threshold, self.grid.tick_s(), reference_m)
     }
 
-    /// The ticks of scheduled alarms; none without augmentation, which they trigger.
+    /// Returns the ticks of scheduled alarms. There are none without augmentation, which they trigger.
     fn alarm_ticks(&self) -> Arc<[u64]> {
         if self.augmentation.enabled { self.events.clone() } else { Arc::default() }
     }
 
-    /// The motion of an operator who replays known positions, independent of the felt force.
+    /// Returns the motion of an operator who replays known positions, independent of the felt force.
     fn replay(&self) -> Option<Replay> {
         match &self.operator {
             OperatorSpec::Recording(positions)
@@ -237,12 +231,11 @@ impl Scenario {
         }
     }
 
-    /// What the slave and what the master has before the first sample arrives.
     pub(super) fn initial_samples(&self) -> ([f64; 4], [f64; 5]) {
         ([self.start_m(), 0.0, 0.0, 0.0], [0.0, self.reference_m(), 0.0, 0.0, 0.0])
     }
 
-    /// The delays of the samples of a run, forward and backward, in whole ticks: a fraction of a tick is a whole one.
+    /// Returns the delays of a run's samples, forward and backward, rounded up to whole ticks.
     #[must_use]
     pub fn sample_delays(&self) -> [SampleDelays; 2] {
         let directions =
@@ -254,18 +247,17 @@ impl Scenario {
         })
     }
 
-    /// The longest delays in ticks of a sample that arrives, forward and backward.
+    /// Returns the longest delays of samples that arrive, forward and backward, in ticks.
     pub fn longest_delays_ticks(&self) -> [u64; 2] {
         let line = Line { tick_s: self.grid.tick_s(), irregularity: &self.irregularity };
         let of = |delay, schedule| line.delay::<f64, 1>([0.0], (delay, schedule, (0, 0))).longest_ticks();
         [of(&self.forward, &self.forward_schedule), of(&self.backward, &self.backward_schedule)]
     }
 
-    /// The link between the two sides.
     fn link<L: Lane>(&self, first_stream: u64) -> Result<Link<L>, ScenarioError> {
         let (tick_s, start_m, zero) = (self.grid.tick_s(), self.start_m(), L::zero());
         let (to_slave, to_master) = self.initial_samples();
-        // A payload arrives with its sample: the same delays and the same random numbers.
+        // A payload arrives with its sample, so its line has the same delays and random numbers.
         let line = Line { tick_s, irregularity: &self.irregularity };
         let forth = (&self.forward, &self.forward_schedule, (self.seed ^ FORWARD, first_stream));
         let back = (&self.backward, &self.backward_schedule, (self.seed ^ BACKWARD, first_stream));
@@ -279,7 +271,7 @@ impl Scenario {
         Link::new(&self.link, lines, &slave, tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
     }
 
-    /// The operator, lane `i` with the tremor and the reaction times of stream `first_stream + i`.
+    /// Builds the operator. Lane `i` has the tremor and reaction times of stream `first_stream + i`.
     fn operator<L: Lane>(&self, first_stream: u64) -> Result<HumanOperator<L>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let motion = match &self.operator {

@@ -1,4 +1,4 @@
-//! Quantities with their unit, as people write them: "30ms", "3 mm", "0.5 N/mm".
+//! Quantities with their unit: "30ms", "3 mm", "0.5 N/mm".
 
 use trocar_recording::{Column, Quantity};
 
@@ -29,7 +29,6 @@ impl Unit {
         }
     }
 
-    /// The unit that a text names, as in `mm`, `N·s/m` or `N/m²`.
     fn parse(text: &str) -> Option<Self> {
         let mut unit = Self::default();
         for (index, factors) in text.split('/').enumerate() {
@@ -45,7 +44,7 @@ impl Unit {
         Some(unit)
     }
 
-    /// The unit of a symbol, with a prefix or without.
+    /// Returns the unit of a symbol with or without a prefix.
     fn symbol(symbol: &str) -> Option<Self> {
         let known = |symbol: &str| SYMBOLS.iter().find(|(name, _)| *name == symbol).map(|(_, unit)| *unit);
         known(symbol).or_else(|| {
@@ -69,9 +68,10 @@ const SYMBOLS: [(&str, Unit); 9] = [
     ("Hz", Unit::new([0, 0, -1], 0, 0)),
 ];
 
-const PREFIXES: [(&str, i32); 7] = [("µ", -6), ("μ", -6), ("u", -6), ("m", -3), ("c", -2), ("k", 3), ("M", 6)];
+const PREFIXES: [(&str, i32); 8] =
+    [("n", -9), ("µ", -6), ("μ", -6), ("u", -6), ("m", -3), ("c", -2), ("k", 3), ("M", 6)];
 
-/// A symbol and its power: `m²`, `m^2` and `m2` are the square of a metre.
+/// Splits a symbol from its power: `m²`, `m^2` and `m2` are all the square of a metre.
 fn power(factor: &str) -> (&str, i32) {
     for (ending, power) in [("^2", 2), ("²", 2), ("2", 2), ("^3", 3), ("³", 3), ("3", 3)] {
         if let Some(symbol) = factor.strip_suffix(ending) {
@@ -81,7 +81,7 @@ fn power(factor: &str) -> (&str, i32) {
     (factor, 1)
 }
 
-/// The unit in which a key's number is, from the ending of its name: `N/m` for `stiffness_n_per_m`. `None` without one.
+/// Returns the unit of a key from the ending of its name: `N/m` for `stiffness_n_per_m`. `None` if there is none.
 pub fn unit_of(path: &str) -> Option<String> {
     let name = path.rsplit('.').next().unwrap_or(path);
     let mut symbols: Vec<&str> = vec![];
@@ -104,10 +104,10 @@ pub fn unit_of(path: &str) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// The number in a key's unit that a text with a unit means.
+/// Converts a text with a unit to a number in the key's unit.
 ///
 /// # Errors
-/// What is wrong with the text, as a remedy.
+/// The problem with the text, as a remedy.
 pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
     let text = text.trim();
     let is_number = |end: &usize| {
@@ -132,12 +132,12 @@ pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
     let (decade, sixties, gravities) =
         (given.decade - si.decade, given.sixties - si.sixties, given.gravities - si.gravities);
     let number = if gravities == 0 { number } else { number * GRAVITY.powi(gravities) };
-    // Dividing by a power of ten is exact to the last bit where multiplying by its inverse is not.
+    // Division by a power of ten is exact to the last bit; multiplication by its inverse is not.
     let scaled = if decade < 0 { number / 10f64.powi(-decade) } else { number * 10f64.powi(decade) };
     Ok(scaled * 60f64.powi(sixties))
 }
 
-/// The name of a quantity with an SI unit, and its usual units.
+/// Returns the name of the quantity with an SI unit, and its usual units.
 fn units_of(unit: &str) -> (&str, String) {
     if let Some(quantity) = Quantity::ALL.into_iter().find(|quantity| quantity.unit() == unit) {
         let name = if quantity == Quantity::Position { "length" } else { quantity.name() };
@@ -153,11 +153,12 @@ fn units_of(unit: &str) -> (&str, String) {
     }
 }
 
-/// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, as in `x:mm` where `unit` is `m`; `-mm` changes the sign. Any other
-/// text after the colon is part of the name; if the file has no such column, the error says that it is no unit.
+/// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, for example `x:mm` if `unit` is `m`; `-mm` also changes
+/// the sign. Any other text after the colon is part of the name. If the file has no such column, the error says that
+/// the text is no unit.
 ///
 /// # Errors
-/// What is wrong with the name or the factor.
+/// The name or the factor is invalid.
 pub fn parse_column(text: &str, unit: &str) -> Result<Column, String> {
     let with_unit = text.rsplit_once(':').and_then(|(name, written)| {
         let (sign, written) = written.strip_prefix('-').map_or(("", written), |rest| ("-", rest));
@@ -167,10 +168,10 @@ pub fn parse_column(text: &str, unit: &str) -> Result<Column, String> {
     with_unit.unwrap_or_else(|| text.parse()).map_err(|error| error.to_string())
 }
 
-/// The number in `unit` that a text means, with a unit or without.
+/// Converts a text with or without a unit to a number in `unit`.
 ///
 /// # Errors
-/// As [`parse`].
+/// The errors of [`parse`].
 pub fn parse_number(text: &str, unit: &str) -> Result<f64, String> {
     text.trim().parse().or_else(|_| parse(text, unit))
 }
@@ -181,7 +182,7 @@ mod tests {
     use crate::KEYS;
 
     #[test]
-    fn a_unit_scales_to_the_keys_own() {
+    fn a_unit_is_converted_to_the_unit_of_the_key() {
         for (text, unit, value) in [
             ("30ms", "s", 0.03),
             ("3 mm", "m", 0.003),
@@ -195,6 +196,8 @@ mod tests {
             ("4 N*s/mm", "N·s/m", 4000.0),
             ("1 min", "s", 60.0),
             ("12 µm", "m", 12e-6),
+            ("250 ns", "s", 250e-9),
+            ("3 nN", "N", 3e-9),
             ("3 mN/mm²", "N/m²", 3000.0),
             ("1 kgf", "N", 9.80665),
             ("100 gf", "N", 0.980665),
@@ -206,12 +209,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_such_quantity_says_why() {
+    fn an_invalid_quantity_is_rejected_with_the_reason() {
         for (text, phrase) in [
             ("30", "write 30 without quotes"),
             ("ms", "write a number"),
-            ("3 mm", "mm is not a unit of time; use s, ms, us or min"),
-            ("3 parsec", "parsec is not a known unit of time; use s, ms, us or min"),
+            ("3 mm", "mm is not a unit of time; use s, ms, us, ns or min"),
+            ("3 parsec", "parsec is not a known unit of time; use s, ms, us, ns or min"),
             ("inf s", "write a number"),
             ("nan", "write a number"),
             ("3 s/", "not a known unit"),
@@ -234,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn the_unit_of_a_key_is_the_ending_of_its_name() {
+    fn the_unit_of_a_key_follows_from_the_ending_of_its_name() {
         for (path, unit) in [
             ("channel.forward_delay_s", Some("s")),
             ("arm.b_a_n_s_per_m", Some("N·s/m")),

@@ -1,4 +1,4 @@
-//! The recording that a scenario or a detection reads.
+//! The recording of a scenario or a detection.
 
 use std::sync::Arc;
 
@@ -16,29 +16,29 @@ use trocar_engine::operator::MotionSettings;
 use trocar_engine::sensor::SensorSettings;
 use trocar_engine::tissue::TissueSettings;
 use trocar_recording::{
-    Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, Problem, Recording, ScaleSettings,
+    Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, Problem, Quantity, Recording, ScaleSettings,
     SignSettings, Signal, first_where, kept, list_signals, open_recording, read_csv, scan_csv,
 };
 
 const FILE: &str = FileSettings::KEYS[0].path;
+const TARE: &str = FileSettings::KEYS[2].path;
 
-/// Upper limit of the samples of a resampled recording, even if recording.max_samples is larger: the maximum ticks of a
-/// run.
+/// Maximum number of resampled samples, even if recording.max_samples is larger: the maximum ticks of a run.
 const MAX_EVEN_SAMPLES: u64 = 1_000_000_000;
 
-/// A recording with its labels, as a scenario describes it.
+/// A recording with its labels.
 #[derive(Debug, Clone)]
 pub struct RecordingSpec {
-    /// The samples, in SI units and this crate's signs.
+    /// The samples in SI units and this crate's signs.
     pub recording: Recording,
-    /// Times of layer ruptures, in s after the first sample.
+    /// Times of the layer ruptures, in s after the first sample.
     pub ruptures_s: Vec<f64>,
 }
 
-/// Everything that rupture detection in a recording needs.
+/// All inputs of rupture detection in a recording.
 #[derive(Debug, Clone)]
 pub struct DetectionSpec {
-    /// The recording and its labels.
+    /// The recording with its labels.
     pub recording: RecordingSpec,
     /// The settings.
     pub settings: DetectionSettings,
@@ -53,18 +53,18 @@ pub struct DetectionSettings {
     pub detector: DetectorSettings,
     /// Position of the tissue's surface in m.
     pub contact_m: f64,
-    /// Resolution of the positions in m, for the velocity filter; 0: unknown, estimated from the recording if there is
-    /// one.
+    /// Resolution of the positions in m, for the velocity filter. 0 means unknown: it is estimated from the recording,
+    /// if there is one.
     pub position_resolution_m: f64,
     /// Standard deviation of the acceleration in the velocity filter, in m/s².
     pub acceleration_std_m_per_s2: f64,
 }
 
 impl DetectionSettings {
-    /// Resolves the values of detection without a recording; fills in derived ones.
+    /// Resolves the values of detection without a recording, and fills in derived values.
     ///
     /// # Errors
-    /// As [`Scenario::load`](super::Scenario::load).
+    /// The errors of [`Scenario::load`](super::Scenario::load).
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
         let sensor = SensorSettings::read(values)?;
         let settings = Self {
@@ -81,10 +81,10 @@ impl DetectionSettings {
 }
 
 impl DetectionSpec {
-    /// Resolves the values of detection; fills in derived ones.
+    /// Resolves the values of detection, and fills in derived values.
     ///
     /// # Errors
-    /// As [`Scenario::load`](super::Scenario::load).
+    /// The errors of [`Scenario::load`](super::Scenario::load).
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
         let settings = DetectionSettings::resolve(values)?;
         if !values.is_given(FILE) {
@@ -94,11 +94,11 @@ impl DetectionSpec {
         Self::new(values, settings, recording)
     }
 
-    /// As [`DetectionSpec::resolve`], for samples in memory. The values give labels and limits; columns and signs are
-    /// not used.
+    /// Like [`DetectionSpec::resolve`], for samples in memory. Uses the labels and limits of the values, but not their
+    /// columns and signs.
     ///
     /// # Errors
-    /// As [`Scenario::load`](super::Scenario::load).
+    /// The errors of [`Scenario::load`](super::Scenario::load).
     pub fn of(values: &mut Values, recording: Recording) -> Result<Self, ScenarioError> {
         let settings = DetectionSettings::resolve(values)?;
         let recording = labelled(values, recording)?;
@@ -111,8 +111,8 @@ impl DetectionSpec {
     }
 }
 
-/// The ticks of the labelled ruptures: each the last tick under load, so a label between two ticks gives the earlier
-/// one.
+/// Returns the ticks of the labelled ruptures. Each is the last tick under load, so a label between two ticks gives the
+/// earlier one.
 pub(super) fn rupture_ticks(spec: &RecordingSpec, grid: &TickGrid) -> Arc<[u64]> {
     let tick_s = grid.tick_s();
     let tick = |label: &f64| whole_ticks(*label, tick_s).unwrap_or((label / tick_s) as u64);
@@ -121,7 +121,7 @@ pub(super) fn rupture_ticks(spec: &RecordingSpec, grid: &TickGrid) -> Arc<[u64]>
     ticks.into()
 }
 
-/// The depths at which layers rupture, in m: the needle's position at the last sample before each label.
+/// Returns the depths of the layer ruptures in m: the needle's position at the last sample before each label.
 pub(super) fn rupture_depths(spec: &RecordingSpec) -> Arc<[f64]> {
     let (time_s, position_m) = (spec.recording.time_s(), spec.recording.position_m());
     let start_s = time_s.first().copied().unwrap_or(0.0);
@@ -132,7 +132,7 @@ pub(super) fn rupture_depths(spec: &RecordingSpec) -> Arc<[f64]> {
     spec.ruptures_s.iter().map(depth).collect()
 }
 
-/// Checks that labels ascend and lie within the recording.
+/// Checks that the labels increase and lie within the recording.
 fn check_ruptures(values: &Values, ruptures_s: &[f64], end_s: f64) -> Result<(), ScenarioError> {
     let refuse = |message: String| Err(values.error("recording.ruptures_s", message));
     if let Some(outside) = ruptures_s.iter().find(|&&t| !(0.0..=end_s).contains(&t)) {
@@ -146,7 +146,6 @@ fn check_ruptures(values: &Values, ruptures_s: &[f64], end_s: f64) -> Result<(),
     Ok(())
 }
 
-/// Checks that the magnitudes are plausible for a needle.
 fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), ScenarioError> {
     const MAX_MAGNITUDE: f64 = Limits::MAX_MAGNITUDE;
     let quantities = [
@@ -164,11 +163,11 @@ fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), Scenar
     Ok(())
 }
 
-/// Limits the number of resampled samples: detection resamples evenly and fills gaps. Twice the recording's own number
-/// is always allowed.
+/// Limits the number of resampled samples, because detection resamples evenly and fills gaps. Twice the recording's
+/// number of samples is always allowed.
 fn check_even_samples(values: &mut Values, recording: &Recording) -> Result<(), ScenarioError> {
     let interval_s = recording.median_interval_s();
-    // Between ascending times the median is a tick.
+    // If the times increase, the median interval is a tick.
     let samples = recording.ticks_covered(interval_s).unwrap_or(0) as u64;
     let max_samples = (Limits::read(values)?.max_samples as u64).min(MAX_EVEN_SAMPLES);
     if samples <= max_samples.max(2 * recording.len() as u64) {
@@ -184,7 +183,7 @@ fn check_even_samples(values: &mut Values, recording: &Recording) -> Result<(), 
     Err(values.error(key.unwrap_or(FILE), message).remedy("cut the recording at the gap"))
 }
 
-/// The key whose limit a recording exceeds.
+/// Returns the key of the limit that a recording exceeds.
 pub(super) fn limiting_key(problem: &Problem) -> Option<&'static str> {
     match problem {
         Problem::TooLarge { .. } | Problem::TooManyBytes { .. } => Some("recording.max_bytes"),
@@ -194,7 +193,6 @@ pub(super) fn limiting_key(problem: &Problem) -> Option<&'static str> {
     }
 }
 
-/// The content of the embedded table that a key names.
 pub(super) fn embedded(values: &Values, key: &str, name: &str) -> Result<&'static [u8], ScenarioError> {
     builtin::content(name).ok_or_else(|| {
         let known: Vec<_> = builtin::recordings().collect();
@@ -203,10 +201,10 @@ pub(super) fn embedded(values: &Values, key: &str, name: &str) -> Result<&'stati
     })
 }
 
-/// The columns of a recording's quantities, with scales and signs, as the values give them.
+/// Reads the columns of a recording's quantities, with scales and signs.
 ///
 /// # Errors
-/// As [`Scenario::load`](super::Scenario::load).
+/// The errors of [`Scenario::load`](super::Scenario::load).
 pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> {
     let (names, scales) = (ColumnSettings::read(values)?, ScaleSettings::read(values)?);
     let signs = SignSettings::read(values)?;
@@ -223,10 +221,10 @@ pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> 
     })
 }
 
-/// Lists the signals of the recording that values describe.
+/// Lists the signals of the recording in the values.
 ///
 /// # Errors
-/// As [`Scenario::load`](super::Scenario::load), for a file that is missing or cannot be read.
+/// The errors of [`Scenario::load`](super::Scenario::load); the file is missing or cannot be read.
 pub fn recording_signals(values: &mut Values) -> Result<Vec<Signal>, ScenarioError> {
     let Some(source) = values.file(FILE) else {
         return Err(no_recording(values));
@@ -245,12 +243,10 @@ pub fn recording_signals(values: &mut Values) -> Result<Vec<Signal>, ScenarioErr
     listed.map_err(|error| ScenarioError::new(error.to_string()).at(values.place(FILE)))
 }
 
-/// The error that there is no recording.
 fn no_recording(values: &Values) -> ScenarioError {
     values.error(FILE, "recording.file is missing").remedy("give the path of a CSV file as recording.file")
 }
 
-/// The error that the recording to replay is missing.
 pub(super) fn missing_recording(values: &Values) -> ScenarioError {
     let kinds = [
         (MotionSettings::KEY.path, replays_position(values), "minimum-jerk"),
@@ -272,7 +268,7 @@ pub(super) fn missing_recording(values: &Values) -> ScenarioError {
         .remedy(format!("give recording.file, or {}", others.join(" and ")))
 }
 
-/// The recording of a name in memory, which is in SI units already.
+/// Returns a recording in memory, which is already in SI units.
 fn in_memory(values: &Values, name: &str, limits: &Limits) -> Result<Recording, ScenarioError> {
     let Some(recording) = kept(name) else {
         let error = values.error(FILE, format!("there is no recording {name} in memory"));
@@ -282,7 +278,6 @@ fn in_memory(values: &Values, name: &str, limits: &Limits) -> Result<Recording, 
     Ok(Recording::clone(&recording))
 }
 
-/// Reads the recording that values describe.
 pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, ScenarioError> {
     let Some(source) = values.file(FILE) else {
         return Err(missing_recording(values));
@@ -301,22 +296,31 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         Source::Memory(_) | Source::Kept(..) => Ok(in_memory(values, &source.display(), &limits)?),
     };
     let recording = read.map_err(|error| {
-        // A missing column is an error of its key, if the key was written.
+        // Report a missing column at its key if the key was written.
         let column = error.place.column.as_deref();
         let named = |key: &&Key| column.is_some() && values.optional_word(key.path) == column;
         let column = ColumnSettings::KEYS.iter().find(named).and_then(|key| values.place(key.path));
         let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(column);
-        ScenarioError::new(error.to_string()).at(place.or(values.place(FILE)))
+        let is_of_velocity = matches!(&error.problem, Problem::MissingColumn { quantity: Some(Quantity::Velocity), .. });
+        let told = ScenarioError::new(error.to_string()).at(place.or(values.place(FILE)));
+        // The column may be named in a base.
+        let remedy = "name the file's column, or set recording.columns.velocity_m_per_s = \"\" to estimate the velocity from the position";
+        if is_of_velocity { told.remedy(remedy) } else { told }
     })?;
     let spec = labelled(values, recording)?;
     values.derive_keeping_place(FILE, Value::Text(source.display()));
     Ok(spec)
 }
 
-/// A checked recording with the labels of the values.
+/// Checks a recording and adds the labels of the values.
 fn labelled(values: &mut Values, recording: Recording) -> Result<RecordingSpec, ScenarioError> {
     check_magnitudes(values, &recording)?;
-    let ruptures_s = FileSettings::read(values)?.ruptures_s;
+    let FileSettings { ruptures_s, tare_s, .. } = FileSettings::read(values)?;
     check_ruptures(values, &ruptures_s, recording.duration_s())?;
-    Ok(RecordingSpec { recording, ruptures_s })
+    let duration_s = recording.duration_s();
+    if tare_s >= duration_s {
+        let message = format!("{TARE} is {tare_s} s, must be below the length of the recording, {duration_s} s");
+        return Err(values.error(TARE, message).remedy("give the time before the needle touches the tissue, in s"));
+    }
+    Ok(RecordingSpec { recording: recording.tared(tare_s), ruptures_s })
 }

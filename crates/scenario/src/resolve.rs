@@ -1,4 +1,4 @@
-//! From values to what the engine needs: a resolved scenario leaves nothing undetermined.
+//! Resolves values into a complete description for the engine.
 
 use std::sync::Arc;
 
@@ -21,10 +21,9 @@ use trocar_engine::plant::ControlTiming;
 use trocar_engine::teleoperation::LinkSettings;
 use trocar_engine::tissue::TissueSettings;
 
-/// Length of a run without a recording, in s.
 const DEFAULT_DURATION_S: f64 = 7.0;
 
-/// Maximum ticks of a scenario: about half an hour at 1 kHz, 0.3 GB as a trace.
+/// Maximum ticks of a scenario: about half an hour at 1 kHz, and a trace of 0.3 GB.
 const MAX_TICKS: f64 = 2e6;
 
 /// A delay in ticks.
@@ -32,13 +31,13 @@ const MAX_TICKS: f64 = 2e6;
 pub struct DelayTicks {
     /// Whole ticks.
     pub whole: u64,
-    /// The fraction of a tick, at least 0 and below 1: when within a tick a sample arrives.
+    /// The fraction of a tick after which a sample arrives, at least 0 and below 1.
     pub share: f64,
 }
 
 impl DelayTicks {
-    /// The ticks of a delay (both in s). A receiver that `waits_for_tick` reads a sample at the next tick, any other
-    /// when it arrives.
+    /// Converts a delay (both times in s) to ticks. A receiver that `waits_for_tick` reads a sample at the next tick,
+    /// otherwise when it arrives.
     #[must_use]
     pub fn new(delay_s: f64, tick_s: f64, waits_for_tick: bool) -> Self {
         let ticks = delay_s / tick_s;
@@ -50,15 +49,15 @@ impl DelayTicks {
     }
 }
 
-/// Whether a sample that arrives within a tick is read at the next one. Only the paper's continuous controllers read it
-/// when it arrives.
+/// Returns true if a sample that arrives within a tick is read at the next tick. Continuous controllers read it when it
+/// arrives; other architectures and the passivity schemes compute with it on the tick.
 #[must_use]
 pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings) -> bool {
-    timing == ControlTiming::Sampled || !link.is_baseline()
+    timing == ControlTiming::Sampled || !link.forwards_samples()
 }
 
 impl Scenario {
-    /// Loads a scenario with its bases, overridden by `section.key=value` settings.
+    /// Loads a scenario with its bases. The settings (`section.key=value`) override it.
     ///
     /// # Errors
     /// [`ScenarioError`] with place and remedy, for the scenario or its recording.
@@ -66,25 +65,25 @@ impl Scenario {
         Self::load_changed(source, &[settings])
     }
 
-    /// As [`Scenario::load`], with several lists of settings, of which a later one overrides the earlier ones: it may change
-    /// a kind, so that earlier settings no longer act.
+    /// Like [`Scenario::load`], with several lists of settings. A later list overrides earlier ones and may change a
+    /// kind, so that earlier settings have no effect.
     ///
     /// # Errors
-    /// As [`Scenario::load`].
+    /// The errors of [`Scenario::load`].
     pub fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         Self::of_acting(Values::load_changed(source, settings)?)
     }
 
-    /// Resolves values of which every written key has to act.
+    /// Resolves values and checks that every written key has an effect.
     pub(super) fn of_acting(values: Values) -> Result<Self, ScenarioError> {
         values.check_acting(|_| false)?;
         Self::resolve(values)
     }
 
-    /// Loads several scenarios with the same settings, each of which has to act in one of them.
+    /// Loads several scenarios with the same settings. Each setting must have an effect in at least one scenario.
     ///
     /// # Errors
-    /// As [`Scenario::load`], for each scenario.
+    /// The errors of [`Scenario::load`], for each scenario.
     #[must_use]
     pub fn load_all(sources: &[Source], settings: &[String]) -> Vec<Result<Self, ScenarioError>> {
         let all: Vec<_> = sources.iter().map(|source| Values::load(source, settings)).collect();
@@ -97,10 +96,9 @@ impl Scenario {
         all.iter().map(resolve).collect()
     }
 
-    /// Resolves values.
     ///
     /// # Errors
-    /// As [`Scenario::load`].
+    /// The errors of [`Scenario::load`].
     pub fn resolve(mut values: Values) -> Result<Self, ScenarioError> {
         values.fill_layers();
         values.check_layers()?;
@@ -123,13 +121,13 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The values that it was resolved from, including derived ones.
+    /// Returns the values of the scenario, including derived ones.
     #[must_use]
     pub fn values(&self) -> &Values {
         &self.values
     }
 
-    /// The same scenario with another seed.
+    /// Returns the same scenario with another seed.
     #[must_use]
     pub fn with_seed(&self, seed: u64) -> Self {
         let mut other = Self { seed, ..self.clone() };
@@ -137,7 +135,7 @@ impl Scenario {
         other
     }
 
-    /// Whether its seed changes anything: sensors with noise, tremor, random reaction times, jitter or loss.
+    /// Returns true if the seed has an effect: with sensor noise, tremor, random reaction times, jitter or loss.
     #[must_use]
     pub fn has_random_numbers(&self) -> bool {
         let reacts_randomly = self.perception.settings().is_some()
@@ -146,13 +144,13 @@ impl Scenario {
         is_noisy || self.tremor.amplitude_m > 0.0 || reacts_randomly || !self.irregularity.is_none()
     }
 
-    /// The scenario with every default written out; loading it gives the same scenario.
+    /// Returns the scenario with every default written out; loading it gives the same scenario.
     #[must_use]
     pub fn echo(&self) -> String {
         self.values.to_toml()
     }
 
-    /// The true times of layer ruptures in s, if known beforehand.
+    /// Returns the true times of layer ruptures in s, if they are known in advance.
     #[must_use]
     pub fn rupture_times_s(&self) -> Vec<f64> {
         match &self.tissue {
@@ -163,15 +161,15 @@ impl Scenario {
         }
     }
 
-    /// The names of the layers that rupture, from the surface down: the k-th rupture of a run is that of the k-th. None
-    /// for a tissue without layers.
+    /// Returns the names of the layers that rupture, from the surface down. The k-th rupture of a run is the k-th
+    /// layer's. Empty for a tissue without layers.
     #[must_use]
     pub fn rupturing_layers(&self) -> Vec<&str> {
         let layers = self.tissue.settings().map_or(vec![], TissueSettings::layers);
         layers.into_iter().filter(|layer| layer.ruptures).map(|layer| layer.name).collect()
     }
 
-    /// What the metrics must know of its operator. The intention of a recorded or live hand is not known.
+    /// Returns the operator's properties for the metrics. The intention of a recorded or live hand is unknown.
     #[must_use]
     pub fn operator_traits(&self) -> OperatorTraits {
         let is_planned = !replays_position(&self.values) && !matches!(self.operator, OperatorSpec::Hand(_));
@@ -181,25 +179,24 @@ impl Scenario {
         }
     }
 
-    /// Slave motion per master motion.
+    /// Returns the ratio of slave motion to master motion.
     #[must_use]
     pub fn position_scale(&self) -> f64 {
         self.link.machines.position_scale
     }
 
-    /// The start and the end of the operator's movement in m, those that its kind has.
     fn operator_ends(values: &Values) -> impl Iterator<Item = (&'static str, f64)> {
         let of = |path| Some((path, values.optional_number(path)?));
         let acts = |path: &&str| find(path).is_some_and(|key| values.is_acting(&key));
         ["operator.start_m", "operator.end_m"].into_iter().filter(acts).filter_map(of)
     }
 
-    /// Checks the range of the operator's positions; beyond it every run would count as diverged.
+    /// Checks the range of the operator's positions; outside it every run would count as diverged.
     pub(super) fn check_reach(&self, values: &Values) -> Result<(), ScenarioError> {
         let max_m = MAX_POSITION_M / self.position_scale().max(1.0);
         let beyond = |position: &f64| position.abs() >= max_m;
         if !replays_position(values) {
-            // A movement is checked by its ends as they are written, not by its first sample out of reach.
+            // Check the written ends of a movement, not its first sample out of range.
             for (key, end_m) in Self::operator_ends(values) {
                 if beyond(&end_m) {
                     let place = values.place(key);
@@ -225,7 +222,6 @@ impl Scenario {
     }
 }
 
-/// The name, checked for use as a folder's name.
 fn checked_name(values: &Values, name: String) -> Result<String, ScenarioError> {
     if harmless_name(&name) == name {
         return Ok(name);
@@ -256,7 +252,7 @@ fn grid(values: &mut Values, run: &RunSettings, recording: Option<&RecordingSpec
     TickGrid::new(tick_s, duration_s).map_err(|error| values.out_of_range(&error))
 }
 
-/// The delays from master to slave and back; a receiver that `waits_for_tick` reads samples at the next tick.
+/// Reads the delays from master to slave and back. A receiver that `waits_for_tick` reads samples at the next tick.
 pub(super) fn delays(
     values: &mut Values,
     grid: &TickGrid,

@@ -1,4 +1,4 @@
-//! From a scenario to the settings of a real controller.
+//! Derives the settings of a real controller from a scenario.
 
 use trocar_core::settings::{Fallback, Key};
 
@@ -8,10 +8,10 @@ use super::value::Value;
 use trocar_core::rig::{Limits, Settings, VelocitySource};
 
 impl Scenario {
-    /// The settings with which a rig's controller acts as this scenario's.
+    /// Returns the settings with which a rig's controller behaves like this scenario's.
     ///
-    /// Architecture and passivity of the link are not transferred: [`trocar_core::rig`] implements the paper's scheme. The
-    /// limits are the defaults, because a scenario has none.
+    /// Architecture and passivity of the link are not transferred, because [`trocar_core::rig`] implements the paper's
+    /// scheme. The limits are the defaults, because a scenario has none.
     #[must_use]
     pub fn rig_settings(&self) -> Settings {
         let resolution_m = self.sensor.position_resolution_m;
@@ -34,10 +34,10 @@ impl Scenario {
         }
     }
 
-    /// As [`Scenario::rig_settings`], with some numbers of [`Settings::KEYS`] changed.
+    /// Like [`Scenario::rig_settings`], with changed values for some of [`Settings::KEYS`].
     ///
     /// # Errors
-    /// None for the keys of a rig; [`Settings::validate`] checks the ranges.
+    /// The keys of a rig give no error; [`Settings::validate`] checks the ranges.
     pub fn rig_settings_with(&self, changes: &[(&'static str, f64)]) -> Result<Settings, ScenarioError> {
         let mut values = self.values().clone();
         for (key, value) in self.rig_values() {
@@ -51,7 +51,8 @@ impl Scenario {
         Settings::read(&mut values)
     }
 
-    /// The values of [`Scenario::rig_settings`] by key, in the order of [`Settings::KEYS`]; `None` for a key without a value.
+    /// Returns the values of [`Scenario::rig_settings`] in the order of [`Settings::KEYS`]; `None` for a key without a
+    /// value.
     pub fn rig_values(&self) -> impl Iterator<Item = (&'static Key, Option<Value>)> {
         Settings::KEYS.iter().map(|key| {
             let value = match (key.path, key.fallback) {

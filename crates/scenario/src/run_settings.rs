@@ -7,15 +7,15 @@ trocar_core::settings! {
     /// The run itself.
     #[derive(Debug, Clone, PartialEq)]
     pub(super) struct RunSettings in "simulation." no DEFAULT {
-        /// Name of the run's folder and of its lines in figures.
+        /// Name of the run's folder, and of the run in figures.
         name: String at "name" => "the file's name without its extension",
-        /// Time between two ticks. Estimator and detector count samples: their defaults are for 0.5 to 2 ms.
+        /// Time between two ticks. The defaults of estimator and detector, which count samples, suit 0.5 to 2 ms.
         tick_s: f64 [POSITIVE] = 1e-3,
         /// Length of the run.
         duration_s: Option<f64> [POSITIVE] => "the recording's length, or 7 s without one",
-        /// How the plants are stepped.
+        /// Method of stepping the plants.
         engine: EngineKind,
-        /// In continuous time or on the tick.
+        /// Timing of the controllers.
         timing: ControlTiming,
         /// Seed of all random numbers.
         seed: u64 [0..] = 1,

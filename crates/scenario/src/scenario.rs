@@ -1,7 +1,8 @@
-//! A scenario, and the one table of its groups of keys.
+//! A scenario, and the table of its groups of keys.
 //!
-//! A new group needs its settings in a file beside the part, a field of [`Scenario`] with its value in [`Scenario::unread`], and a
-//! row of [`GROUPS`]. The row drives reading, checks, sweeps, the schema, the starter file and the reference.
+//! A new group needs its settings in a file beside the part, a field of [`Scenario`] with its value in
+//! [`Scenario::unread`], and a row of [`GROUPS`]. The row is used for reading, checks, sweeps, the schema, the starter
+//! file and the reference.
 
 use std::sync::{Arc, OnceLock};
 
@@ -17,6 +18,7 @@ use super::run_settings::RunSettings;
 use super::schedule::{events, schedules};
 use super::schedule_settings::{EventSettings, ScheduleSettings};
 use super::settings::{actuators, arm, master};
+use super::spared::{AimSettings, check_spared};
 use super::specs::{OperatorSpec, TissueSpec, operator, stated_tissue, tissue};
 use super::steps::Steps;
 use super::values::Values;
@@ -44,13 +46,13 @@ use trocar_recording::{ColumnSettings, FileSettings, Limits, Resampled, ScaleSet
 pub struct Scenario {
     /// Name of the output folder and of its lines in figures.
     pub name: String,
-    /// Its ticks.
+    /// The ticks of the run.
     pub grid: TickGrid,
-    /// How the plants are stepped.
+    /// The method that steps the plants.
     pub engine: EngineKind,
-    /// In continuous time or on the tick.
+    /// Continuous or sampled control.
     pub timing: ControlTiming,
-    /// The seed of its random numbers.
+    /// The seed of the random numbers.
     pub seed: u64,
     /// The master.
     pub master: MasterParameters,
@@ -58,7 +60,7 @@ pub struct Scenario {
     pub arm: ArmParameters,
     /// The slave.
     pub slave: SlaveParameters,
-    /// The motors' limits.
+    /// The limits of the motors.
     pub actuators: ActuatorLimits,
     /// Controller, recovery and passivity of the link.
     pub link: LinkSettings,
@@ -80,24 +82,24 @@ pub struct Scenario {
     pub tremor: TremorSettings,
     /// The stretch reflexes of the operator's arm.
     pub stretch: StretchSettings,
-    /// How the operator's arm stiffens under load.
+    /// The stiffening of the operator's arm under load.
     pub stiffening: StiffeningSettings,
     /// The operator's reaction to a drop of the felt force.
     pub reflex: ReflexSettings,
-    /// How the operator notices a drop of the felt force.
+    /// The operator's perception of a drop of the felt force.
     pub perception: Perception,
     /// The tissue.
     pub tissue: TissueSpec,
-    /// The spring (N/m) and the damper (N·s/m) that the analysis of stability takes for a force recorded over time, if the
-    /// scenario states them; a run does not depend on them.
+    /// The spring (N/m) and the damper (N·s/m) that represent a recorded force over time in the stability analysis, if
+    /// the scenario states them. They do not affect a run.
     pub stated_tissue: Option<(f64, f64)>,
-    /// Its motion with breathing and heartbeat.
+    /// The motion of the tissue with breathing and heartbeat.
     pub organ_motion: OrganMotion,
     /// The sensors.
     pub sensor: SensorSettings,
     /// The estimator.
     pub estimator: RlsSettings,
-    /// The estimator's contact position, in m.
+    /// The estimator's contact position in m.
     pub contact_m: f64,
     /// The detector.
     pub detector: DetectorSettings,
@@ -105,16 +107,16 @@ pub struct Scenario {
     pub augmentation: AugmentationSettings,
     /// The ticks of scheduled alarms, increasing.
     pub events: Arc<[u64]>,
-    /// The population over which `trocar stability` computes limits; a run does not depend on it.
+    /// The population for the limits of `trocar stability`; it does not affect a run.
     pub population: PopulationSettings,
     /// Shared by the scenarios of a [`Template`](super::Template).
     pub(super) values: Arc<Values>,
-    /// Both plants' steps, once computed.
+    /// The steps of both plants, computed at the first use.
     pub(super) steps: Arc<OnceLock<Steps>>,
 }
 
 impl Scenario {
-    /// A scenario of a run, with every group at its default until it is read.
+    /// Creates a scenario whose groups have their defaults until they are read.
     pub(super) fn unread(
         name: String,
         grid: TickGrid,
@@ -168,25 +170,24 @@ impl Scenario {
 /// A group of keys, or a relation between groups, which has no keys.
 #[derive(Debug)]
 pub(super) struct Group {
-    /// The sections that begin with it, each with its subject.
+    /// The sections that begin with this group, each with its subject.
     pub(super) sections: &'static [(&'static str, &'static str)],
-    /// Its keys, in the order in which they are written.
+    /// The keys in the order of files.
     pub(super) keys: &'static [Key],
-    /// Keys of other groups that it depends on.
+    /// Keys of other groups that affect this group.
     also: &'static [&'static [Key]],
-    /// Those of its keys whose change needs a file or a recording, and so the whole scenario to be resolved again.
+    /// Keys whose change needs a file or a recording, and therefore the whole scenario resolved again.
     whole: &'static [Key],
-    /// Reads the group from the values into the scenario, and checks it.
+    /// Reads the group from the values into the scenario and checks it.
     pub(super) read: fn(&mut Reading<'_>) -> Result<(), ScenarioError>,
 }
 
 impl Group {
-    /// True if a key changes what the group reads.
     pub(super) fn depends_on(&self, key: &Key) -> bool {
         has(self.keys, key) || self.also.iter().any(|keys| has(keys, key))
     }
 
-    /// True if a change of a key needs the whole scenario to be resolved again.
+    /// Returns true if a change of the key requires the whole scenario to be resolved again.
     pub(super) fn is_whole(&self, key: &Key) -> bool {
         has(self.whole, key)
     }
@@ -196,17 +197,15 @@ fn has(keys: &[Key], key: &Key) -> bool {
     keys.iter().any(|one| one.path == key.path)
 }
 
-/// A scenario while its groups are read.
 pub(super) struct Reading<'a> {
     pub(super) scenario: &'a mut Scenario,
     pub(super) values: &'a mut Values,
-    /// The recording that operator or tissue replays, and its samples on the ticks. Absent where only some keys have changed: the
-    /// scenario then has the samples.
+    /// The replayed recording, and its samples on the ticks. `None` if only some keys have changed; the scenario then
+    /// keeps its samples.
     pub(super) replay: Option<&'a (RecordingSpec, Resampled)>,
 }
 
 impl Reading<'_> {
-    /// Reads settings, checks them, and stores them in a field.
     fn set<T>(
         &mut self,
         read: fn(&mut Values) -> Result<T, ScenarioError>,
@@ -220,10 +219,10 @@ impl Reading<'_> {
     }
 }
 
-/// What most groups have: no section of their own, no relation to other groups. Another group or a relation reads the keys.
+/// The default of a group: no section, no relation to other groups, and no reading.
 const PLAIN: Group = Group { sections: &[], keys: &[], also: &[], whole: &[], read: |_| Ok(()) };
 
-/// The keys from which the parameters of the machines follow.
+/// The keys that affect the parameters of the machines.
 const OF_MACHINES: &[&[Key]] = &[
     MasterParameters::KEYS,
     Grip::KEYS,
@@ -233,7 +232,7 @@ const OF_MACHINES: &[&[Key]] = &[
     ControllerSettings::KEYS,
 ];
 
-/// The keys from which the settings of the link follow.
+/// The keys that affect the settings of the link.
 const OF_LINK: &[&[Key]] = &[
     MasterParameters::KEYS,
     SlaveParameters::KEYS,
@@ -244,7 +243,7 @@ const OF_LINK: &[&[Key]] = &[
     PassivitySettings::KEYS,
 ];
 
-/// Every group, in the order in which the keys are written; then the relations between groups. They are read in this order.
+/// Every group in the order of the keys in files, then the relations between groups. They are read in this order.
 pub(super) const GROUPS: &[Group] = &[
     Group {
         sections: &[("simulation", "Duration, tick and engine.")],
@@ -383,10 +382,12 @@ pub(super) const GROUPS: &[Group] = &[
         whole: &[TissueSettings::KEY, ReplayIndex::KEY],
         read: |of| {
             tissue(of)?;
+            check_spared(of.values, of.scenario)?;
             of.scenario.stated_tissue = stated_tissue(of.values)?;
             Ok(())
         },
     },
+    Group { keys: AimSettings::KEYS, whole: AimSettings::KEYS, ..PLAIN },
     Group {
         keys: OrganMotion::KEYS,
         read: |of| of.set(OrganMotion::read, OrganMotion::validate, |to| &mut to.organ_motion),
@@ -458,7 +459,7 @@ pub(super) const GROUPS: &[Group] = &[
         read: |of| of.set(PopulationSettings::read, PopulationSettings::validate, |to| &mut to.population),
         ..PLAIN
     },
-    // The steps of the machines are computed when they are needed.
+    // Recompute the steps of the machines on demand.
     Group {
         also: OF_MACHINES,
         read: |of| {
@@ -474,12 +475,12 @@ pub(super) const GROUPS: &[Group] = &[
             let link = link_settings(of.values, master, slave, grid.tick_s())?;
             let position_scale = of.scenario.position_scale();
             of.scenario.link = link;
-            // Checking every position takes longer than everything else.
+            // Checking every position is expensive, so only check if the scale has changed.
             if of.scenario.position_scale() == position_scale { Ok(()) } else { of.scenario.check_reach(of.values) }
         },
         ..PLAIN
     },
-    // Which controllers wait for the tick depends on the link.
+    // The controllers that wait for the tick depend on the link.
     Group {
         also: &[DelaySettings::KEYS, ComplianceSettings::KEYS, ControllerSettings::KEYS, PassivitySettings::KEYS],
         read: |of| {
@@ -505,7 +506,7 @@ mod tests {
     }
 
     #[test]
-    fn a_group_depends_on_existing_keys_and_resolves_its_own_ones_as_a_whole() {
+    fn a_group_depends_on_existing_keys_and_its_whole_keys_belong_to_it() {
         for group in GROUPS {
             for key in group.also.iter().copied().flatten() {
                 assert!(has(LAYER_KEYS, key) || has(KEYS, key), "{}", key.path);
@@ -515,7 +516,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_scenario_holds_before_it_is_read_is_replaced() {
+    fn reading_replaces_every_default_of_an_unread_scenario() {
         let text = "operator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nscaling.position = 2.0\nsensor.force_noise_std_n = 0.1";
         let source = Source::Text { name: "changed".into(), text: text.into() };
         let scenario = Scenario::load(&source, &[]).expect("good");
@@ -527,12 +528,12 @@ mod tests {
     }
 
     #[test]
-    fn a_scale_changes_the_link_and_a_detector_key_the_detector_alone() {
+    fn a_scale_affects_the_link_and_a_detector_key_only_the_detector() {
         let affected = |path: &str| {
             let key = find_key(path).expect("a key");
             GROUPS.iter().filter(|group| group.depends_on(&key)).count()
         };
-        // The group itself, and the link.
+        // The group and the link.
         assert_eq!(affected("scaling.force"), 2);
         assert_eq!(affected("detector.threshold"), 1);
         assert_eq!(affected("tissue.layer.skin.grip_n"), 1);

@@ -1,4 +1,4 @@
-//! From values to the link's scheduled outages and the delays read from a file.
+//! Reads the link's scheduled outages, and its delays from a file.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,7 +17,6 @@ const OUTAGES: &str = ScheduleSettings::KEYS[0].path;
 const FILE: &str = ScheduleSettings::KEYS[1].path;
 const EVENTS: &str = EventSettings::KEYS[0].path;
 
-/// The schedules from master to slave and back.
 pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedule, Schedule), ScenarioError> {
     let settings = ScheduleSettings::read(values)?;
     let outages = outages(values, &settings.outages_s, grid.tick_s())?;
@@ -25,12 +24,11 @@ pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedul
     Ok((Schedule::new(forward, outages.clone()), Schedule::new(backward, outages)))
 }
 
-/// The first tick that is not before a time in s.
 fn first_tick(time_s: f64, tick_s: f64) -> u64 {
     whole_ticks(time_s, tick_s).unwrap_or((time_s / tick_s).ceil().max(0.0) as u64)
 }
 
-/// The ticks of scheduled alarms, independent of the detector.
+/// Reads the ticks of scheduled alarms, which are independent of the detector.
 pub(super) fn events(values: &mut Values, grid: &TickGrid) -> Result<Arc<[u64]>, ScenarioError> {
     let times_s = EventSettings::read(values)?.events_s;
     let refuse = |message: String, remedy: &str| Err(values.error(EVENTS, message).remedy(remedy));
@@ -72,12 +70,12 @@ fn outages(values: &Values, times_s: &[f64], tick_s: f64) -> Result<Arc<[Range<u
     Ok(pairs.iter().map(|pair| first_tick(pair[0], tick_s)..first_tick(pair[1], tick_s)).collect())
 }
 
-/// The delay of each tick's samples, built row by row from a delay log.
+/// Collects the delay of each tick's samples, row by row, from a delay log.
 struct DelayTable {
     tick_s: f64,
     ticks: usize,
     begin_s: Option<f64>,
-    /// The delays of the last row, which hold until the next.
+    /// The delays of the last row, which hold until the next row.
     holding: [u32; 2],
     delays: [Vec<u32>; 2],
 }
@@ -90,14 +88,14 @@ impl DelayTable {
     }
 
     fn take(&mut self, row: &DelayRow) {
-        // The first row holds from the start.
+        // The first row applies from the start.
         if self.begin_s.is_some() {
             self.hold_until(first_tick(row.time_s, self.tick_s));
         }
         self.begin_s.get_or_insert(row.time_s);
         self.holding = [row.forward_s, row.backward_s].map(|delay_s| {
             let ticks = delay_s.map(|delay_s| nearest_ticks(delay_s, self.tick_s));
-            // A sample that arrives after the run's end counts as lost, so that the link does not store it.
+            // Treat a sample that arrives after the end of the run as lost, so that the link does not store it.
             let ticks = ticks.filter(|&ticks| ticks < self.ticks as u64);
             ticks.and_then(|ticks| u32::try_from(ticks).ok()).unwrap_or(Schedule::LOST)
         });
@@ -111,7 +109,7 @@ impl DelayTable {
     }
 }
 
-/// The delay of each tick's samples in whole ticks, forward and backward; empty without a file.
+/// Reads the delay of each tick's samples in whole ticks, forward and backward; empty without a file.
 fn logged_delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2], ScenarioError> {
     let Some(source) = values.file(FILE) else { return Ok([Arc::default(), Arc::default()]) };
     for (key, delay_s) in DelaySettings::read(values)?.of_each_way() {
@@ -170,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tick_takes_the_last_row_at_or_before_it() {
+    fn a_tick_has_the_delay_of_the_last_row_at_or_before_it() {
         let rows = [(0.002, Some(0.001)), (0.004, Some(0.0024)), (0.0055, None), (0.008, Some(0.0026))];
         let lost = Schedule::LOST;
         assert_eq!(filled(&rows), [1, 1, 1, 1, 2, 2, lost, lost, 3, 3]);
@@ -184,12 +182,12 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_after_the_end_is_lost() {
+    fn samples_that_arrive_after_the_end_are_lost() {
         assert_eq!(filled(&[(0.0, Some(0.009)), (0.005, Some(0.010))])[4..6], [9, Schedule::LOST]);
     }
 
     #[test]
-    fn an_outage_begins_and_ends_at_the_first_tick_not_before() {
+    fn an_outage_begins_and_ends_at_the_first_tick_at_or_after_its_times() {
         let of = |list: &str| {
             let settings = [format!("{OUTAGES}={list}")];
             let mut values =

@@ -1,14 +1,15 @@
-//! A JSON Schema of scenarios, for completion and checks in editors.
+//! The JSON Schema of scenarios, for completion and checks in editors.
 
 use serde_json::{Map, Value as Json, json};
 use trocar_core::settings::{Fallback, Key, Kind};
 
 use super::key_table::{KEYS, SECTIONS};
 use super::layers::{NAME_PATTERN, field};
+use super::quantity::unit_of;
 use super::value::Value;
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
-/// The JSON Schema (draft 2020-12) of a scenario file.
+/// Returns the JSON Schema (draft 2020-12) of a scenario file.
 #[must_use]
 pub fn json_schema() -> Json {
     let mut root = table("A scenario of trocar: one simulated needle insertion.");
@@ -28,7 +29,7 @@ pub fn json_schema() -> Json {
     root
 }
 
-/// The list of layers; or some of the layers of a base, by their names.
+/// Returns the schema of the list of layers, or of named layers of a base.
 fn layers() -> Json {
     let mut layer = table("A layer.");
     for key in LAYER_KEYS {
@@ -50,7 +51,6 @@ fn table(about: &str) -> Json {
     json!({ "type": "object", "description": about, "additionalProperties": false, "properties": {} })
 }
 
-/// Inserts a property at a path of existing tables.
 fn insert(schema: &mut Json, path: &[&str], property: Json) {
     let Some((first, rest)) = path.split_first() else { return };
     let properties = &mut schema["properties"];
@@ -61,12 +61,29 @@ fn insert(schema: &mut Json, path: &[&str], property: Json) {
     }
 }
 
+/// A number with a unit, for example "30ms" or "-2.5e-1 N/mm", as [`parse_quantity`](super::parse_quantity) reads it.
+/// The unit is not checked.
+const QUANTITY_PATTERN: &str = r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*[^0-9\s.].*$";
+
+/// Returns the schema of a number. A key with a unit also accepts a text with a number and a unit.
+#[must_use]
+pub fn number_schema(path: &str) -> Map<String, Json> {
+    let mut map = Map::new();
+    if unit_of(path).is_some() {
+        map.insert("type".into(), json!(["number", "string"]));
+        map.insert("pattern".into(), json!(QUANTITY_PATTERN));
+    } else {
+        map.insert("type".into(), json!("number"));
+    }
+    map
+}
+
 fn property(key: &Key) -> Json {
     let mut map = Map::new();
     let mut put = |name: &str, value: Json| map.insert(name.into(), value);
     match key.kind {
         Kind::Number(range) => {
-            put("type", json!("number"));
+            number_schema(key.path).into_iter().for_each(|(name, value)| drop(put(&name, value)));
             let (low, open) = range.low();
             put(if open { "exclusiveMinimum" } else { "minimum" }, json!(low));
             put("maximum", json!(range.high()));
@@ -80,7 +97,7 @@ fn property(key: &Key) -> Json {
         }
         Kind::Numbers => {
             put("type", json!("array"));
-            put("items", json!({ "type": "number" }));
+            put("items", Json::Object(number_schema(key.path)));
         }
         Kind::Flag => {
             put("type", json!("boolean"));

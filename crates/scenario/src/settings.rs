@@ -1,4 +1,4 @@
-//! From values to settings that depend on more than one part.
+//! Reads settings that depend on more than one part.
 
 use super::error::ScenarioError;
 use super::values::Values;
@@ -13,20 +13,19 @@ const SLAVE_RATE: &str = "actuator.slave_command_rate_limit_per_s";
 const MASTER_LAG: &str = "actuator.master_lag_s";
 const SLAVE_LAG: &str = "actuator.slave_lag_s";
 
-/// The master's parameters.
 pub(super) fn master(values: &mut Values) -> Result<MasterParameters, ScenarioError> {
     let couples_positions = ControllerKind::read(values)?.couples_positions();
     MasterParameters::read(values, couples_positions)
 }
 
-/// The arm's parameters: those of grip and roles, unless a key overrides them.
+/// Reads the arm's parameters. Keys override the values from grip and roles.
 pub(super) fn arm(values: &mut Values) -> Result<ArmParameters, ScenarioError> {
     let grip = Grip::read(values)?;
     let roles = ArmRoles::read(values)?;
     ArmParameters::read(values, grip, roles)
 }
 
-/// The actuators' limits, checked against the controllers' timing.
+/// Reads the actuators' limits and checks them against the controllers' timing.
 pub(super) fn actuators(values: &mut Values, timing: ControlTiming) -> Result<ActuatorLimits, ScenarioError> {
     let limits = ActuatorLimits::read(values)?;
     let lags = [(MASTER_LAG, limits.master_lag_s), (SLAVE_LAG, limits.slave_lag_s)];

@@ -1,4 +1,4 @@
-//! The operator's motion and the tissue, as a scenario describes them.
+//! Descriptions of the operator's motion and the tissue in a scenario.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use trocar_recording::Resampled;
 /// The operator's motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OperatorSpec {
-    /// Positions in m, one per tick: recorded, or computed beforehand.
+    /// Positions in m, one per tick: recorded or precomputed.
     Recording(Arc<[f64]>),
     /// A constant speed.
     Ramp {
@@ -45,7 +45,7 @@ pub enum TissueSpec {
         /// Ticks of the labelled ruptures.
         rupture_ticks: Arc<[u64]>,
     },
-    /// A recording by depth.
+    /// A recorded force over depth.
     Depth {
         /// The recorded force at each depth.
         curves: Arc<DepthCurves>,
@@ -54,7 +54,7 @@ pub enum TissueSpec {
         /// Travel over which the force changes to the withdrawal force, in m.
         presliding_m: f64,
     },
-    /// A tissue model defined by settings alone.
+    /// A tissue model that needs only settings.
     Model(Box<TissueSettings>),
     /// A tissue in a functional mock-up unit.
     Unit(Arc<UnitTissue>),
@@ -67,7 +67,7 @@ impl From<TissueSettings> for TissueSpec {
 }
 
 impl TissueSpec {
-    /// The settings of a tissue model, which needs no recording.
+    /// Returns the settings of a tissue model; `None` if it needs a recording or a unit.
     #[must_use]
     pub fn settings(&self) -> Option<&TissueSettings> {
         match self {
@@ -77,8 +77,7 @@ impl TissueSpec {
     }
 }
 
-/// The operator's motion, given the recording if one is replayed; none if the recording is replayed and not given, so that the
-/// motion stays.
+/// Reads the operator's motion. `None` for a replay without a given recording; the caller then keeps the motion.
 pub(super) fn operator(
     values: &mut Values,
     grid: &TickGrid,
@@ -99,7 +98,7 @@ pub(super) fn operator(
     }))
 }
 
-/// Reads the tissue. The samples of a recording that is replayed and not given stay.
+/// Reads the tissue. A replay without a given recording keeps its samples.
 pub(super) fn tissue(of: &mut Reading<'_>) -> Result<(), ScenarioError> {
     let Reading { scenario, values, replay } = of;
     let grid = &scenario.grid;
@@ -131,8 +130,7 @@ pub(super) fn tissue(of: &mut Reading<'_>) -> Result<(), ScenarioError> {
     Ok(())
 }
 
-/// The spring (N/m) and the damper (N·s/m) that a scenario states in place of a force recorded over time, for the analysis of
-/// stability.
+/// Reads the spring (N/m) and the damper (N·s/m) that represent a recorded force over time in the stability analysis.
 pub(super) fn stated_tissue(values: &mut Values) -> Result<Option<(f64, f64)>, ScenarioError> {
     if !values.states_tissue() {
         return Ok(None);
@@ -144,7 +142,7 @@ pub(super) fn stated_tissue(values: &mut Values) -> Result<Option<(f64, f64)>, S
     Ok(Some((stiffness?, damping?)))
 }
 
-/// The unit that a scenario names, whose code is not executed yet.
+/// Returns the unit of a scenario without executing its code.
 fn unit(values: &mut Values, settings: &FmuSettings, grid: &TickGrid) -> Result<Arc<UnitTissue>, ScenarioError> {
     let (file, step) = (UnitTissue::file_key(), UnitTissue::step_key());
     let Some(source) = values.file(file) else {

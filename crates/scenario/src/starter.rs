@@ -1,4 +1,4 @@
-//! Starter scenarios: a first file of one's own, with the keys' meanings and defaults as comments.
+//! Starter scenarios: a first file to edit, with the keys' meanings and defaults as comments.
 
 use trocar_core::settings::{Fallback, Key, Kind};
 
@@ -9,10 +9,10 @@ use super::value::Value;
 use super::values::{harmless_name, keys_of};
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
-/// What a starter scenario is about.
+/// The subject of a starter scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Starter {
-    /// A tissue of one's own, in layers.
+    /// A user-defined tissue with layers.
     Tissue,
     /// A replay of a recording.
     Replay,
@@ -22,16 +22,16 @@ pub enum Starter {
     All,
 }
 
-/// A line of a starter scenario: a key, by its path.
+/// A line of a starter scenario: a key by its path.
 #[derive(Debug, Clone, Copy)]
 enum Line {
-    /// With this value.
+    /// The key with this value.
     Set(&'static str, &'static str),
-    /// Commented out, with its default.
+    /// The key commented out, with its default.
     Default(&'static str),
-    /// Commented out, with a value, as the default is derived from other keys or does not exist.
+    /// The key commented out, with an example value, because its default is derived or does not exist.
     Example(&'static str, &'static str),
-    /// The beginning of a layer with this name; its keys follow.
+    /// The beginning of a layer with this name, before its keys.
     Layer(&'static str),
 }
 
@@ -113,7 +113,7 @@ impl Line {
         }
     }
 
-    /// The line with the key's meaning; nothing for a path without key.
+    /// Returns the line with the key's meaning; `None` for a path without a key.
     fn text(self) -> Option<String> {
         if let Layer(name) = self {
             return Some(format!("\n[[{LAYER_LIST}]]\nname = {name:?} # Name of the layer.\n"));
@@ -137,7 +137,7 @@ impl Line {
 }
 
 impl Starter {
-    /// The text of a starter scenario of a given name, made valid as a folder's name.
+    /// Returns the text of a starter scenario. The name is made valid for a folder.
     #[must_use]
     pub fn text(self, name: &str) -> String {
         let (subject, base, lines) = match self {
@@ -161,7 +161,7 @@ impl Starter {
             let is_in_layer = matches!(line, Layer(_)) || section.starts_with(LAYER_LIST);
             if section != here && !is_in_layer {
                 here = section;
-                // The subject on the line of the section keeps a starter short.
+                // The subject is on the section's line to keep the starter short.
                 text.push_str(&format!("\n[{section}] # {}\n", subject_of(section)));
             }
             text.extend(line.text());
@@ -180,7 +180,6 @@ fn subject_of(section: &str) -> &'static str {
     SECTIONS.iter().find(|(known, _)| *known == section).map_or("", |(_, about)| about)
 }
 
-/// A starter scenario with every key.
 fn every_key(name: &str) -> String {
     let mut text = format!(
         "# A trocar scenario. Check it with `trocar check`, run it with `trocar run`.\n\
@@ -206,19 +205,18 @@ fn every_key(name: &str) -> String {
     text
 }
 
-/// An item of the list of layers, commented out.
 fn any_layer() -> String {
     let acts = LAYER_KEYS.first().and_then(|key| key.acts_for);
     let kinds = acts.map_or(String::new(), |acts| format!(", for {} = {}", acts.key, acts.words().join(", ")));
     let mut text = format!("# [[{LAYER_LIST}]] # A layer{kinds}; the first one is at the surface.\n");
-    // Indented, as they are no keys of the section above.
+    // Indented, because these keys do not belong to the section above.
     text.push_str("#   name = \"organ\" # Name of the layer.\n");
     let lines = LAYER_KEYS.iter().filter_map(|key| Default(key.path).text());
     text.extend(lines.map(|line| line.replacen("# ", "#   ", 1)));
     text
 }
 
-/// The allowed words of a key, in parentheses.
+/// Returns the allowed words of a key in parentheses.
 fn must(key: &Key) -> String {
     match key.kind {
         Kind::Choice(_) => format!(" ({})", key.kind),
@@ -243,7 +241,7 @@ mod tests {
             assert!(text.lines().count() <= 60, "{text}");
             assert!(text.contains("docs/src/reference/keys.md"));
             assert!(text.contains("Uncomment a line to override the default."), "{text}");
-            // A commented value that is not the default says so.
+            // A commented value that differs from the default says so.
             for line in listed.iter().filter(|line| matches!(line, Example(..))) {
                 let name = find(line.path()).map(|key| field(key.key.path)).expect("a key");
                 let example = text.lines().find(|text| text.starts_with(&format!("# {name} = "))).expect("a line");

@@ -1,11 +1,11 @@
-//! Both plants' steps over whole ticks. Computing them takes longer than running some hundred ticks, so copies of a
-//! scenario with the same plants share them.
+//! The steps of both plants over whole ticks. Computing them takes longer than running some hundred ticks, so copies of
+//! a scenario with the same plants share them.
 
 use trocar_engine::plant::{
     ArmParameters, ControlTiming, MasterParameters, MasterStep, PlantError, SlaveParameters, SlaveStep,
 };
 
-/// The steps, and the parameters that they were computed from.
+/// The steps with the parameters from which they were computed.
 #[derive(Debug, Clone)]
 pub(super) struct Steps {
     master_parameters: (MasterParameters, ArmParameters),
@@ -16,11 +16,9 @@ pub(super) struct Steps {
     pub(super) slave: SlaveStep,
 }
 
-/// The parameters that a scenario's steps depend on.
 pub(super) type PlantParameters<'a> = (&'a MasterParameters, &'a ArmParameters, &'a SlaveParameters);
 
 impl Steps {
-    /// The steps for a tick of `tick_s` (s).
     pub(super) fn new(
         (master, arm, slave): PlantParameters<'_>,
         timing: ControlTiming,
@@ -36,7 +34,7 @@ impl Steps {
         })
     }
 
-    /// Whether they were computed from these parameters; a scenario's public fields may have changed.
+    /// Returns true if the steps match these parameters. A scenario's public fields may have changed.
     pub(super) fn are_of(&self, (master, arm, slave): PlantParameters<'_>, timing: ControlTiming, tick_s: f64) -> bool {
         self.master_parameters == (*master, *arm)
             && self.slave_parameters == *slave
@@ -52,7 +50,7 @@ mod tests {
     use super::super::{Scenario, Source};
 
     #[test]
-    fn a_copy_that_was_changed_has_its_own_steps() {
+    fn a_changed_copy_has_different_steps() {
         let base = Scenario::load(&Source::parse("layers/skin-augmented"), &[]).expect("good");
         let steps = |scenario: &Scenario| {
             let (master, slave) = scenario.whole_steps().expect("built");

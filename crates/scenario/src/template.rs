@@ -1,7 +1,7 @@
-//! Many scenarios that differ in a few keys, built without reading a file again.
+//! Builds many scenarios that differ in a few keys, without reading a file again.
 //!
-//! Changing a key runs the functions of the groups that depend on it, which also read a file, so the same values are refused with
-//! the same messages. Errors that appear only when the plants are built are left to the run, which builds them.
+//! Changing a key runs the reading functions of all groups that depend on it. They are the same as for files, so
+//! invalid values give the same messages. The run reports errors that appear only when the plants are built.
 
 use trocar_core::settings::{Fallback, Key};
 
@@ -12,10 +12,11 @@ use super::scenario::{GROUPS, Group, Reading, Scenario};
 use super::value::Value;
 use super::values::{Values, harmless_name};
 
-/// The key of the seed, which changes no other setting.
+/// The key of the seed, which affects no other setting.
 const SEED: &str = "simulation.seed";
 
-/// The groups that depend on some keys, in the order of the table; `None` if the whole scenario does.
+/// Returns the groups that depend on some keys, in the order of the table; `None` if the whole scenario depends on
+/// them.
 fn groups_of(keys: &[KeyAt]) -> Option<Vec<&'static Group>> {
     let is_changed = |depends: fn(&Group, &Key) -> bool| {
         move |group: &&Group| keys.iter().any(|key| key.path != SEED && depends(group, key))
@@ -26,24 +27,23 @@ fn groups_of(keys: &[KeyAt]) -> Option<Vec<&'static Group>> {
     Some(GROUPS.iter().filter(is_changed(Group::depends_on)).collect())
 }
 
-/// A scenario with some keys left open.
+/// A scenario with some open keys.
 #[derive(Debug, Clone)]
 pub struct Template {
-    /// The written values, without derived ones.
     written: Values,
     first: Scenario,
     keys: Vec<KeyAt>,
-    /// The groups that are read again for each case; `None` if the whole scenario is.
+    /// The groups to read again for each case; `None` for the whole scenario.
     groups: Option<Vec<&'static Group>>,
 }
 
 impl Template {
-    /// The scenario of a file with its bases, overridden by entries and by `section.key=value` settings, with `open`
-    /// keys, each with its first value and the place of its values.
+    /// Loads a scenario with its bases, overridden by entries and by `section.key=value` settings. `open` lists the
+    /// open keys, each with its first value and the place of its values.
     ///
     /// # Errors
-    /// As [`Scenario::load`], for the scenario with the first values; an open key that a setting or an entry fixes, and
-    /// one of them that does not act.
+    /// The errors of [`Scenario::load`] for the scenario with the first values; a setting or an entry fixes an open
+    /// key; an open key has no effect.
     pub fn new(
         base: &Source,
         entries: Vec<Entry>,
@@ -84,22 +84,22 @@ impl Template {
         Ok(Self { written, first, keys, groups })
     }
 
-    /// The scenario with the first values.
+    /// Returns the scenario with the first values.
     #[must_use]
     pub fn first(&self) -> &Scenario {
         &self.first
     }
 
-    /// Whether a key has a written or default value, not a derived one.
+    /// Returns true if a key has a written or default value rather than a derived one.
     #[must_use]
     pub fn gives(&self, path: &str) -> bool {
         self.written.is_given(path)
     }
 
-    /// The scenario with these values of the open keys and this seed, fully resolved as from a file.
+    /// Returns the scenario with these values of the open keys and this seed, resolved in full as from a file.
     ///
     /// # Errors
-    /// As [`Scenario::load`].
+    /// The errors of [`Scenario::load`].
     pub fn whole(&self, values: &[Value], seed: u64) -> Result<Scenario, ScenarioError> {
         let mut written = self.written.clone();
         for (key, value) in self.keys.iter().zip(values) {
@@ -109,7 +109,7 @@ impl Template {
         Scenario::resolve(written)
     }
 
-    /// A factory of its scenarios; each thread has its own.
+    /// Returns a factory of scenarios. Each thread needs a separate one.
     #[must_use]
     pub fn factory(&self) -> CaseFactory<'_> {
         let values = self.first.values().clone();
@@ -124,19 +124,18 @@ impl Template {
 #[derive(Debug, Clone)]
 pub struct CaseFactory<'a> {
     template: &'a Template,
-    /// The values of the last scenario.
     values: Values,
-    /// Keys whose values are derived again.
+    /// Keys whose values must be derived again.
     derived: Vec<&'static str>,
     scenario: Scenario,
 }
 
 impl CaseFactory<'_> {
-    /// The scenario with these values of the open keys and this seed: as [`Template::whole`], except that its
-    /// [`Scenario::values`] are those of the first scenario.
+    /// Returns the scenario with these values of the open keys and this seed, like [`Template::whole`]. Only its
+    /// [`Scenario::values`] are the first scenario's.
     ///
     /// # Errors
-    /// As [`Scenario::load`], except for plants that cannot be built, which [`Scenario::build`] refuses.
+    /// The errors of [`Scenario::load`], except for plants that cannot be built, which [`Scenario::build`] reports.
     pub fn build(&mut self, values: &[Value], seed: u64) -> Result<Scenario, ScenarioError> {
         let template = self.template;
         let Some(groups) = &template.groups else { return template.whole(values, seed) };
@@ -148,7 +147,7 @@ impl CaseFactory<'_> {
         }
         let mut reading = Reading { scenario: &mut self.scenario, values: &mut self.values, replay: None };
         if let Err(error) = groups.iter().try_for_each(|group| (group.read)(&mut reading)) {
-            // Some groups may already be changed.
+            // Discard partial changes: some groups may already be read.
             *self = template.factory();
             return Err(error);
         }
@@ -166,7 +165,7 @@ mod tests {
     use super::super::KEYS;
     use super::*;
 
-    /// The values of a key that a sweep might try.
+    /// Returns values of a key that a sweep might try.
     fn trial_values(key: &KeyAt, scenario: &Scenario) -> Vec<Value> {
         match key.kind {
             Kind::Number(_) => {
@@ -182,12 +181,13 @@ mod tests {
 
     fn debug_text(mut scenario: Scenario) -> String {
         scenario.values = Arc::new(Values::default());
-        // The cached steps are not part of the comparison.
+        // The comparison excludes the cached steps.
         scenario.steps = Arc::default();
         format!("{scenario:?}")
     }
 
-    /// Builds every value of every key of some sections by the factory, and compares with the resolution from a file.
+    /// Builds every value of every key in some sections with the factory, and compares it with the resolution from a
+    /// file.
     fn count_compared(name: &str, sections: &[&str]) -> usize {
         let base = Source::parse(name);
         let scenario = Scenario::load(&base, &[]).expect("good");
@@ -197,7 +197,7 @@ mod tests {
         for key in keys.filter(|key| sections.iter().any(|section| key.path.starts_with(section))) {
             let is_good = |value: &Value| Value::accept(&key.kind, &value.to_toml()).is_some();
             let values: Vec<Value> = trial_values(&key, &scenario).into_iter().filter(is_good).collect();
-            // A key without a valid first value is skipped.
+            // Skip a key without a valid first value.
             let first = |value: &&Value| {
                 Template::new(&base, vec![], &[], &[(key.clone(), (*value).clone(), place.clone())]).is_ok()
             };
@@ -227,14 +227,14 @@ mod tests {
     }
 
     #[test]
-    fn the_factory_agrees_with_a_file_key_by_key() {
+    fn the_factory_agrees_with_a_file_for_every_key() {
         assert!(count_compared("layers/skin-augmented", &[""]) > 300);
         assert!(count_compared("link/four-channel", &["controller", "scaling", "slave", "master", "passivity"]) > 30);
         assert!(count_compared("paper/depth-augmented", &["tissue.presliding", "scaling", "operator.start"]) > 5);
     }
 
     #[test]
-    fn an_open_key_of_a_layer_may_have_no_effect_and_must_name_a_layer() {
+    fn an_open_key_of_a_layer_may_lack_an_effect_but_must_name_a_layer() {
         let base = Source::parse("layers/skin-augmented");
         let open = |path: &str| {
             let place = Place { file: "sweep".into(), text: "".into(), span: 0..0 };

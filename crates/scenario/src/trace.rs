@@ -3,13 +3,13 @@
 use super::Scenario;
 use trocar_engine::engine::{OwnParts, Trace};
 
-/// An empty trace with all columns of a scenario's run.
+/// Returns an empty trace with all columns of a scenario's run.
 #[must_use]
 pub fn empty_trace(scenario: &Scenario) -> Trace {
     empty_trace_with(scenario, &OwnParts::default())
 }
 
-/// [`empty_trace`] for a run with own parts: an own estimator has no extra parameter.
+/// Like [`empty_trace`], for a run with user-defined parts. A user-defined estimator has no extra parameter.
 #[must_use]
 pub fn empty_trace_with(scenario: &Scenario, own: &OwnParts) -> Trace {
     let column = scenario.estimator.extra_parameter_column().filter(|_| own.estimator.is_none());

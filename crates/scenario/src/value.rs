@@ -1,4 +1,4 @@
-//! The value of a key, and its conversion from TOML.
+//! Values of keys, and their conversion from TOML.
 
 use std::borrow::Cow;
 
@@ -7,7 +7,7 @@ use trocar_core::settings::{Constant, Fallback, Key, Kind, Range};
 
 use super::quantity;
 
-/// The value of a key, written or default.
+/// The written or default value of a key.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     /// A number.
@@ -18,7 +18,7 @@ pub enum Value {
     Numbers(Vec<f64>),
     /// True or false.
     Flag(bool),
-    /// A word or any text.
+    /// A word or a text.
     Text(String),
 }
 
@@ -38,7 +38,7 @@ fn number(toml: &Toml) -> Option<f64> {
     toml.as_float().or_else(|| toml.as_integer().map(|v| v as f64))
 }
 
-/// The TOML value with every text that is a quantity in the key's dimension as a number in the key's unit.
+/// Converts every text with a unit to a number in the key's unit.
 fn without_unit<'a>(key: &Key, toml: &'a Toml) -> Cow<'a, Toml> {
     let number = |text: &str| Some(Toml::Float(quantity::parse(text, &quantity::unit_of(key.path)?).ok()?));
     let each = |list: &[Toml]| {
@@ -54,18 +54,18 @@ fn without_unit<'a>(key: &Key, toml: &'a Toml) -> Cow<'a, Toml> {
 }
 
 impl Value {
-    /// The TOML value as a value of this key, a number with or without a unit; `None` if it is not one. An empty text is a value of
-    /// a text without a default, and means none.
+    /// Converts a TOML value to a value of this key, with or without a unit; `None` if it is invalid. An empty text
+    /// means no value for a text key without a default.
     #[must_use]
     pub fn of_key(key: &Key, toml: &Toml) -> Option<Self> {
-        // An empty text removes the value that a base gives to a key without a default.
+        // An empty text removes the value of a base from a key without a default.
         if matches!((key.kind, key.fallback), (Kind::Text, Fallback::Unset)) && toml.as_str() == Some("") {
             return Some(Self::Text(String::new()));
         }
         Self::accept(&key.kind, &without_unit(key, toml))
     }
 
-    /// The TOML value as a value of this kind; `None` if it is not one.
+    /// Converts a TOML value to a value of this kind; `None` if it is invalid.
     #[must_use]
     pub fn accept(kind: &Kind, toml: &Toml) -> Option<Self> {
         match kind {
@@ -90,7 +90,7 @@ impl Value {
         }
     }
 
-    /// The value as TOML writes it, numbers in the shortest form that reads back the same.
+    /// Converts the value to TOML. Numbers have the shortest form that reads back the same.
     #[must_use]
     pub fn to_toml(&self) -> Toml {
         match self {
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_is_kept_within_its_range() {
+    fn a_number_outside_its_range_is_rejected() {
         let accept = |kind: Kind, text: &str| {
             let table: toml::Table = format!("v = {text}").parse().expect("valid");
             Value::accept(&kind, &table["v"])

@@ -1,4 +1,4 @@
-//! Every key with its value and its place in the file.
+//! The value of every key, with its place in the file.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
@@ -20,17 +20,14 @@ use trocar_engine::channel::DelaySettings;
 use trocar_engine::operator::MotionSettings;
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST, ReplayIndex, ReplaySettings, TissueSettings, path_in_layer};
 
-/// The keys that state a spring and a damper in place of a force recorded over time, for the analysis of stability.
+/// The keys of the spring and the damper that represent a recorded force over time in the stability analysis.
 pub(super) const STATED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
 
-/// The section that is followed by the list of layers.
 const TISSUE: &str = "tissue";
 
-/// The key of the tick, the minimum of some times.
 const TICK: &str = "simulation.tick_s";
 
-/// The keys of the detector that do not ask for another one than the adaptive: those that it uses, without those in the
-/// unit of the distance.
+/// The detector keys that the adaptive detector uses. Any other written detector key selects another detector.
 const OF_ADAPTIVE: [&str; 5] = [
     "detector.false_alarms_per_min",
     "detector.motion",
@@ -39,23 +36,20 @@ const OF_ADAPTIVE: [&str; 5] = [
     "detector.minimum_depth_m",
 ];
 
-/// The beginnings of the keys that act on the detection on a recording.
+/// The prefixes of keys that affect the detection on a recording.
 const OF_RECORDINGS: [&str; 4] = ["estimator.", "detector.", "sensor.", "recording."];
 
-/// A value and its origin.
 #[derive(Debug, Clone)]
 struct Given {
     value: Value,
-    /// Where it was written; `None` for a default.
     place: Option<Place>,
-    /// The file that a path is relative to.
+    /// The file to which a path is relative.
     source: Option<Source>,
     /// See [`Entry::layer`].
     layer: usize,
 }
 
 impl Given {
-    /// A value that is written nowhere.
     fn default_of(value: Value) -> Self {
         Self { value, place: None, source: None, layer: 0 }
     }
@@ -73,39 +67,39 @@ struct LayerList {
 /// The values of a scenario by key. Keys without a value are absent.
 #[derive(Debug, Clone, Default)]
 pub struct Values {
-    /// The values of all keys but those of the layers.
+    /// The values of all keys except the layers' keys.
     given: HashMap<&'static str, Given>,
-    /// The values of each layer by name, and by key of the layer `*`.
+    /// The values of each layer by name, then by its key with the layer `*`.
     of_layers: BTreeMap<Arc<str>, HashMap<&'static str, Given>>,
-    /// The written list of layers.
     list: Option<LayerList>,
-    /// The names of the tissue's layers, from the surface down: those of the written list, or the default ones of the kind.
+    /// The names of the tissue's layers, from the surface down: from the written list, or the default layers of the
+    /// kind.
     names: Vec<Arc<str>>,
-    /// The layer whose keys are read as those of the layer `*`.
+    /// The layer that replaces the layer `*` when reading keys.
     visited: Option<Arc<str>>,
 }
 
 impl Values {
-    /// The values of a file, its bases, and `section.key=value` settings that override them, and the defaults.
+    /// Loads a file, its bases, the settings `section.key=value` that override them, and the defaults.
     ///
     /// # Errors
-    /// A file that cannot be read or parsed, an unknown key, or a value that its key does not allow.
+    /// A file cannot be read or parsed, a key is unknown, or a value is invalid.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         Self::load_changed(source, &[settings])
     }
 
-    /// As [`Values::load`], with several lists of settings, of which a later one overrides the earlier ones.
+    /// Like [`Values::load`], with several lists of settings. A later list overrides earlier ones.
     ///
     /// # Errors
-    /// As [`Values::load`].
+    /// The errors of [`Values::load`].
     pub(super) fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         Self::of_entries(source, gather(source, settings)?)
     }
 
-    /// The values of the entries of a source and of settings, the nearest first, and the defaults.
+    /// Collects the entries of a source and of settings, the nearest first, and the defaults.
     ///
     /// # Errors
-    /// An unknown key, or a value that its key does not allow.
+    /// A key is unknown, or a value is invalid.
     pub(super) fn of_entries(source: &Source, mut entries: Vec<Entry>) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
         drop_replaced_layers(&mut entries);
@@ -118,10 +112,10 @@ impl Values {
         Ok(values)
     }
 
-    /// The values of settings alone, for the detection on a recording, which needs no file.
+    /// Reads only settings, for the detection on a recording, which needs no scenario file.
     ///
     /// # Errors
-    /// As [`Values::load`], and for a key that has no effect on a recording.
+    /// The errors of [`Values::load`]; a key has no effect on a recording.
     pub fn from_settings(name: &str, settings: &[String]) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
         for setting in settings.iter().rev() {
@@ -140,7 +134,7 @@ impl Values {
         Ok(values)
     }
 
-    /// Checks an entry and stores it, unless its key already has a value.
+    /// Checks an entry and stores it unless its key has a value.
     pub(super) fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
         if entry.path == LAYER_LIST {
             return self.take_layers(&entry);
@@ -165,7 +159,7 @@ impl Values {
             }
             return Err(error);
         };
-        // Entries come in the order of their layers, the nearest to the command line first.
+        // The entries are in the order of their layers, the nearest to the command line first.
         let both = self.given.get(DelaySettings::BOTH);
         if DelaySettings::is_one_way(key.key.path) && both.is_some_and(|both| both.layer < entry.layer) {
             return Ok(());
@@ -175,7 +169,7 @@ impl Values {
         Ok(())
     }
 
-    /// The value of a key, if it has one. The layer `*` is the visited one.
+    /// Returns the value of a key, if it has one. The layer `*` means the visited layer.
     fn slot(&self, path: &str) -> Option<&Given> {
         match split(path) {
             None => self.given.get(path),
@@ -184,13 +178,11 @@ impl Values {
         }
     }
 
-    /// The value of a key, if it has one, to be changed.
     fn slot_mut(&mut self, path: &str) -> Option<&mut Given> {
         let Some((name, wanted)) = split(path) else { return self.given.get_mut(path) };
         self.of_layers.get_mut(name)?.get_mut(key_of(wanted)?.path)
     }
 
-    /// Stores a value, unless its key has one.
     fn keep_first(&mut self, key: &KeyAt, given: Given) {
         let slots = match split(&key.path) {
             Some((name, _)) => self.of_layers.entry(name.into()).or_default(),
@@ -199,7 +191,6 @@ impl Values {
         slots.entry(key.key.path).or_insert(given);
     }
 
-    /// Stores a list of layers, unless there is one.
     fn take_layers(&mut self, entry: &Entry) -> Result<(), ScenarioError> {
         let items = entry.value.as_array().filter(|items| !items.is_empty());
         let name = |item: &toml::Value| item.as_str().filter(|name| is_name(name)).map(Arc::from);
@@ -213,13 +204,14 @@ impl Values {
         Ok(())
     }
 
-    /// The keys of the tissue's layers, layer by layer from the surface down; none for a tissue without layers.
+    /// Returns the keys of the tissue's layers, layer by layer from the surface down; empty for a tissue without
+    /// layers.
     pub fn layer_keys(&self) -> impl Iterator<Item = KeyAt> {
         let acting = || LAYER_KEYS.iter().filter(|key| self.is_acting(key));
         self.names.iter().flat_map(move |name| acting().map(|key| KeyAt::of_layer(name, key)))
     }
 
-    /// Every key that a scenario file, a base or a setting gives to a layer, with its value.
+    /// Returns every written key of a layer (in a scenario file, a base or a setting) with its value.
     fn written_of_layers(&self) -> impl Iterator<Item = (KeyAt, &Given)> {
         self.of_layers.iter().flat_map(|(name, slots)| {
             let written = |key: &'static Key| slots.get(key.path).filter(|given| given.place.is_some());
@@ -227,12 +219,12 @@ impl Values {
         })
     }
 
-    /// Checks that every key of a layer is that of a layer in the list.
+    /// Checks that every written layer key belongs to a layer in the list.
     ///
     /// # Errors
-    /// [`ScenarioError`] at the first that is not.
+    /// [`ScenarioError`] for the first key that does not.
     pub(super) fn check_layers(&self) -> Result<(), ScenarioError> {
-        // A kind that was changed nearer to the command line has other layers, or none.
+        // A kind that was changed nearer to the command line has different layers or none.
         let kind = self.given.get(TissueSettings::KEY.path).filter(|given| given.place.is_some());
         let is_replaced = |given: &Given| kind.is_some_and(|kind| kind.layer < given.layer);
         let is_stray =
@@ -246,13 +238,14 @@ impl Values {
         Err(error.remedy(format!("the layers are {}", self.names.join(", "))))
     }
 
-    /// Checks that every written key acts.
+    /// Checks that every written key has an effect.
     ///
-    /// A key may act for some kinds of a choice only. It is then an error with another kind, unless a file nearer to the
-    /// command line has changed the kind, or the command line sets it for several scenarios and it `acts_elsewhere`.
+    /// A key may have an effect only for some kinds of a choice. With another kind it is an error, with two exceptions:
+    /// a file nearer to the command line has changed the kind, or the command line sets the key for several scenarios
+    /// and it `acts_elsewhere`.
     ///
     /// # Errors
-    /// [`ScenarioError`] at all such keys.
+    /// [`ScenarioError`] for all such keys.
     pub(super) fn check_acting(&self, acts_elsewhere: impl Fn(&KeyAt) -> bool) -> Result<(), ScenarioError> {
         let layer = |path: &str| self.slot(path).filter(|given| given.place.is_some()).map(|given| given.layer);
         let unmet_at = |key: &Key, written: usize| {
@@ -269,13 +262,12 @@ impl Values {
             let unmet = unmet_at(LAYER_KEYS.first()?, list.layer)?;
             Some(self.without_effect(LAYER_LIST, Some(list.place.clone()), &unmet))
         });
-        // The list alone, not each key in it.
+        // Report only the list, not each key in it.
         let list: Vec<_> = inert_list.collect();
         let is_listed = |error: &ScenarioError| !list.is_empty() && is_of_layer(&error.message);
         ScenarioError::all(inert.filter(|error| !is_listed(error)).chain(list.clone()).collect())
     }
 
-    /// The error for a key that does not act, as a condition is not met.
     fn without_effect(&self, path: &str, place: Option<Place>, unmet: &ActsFor) -> ScenarioError {
         let is_switch = find(unmet.key).is_some_and(|choice| choice.kind == Kind::Flag);
         let quoted = |word: &str| if is_switch { word.to_owned() } else { format!("{word:?}") };
@@ -289,28 +281,29 @@ impl Values {
         ScenarioError::new(message).at(place).remedy(format!("remove it, or change {}", unmet.key))
     }
 
-    /// Whether a key acts for the present kinds.
+    /// Returns true if a key has an effect for the present kinds.
     #[must_use]
     pub fn is_acting(&self, key: &Key) -> bool {
         let is_stated = STATED.contains(&key.path) && self.states_tissue();
         is_stated || self.unmet(key).next().is_none()
     }
 
-    /// True if a spring or a damper is written beside a force recorded over time, which does not react: the analysis of
-    /// stability then takes them for the tissue.
+    /// Returns true if a spring or a damper is written beside a recorded force over time, which does not react. The
+    /// stability analysis then uses them as the tissue.
     #[must_use]
     pub fn states_tissue(&self) -> bool {
         let is_written = |path: &str| self.given.get(path).is_some_and(|given| given.place.is_some());
         replays_over_time(self) && STATED.into_iter().any(is_written)
     }
 
-    /// The conditions of a key that the present kinds do not meet. A choice can itself act for some kinds of another.
+    /// Returns the conditions of a key that the present kinds do not meet. A choice can itself depend on another
+    /// choice.
     pub fn unmet(&self, key: &Key) -> impl Iterator<Item = ActsFor> {
         let is_met = |acts: &ActsFor| self.kind(acts.key).is_some_and(|word| acts.words().contains(&word));
         conditions(key).filter(move |acts| !is_met(acts))
     }
 
-    /// The word of a choice, or the position of a switch.
+    /// Returns the word of a choice, or the position of a switch.
     fn kind(&self, path: &str) -> Option<&str> {
         match self.get(path)? {
             Value::Text(word) => Some(word),
@@ -329,8 +322,8 @@ impl Values {
         self.fill_layers();
     }
 
-    /// Names the layers of the present kind of tissue, and gives each the defaults of its keys. In the default list of a kind a
-    /// layer can have other defaults. Defaults of an earlier kind are removed.
+    /// Names the layers of the present kind of tissue and sets their default values. A layer in the default list of a
+    /// kind can have specific defaults. Removes the defaults of an earlier kind.
     pub(super) fn fill_layers(&mut self) {
         let of_kind = TissueSettings::default_layers(self.kind(TissueSettings::KEY.path).unwrap_or_default());
         let default_names = || of_kind.iter().map(|(name, _)| Arc::from(*name)).collect();
@@ -352,20 +345,18 @@ impl Values {
         }
     }
 
-    /// Sets a derived value.
     pub(super) fn derive(&mut self, path: &'static str, value: Value) {
         self.given.insert(path, Given::default_of(value));
     }
 
-    /// Sets a derived value, unless the key has one.
     pub(super) fn derive_if_missing(&mut self, path: &'static str, value: Value) {
         if !self.is_given(path) {
             self.derive(path, value);
         }
     }
 
-    /// Takes the adaptive detector, which needs no settings, unless a written key of the detector asks for another: the
-    /// kind, a number in its unit, or a setting that the adaptive one does not use.
+    /// Selects the adaptive detector, which needs no configuration, unless a written detector key requires another one:
+    /// the kind, a number in its unit, or a setting that the adaptive detector does not use.
     #[must_use]
     pub fn with_adaptive_detector(mut self) -> Self {
         let written = |key: &&Key| self.place(key.path).is_some();
@@ -375,60 +366,57 @@ impl Values {
         self
     }
 
-    /// Replaces a value by its resolved form, such as a full path, and keeps its place.
+    /// Replaces a value by its resolved form, for example a full path, and keeps its place.
     pub(super) fn derive_keeping_place(&mut self, path: &'static str, value: Value) {
         let place = self.place(path);
         self.given.insert(path, Given { value, place, source: None, layer: 0 });
     }
 
-    /// Sets a value that was written at a place.
     pub(super) fn give(&mut self, key: &KeyAt, value: Value, place: Place) {
         self.keep_first(key, Given { value, place: Some(place), source: None, layer: 0 });
     }
 
-    /// Replaces the value of a key that has one, and keeps its place.
     pub(super) fn replace(&mut self, path: &str, value: Value) {
         if let Some(given) = self.slot_mut(path) {
             given.value = value;
         }
     }
 
-    /// Removes the value of a key.
     pub(super) fn remove(&mut self, path: &str) {
         self.given.remove(path);
     }
 
-    /// The scenario's name.
+    /// Returns the scenario's name.
     #[must_use]
     pub fn name(&self) -> &str {
         self.text("name").unwrap_or("scenario")
     }
 
-    /// Whether a key has a value.
+    /// Returns true if a key has a value.
     #[must_use]
     pub fn is_given(&self, path: &str) -> bool {
         self.slot(path).is_some()
     }
 
-    /// The value of a key, if it has one.
+    /// Returns the value of a key, if it has one.
     #[must_use]
     pub fn get(&self, path: &str) -> Option<&Value> {
         self.slot(path).map(|given| &given.value)
     }
 
-    /// Where the value of a key was written.
+    /// Returns the place of a written value.
     #[must_use]
     pub fn place(&self, path: &str) -> Option<Place> {
         self.slot(path)?.place.clone()
     }
 
-    /// An error about a key's value, at its place.
+    /// Creates an error about a key's value, at its place.
     #[must_use]
     pub fn error(&self, path: &str, message: impl Into<String>) -> ScenarioError {
         ScenarioError::new(message).at(self.place(path))
     }
 
-    /// An error about a value out of range, at the place of its key.
+    /// Creates an error about a value out of range, at the place of its key.
     #[must_use]
     pub fn out_of_range(&self, error: &InvalidValue) -> ScenarioError {
         let layer = error.item.and_then(|index| self.names.get(index));
@@ -447,7 +435,7 @@ impl Values {
         ScenarioError::new(message).at(place)
     }
 
-    /// Where the first key of a section was written.
+    /// Returns the place of the first written key of a section.
     #[must_use]
     pub fn section_place(&self, section: &str) -> Option<Place> {
         keys_of(section).find_map(|key| self.place(key.path))
@@ -460,7 +448,6 @@ impl Values {
         }
     }
 
-    /// The source that a key names; `None` if the key has no value.
     pub(super) fn file(&self, path: &str) -> Option<Source> {
         let given = self.given.get(path)?;
         let Value::Text(text) = &given.value else { return None };
@@ -472,8 +459,8 @@ impl Values {
         self.error(path, format!("{path} is missing{must}"))
     }
 
-    /// The files on disk that the values name: a new name for each, which replaces it, and its path. Paths in the values are then
-    /// relative to a folder that contains the new names.
+    /// Returns the files on disk in the values, each as a new name and its path. The values then contain the new names
+    /// and are relative to a folder with these files.
     pub fn take_files(&mut self) -> Vec<(String, PathBuf)> {
         let mut files = vec![];
         let acting: Vec<_> = KEYS.iter().filter(|key| matches!(key.kind, Kind::File) && self.is_acting(key)).collect();
@@ -488,7 +475,7 @@ impl Values {
         files
     }
 
-    /// The values of one section, by the keys' last names.
+    /// Returns the values of one section by the keys' last names.
     #[must_use]
     pub fn section_json(&self, section: &str) -> serde_json::Value {
         let entry = |key: &'static Key| {
@@ -499,7 +486,7 @@ impl Values {
         serde_json::Value::Object(keys_of(section).filter_map(entry).collect())
     }
 
-    /// The written values of some sections, as `section.key=value` settings.
+    /// Returns the written values of some sections as `section.key=value` settings.
     #[must_use]
     pub fn written_settings(&self, sections: &[&str]) -> Vec<String> {
         let written = |key: &&Key| self.place(key.path).is_some();
@@ -507,13 +494,13 @@ impl Values {
         sections.iter().flat_map(|section| keys_of(section).filter(written).filter_map(setting)).collect()
     }
 
-    /// The values as a TOML document that resolves to themselves.
+    /// Returns the values as a TOML document that resolves to the same values.
     #[must_use]
     pub fn to_toml(&self) -> String {
         self.sections_toml(std::iter::once("").chain(SECTIONS.iter().map(|(name, _)| *name)))
     }
 
-    /// The values of some sections as a TOML document; the section `""` holds the keys without a section.
+    /// Returns the values of some sections as a TOML document. The section `""` contains the keys without a section.
     #[must_use]
     pub fn sections_toml<'a>(&self, sections: impl IntoIterator<Item = &'a str>) -> String {
         let mut text = String::new();
@@ -540,7 +527,6 @@ impl Values {
         text
     }
 
-    /// Writes the list of layers, if it acts.
     fn write_layers(&self, text: &mut String) {
         let mut last = "";
         let keys: Vec<KeyAt> = self.layer_keys().collect();
@@ -566,7 +552,7 @@ impl settings::KeySource for Values {
     }
 
     fn optional_number(&self, path: &str) -> Option<f64> {
-        // A missing number is no error here; formatting one would dominate the time.
+        // Building an error for a missing number would dominate the time.
         match self.get(path) {
             Some(Value::Number(value)) => Some(*value),
             _ => None,
@@ -631,7 +617,8 @@ impl settings::KeySource for Values {
     }
 }
 
-/// A name that is valid for a folder: letters, digits and `-_.+ `, not hidden, and not a file that a comparison writes.
+/// Makes a name valid for a folder: letters, digits and `-_.+ `, not hidden, and not the name of a file that a
+/// comparison writes.
 #[must_use]
 pub fn harmless_name(name: &str) -> String {
     let harmless = |c: char| if c.is_alphanumeric() || "-_.+ ".contains(c) { c } else { '_' };
@@ -646,30 +633,25 @@ pub fn harmless_name(name: &str) -> String {
     }
 }
 
-/// The kinds for which a key acts, then those for which their choice acts, and so on.
 fn conditions(key: &Key) -> impl Iterator<Item = ActsFor> {
     let choice = |acts: &ActsFor| find(acts.key).and_then(|choice| choice.acts_for);
     std::iter::successors(key.acts_for, choice).flat_map(ActsFor::conditions)
 }
 
-/// Whether the operator replays the recording.
 pub(super) fn replays_position(values: &Values) -> bool {
     values.word(MotionSettings::KEY.path).is_ok_and(|word| word == MotionSettings::Recording.word())
 }
 
-/// Whether the tissue replays the recording.
 pub(super) fn replays_force(values: &Values) -> bool {
     values
         .word(TissueSettings::KEY.path)
         .is_ok_and(|word| word == TissueSettings::Recording(ReplaySettings::DEFAULT).word())
 }
 
-/// True if the tissue replays the recording over time, not over depth.
 fn replays_over_time(values: &Values) -> bool {
     replays_force(values) && values.word(ReplayIndex::KEY.path).is_ok_and(|word| word == ReplayIndex::Time.word())
 }
 
-/// The keys of a section, in the order in which they are written.
 pub(super) fn keys_of(section: &str) -> impl Iterator<Item = &'static Key> {
     KEYS.iter().filter(move |key| key.path.rsplit_once('.').map_or("", |(parent, _)| parent) == section)
 }
@@ -678,7 +660,6 @@ fn similarity(a: &str, b: &str) -> f64 {
     strsim::jaro_winkler(a, b)
 }
 
-/// The remedy for a misspelt key of a named layer.
 fn named_layer(path: &str) -> Option<String> {
     let (name, misspelt) = split(path)?;
     let fields = || LAYER_KEYS.iter().map(|key| field(key.path));
@@ -688,7 +669,7 @@ fn named_layer(path: &str) -> Option<String> {
     }
 }
 
-/// The remedy for a key of a layer outside of the list of layers, as in `tissue.skin.thickness_m`.
+/// Returns the remedy for a layer key outside the list of layers, for example `tissue.skin.thickness_m`.
 fn layer(path: &str) -> Option<String> {
     if is_of_layer(path) {
         return named_layer(path);
@@ -709,7 +690,7 @@ fn layer(path: &str) -> Option<String> {
     ))
 }
 
-/// The keys of the reflex were in the section of the operator before 0.3; the hint at their place is for this release only.
+/// The prefix of the reflex keys before release 0.3. The hint is for this release only.
 const MOVED_REFLEX: &str = "operator.reflex";
 
 fn unknown(entry: &Entry) -> ScenarioError {
@@ -747,7 +728,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_of_the_reflex_at_its_former_place_is_refused_with_its_new_name() {
+    fn a_key_of_the_reflex_at_its_former_place_is_rejected_with_its_new_name() {
         let error = load("[operator]\nkind = \"ramp\"\nreflex_pause_s = 1.0\n", &[]).expect_err("moved").to_string();
         assert!(error.contains("there is no key operator.reflex_pause_s"), "{error}");
         assert!(error.contains("own.toml") && error.contains('3'), "{error}");
@@ -759,7 +740,7 @@ mod tests {
         );
     }
 
-    /// The names of the layers of an echo, and the value of a field of the first.
+    /// Returns the names of the layers in an echo, and the value of a field of the first layer.
     fn first_of_echo(scenario: &Scenario, field: &str) -> (Vec<String>, Option<f64>) {
         let echo: toml::Table = scenario.echo().parse().expect("TOML");
         let layers = echo["tissue"]["layer"].as_array().expect("a list").clone();
@@ -768,7 +749,7 @@ mod tests {
     }
 
     #[test]
-    fn a_section_of_a_single_layer_is_refused_with_its_line_and_the_form_of_a_list() {
+    fn a_section_of_a_single_layer_is_rejected_with_its_line_and_the_form_of_a_list() {
         for (text, remedy) in [
             ("\n[tissue.skin]\nrupture_force_n = 5.0\n", "write [[tissue.layer]] with name = \"skin\""),
             ("\n\ntissue.mine.rupture_force = 5.0\n", "tissue.layer.mine.rupture_force_n"),
@@ -790,7 +771,7 @@ mod tests {
     }
 
     #[test]
-    fn another_kind_has_its_own_default_layers_and_ignores_values_of_the_others() {
+    fn another_kind_has_different_default_layers_and_ignores_values_of_the_others() {
         let text = format!("{LAYERS}layer.skin.rupture_force_n = 5.5\n");
         let scenario = load(&text, &["tissue.kind=tearing"]).expect("good");
         assert_eq!(first_of_echo(&scenario, "stiffness_n_per_m"), (vec!["organ".to_owned()], Some(250.0)));
@@ -817,7 +798,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_that_is_not_listed_is_refused_with_the_names_of_the_others() {
+    fn a_layer_that_is_not_listed_is_rejected_with_the_names_of_the_others() {
         let error = load(LAYERS, &["tissue.layer.skn.grip_n=0.1"]).expect_err("refused");
         assert_eq!(error.message, "there is no layer skn in [[tissue.layer]]");
         assert_eq!(error.remedy.as_deref(), Some("the layers are skin, fat, muscle, capsule, organ"));

@@ -13,7 +13,7 @@ const FREQUENCIES: usize = 400;
 /// The lowest frequency of the two-port in Hz.
 pub const LOWEST_HZ: f64 = 0.1;
 
-/// The highest frequency as a fraction of the sampling rate: above a quarter of it, sampling images matter.
+/// The highest frequency as a fraction of the sampling rate. Above it, sampling images matter.
 const HIGHEST_SHARE: f64 = 0.25;
 
 /// The parameters whose limits are computed.
@@ -31,9 +31,9 @@ pub struct PortPoint {
     pub transmitted: Complex64,
     /// The impedance that an ideal teleoperator transmits: the scales times `Z_e`.
     pub ideal: Complex64,
-    /// Whether the conditions of absolute stability hold.
+    /// True if the conditions of absolute stability hold.
     pub is_absolutely_stable: bool,
-    /// Whether the two-port is passive.
+    /// True if the two-port is passive.
     pub is_passive: bool,
 }
 
@@ -46,15 +46,15 @@ pub struct Analysis {
     pub mode: Mode,
     /// Its margins.
     pub margins: Margins,
-    /// The largest jitter of both ways, in ticks on top of the delays, for which the loop is proved to be stable in every order
-    /// of the delays; see [`VaryingDelays`](super::VaryingDelays). `None` for a loop that is not stable, and for one without
-    /// a limit.
+    /// The largest jitter of both directions, in ticks on top of the delays, with which the loop is proved stable for
+    /// every order of the delays; see [`VaryingDelays`](super::VaryingDelays). `None` if the loop is unstable or the
+    /// jitter has no limit.
     pub jitter_margin_ticks: Option<u64>,
     /// The stability limit of each of [`LIMITED`].
     pub limits: Vec<Limit>,
     /// The sensitivities of these limits.
     pub sensitivities: Vec<Sensitivity>,
-    /// The two-port, by frequency; empty if it has no hybrid matrix.
+    /// The two-port over frequency; empty if it has no hybrid matrix.
     pub ports: Vec<PortPoint>,
     /// The condition of Colgate and Schenkel, if it applies.
     pub sampled: Option<SampledBound>,
@@ -83,8 +83,8 @@ impl Analysis {
         })
     }
 
-    /// Whether the two-port is absolutely stable, and whether it is passive, at every frequency of [`Analysis::of`];
-    /// `None` if it has no hybrid matrix.
+    /// Returns two verdicts over all frequencies of [`Analysis::of`]: absolutely stable, and passive. `None` if the
+    /// two-port has no hybrid matrix.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -94,14 +94,13 @@ impl Analysis {
         Ok((!points.is_empty()).then(|| (all(|point| point.is_absolutely_stable), all(|point| point.is_passive))))
     }
 
-    /// Whether the loop is stable.
+    /// Returns true if the loop is stable.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         self.mode.spectral_radius < 1.0
     }
 }
 
-/// The frequencies of the two-port in Hz.
 pub(super) fn frequencies_hz(tick_s: f64) -> impl Iterator<Item = f64> {
     let highest_hz = (HIGHEST_SHARE / tick_s).max(10.0 * LOWEST_HZ);
     let step = (highest_hz / LOWEST_HZ).powf(1.0 / (FREQUENCIES - 1) as f64);

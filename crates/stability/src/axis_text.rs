@@ -3,10 +3,9 @@
 use super::{Axis, Parameter, Spacing};
 use trocar_scenario::{Kind, Range, Value, find_key, nearest_of, parse_number, unit_of};
 
-/// Maximum number of values of an axis.
 const MAX_VALUES: usize = 2000;
 
-/// Ratio of an axis's ends from which it is logarithmic by default.
+/// Minimum ratio of an axis's ends for logarithmic spacing by default.
 const LOGARITHMIC_RATIO: f64 = 50.0;
 
 const SYNTAX: &str = "write KEY=LOW:HIGH:COUNT, as in scaling.force=0.1:10:200";
@@ -61,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_axis_is_read_as_it_is_written() {
+    fn an_axis_is_parsed_from_its_text() {
         let axis = Axis::parse("scaling.force = 0.1 : 10 : 200").expect("good");
         assert_eq!((axis.low, axis.high, axis.count, axis.spacing), (0.1, 10.0, 200, Spacing::Logarithmic));
         assert_eq!(Axis::parse("scaling.force=0.1:10:200:linear").expect("good").spacing, Spacing::Linear);
@@ -69,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn an_invalid_axis_is_refused_with_the_reason() {
+    fn an_invalid_axis_is_rejected_with_the_reason() {
         for (text, reason) in [
             ("scaling.force", SYNTAX),
             ("scaling.force=1:2", SYNTAX),

@@ -1,22 +1,22 @@
 //! Absolute stability with hands and tissues of bounded impedance, and over a parameter.
 //!
-//! Llewellyn's conditions are for any passive hand and any passive tissue. Here both are bounded:
+//! Llewellyn's conditions hold for every passive hand and tissue. Here the impedances of both are bounded:
 //!
-//! - a hand between the dampers `r` and `R` (N·s/m) is any passive impedance behind both of them, `Z_h = r + (Z ‖ (R - r))`.
-//!   At each frequency these are exactly the impedances in the disc with the diameter `[r, R]` on the real axis; with `R`
-//!   infinite, the half-plane `Re Z_h >= r`. In the scattering plane it is a disc within the unit circle;
-//! - a tissue is a spring and a damper, each in a range: `Z_e = B + K / (jω)` is in a rectangle.
+//! - A hand between the dampers `r` and `R` (N·s/m) is any passive impedance `Z` with both dampers:
+//!   `Z_h = r + (Z ‖ (R - r))`. At each frequency these impedances fill the disc with the diameter `[r, R]` on the real
+//!   axis; for infinite `R`, the half-plane `Re Z_h >= r`.
+//! - A tissue is a spring and a damper, each in a range: `Z_e = B + K / (jω)` lies in a rectangle.
 //!
-//! With the two-port `H` the loop has a pole at `jω` where `Z_h = -Z_t(Z_e)`. With `N = -h11 + D Z_e`, `M = 1 + h22 Z_e`
-//! and `D = h12 h21 - h11 h22`, `-Z_t = N / M`, and it lies in the disc of the hand if
+//! With the two-port `H` the loop has a pole at `jω` if `Z_h = -Z_t(Z_e)`. With `N = -h11 + D Z_e`, `M = 1 + h22 Z_e`
+//! and `D = h12 h21 - h11 h22`, `-Z_t = N / M`. It lies in the disc of the hand if
 //!
 //! ```text
 //! q(Z_e) = |N|² / R - (1 + r/R) Re(N M*) + r |M|² = a |Z_e|² + 2 Re(b Z_e) + c <= 0
 //! ```
-//! On a rectangle `q` is a sum of two parabolas, one of each coordinate, so that its minimum has a closed form. If it is
+//! On a rectangle `q` is a sum of two parabolas, one in each coordinate, so its minimum has a closed form. If it is
 //! positive at every frequency, no pole can reach the imaginary axis, and all loops are stable if one of them is (zero
 //! exclusion; Haddadi and Hashtrudi-Zaad 2010, *Bounded-impedance absolute stability of bilateral teleoperation control
-//! systems*). If it is not, some passive hand of the range swings on with some tissue of the range.
+//! systems*). Otherwise some passive hand in the range oscillates with some tissue in the range.
 
 use super::analysis::frequencies_hz;
 use super::{Axis, ClosedLoop, Hybrid, LinearLoop, Parameter, Ports, StabilityError};
@@ -36,16 +36,16 @@ pub struct Terminations {
     pub damping_n_s_per_m: (f64, f64),
 }
 
-/// Maximum damping of a hand in the search for the one that is needed, in N·s/m.
+/// Upper end of the search for the needed damping, in N·s/m.
 const MAX_DAMPING: f64 = 1e6;
 
-/// The damping of a hand that is needed at a frequency.
+/// The minimum damping of the hand at one frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NeededDamping {
     /// The frequency in Hz.
     pub frequency_hz: f64,
-    /// Minimum `r` in N·s/m with which no hand and no tissue of the ranges give a pole at this frequency; infinite if none
-    /// up to the maximum of the range, or up to 1e6 N·s/m, does.
+    /// The smallest `r` in N·s/m for which no hand and tissue in the ranges give a pole at this frequency. Infinite if
+    /// no value up to the hand's maximum or 1e6 N·s/m suffices.
     pub damping_n_s_per_m: f64,
 }
 
@@ -54,14 +54,14 @@ pub struct NeededDamping {
 pub struct Bounded {
     /// The ranges.
     pub terminations: Terminations,
-    /// What is needed, by frequency; empty without a hybrid matrix.
+    /// The needed damping over frequency; empty without a hybrid matrix.
     pub needed: Vec<NeededDamping>,
-    /// Whether one loop with a hand that has the needed damping and a tissue of the range is stable: a damper and a tissue in
-    /// the middle.
+    /// True if one example loop is stable: a damper above the needed damping as the hand, with a tissue in the middle
+    /// of the ranges.
     pub is_middle_stable: bool,
 }
 
-/// `q` on the impedances of the tissue.
+/// `q` as a function of the tissue's impedance.
 #[derive(Debug, Clone, Copy)]
 struct Quadratic {
     a: f64,
@@ -70,7 +70,7 @@ struct Quadratic {
 }
 
 impl Quadratic {
-    /// For hands between `r` and `1 / g`.
+    /// Builds `q` for hands between `r` and `1 / g`.
     fn of(hybrid: &Hybrid, r: f64, g: f64) -> Self {
         let [[h11, h12], [h21, h22]] = hybrid.h;
         let d = h12 * h21 - h11 * h22;
@@ -82,7 +82,7 @@ impl Quadratic {
         }
     }
 
-    /// Its minimum over a rectangle of real and imaginary parts.
+    /// Returns the minimum over a rectangle of real and imaginary parts.
     fn min(&self, real: (f64, f64), imaginary: (f64, f64)) -> f64 {
         // a t² + 2 s t between two ends.
         let parabola = |s: f64, (low, high): (f64, f64)| {
@@ -94,19 +94,18 @@ impl Quadratic {
     }
 }
 
-/// The modulus from which a pole counts as growth: about 1 % in a quarter of an hour, with ticks of 1 ms. A position that
-/// drifts, as without any spring, has a pole at 1 and does not grow.
+/// Minimum modulus of a growing pole: about 1 % in a quarter of an hour, with ticks of 1 ms. Without a spring the
+/// position drifts: its pole is at 1 and does not grow.
 const GROWS: f64 = 1.0 + 1e-8;
 
 impl Terminations {
-    /// Whether no hand between `r` and the range's maximum has a pole at a frequency with a tissue of the range.
+    /// Returns true if no hand between `r` and the maximum has a pole at `omega` with a tissue in the ranges.
     fn excludes(&self, hybrid: &Hybrid, omega: f64, r: f64) -> bool {
         let (soft, stiff) = self.stiffness_n_per_m;
         let quadratic = Quadratic::of(hybrid, r, self.hand_n_s_per_m.1.recip());
         quadratic.min(self.damping_n_s_per_m, (-stiff / omega, -soft / omega)) > 0.0
     }
 
-    /// The minimum damping of a hand that is needed at a frequency.
     fn needed(&self, hybrid: &Hybrid, omega: f64) -> f64 {
         let most = self.hand_n_s_per_m.1.min(MAX_DAMPING);
         if !self.excludes(hybrid, omega, most) {
@@ -115,16 +114,16 @@ impl Terminations {
         if self.excludes(hybrid, omega, 0.0) {
             return 0.0;
         }
-        // The discs of larger r lie within those of smaller ones.
+        // The discs shrink as r grows.
         bisect(0.0, most, |r| !self.excludes(hybrid, omega, r))
     }
 
-    /// A loop with a damper as hand, above `low`, and a tissue, both in the middle of the ranges.
+    /// Returns a loop with a damper above `low` as the hand, and a tissue; both are in the middle of their ranges.
     fn middle(&self, settings: &LinearLoop, low: f64) -> LinearLoop {
         let high = self.hand_n_s_per_m.1;
         let damper = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low + 1.0 };
         let mut other = settings.clone();
-        // Behind the damper is a mass that a stiff spring and damper hold.
+        // A stiff spring and damper hold the mass behind the damper.
         other.arm.k_a_n_per_m = 0.0;
         other.arm.b_a_n_s_per_m = damper;
         other.arm.m_h_kg = 1.0;
@@ -137,7 +136,8 @@ impl Terminations {
 }
 
 impl Bounded {
-    /// Analyses a loop, whose arm and tissue do not matter, at the frequencies of [`Analysis::ports`](super::Analysis).
+    /// Analyses a loop at the frequencies of [`Analysis::ports`](super::Analysis). The arm and tissue in `settings` are
+    /// ignored.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -158,7 +158,7 @@ impl Bounded {
         Ok(bounded)
     }
 
-    /// The frequency at which the hand needs the most damping; `None` without a hybrid matrix.
+    /// Returns the frequency at which the hand needs the most damping; `None` without a hybrid matrix.
     #[must_use]
     pub fn most(&self) -> Option<NeededDamping> {
         self.needed.iter().copied().reduce(
@@ -168,22 +168,22 @@ impl Bounded {
         )
     }
 
-    /// The minimum damping of the hand in N·s/m with which the loop is stable with every tissue of the ranges; infinite if no
-    /// damping is enough. `None` without a hybrid matrix.
+    /// Returns the minimum damping of the hand in N·s/m for stability with every tissue in the ranges. Infinite if no
+    /// damping suffices; `None` without a hybrid matrix.
     #[must_use]
     pub fn needed_damping(&self) -> Option<f64> {
         let most = self.most()?;
         Some(if self.is_middle_stable { most.damping_n_s_per_m } else { f64::INFINITY })
     }
 
-    /// Whether the loop is stable with every hand and tissue of the ranges; `None` without a hybrid matrix.
+    /// Returns true if the loop is stable with every hand and tissue in the ranges; `None` without a hybrid matrix.
     #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
         Some(self.needed_damping()? <= self.terminations.hand_n_s_per_m.0)
     }
 }
 
-/// The impedance of an arm at the master, with the desired position at rest, in N·s/m.
+/// Returns the arm's impedance at the master in N·s/m, with a constant desired position.
 #[must_use]
 pub fn arm_impedance(arm: &ArmParameters, frequency_hz: f64) -> Complex64 {
     let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);
@@ -192,30 +192,30 @@ pub fn arm_impedance(arm: &ArmParameters, frequency_hz: f64) -> Complex64 {
     at_master * behind / (at_master + behind)
 }
 
-/// Absolute stability at a value of a parameter.
+/// The absolute stability at one value of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AbsolutePoint {
     /// The value.
     pub value: f64,
     /// The smallest of Llewellyn's parameter over the frequencies; infinite without a hybrid matrix.
     pub min_llewellyn: f64,
-    /// Whether the loop is stable with every passive hand and tissue.
+    /// True if the loop is stable with every passive hand and tissue.
     pub is_absolutely_stable: bool,
-    /// With bounded hands and tissues.
+    /// The result with bounded hands and tissues.
     pub bounded: Bounded,
 }
 
-/// Absolute stability over a parameter.
+/// The absolute stability over the values of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AbsoluteOver {
-    /// The parameter.
+    /// The varied parameter.
     pub parameter: Parameter,
-    /// Its values, increasing.
+    /// The results at its values, increasing.
     pub points: Vec<AbsolutePoint>,
 }
 
 impl AbsoluteOver {
-    /// The absolute stability over the values of an axis.
+    /// Analyses a loop at each value of an axis.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -258,8 +258,8 @@ mod tests {
         Hybrid { h: [[h11 + 10.0, h12], [h21, h22 + 0.02]] }
     }
 
-    /// The impedances of the boundary of the hand's disc and of the tissue's rectangle: where two connected sets touch
-    /// first, and all that is needed besides a point inside.
+    /// Compares the boundaries of the hand's disc and the tissue's rectangle, and a point inside. Two connected sets
+    /// first touch at their boundaries.
     fn meets_by_brute_force(hybrid: &Hybrid, ranges: &Terminations) -> bool {
         const FINE: usize = 120;
         let (r, most) = ranges.hand_n_s_per_m;
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn oracle_the_closed_form_is_that_of_a_fine_grid() {
+    fn oracle_the_closed_form_agrees_with_a_fine_grid() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut counts = [0, 0];
         for _ in 0..400 {
@@ -287,7 +287,7 @@ mod tests {
                 damping_n_s_per_m: (low, low + rng.random_range(0.1..20.0)),
             };
             let excludes = ranges.excludes(&hybrid, OMEGA, r);
-            // The grid misses what lies between its points, and nothing else.
+            // The grid only misses impedances between its points.
             let slightly_larger = Terminations { hand_n_s_per_m: (r, ranges.hand_n_s_per_m.1), ..ranges };
             let meets = meets_by_brute_force(&hybrid, &slightly_larger);
             assert!(!(excludes && meets), "{hybrid:?} {ranges:?}");
@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn oracle_without_bounds_the_condition_is_llewellyns() {
-        // Any passive tissue at one frequency, as far as a rectangle can have it.
+        // Approximates any passive tissue at one frequency by a large rectangle.
         let any = Terminations {
             hand_n_s_per_m: (0.0, f64::INFINITY),
             stiffness_n_per_m: (-1e9, 1e9),
@@ -323,7 +323,7 @@ mod tests {
         assert!(counts.iter().all(|count| *count > 100), "{counts:?}");
     }
 
-    /// Any passive hand without a tissue, in a shipped scenario with settings.
+    /// Bounds for every passive hand without a tissue, in a shipped scenario with settings.
     fn in_free_motion(settings: &[&str]) -> Bounded {
         let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
         let scenario = Scenario::load(&Source::parse("paper/classical"), &settings).expect("good");
@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn a_position_that_drifts_without_a_tissue_is_stable_with_every_hand() {
+    fn a_drifting_position_without_a_tissue_is_stable_with_every_hand() {
         for settings in [&[][..], &["controller.kind=position-position"]] {
             let bounded = in_free_motion(settings);
             assert_eq!((bounded.needed_damping(), bounded.is_stable()), (Some(0.0), Some(true)), "{settings:?}");
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_that_grows_without_a_tissue_is_stable_with_no_hand() {
+    fn an_unstable_loop_without_a_tissue_is_stable_with_no_hand() {
         let bounded = in_free_motion(&["controller.kind=four-channel", "channel.delay_s=0.1"]);
         assert_eq!((bounded.needed_damping(), bounded.is_stable()), (Some(f64::INFINITY), Some(false)));
     }

@@ -8,10 +8,10 @@ use super::side::Side;
 use super::{LinearLoop, StabilityError};
 use trocar_lti::{Complex64, eigenvalues};
 
-/// Maximum states of an explicit matrix.
+/// Maximum number of states of an explicit matrix.
 const MAX_STATES: u64 = 4000;
 
-/// The whole loop in permanent contact.
+/// The closed loop in permanent contact.
 #[derive(Debug, Clone)]
 pub struct ClosedLoop {
     tick_s: f64,
@@ -20,12 +20,11 @@ pub struct ClosedLoop {
     pub(super) master: Side,
     pub(super) slave: Side,
     responses: [Response; 2],
-    /// Poles of both sides without the link.
     pub(super) open_poles: Vec<Complex64>,
 }
 
 impl ClosedLoop {
-    /// The loop of these settings.
+    /// Builds the loop.
     ///
     /// # Errors
     /// [`StabilityError`] for parameters out of range or numerical failure.
@@ -33,7 +32,7 @@ impl ClosedLoop {
         Self::of(&Machines::new(settings)?, settings, None)
     }
 
-    /// The loop of machines that match the settings; reuses what it has in common with `other`.
+    /// Builds the loop from machines that match the settings, and reuses the parts that are equal in `other`.
     pub(super) fn of(machines: &Machines, settings: &LinearLoop, other: Option<&Self>) -> Result<Self, StabilityError> {
         trocar_core::error::non_negative("tissue.stiffness_n_per_m", settings.stiffness_n_per_m)?;
         trocar_core::error::non_negative("tissue.damping_n_s_per_m", settings.damping_n_s_per_m)?;
@@ -41,7 +40,7 @@ impl ClosedLoop {
         Self::of_sides(sides, settings.tick_s, (settings.forward().whole, settings.backward().whole), other)
     }
 
-    /// The loop of two sides with whole delays in ticks.
+    /// Builds the loop of two sides with whole delays in ticks.
     pub(super) fn of_sides(
         (master, slave): (Side, Side),
         tick_s: f64,
@@ -70,41 +69,40 @@ impl ClosedLoop {
         })
     }
 
-    /// The same machines with other whole delays, in ticks.
     pub(super) fn with_delays(&self, forward: u64, backward: u64) -> Self {
         Self { forward, backward, ..self.clone() }
     }
 
-    /// The responses of master and slave at `z`, without the delays.
+    /// Returns the responses of master and slave at `z`, without the delays.
     pub(super) fn responses_at(&self, z: Complex64) -> [Complex64; 2] {
         [self.responses[0].at(z), self.responses[1].at(z)]
     }
 
-    /// The derivatives of the responses of master and slave at `z`, relative to the responses.
+    /// Returns the relative derivatives `H'/H` of master and slave at `z`.
     pub(super) fn relative_slopes_at(&self, z: Complex64) -> [Complex64; 2] {
         [self.responses[0].relative_slope_at(z), self.responses[1].relative_slope_at(z)]
     }
 
-    /// The tick in s.
+    /// Returns the tick in s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.tick_s
     }
 
-    /// Whole ticks of round-trip delay.
+    /// Returns the round-trip delay in whole ticks.
     #[must_use]
     pub fn round_trip_ticks(&self) -> u64 {
         self.forward + self.backward
     }
 
-    /// Number of states, including delay lines.
+    /// Returns the number of states, including the delay lines.
     #[must_use]
     pub fn states(&self) -> u64 {
         let held = u64::from(self.master.before.is_some()) + u64::from(self.slave.before.is_some());
         (self.master.a.nrows() + self.slave.a.nrows()) as u64 + held + self.round_trip_ticks()
     }
 
-    /// The loop gain `L` at `z = radius · exp(j angle_rad)`: the closed loop's poles are where it is 1.
+    /// Returns the loop gain `L` at `z = radius · exp(j angle_rad)`. The closed loop has its poles where `L = 1`.
     #[must_use]
     pub fn loop_gain(&self, radius: f64, angle_rad: f64) -> Complex64 {
         let z = Complex64::from_polar(radius, angle_rad);
@@ -115,18 +113,19 @@ impl ClosedLoop {
         }
     }
 
-    /// The feedback force per metre of the slave's reference at `z = exp(j angle_rad)`, both sampled, including the
+    /// Returns the feedback force per metre of the slave's reference at `z = exp(j angle_rad)`, both sampled, with the
     /// whole round-trip delay.
     pub(super) fn force_per_reference(&self, angle_rad: f64) -> Complex64 {
         let delay = Complex64::from_polar(1.0, -(self.round_trip_ticks() as f64) * angle_rad);
         self.responses[1].at(Complex64::from_polar(1.0, angle_rad)) * delay
     }
 
-    /// The one-tick state matrix, with the input columns of the desired position at the tick and at the next.
+    /// Returns the one-tick state matrix, the input columns of the desired position at this tick and the next, and the
+    /// index of the slave's first state.
     ///
-    /// States: the master's side, beginning with `x_h, v_h, x_a, v_a` (m, m/s) and the force integral if there is one;
-    /// from the returned index on, the slave's, beginning with `x_e, v_e`; then the delay lines to the slave and to the
-    /// master, latest sample first, and the last samples where one arrives within a tick.
+    /// The states are: the master's side, beginning with `x_h, v_h, x_a, v_a` (m, m/s) and the force integral if there
+    /// is one; the slave's side, beginning with `x_e, v_e`; the delay lines to the slave and to the master, latest
+    /// sample first; and the last sample of each signal that arrives within a tick.
     ///
     /// # Errors
     /// [`StabilityError::TooLarge`] if the delay needs more states than allowed.
@@ -147,7 +146,7 @@ impl ClosedLoop {
         Ok((matrix, desired, of_master))
     }
 
-    /// The loop that is open where the slave's signal arrives at the master: its matrix, its input and its output.
+    /// Opens the loop where the slave's signal arrives at the master: matrix, input and output.
     #[allow(clippy::type_complexity, reason = "three parts that are always destructured at once")]
     pub(super) fn open(&self) -> Result<(DMatrix<f64>, DVector<f64>, DVector<f64>), StabilityError> {
         let states = self.states();
@@ -162,7 +161,7 @@ impl ClosedLoop {
         matrix.view_mut((0, 0), (of_master, of_master)).copy_from(&self.master.a);
         matrix.view_mut((of_master, of_master), (of_slave, of_slave)).copy_from(&self.slave.a);
         let (mut input, mut output) = (DVector::zeros(n), DVector::zeros(n));
-        // From which side, through which delay line, to which side.
+        // Sending side, delay line, receiving side.
         let ways = [
             (&self.master, 0, (lines_at, forward), &self.slave, of_master),
             (&self.slave, of_master, (lines_at + forward, backward), &self.master, 0),
@@ -192,13 +191,13 @@ impl ClosedLoop {
         Ok((matrix, input, output))
     }
 
-    /// The master's signal that arrives at the slave, as weights on the states.
+    /// Returns the signal from the master that arrives at the slave, as weights on the states.
     pub(super) fn arrives_at_slave(&self) -> DVector<f64> {
         let line = self.master.a.nrows() + self.slave.a.nrows();
         arriving(self.states() as usize, (&self.master, 0), (line, self.forward as usize))
     }
 
-    /// Whether the loop is asymptotically stable.
+    /// Returns true if the loop is asymptotically stable.
     ///
     /// # Errors
     /// [`StabilityError::TooFast`].
@@ -207,8 +206,8 @@ impl ClosedLoop {
     }
 }
 
-/// The signal that a side sends and that arrives through a delay line of some ticks, as weights on `n` states. The side's and
-/// the line's states begin at `from_at` and `line`.
+/// Returns the signal that a side sends through a delay line of some ticks, as weights on `n` states. The side's states
+/// begin at `from_at` and the line's at `line`.
 fn arriving(n: usize, (from, from_at): (&Side, usize), (line, ticks): (usize, usize)) -> DVector<f64> {
     let mut arrives = DVector::zeros(n);
     match ticks {

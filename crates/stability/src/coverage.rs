@@ -1,4 +1,4 @@
-//! What the linear loop leaves out of a scenario.
+//! The parts of a scenario that the linear loop does not model.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -10,36 +10,36 @@ use trocar_engine::plant::ActuatorLimits;
 use trocar_engine::teleoperation::Scheme;
 use trocar_scenario::Scenario;
 
-/// A part of a scenario that the linear loop leaves out.
+/// A part of a scenario that the linear loop does not model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// The key that switches it on.
+    /// The key that enables the part.
     pub key: &'static str,
-    /// What it is.
+    /// A description of the part.
     pub what: &'static str,
-    /// The bound of the loop that a limit is below, in the unit of the key, if it is known.
+    /// For a limit: the largest magnitude in the loop, in the unit of the key, if it is known.
     pub bound: Option<f64>,
 }
 
 /// A limit of a motor or of the force sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopLimit {
-    /// The part of the scenario. Its bound is the largest magnitude in the loop, for any motion of the hand that goes no farther
-    /// from the tissue's surface and no faster than the scenario's.
+    /// The limit as a part of the scenario. Its bound holds for any motion of the hand that is at most as fast, and at
+    /// most as far from the tissue's surface, as the scenario's.
     pub part: LeftOut,
-    /// The limit, in the unit of its key.
+    /// The limit in the unit of its key.
     pub limit: f64,
 }
 
 impl LoopLimit {
-    /// Whether the loop never reaches it.
+    /// Returns true if the loop never reaches the limit.
     #[must_use]
     pub fn is_unreached(&self) -> bool {
         self.part.bound.is_some_and(|bound| bound < self.limit)
     }
 }
 
-/// Jitter, and delays that vary: why they are left out.
+/// The reasons why jitter and varying delays are not modelled.
 const JITTER: [&str; 4] = [
     "jitter",
     "jitter, which can count as an outage",
@@ -53,23 +53,22 @@ const VARYING: [&str; 4] = [
     "delays that vary during events, at which the two sides then switch a varying time apart, without a proof",
 ];
 
-/// Returns the parts of a scenario that the linear loop leaves out, besides tissue and augmentation, which have their
-/// own analyses. With any of them the stability of the scenario is unknown. A limit that the loop
-/// never reaches is none.
+/// Returns the parts of a scenario that the linear loop does not model. With any of them the stability of the scenario
+/// is unknown. Tissue and augmentation have their own analyses and are not listed, nor are limits that the loop never
+/// reaches.
 ///
-/// Delays that vary are left out without `delays`, and where these say that the loop is not proved to be stable with them.
+/// Varying delays are listed if `delays` is `None` or does not prove stability.
 #[must_use]
 pub fn left_out(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftOut> {
     left_out_with(scenario, delays, &loop_limits(scenario))
 }
 
-/// [`left_out`] with the limits of [`loop_limits`], which take long.
+/// Like [`left_out`], with precomputed [`loop_limits`], which are expensive.
 pub fn left_out_with(scenario: &Scenario, delays: Option<&VaryingDelays>, limits: &[LoopLimit]) -> Vec<LeftOut> {
     let reached = limits.iter().filter(|limit| !limit.is_unreached()).map(|limit| limit.part);
     other_parts(scenario, delays).into_iter().chain(reached).collect()
 }
 
-/// The parts that are left out, besides limits.
 fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftOut> {
     let irregularity = &scenario.irregularity;
     let (forward, backward) = (&scenario.forward_schedule, &scenario.backward_schedule);
@@ -110,7 +109,7 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
         .collect()
 }
 
-/// The limits of motors and force sensor that a scenario has, each with the bound of the loop.
+/// Returns the limits of motors and force sensor in a scenario, each with the loop's bound.
 #[must_use]
 pub fn loop_limits(scenario: &Scenario) -> Vec<LoopLimit> {
     let ActuatorLimits { master_force_n, master_force_rate_n_per_s, slave_command, slave_command_rate_per_s, .. } =
@@ -137,7 +136,7 @@ pub fn loop_limits(scenario: &Scenario) -> Vec<LoopLimit> {
             bounds.tissue_force_n
         }),
     ];
-    // The bounds take far longer than all the rest. They are those of a loop of which nothing else is left out.
+    // The bounds are expensive, and only valid for a loop without other unmodelled parts.
     let are_sought = all.iter().any(|(limit, ..)| limit.is_some()) && other_parts(scenario, None).is_empty();
     let bounds = are_sought.then(|| Bounds::of(scenario)).flatten();
     let given = |(limit, (key, what), bound): (Option<f64>, (&'static str, &'static str), Bound)| {
@@ -153,7 +152,7 @@ impl Display for LeftOut {
     }
 }
 
-/// Everything that the linear loop leaves out of a scenario, with tissue and augmentation, and the parts of [`left_out`].
+/// Returns descriptions of all unmodelled parts: tissue, augmentation and the parts of [`left_out`].
 #[must_use]
 pub fn unmodelled(scenario: &Scenario, tissue: &TissueRange, left_out: &[LeftOut]) -> Vec<String> {
     let augmentation =

@@ -6,7 +6,7 @@ use trocar_core::error::InvalidValue;
 use trocar_engine::plant::PlantError;
 use trocar_lti as lti;
 
-/// The reason why an analysis failed.
+/// An error of the stability analysis.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum StabilityError {
     /// A side cannot be built.
@@ -29,7 +29,7 @@ pub enum StabilityError {
     TooLarge {
         /// Round-trip delay in ticks.
         ticks: u64,
-        /// Number of states that the matrix would have.
+        /// Number of states of the matrix.
         states: u64,
         /// Maximum number of states.
         max: u64,

@@ -1,24 +1,24 @@
 //! Linear stability analysis of the teleoperator, from its matrices, without the engine.
 //!
-//! It may use `trocar-core`, `trocar-base`, `trocar-lti`, `trocar-engine` and `trocar-scenario`. The crate `trocar` re-exports it as
-//! `trocar::stability`.
+//! The crate depends only on `trocar-core`, `trocar-base`, `trocar-lti`, `trocar-engine` and `trocar-scenario`. The
+//! crate `trocar` re-exports it as `trocar::stability`.
 //!
 //! In permanent contact with a linear tissue `f_e = K x_e + B v_e` the loop between operator and tissue is linear and
-//! tick-invariant. One matrix takes it from tick to tick ([`ClosedLoop::matrix`]); the loop is stable if all its
-//! eigenvalues lie inside the unit circle. The two sides interact only through the two delayed signals of the link, so
-//! the loop gain is equivalent:
+//! tick-invariant. Its one-tick matrix is [`ClosedLoop::matrix`]; the loop is stable if all eigenvalues lie inside the
+//! unit circle. The two sides interact only through the two delayed signals of the link, so the loop gain gives the
+//! same verdict:
 //!
 //! ```text
 //! L(z) = z^-(d_forward + d_backward) H_master(z) H_slave(z),      the closed loop's poles are the zeros of 1 - L(z)
 //! ```
-//! The unstable poles are counted by the winding number of `1 - L` around 0 (Nyquist); the cost does not grow with the
-//! cube of the delay ([`ClosedLoop::poles_outside`]). The same response gives the margins ([`ClosedLoop::margins`]).
+//! The winding number of `1 - L` around 0 counts the unstable poles (Nyquist, [`ClosedLoop::poles_outside`]), at a cost
+//! that does not grow with the cube of the delay. The same response gives the margins ([`ClosedLoop::margins`]).
 //!
-//! [`Ports`] assumes no particular operator and tissue: hybrid parameters, Llewellyn's parameter, passivity,
-//! transparency. [`SampledWall`] is the passivity condition of a sampled-data display.
+//! [`Ports`] is independent of operator and tissue: hybrid parameters, Llewellyn's parameter, passivity, transparency.
+//! [`SampledWall`] is the passivity condition of a sampled-data display.
 //!
-//! Loss of contact, events and limits of the motors are not linear and not covered; `stability_check` compares the
-//! verdicts with the engine.
+//! Loss of contact, events and motor limits are nonlinear and not covered. `stability_check` compares the verdicts with
+//! the engine.
 
 mod analysis;
 mod axis_text;

@@ -1,4 +1,4 @@
-//! The stability limits of a parameter.
+//! The stable ranges of a parameter.
 
 use std::f64::consts::TAU;
 
@@ -6,28 +6,28 @@ use super::machines::Machines;
 use super::{ClosedLoop, LinearLoop, Parameter, StabilityError};
 use trocar_engine::teleoperation::ControllerKind;
 
-/// Maximum number of delays per crossing of the unit circle, and the relative distance beside the crossing of a scale.
+/// Maximum number of delays per crossing of the unit circle, and relative distance of the points beside a crossing.
 const MAX_CROSSINGS: usize = 1000;
 const BESIDE: f64 = 1e-6;
 
-/// Number of bisections of a boundary: beyond the precision of a double.
+/// Number of bisections of a boundary; exceeds the precision of a double.
 const BISECTIONS: usize = 80;
 
 /// The scan for boundaries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Minimum value above 0.
+    /// Smallest value above 0.
     pub low: f64,
-    /// Maximum value.
+    /// Largest value.
     pub high: f64,
-    /// Number of logarithmically spaced values; a change and return between two neighbours is not detected.
+    /// Number of logarithmically spaced values. Two changes between neighbours remain undetected.
     pub points: usize,
-    /// Relative width at which the bisection of a boundary ends; with 0 at the last digit.
+    /// Relative width at which the bisection of a boundary ends; 0 bisects to the last digit.
     pub tolerance: f64,
 }
 
 impl Search {
-    /// The search range of a parameter's limit.
+    /// Returns the default search for a parameter.
     #[must_use]
     pub fn of(parameter: Parameter) -> Self {
         let (low, high) = match parameter {
@@ -50,26 +50,26 @@ impl Search {
 /// The stable ranges of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limit {
-    /// The parameter.
+    /// The varied parameter.
     pub parameter: Parameter,
     /// Its value in the given loop.
     pub value: f64,
-    /// The ranges over which the loop is stable, increasing.
+    /// The ranges in which the loop is stable, increasing.
     pub stable: Vec<(f64, f64)>,
-    /// The scan that was used.
+    /// The search settings.
     pub search: Search,
 }
 
 impl Limit {
-    /// The upper end of the stable range that contains the present value, otherwise of the last range below it. `None`
-    /// without any; infinite if the range reaches the end of the search.
+    /// Returns the upper end of the stable range that contains the present value, otherwise of the last range below it.
+    /// `None` without such a range; infinite if the range reaches the end of the search.
     #[must_use]
     pub fn largest(&self) -> Option<f64> {
         let (_, end) = *self.stable.iter().rev().find(|(start, _)| *start <= self.value)?;
         Some(if end >= self.search.high { f64::INFINITY } else { end })
     }
 
-    /// Whether another stable range lies above.
+    /// Returns true if another stable range lies above.
     #[must_use]
     pub fn is_not_all(&self) -> bool {
         let last = self.stable.last().map_or(0.0, |(_, end)| *end);
@@ -77,7 +77,7 @@ impl Limit {
     }
 }
 
-/// Tests the loop's stability with changed values; rebuilds the machines only if necessary.
+/// Tests the loop with changed values; rebuilds the machines only if necessary.
 pub(super) struct StabilityTester<'a> {
     settings: &'a LinearLoop,
     machines: Machines,
@@ -99,9 +99,8 @@ impl<'a> StabilityTester<'a> {
         ClosedLoop::new(&settings)?.is_stable()
     }
 
-    /// Values of a delay or a scale between neighbours at which a pole of the loop is on the unit circle, as far as they
-    /// follow from the response: a stable range between two of them is found however narrow it is. Empty for other
-    /// parameters.
+    /// Returns values of a delay or scale between those at which a pole lies on the unit circle, if the response
+    /// determines them. They find stable ranges of any width. Empty for other parameters.
     fn between_crossings(&self, parameter: Parameter) -> Result<Vec<f64>, StabilityError> {
         let value = self.settings.get(parameter);
         let mut crossings: Vec<f64> = match parameter {
@@ -133,12 +132,12 @@ impl<'a> StabilityTester<'a> {
         })
     }
 
-    /// Whether the machines are the same with another value.
+    /// Returns true if another value leaves the machines unchanged.
     pub(super) fn has_machines_of(&self, parameter: Parameter, value: f64) -> bool {
         self.machines.matches(&self.settings.with(parameter, value))
     }
 
-    /// The boundary between two values, by bisection to a relative width: the last value with the verdict `first`.
+    /// Bisects the boundary between two values to a relative width. Returns the last value with the verdict `first`.
     pub(super) fn boundary(
         &self,
         parameter: Parameter,
@@ -157,10 +156,10 @@ impl<'a> StabilityTester<'a> {
     }
 }
 
-/// The stable ranges of a parameter, with the others unchanged.
+/// Returns the stable ranges of a parameter, with the others unchanged.
 ///
-/// The range is scanned first, because the stable values need not be one interval; then each change of the verdict is
-/// bisected. A delay whose samples wait for the next tick has its limit at a whole tick.
+/// Scans the search range first, because the stable values need not form one interval, then bisects each change of the
+/// verdict. If samples wait for the next tick, the limit of a delay is a whole number of ticks.
 ///
 /// # Errors
 /// [`StabilityError`] if the loop cannot be built or analysed at one of the values.
@@ -169,7 +168,7 @@ pub fn largest_stable(settings: &LinearLoop, parameter: Parameter, search: Searc
     let mut stable = vec![];
     let mut last: Option<(f64, bool)> = None;
     let mut start = None;
-    // A scale of 0 opens the loop of the paper's controller; the gains of others are divided by it.
+    // A scale of 0 opens the loop of the paper's controller; other controllers divide gains by it.
     let is_scale = matches!(parameter, Parameter::ForceScale | Parameter::PositionScale);
     let is_baseline = settings.link.controller.kind == ControllerKind::PositionForce;
     let mut values: Vec<f64> = search.values(parameter.may_be_zero() && (is_baseline || !is_scale)).collect();

@@ -1,4 +1,4 @@
-//! The linear loop of a scenario: the parameters on which its stability depends, with a tissue.
+//! The linear loop of a scenario with a tissue: the parameters that determine its stability.
 
 use super::{Parameter, TissueRange};
 use trocar_engine::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
@@ -8,11 +8,11 @@ use trocar_scenario::{DelayTicks, waits_for_tick};
 /// A loop in permanent contact with `f_e = K x_e + B v_e`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearLoop {
-    /// The tissue that it stands for.
+    /// The tissue that `K` and `B` represent.
     pub tissue: TissueRange,
-    /// Time between two ticks in s.
+    /// The tick in s.
     pub tick_s: f64,
-    /// In continuous time or on the tick.
+    /// Continuous or sampled control.
     pub timing: ControlTiming,
     /// The master.
     pub master: MasterParameters,
@@ -22,7 +22,7 @@ pub struct LinearLoop {
     pub slave: SlaveParameters,
     /// The motors; only their lags are used.
     pub actuators: ActuatorLimits,
-    /// Architecture, scales and compliance.
+    /// Control architecture, scales and compliance.
     pub link: LinkSettings,
     /// First-order bandwidth of the force reading in Hz; 0: no lag.
     pub force_bandwidth_hz: f64,
@@ -37,15 +37,15 @@ pub struct LinearLoop {
 }
 
 impl LinearLoop {
-    /// The value of a parameter.
+    /// Returns the value of a parameter.
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> f64 {
         let mut copy = self.clone();
         *copy.places(parameter)[0]
     }
 
-    /// This loop with another value of a parameter; dependent gains are updated. With another stiffness or damping it stands
-    /// for that spring and damper.
+    /// Returns this loop with another value of a parameter; dependent gains are updated. A changed stiffness or damping
+    /// also replaces the represented tissue by that spring and damper.
     #[must_use]
     pub fn with(&self, parameter: Parameter, value: f64) -> Self {
         let mut other = self.clone();
@@ -63,25 +63,24 @@ impl LinearLoop {
         other
     }
 
-    /// The delay from master to slave, as the receiver reads it.
+    /// Returns the delay from master to slave as it takes effect at the receiver.
     #[must_use]
     pub fn forward(&self) -> DelayTicks {
         DelayTicks::new(self.forward_delay_s, self.tick_s, self.waits_for_tick())
     }
 
-    /// The delay from slave to master, as the receiver reads it.
+    /// Returns the delay from slave to master as it takes effect at the receiver.
     #[must_use]
     pub fn backward(&self) -> DelayTicks {
         DelayTicks::new(self.backward_delay_s, self.tick_s, self.waits_for_tick())
     }
 
-    /// Whether a sample that arrives within a tick is read at the next one.
+    /// Returns true if a sample that arrives within a tick takes effect at the next one.
     #[must_use]
     pub fn waits_for_tick(&self) -> bool {
         waits_for_tick(self.timing, &self.link)
     }
 
-    /// The fields that hold a parameter.
     fn places(&mut self, parameter: Parameter) -> Vec<&mut f64> {
         use Parameter as P;
         let machines = &mut self.link.machines;

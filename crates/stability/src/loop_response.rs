@@ -1,4 +1,4 @@
-//! The loop over frequency and time: loop gain, poles and zeros, and the step of the felt force.
+//! The loop over frequency and time: loop gain, poles and zeros, and the step response.
 
 use std::f64::consts::TAU;
 
@@ -6,24 +6,22 @@ use super::systems::PolesAndZeros;
 use super::{ClosedLoop, LinearLoop, Margins, StabilityError};
 use trocar_lti::{Complex64, StepResponse};
 
-/// Lowest frequency, in Hz; the highest is half the sampling rate.
 const LOWEST_HZ: f64 = 0.1;
 
-/// Number of frequencies.
 const FREQUENCIES: usize = 400;
 
-/// Time of the step response, in s, and its maximum number of samples.
+/// Duration of the step response in s, and its maximum number of samples.
 const STEP_S: f64 = 1.0;
 const MAX_SAMPLES: usize = 20_000;
 
 /// The loop over frequency and time.
 #[derive(Debug, Clone)]
 pub struct LoopResponse {
-    /// Frequency in Hz, and the loop gain `L`.
+    /// Frequencies in Hz with the loop gain `L`.
     pub gain: Vec<(f64, Complex64)>,
     /// The margins.
     pub margins: Margins,
-    /// Poles and zeros of the closed loop and of the loop gain; empty for long delays.
+    /// Poles and zeros of the closed loop and the loop gain; empty for long delays.
     pub poles: Vec<PolesAndZeros>,
     /// The response of master, slave and feedback force to a unit step of the desired position; `None` for long delays.
     pub step: Option<StepResponse>,
@@ -32,7 +30,7 @@ pub struct LoopResponse {
 }
 
 impl LoopResponse {
-    /// The responses of a loop.
+    /// Computes the responses of a loop.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -52,7 +50,7 @@ impl LoopResponse {
         Ok(Self { gain, margins: closed.margins()?, poles, step, tick_s: settings.tick_s })
     }
 
-    /// The phases of the loop gain in degrees, without jumps.
+    /// Returns the unwrapped phase of the loop gain in degrees.
     #[must_use]
     pub fn phases_deg(&self) -> Vec<f64> {
         let mut phases: Vec<f64> = vec![];

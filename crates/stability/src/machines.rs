@@ -1,4 +1,4 @@
-//! The machines' exact steps: the loop's matrix exponentials, reused while only gains and tissue change.
+//! The exact steps of the machines. Their matrix exponentials are reused while only gains or tissue change.
 
 use super::{LinearLoop, StabilityError};
 use trocar_engine::plant::{
@@ -6,7 +6,6 @@ use trocar_engine::plant::{
     SlaveParameters, SlaveStep,
 };
 
-/// The parameters of the steps.
 #[derive(Debug, Clone, PartialEq)]
 struct StepParameters {
     tick_s: f64,
@@ -32,14 +31,14 @@ impl StepParameters {
     }
 }
 
-/// Both machines over a tick, and over its rest after a sample that arrives within it.
+/// Both machines over a tick, and over the rest of a tick after a sample arrives within it.
 #[derive(Debug, Clone)]
 pub(super) struct Machines {
     parameters: StepParameters,
-    /// With its controller, or without it if the controller is sampled.
+    /// Includes the controller unless it is sampled.
     pub(super) master: MasterStep,
     pub(super) slave: SlaveStep,
-    /// The motors' steps, with a sampled controller.
+    /// The motors' steps, for a sampled controller.
     pub(super) motors: Option<(MotorStep<MASTER_STATES>, MotorStep<SLAVE_STATES>)>,
     pub(super) late_master: Option<MasterStep>,
     pub(super) late_slave: Option<SlaveStep>,
@@ -79,7 +78,6 @@ impl Machines {
         })
     }
 
-    /// Whether they match these settings.
     pub(super) fn matches(&self, settings: &LinearLoop) -> bool {
         let StepParameters { tick_s, timing, master, arm, slave, lags_s, shares } = &self.parameters;
         let LinearLoop { actuators, .. } = settings;

@@ -1,4 +1,4 @@
-//! The verdict over two parameters.
+//! Maps of stability over two parameters.
 
 use super::limit::StabilityTester;
 use super::{LinearLoop, Parameter, StabilityError};
@@ -24,12 +24,12 @@ pub struct Axis {
     pub high: f64,
     /// Number of values, at least 2.
     pub count: usize,
-    /// Their spacing.
+    /// The spacing of the values.
     pub spacing: Spacing,
 }
 
 impl Axis {
-    /// Value `index`.
+    /// Returns value `index`.
     #[must_use]
     pub fn value(&self, index: usize) -> f64 {
         let share = index as f64 / (self.count - 1) as f64;
@@ -41,42 +41,42 @@ impl Axis {
     }
 }
 
-/// Verdicts on a grid, and the boundary between them.
+/// Verdicts on a grid, with the boundary between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StabilityMap {
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// Whether the loop is stable, row by row from the lowest `y`.
+    /// Verdicts row by row from the lowest `y`; true if stable.
     pub stable: Vec<bool>,
-    /// Pieces of the boundary: pairs of points `(x, y)` on the edges of one cell of the grid.
+    /// Segments of the boundary: pairs of points `(x, y)` on the edges of a grid cell.
     pub boundary: Vec<[(f64, f64); 2]>,
 }
 
 impl StabilityMap {
-    /// The verdict at a point of the grid.
+    /// Returns the verdict at a grid point.
     #[must_use]
     pub fn is_stable(&self, column: usize, row: usize) -> bool {
         self.stable[row * self.x.count + column]
     }
 
-    /// Share of the grid that is stable.
+    /// Returns the stable share of the grid points.
     #[must_use]
     pub fn stable_share(&self) -> f64 {
         self.stable.iter().filter(|stable| **stable).count() as f64 / self.stable.len() as f64
     }
 }
 
-/// The verdict at each point of a grid, in parallel by rows, or by columns if only `x` changes the machines: then their
-/// matrix exponentials are computed once a column.
+/// Returns the verdict at each grid point. Rows are computed in parallel; columns if only `x` changes the machines, so
+/// that their matrix exponentials are computed once per column.
 pub(super) fn verdicts<T: Send + Copy>(
     settings: &LinearLoop,
     (x, y): (&Axis, &Axis),
     verdict: impl Fn(&StabilityTester<'_>, f64, f64) -> Result<T, StabilityError> + Sync,
 ) -> Result<Vec<T>, StabilityError> {
     let tester = StabilityTester::new(settings)?;
-    // Two values of a delay may split a tick alike.
+    // Two delays can divide a tick equally, so compare several values.
     let changes = |axis: &Axis| (0..axis.count.min(8)).any(|k| !tester.has_machines_of(axis.parameter, axis.value(k)));
     if changes(x) && !changes(y) {
         let columns: Vec<Vec<T>> = try_map(x.count, |column| {
@@ -94,7 +94,7 @@ pub(super) fn verdicts<T: Send + Copy>(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// The map of a loop over two parameters, with the boundary bisected on every edge of the grid that it crosses.
+/// Computes the map over two parameters. The boundary is bisected on every grid edge that it crosses.
 ///
 /// # Errors
 /// [`StabilityError`] if the loop cannot be built or analysed at a point.
@@ -107,10 +107,10 @@ pub fn map(settings: &LinearLoop, x: Axis, y: Axis) -> Result<StabilityMap, Stab
     Ok(map)
 }
 
-/// Whether a point lies within a relative distance `share` of the boundary, along either axis in either direction.
+/// Returns true if a point lies within the relative distance `share` of the boundary along either axis.
 ///
 /// # Errors
-/// As [`map`].
+/// See [`map`].
 pub fn is_near_boundary(
     settings: &LinearLoop,
     point: [(Parameter, f64); 2],
@@ -130,7 +130,7 @@ pub fn is_near_boundary(
     Ok(false)
 }
 
-/// Marching squares, with bisected crossings of the edges.
+/// Traces the boundary by marching squares with bisected edge crossings.
 fn boundary(settings: &LinearLoop, map: &StabilityMap) -> Result<Vec<[(f64, f64); 2]>, StabilityError> {
     const BISECTIONS: usize = 12;
     let StabilityMap { x, y, .. } = map;
@@ -149,7 +149,7 @@ fn boundary(settings: &LinearLoop, map: &StabilityMap) -> Result<Vec<[(f64, f64)
         }
         Ok(Some((0.5 * (here.0 + there.0), 0.5 * (here.1 + there.1))))
     };
-    // Each edge once: those to the right of a point, and those above it.
+    // Each edge once: to the right of a point and above it.
     let edges = |to_right: bool| {
         let of_row = |row: usize| {
             let at = |column: usize| {
@@ -170,7 +170,7 @@ fn boundary(settings: &LinearLoop, map: &StabilityMap) -> Result<Vec<[(f64, f64)
             let points: Vec<(f64, f64)> = around.into_iter().flatten().collect();
             match points[..] {
                 [a, b] => pieces.push([a, b]),
-                // A saddle: the pairing is ambiguous; either one is within the cell.
+                // A saddle: the pairing is ambiguous; both are valid within the cell.
                 [a, b, c, d] => pieces.extend([[a, b], [c, d]]),
                 _ => {}
             }

@@ -5,34 +5,33 @@ use std::f64::consts::{PI, TAU};
 use super::response_path::{Path, Point};
 use super::{ClosedLoop, StabilityError};
 
-/// Gain margin from which it counts as none: the loop gain is then at the level of rounding errors.
+/// Largest gain margin. Above it the loop gain is at the level of rounding errors.
 pub const MAX_GAIN_MARGIN: f64 = 1e9;
 
-/// The changes of the loop gain that make the loop unstable. `None` where no such change does.
+/// The smallest changes that make the loop unstable. `None` where no change does.
 ///
-/// The critical point is `L = 1` (the link feeds back with the sign that `L` has), so a loop gain that crosses the
-/// positive real axis does so at its phase crossover. `L` is the sampled loop gain at `z = exp(jωT)`, including the
-/// holds.
+/// The critical point is `L = 1`, because `L` includes the sign of the feedback; the phase crossover is on the positive
+/// real axis. `L` is the sampled loop gain at `z = exp(jωT)`, including the holds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Margins {
-    /// Minimum destabilising factor above 1 on the gain.
+    /// The smallest destabilising gain factor above 1.
     pub gain: Option<f64>,
-    /// Its frequency in Hz.
+    /// The frequency of the gain margin in Hz.
     pub gain_frequency_hz: Option<f64>,
-    /// Maximum destabilising factor below 1, for a conditionally stable loop.
+    /// The largest destabilising gain factor below 1, for a conditionally stable loop.
     pub gain_below: Option<f64>,
-    /// Minimum phase in rad, in either direction.
+    /// The smallest destabilising phase in rad, in either direction.
     pub phase_rad: Option<f64>,
-    /// Its frequency in Hz.
+    /// The frequency of the phase margin in Hz.
     pub phase_frequency_hz: Option<f64>,
-    /// Minimum additional delay in s around the loop, as a continuous delay.
+    /// The smallest destabilising additional delay around the loop in s, continuous.
     pub delay_s: Option<f64>,
 }
 
 impl ClosedLoop {
-    /// The margins of a stable loop; all `None` for an unstable one. They are the smallest over all crossings: of the
-    /// positive real axis for the gain, of the unit circle for phase and delay. A gain margin above [`MAX_GAIN_MARGIN`] counts
-    /// as none.
+    /// Returns the margins of a stable loop: the smallest over all crossings of the positive real axis (gain) and of
+    /// the unit circle (phase and delay). All are `None` for an unstable loop, and a gain margin above
+    /// [`MAX_GAIN_MARGIN`] is `None`.
     ///
     /// # Errors
     /// [`StabilityError::TooFast`].
@@ -55,7 +54,7 @@ impl ClosedLoop {
                 margins.gain_below = Some(factor);
             }
         };
-        // At both ends L is real.
+        // L is real at both ends.
         at_crossover(path.at(0.0));
         at_crossover(path.at(PI));
         path.resolve(|from, to| path.positive_crossings(&from, &to, &mut at_crossover))?;
@@ -73,8 +72,8 @@ impl ClosedLoop {
         Ok(margins)
     }
 
-    /// The logarithm of the smallest change of the gain, up or down, that makes a stable loop unstable, as far as it is below
-    /// `bound`, otherwise infinite; 0 for an unstable loop.
+    /// Returns the logarithm of the smallest destabilising change of the gain, up or down. Infinite if it is not below
+    /// `bound`; 0 for an unstable loop.
     ///
     /// # Errors
     /// [`StabilityError::TooFast`].

@@ -6,25 +6,25 @@ use super::response_path::Path;
 use super::{ClosedLoop, StabilityError};
 use trocar_lti::{Complex64, eigenvalues};
 
-/// Maximum states for which all eigenvalues are computed.
+/// Maximum number of states for computing all eigenvalues.
 const MAX_STATES: u64 = 240;
 
-/// Newton steps from a bisected pole, and the longest one.
+/// Newton steps from a bisected pole, and the maximum step length.
 const NEWTON_STEPS: usize = 4;
 const MAX_STEP: f64 = 1e-6;
 
-/// The closed loop's pole with the maximum modulus.
+/// The closed-loop pole with the largest modulus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
-    /// The pole, its imaginary part at least 0.
+    /// The pole, with a nonnegative imaginary part.
     pub pole: Complex64,
-    /// Its modulus: the spectral radius of the one-tick matrix. The loop is stable below 1.
+    /// The modulus: the spectral radius of the one-tick matrix. The loop is stable below 1.
     pub spectral_radius: f64,
-    /// `-Re s / |s|` with `z = exp(s T)`: 1 does not oscillate, below 0 it grows.
+    /// `-Re s / |s|` with `z = exp(s T)`: 1 does not oscillate, negative values grow.
     pub damping_ratio: f64,
     /// `|Im s| / 2π` in Hz.
     pub frequency_hz: f64,
-    /// `Re s` in 1/s, the growth rate.
+    /// `Re s`, the growth rate in 1/s.
     pub growth_per_s: f64,
 }
 
@@ -42,11 +42,11 @@ impl Mode {
 }
 
 impl ClosedLoop {
-    /// The dominant mode: from the eigenvalues of the one-tick matrix, or, if a long delay makes it large, by counting
-    /// the poles outside circles.
+    /// Returns the dominant mode from the eigenvalues of the one-tick matrix. If a long delay makes the matrix large,
+    /// counts the poles outside circles instead.
     ///
     /// # Errors
-    /// [`StabilityError`] if neither can be computed.
+    /// [`StabilityError`] if both methods fail.
     pub fn dominant_mode(&self) -> Result<Mode, StabilityError> {
         let pole = if self.states() <= MAX_STATES {
             let (matrix, _, _) = self.matrix()?;
@@ -59,7 +59,6 @@ impl ClosedLoop {
         Ok(Mode::new(Complex64::new(pole.re, pole.im.abs()), self.tick_s()))
     }
 
-    /// The outermost pole, by bisecting the radius of a circle with poles outside.
     fn outermost_pole(&self) -> Result<Complex64, StabilityError> {
         let (mut inside, mut outside) = (0.0, 1.0);
         while self.poles_outside(outside)? > 0 {
@@ -73,7 +72,7 @@ impl ClosedLoop {
             let middle = 0.5 * (inside + outside);
             if self.poles_outside(middle)? > 0 { inside = middle } else { outside = middle }
         }
-        // A pole has L = 1, so it lies where |L| crosses 1 on its circle.
+        // L = 1 at a pole, so it lies where |L| crosses 1 on its circle.
         let mut nearest = (f64::INFINITY, 0.0);
         Path::new(self, outside).unit_crossings(|point| {
             let distance = (Complex64::new(1.0, 0.0) - point.gain).norm();
@@ -84,7 +83,7 @@ impl ClosedLoop {
         Ok(self.polished(Complex64::from_polar(outside, nearest.1)))
     }
 
-    /// A pole from an estimate, by Newton's method on `ln L(z) = 0`.
+    /// Refines an estimated pole by Newton's method on `ln L(z) = 0`.
     fn polished(&self, estimate: Complex64) -> Complex64 {
         let ticks = self.round_trip_ticks() as f64;
         let mut z = estimate;
@@ -94,7 +93,7 @@ impl ClosedLoop {
             let ln_gain = (master * slave).ln() - z.ln() * ticks;
             let turns = (ln_gain.im / TAU).round();
             let step = (ln_gain - Complex64::new(0.0, TAU * turns)) / (of_master + of_slave - z.inv() * ticks);
-            // A step away from the estimate leads to another pole.
+            // A long step leads to another pole.
             if !step.is_finite() || step.norm() > MAX_STEP {
                 return estimate;
             }

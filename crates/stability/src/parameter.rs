@@ -1,4 +1,4 @@
-//! The parameters of the loop, by their scenario keys.
+//! The parameters of the loop and their scenario keys.
 
 /// A parameter that can be varied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -33,7 +33,6 @@ pub enum Parameter {
     SlaveLag,
 }
 
-/// Each parameter with its key, and its name in tables and figures.
 const TABLE: [(Parameter, &str, &str); 27] = {
     use Parameter as P;
     [
@@ -68,37 +67,37 @@ const TABLE: [(Parameter, &str, &str); 27] = {
 };
 
 impl Parameter {
-    /// Every parameter, in the order in which tables list them.
+    /// Returns every parameter, in the order of tables.
     pub fn all() -> impl Iterator<Item = Self> {
         TABLE.iter().map(|(parameter, _, _)| *parameter)
     }
 
-    /// The parameter of a key.
+    /// Returns the parameter of a key.
     #[must_use]
     pub fn of_key(key: &str) -> Option<Self> {
         TABLE.iter().find(|(_, known, _)| *known == key).map(|(parameter, _, _)| *parameter)
     }
 
-    /// Its key.
+    /// Returns the scenario key.
     #[must_use]
     pub fn key(self) -> &'static str {
         TABLE[self as usize].1
     }
 
-    /// Its name with its unit.
+    /// Returns the name with its unit.
     #[must_use]
     pub fn caption(self) -> &'static str {
         TABLE[self as usize].2
     }
 
-    /// Whether varying it also varies the other.
+    /// Returns true if varying this parameter also varies `other`.
     #[must_use]
     pub fn varies_with(self, other: Self) -> bool {
         let both_ways = |a: Self, b: Self| a == Self::Delay && matches!(b, Self::ForwardDelay | Self::BackwardDelay);
         self == other || both_ways(self, other) || both_ways(other, self)
     }
 
-    /// Whether 0 is a valid value.
+    /// Returns true if 0 is a valid value.
     #[must_use]
     pub fn may_be_zero(self) -> bool {
         !matches!(self, Self::Tick | Self::MasterMass | Self::ArmMass | Self::AccelerationBandwidth)
@@ -118,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn every_key_but_that_of_both_delays_is_one_of_scenarios() {
+    fn every_key_except_the_delay_of_both_ways_is_a_scenario_key() {
         for parameter in Parameter::all().filter(|&parameter| parameter != Parameter::Delay) {
             assert!(trocar_scenario::KEYS.iter().any(|key| key.path == parameter.key()), "{}", parameter.key());
         }

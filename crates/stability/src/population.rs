@@ -1,4 +1,4 @@
-//! Stability limits over a population: people, tissues and links drawn at random around a loop.
+//! Stability limits over a population of random people, tissues and links.
 
 use super::limit::StabilityTester;
 use super::shares::{ShareMap, share_interval};
@@ -6,39 +6,38 @@ use super::{Axis, ClosedLoop, LIMITED, LinearLoop, Parameter, Search, StabilityE
 use trocar_base::parallel::try_map;
 use trocar_scenario::population::{DIMENSIONS, Draw, PopulationSettings};
 
-/// The search for a member's limit goes up and down from the scenario's by this factor, over so many points, to this
-/// relative width.
+/// The search for a member's limit covers this factor above and below the scenario's limit, with this many points and
+/// this relative width.
 const REACH: f64 = 30.0;
 const POINTS: usize = 14;
 const TOLERANCE: f64 = 1e-7;
 
-/// The quantiles.
 const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
-/// The coordinate of a draw that does not matter for the maximum stiffness.
+/// The dimension that does not affect the maximum stiffness: the tissue's stiffness.
 const OF_STIFFNESS: usize = 6;
 
 /// One arm, tissue and link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Member {
-    /// What was drawn.
+    /// The drawn values.
     pub draw: Draw,
-    /// Whether the loop is stable with it.
+    /// True if the loop is stable with this member.
     pub is_stable: bool,
-    /// The limits of [`LIMITED`], in this order, as [`Limit::largest`](super::Limit::largest), that of the delay as the end of
-    /// the stable range from 0 on: of the value itself, which replaces a drawn one. 0 if no value is stable, infinite beyond
-    /// the search range.
+    /// The limits of [`LIMITED`], as [`Limit::largest`](super::Limit::largest), each as the absolute value that
+    /// replaces the drawn one. The delay's limit is the end of the stable range that begins at 0. 0 if no value is
+    /// stable, infinite beyond the search range.
     pub limits: [f64; LIMITED.len()],
 }
 
-/// A quantile with the interval that contains it with a probability of 95 %.
+/// A quantile with its 95 % confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantile {
-    /// The share of members below it.
+    /// The share of members below.
     pub share: f64,
-    /// Its estimate.
+    /// The estimate.
     pub value: f64,
-    /// The interval, from order statistics.
+    /// The interval from order statistics.
     pub interval: (f64, f64),
 }
 
@@ -51,33 +50,32 @@ pub struct LimitQuantiles {
     pub quantiles: Vec<Quantile>,
 }
 
-/// The smallest maximum stiffness that was found over the whole range of a population.
+/// The smallest maximum stiffness found over the whole range of a population.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Worst {
-    /// The arm, tissue and link.
+    /// Its arm, tissue and link.
     pub draw: Draw,
     /// The maximum stable stiffness in N/m; 0 if none is stable, infinite beyond the search range.
     pub stiffness_n_per_m: f64,
 }
 
-/// Limits over a population.
+/// The stability limits over a population.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Population {
-    /// What is drawn.
+    /// The distribution of the members.
     pub settings: PopulationSettings,
-    /// The members, in the order in which they were drawn.
+    /// The members in the order of their draws.
     pub members: Vec<Member>,
-    /// The share with which the loop is stable, with its 95 % interval.
+    /// The stable share of the members, with its 95 % interval.
     pub stable_share: (f64, (f64, f64)),
     /// The quantiles of each limit of [`LIMITED`].
     pub limits: Vec<LimitQuantiles>,
-    /// The smallest maximum stiffness among the members and the corners of the whole range; no proof that none is smaller.
+    /// The smallest maximum stiffness among the members and the corners of the whole range; a smaller one may exist.
     pub worst: Worst,
-    /// The share of the first members that is stable over the axes of the map.
+    /// The stable share of the first members over the axes of the map.
     pub map: ShareMap,
 }
 
-/// The loop with a member's arm, tissue and link.
 #[must_use]
 pub(super) fn of_member(settings: &LinearLoop, draw: &Draw) -> LinearLoop {
     let mut other = settings.clone();
@@ -95,7 +93,6 @@ pub(super) fn of_member(settings: &LinearLoop, draw: &Draw) -> LinearLoop {
     other
 }
 
-/// The search for a member's limit near that of the scenario.
 fn near(parameter: Parameter, of_scenario: Option<f64>) -> Search {
     let usual = Search::of(parameter);
     match of_scenario.filter(|limit| limit.is_finite() && *limit > 0.0) {
@@ -104,16 +101,14 @@ fn near(parameter: Parameter, of_scenario: Option<f64>) -> Search {
     }
 }
 
-/// A loop gain below this at every frequency is stable with any delay. It leaves room for the gain between two points.
+/// Maximum loop gain at which any delay counts as stable. The distance to 1 allows for the gain between two points.
 const SMALL_GAIN: f64 = 0.9;
 
-/// The limit of a member.
 fn limit(settings: &LinearLoop, parameter: Parameter, search: Search) -> Result<f64, StabilityError> {
     Ok(largest_stable(settings, parameter, search)?.largest().unwrap_or(0.0))
 }
 
-/// The first delay in s, from 0 on, at which the loop is not stable: by whole ticks, each twice the one before, then within a
-/// tick.
+/// Returns the first unstable delay in s: doubles whole ticks from 0 on, then searches within a tick.
 fn delay_limit(settings: &LinearLoop, search: Search) -> Result<f64, StabilityError> {
     let without = settings.with(Parameter::Delay, 0.0);
     let tester = StabilityTester::new(&without)?;
@@ -137,18 +132,18 @@ fn delay_limit(settings: &LinearLoop, search: Search) -> Result<f64, StabilityEr
         if is_stable(middle)? { below = middle } else { above = middle }
     }
     let range = (below as f64 * tick_s, above as f64 * tick_s);
-    // A sample that waits for the next tick is as late as one that is sent a tick later.
+    // A sample that waits for the next tick takes effect as if sent a tick later.
     if settings.waits_for_tick() {
         return Ok(range.0);
     }
     tester.boundary(Parameter::Delay, range, true, search.tolerance)
 }
 
-/// The limits of a member, in the order of [`LIMITED`], and whether its loop is stable.
+/// Returns true if the loop is stable, and its limits in the order of [`LIMITED`].
 fn analysed(settings: &LinearLoop, searches: &[Search]) -> Result<(bool, [f64; LIMITED.len()]), StabilityError> {
     let closed = ClosedLoop::new(settings)?;
     let is_stable = closed.is_stable()?;
-    // The paper's loop gain is proportional to both scales.
+    // The loop gain of the paper's controller is proportional to both scales.
     let margin = if settings.link.is_baseline() && is_stable { Some(closed.margins()?.gain) } else { None };
     let mut limits = [0.0; LIMITED.len()];
     for ((place, parameter), search) in limits.iter_mut().zip(LIMITED).zip(searches) {
@@ -163,7 +158,7 @@ fn analysed(settings: &LinearLoop, searches: &[Search]) -> Result<(bool, [f64; L
     Ok((is_stable, limits))
 }
 
-/// A quantile of sorted values, with its interval from the ranks `n p ± z √(n p (1 - p))`.
+/// Returns a quantile of sorted values, with its interval from the ranks `n p ± z √(n p (1 - p))`.
 fn quantile(sorted: &[f64], share: f64) -> Quantile {
     let n = sorted.len() as f64;
     let at = |rank: f64| sorted[(rank.max(0.0) as usize).min(sorted.len() - 1)];
@@ -176,7 +171,7 @@ fn quantile(sorted: &[f64], share: f64) -> Quantile {
 }
 
 impl Population {
-    /// The limits of a population around a loop, and the share of its first [`ShareMap::MAX_LOOPS`] members that is stable
+    /// Analyses a population around a loop. The map shows the stable share of its first [`ShareMap::MAX_LOOPS`] members
     /// over two axes, each with at most [`ShareMap::MAX_COUNT`] values.
     ///
     /// # Errors
@@ -229,7 +224,7 @@ impl Population {
     }
 }
 
-/// The corners of the whole range of a population, except that of the tissue stiffness.
+/// Returns the corners of the population's range; the tissue stiffness is in the middle.
 fn corners(population: &PopulationSettings) -> Vec<Draw> {
     let is_drawn = population.is_drawn();
     let varied: Vec<usize> = (0..DIMENSIONS).filter(|&k| is_drawn[k] && k != OF_STIFFNESS).collect();

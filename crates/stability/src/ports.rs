@@ -5,23 +5,24 @@ use trocar_engine::plant::{ControlTiming, Coupling, slave_system};
 use trocar_engine::teleoperation::{MasterGains, SlaveGains};
 use trocar_lti::{Complex64, Continuous, StateSpace};
 
-/// Relative rounding tolerance of comparisons with 0.
+/// Relative tolerance of comparisons with 0.
 const ROUNDING: f64 = 1e-12;
 
-/// Whether a port of this impedance or admittance is passive: its real part is at least 0, up to rounding.
+/// Returns true if an impedance or admittance is passive: its real part is at least 0, up to rounding.
 #[must_use]
 pub fn is_passive_impedance(immittance: Complex64) -> bool {
     immittance.re >= -ROUNDING * immittance.norm()
 }
 
-/// The hybrid matrix at one frequency (Hannaford 1989, *A design framework for teleoperators with kinesthetic feedback*):
+/// The hybrid matrix at one frequency (Hannaford 1989, *A design framework for teleoperators with kinesthetic
+/// feedback*):
 ///
 /// ```text
 /// | F_h  |   | h11  h12 | | v_h |      h11: impedance at the hand with a free needle, in N·s/m
 /// |      | = |          | |     |      h12: force transmission;  h21: minus the motion transmission
 /// | -v_e |   | h21  h22 | | f_e |      h22: admittance at the needle, in m/(N·s)
 /// ```
-/// `v_h` and `F_h` are the master's at the hand; the arm belongs to the operator. The ideal is `h11 = h22 = 0`,
+/// `v_h` and `F_h` are at the hand's side of the master; the arm belongs to the operator. Ideal are `h11 = h22 = 0`,
 /// `h12 = 1`, `h21 = -1` (times the scales).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hybrid {
@@ -30,9 +31,9 @@ pub struct Hybrid {
 }
 
 impl Hybrid {
-    /// Llewellyn's parameter `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`: the two-port is stable with every
-    /// passive hand and tissue if `η >= 1` and both real parts are at least 0 at every frequency (Llewellyn 1952, *Some
-    /// fundamental properties of transmission systems*; in this form Adams and Hannaford 1999, *Stable haptic
+    /// Returns Llewellyn's parameter `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`. The two-port is stable with
+    /// every passive hand and tissue if `η >= 1` and both real parts are at least 0 at every frequency (Llewellyn 1952,
+    /// *Some fundamental properties of transmission systems*; in this form Adams and Hannaford 1999, *Stable haptic
     /// interaction with virtual environments*). Infinite if `h12 h21 = 0`.
     #[must_use]
     pub fn llewellyn(&self) -> f64 {
@@ -44,16 +45,16 @@ impl Hybrid {
         (2.0 * h11.re * h22.re - loop_gain.re) / loop_gain.norm()
     }
 
-    /// Whether the conditions of absolute stability hold at this frequency, up to rounding.
+    /// Returns true if the conditions of absolute stability hold at this frequency, up to rounding.
     #[must_use]
     pub fn is_absolutely_stable(&self) -> bool {
         let [[h11, _], [_, h22]] = self.h;
         is_passive_impedance(h11) && is_passive_impedance(h22) && self.llewellyn() >= 1.0 - ROUNDING
     }
 
-    /// Whether the two-port is passive at this frequency: the Hermitian part of `H` is positive semidefinite,
-    /// `4 Re h11 Re h22 >= |h12 + h21*|²`. `(force, position)` are the scales, which make the powers on the two sides
-    /// comparable (`F_h v_h` against `s_f/s_p f_e v_e`).
+    /// Returns true if the two-port is passive at this frequency: the Hermitian part of `H` is positive semidefinite,
+    /// `4 Re h11 Re h22 >= |h12 + h21*|²`. The scales `(force, position)` make the powers of the two sides comparable
+    /// (`F_h v_h` and `s_f/s_p f_e v_e`).
     #[must_use]
     pub fn is_passive(&self, (force, position): (f64, f64)) -> bool {
         let [[h11, h12], [h21, h22]] = self.h;
@@ -63,16 +64,16 @@ impl Hybrid {
         is_passive_impedance(h11) && is_passive_impedance(h22) && own - both >= -ROUNDING * (size + own.abs())
     }
 
-    /// The impedance at the hand when the needle is in an impedance `Z_e`: `Z_t = h11 - h12 h21 Z_e / (1 + h22 Z_e)` in
-    /// N·s/m.
+    /// Returns the impedance at the hand with the needle in an impedance `Z_e`: `Z_t = h11 - h12 h21 Z_e / (1 + h22
+    /// Z_e)` in N·s/m.
     #[must_use]
     pub fn transmitted(&self, impedance: Complex64) -> Complex64 {
         let [[h11, h12], [h21, h22]] = self.h;
         h11 - h12 * h21 * impedance / (Complex64::new(1.0, 0.0) + h22 * impedance)
     }
 
-    /// The impedance at the hand when the needle is clamped, `h11 - h12 h21 / h22`; `None` if the slave is rigid
-    /// (unbounded).
+    /// Returns the impedance at the hand with a clamped needle, `h11 - h12 h21 / h22`. `None` if the slave is rigid
+    /// (unbounded impedance).
     #[must_use]
     pub fn stiffest(&self) -> Option<Complex64> {
         let [[h11, h12], [h21, h22]] = self.h;
@@ -82,10 +83,9 @@ impl Hybrid {
 
 /// The two-port of a loop.
 ///
-/// In continuous time, with the link's signals held from tick to tick: a hold is `(1 - exp(-sT)) / (sT)`. Sampling
-/// images are neglected, so the results are valid well below half the sampling rate. At the slave's port `f_e` is the
-/// force sensor's reading: the tissue moves the needle off its reference only by `slave.compliance_m_per_n`, and `h22`
-/// is 0 without it.
+/// The model is in continuous time; each signal of the link passes a hold `(1 - exp(-sT)) / (sT)`. Sampling images are
+/// neglected, so the results are valid well below half the sampling rate. `f_e` is the reading of the force sensor. The
+/// tissue moves the needle off its reference only by `slave.compliance_m_per_n`; without it `h22` is 0.
 #[derive(Debug, Clone)]
 pub struct Ports {
     settings: LinearLoop,
@@ -95,7 +95,7 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// The two-port of these settings; `K` and `B` are not used.
+    /// Builds the two-port; `K` and `B` are not used.
     ///
     /// # Errors
     /// [`StabilityError`] for parameters out of range.
@@ -109,20 +109,20 @@ impl Ports {
         })
     }
 
-    /// The scales of force and position that make the powers of both sides comparable.
+    /// Returns the scales of force and position that make the powers of both sides comparable.
     #[must_use]
     pub fn scales(&self) -> (f64, f64) {
         (self.settings.link.machines.force_scale, self.settings.link.machines.position_scale)
     }
 
-    /// The tissue's impedance `B + K / s` in N·s/m.
+    /// Returns the tissue's impedance `B + K / s` in N·s/m.
     #[must_use]
     pub fn tissue(&self, omega_rad_per_s: f64) -> Complex64 {
         let s = Complex64::new(0.0, omega_rad_per_s);
         Complex64::new(self.settings.damping_n_s_per_m, 0.0) + s.inv() * self.settings.stiffness_n_per_m
     }
 
-    /// The hybrid matrix at a frequency above 0.
+    /// Returns the hybrid matrix at a frequency above 0.
     ///
     /// `None` if it does not exist: at a pole, or if the hand does not act on the master and there is no force
     /// controller.
@@ -157,7 +157,7 @@ impl Ports {
                 .exp_m1();
         let differentiate = (one - before) * (weight / tick_s) / (one - before * (1.0 - weight));
 
-        // The slave: x_e = follow · x_ref, with x_ref as held.
+        // The slave: x_e = follow · x_ref, with a held x_ref.
         let response = self.slave.evaluate(s)?[(0, 0)];
         let follow = match settings.timing {
             ControlTiming::Continuous => response,
@@ -174,14 +174,14 @@ impl Ports {
         let from_hand = follow * to_slave * at_slave.hand_force;
         let from_tissue = -follow * hold * (read * at_slave.own_force + machines.compliance_m_per_n);
 
-        // F_ed as held = force f_e + own v_h - hand F_h - of_slave x_e
+        // The held F_ed = force f_e + own v_h - hand F_h - of_slave x_e
         let force = to_master * read * (at_master.force * machines.force_scale);
         let own = hold * (s.inv() * at_master.position + at_master.velocity) * scale;
         let hand = hold * at_master.hand;
         let of_slave = to_master
             * (s * (at_master.velocity + at_master.drag) + at_master.position + s * differentiate * at_master.inertia);
 
-        // U_m = (1 + k) F_ed - k F_h, with k = K_i / s, or its sum on the ticks, held; and m s v + b v = F_h - U_m.
+        // U_m = (1 + k) F_ed - k F_h, with k = K_i / s or its held sum over the ticks, and m s v + b v = F_h - U_m.
         let gain = settings.master.force_integral_gain;
         let integral = match settings.timing {
             ControlTiming::Continuous => s.inv() * gain,
@@ -194,7 +194,7 @@ impl Ports {
             }
         };
         let inertia = s * settings.master.mass_kg + settings.master.damping_n_s_per_m;
-        // By F_h, v_h and f_e, all on one side: on_hand F_h + on_motion v_h + on_tissue f_e = 0.
+        // Collected by F_h, v_h and f_e: on_hand F_h + on_motion v_h + on_tissue f_e = 0.
         let pushed = match settings.master.coupling {
             Coupling::Physical => (one, one),
             Coupling::AsPrinted => (Complex64::new(0.0, 0.0), -one),

@@ -1,8 +1,8 @@
-//! Whether a linear loop ever reaches its limits: bounds of its commands and readings over all motions of the hand.
+//! Bounds of the loop's commands and readings over all motions of the hand, to test whether it reaches its limits.
 //!
-//! A stable loop driven by a desired position that stays within `U` of a point answers with at most `Σ |h_k| U`, `h` being
-//! the response to a unit sample; driven by one no faster than `V`, its signals change no faster than `Σ |h_k| V`. The
-//! scenario's own motion gives `U` and `V`. A limit above the bound is never reached, and the loop is as linear as without it.
+//! Let the response to a unit sample be `h`. If the desired position stays within `U` of a point, the output of a
+//! stable loop stays within `Σ |h_k| U`; if it is no faster than `V`, the output is no faster than `Σ |h_k| V`. The
+//! scenario's motion gives `U` and `V`. The loop never reaches a limit above the bound and remains linear.
 
 use nalgebra::{DMatrix, DVector};
 use trocar_core::settings::KeySource as _;
@@ -10,27 +10,28 @@ use trocar_core::settings::KeySource as _;
 use super::{ClosedLoop, LinearLoop, StabilityError, TissueRange, TissueSource};
 use trocar_scenario::{OperatorSpec, Scenario};
 
-/// What remains of a state when the sum of its response ends, and the largest number of samples.
+/// Relative size of the state at which the sum ends, and the maximum number of samples.
 const REMAINS: f64 = 1e-12;
 const MAX_SAMPLES: u32 = 200_000;
 
-/// Margin for the rounding of the sums.
+/// Safety factor for rounding of the sums.
 const MARGIN: f64 = 1.001;
 
-/// Largest magnitudes, over all motions of the hand that go no farther and no faster than the scenario's.
+/// Largest magnitudes over all motions of the hand that are at most as far and as fast as the scenario's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
-    /// Of the command of the master's motor, in N, and of its rate in N/s.
+    /// The command of the master's motor in N, and its rate in N/s.
     pub master_force: [f64; 2],
-    /// Of the command of the slave, in its unit, and of its rate per s.
+    /// The command of the slave in its unit, and its rate per s.
     pub slave_command: [f64; 2],
-    /// Of the tissue force on the needle, in N.
+    /// The tissue force on the needle in N.
     pub tissue_force_n: f64,
 }
 
 impl Bounds {
-    /// The bounds of a scenario's loop, in contact and out of it; `None` where the loop is not stable or not linear apart from
-    /// its limits: with augmentation, a tissue other than a spring and a damper, an error of the force reading, or a live hand.
+    /// Returns the bounds of a scenario's loop, in and out of contact. `None` if the loop is unstable or nonlinear
+    /// apart from its limits: with augmentation, a tissue other than a spring and a damper, an error of the force
+    /// reading, or a live hand.
     pub(super) fn of(scenario: &Scenario) -> Option<Self> {
         let sensor = &scenario.sensor;
         let is_exact = [sensor.force_noise_std_n, sensor.force_bias_n, sensor.force_resolution_n] == [0.0; 3];
@@ -51,14 +52,13 @@ impl Bounds {
     }
 }
 
-/// How far and how fast the hand moves.
 struct Reach {
     distance_m: f64,
     speed_m_per_s: f64,
 }
 
 impl Reach {
-    /// Of a scenario's desired position, from the surface of the tissue `surface_m` (m, of the master).
+    /// Returns the reach of a scenario's desired position from the tissue's surface `surface_m` (m, at the master).
     fn of(scenario: &Scenario, surface_m: f64) -> Option<Self> {
         let tick_s = scenario.grid.tick_s();
         let from_surface = |position_m: &f64| (position_m - surface_m).abs();
@@ -77,13 +77,13 @@ impl Reach {
     }
 }
 
-/// `Σ |h_k|` from the desired position to the commands of master and slave and to the tissue force; `None` where the response
-/// does not decay.
+/// Returns `Σ |h_k|` from the desired position to the commands of master and slave and to the tissue force. `None` if
+/// the response does not decay.
 fn sums(settings: &LinearLoop) -> Result<Option<[f64; 3]>, StabilityError> {
     let closed = ClosedLoop::new(settings)?;
     let (a, [now, next], _) = closed.matrix()?;
     let rows = closed.commands(settings)?;
-    // The desired position of the next tick is part of the state: `x = x' + b_next u`.
+    // The state includes the desired position of the next tick: `x = x' + b_next u`.
     let mut state = &a * &next + now;
     let mut sums = [0.0; 3];
     add(&mut sums, &(&rows * &next));
@@ -110,8 +110,8 @@ fn add(sums: &mut [f64; 3], values: &DVector<f64>) {
 }
 
 impl ClosedLoop {
-    /// The commands of the motors of master and slave before their limits, and the tissue force, as rows over the states of
-    /// [`ClosedLoop::matrix`].
+    /// Returns the motor commands of master and slave before their limits, and the tissue force, as rows over the
+    /// states of [`ClosedLoop::matrix`].
     fn commands(&self, settings: &LinearLoop) -> Result<DMatrix<f64>, StabilityError> {
         let (_, _, at_master) = self.open()?;
         let (n, of_master) = (at_master.len(), self.master.a.nrows());

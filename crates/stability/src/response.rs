@@ -1,26 +1,27 @@
-//! The response of a side at a complex point, fast enough for millions of evaluations.
+//! Fast evaluation of a side's response at a complex point.
 
 use nalgebra::{DMatrix, DVector, Hessenberg};
 
 use super::side::Side;
 use trocar_lti::Complex64;
 
-/// Maximum states of a side, with the last sample where one arrives within a tick.
+/// Maximum number of states of a side, including the last sample if one arrives within a tick.
 const MAX_STATES: usize = 11;
 
-/// Entries below the diagonal that are smaller than this, relative to the largest one, are rounding errors.
+/// Relative size below which subdiagonal entries are rounding errors.
 const ROUNDING: f64 = 1e-15;
 
-/// `H(z) = c (z I - A)⁻¹ (b_now + b_before / z)`, with the last sample as a further state if there is a `b_before`.
+/// `H(z) = c (z I - A)⁻¹ (b_now + b_before / z)`; with `b_before` the last sample is an additional state.
 ///
-/// `A` is balanced, so that states of different scales do no harm, and in Hessenberg form with an input that acts on the
-/// first state alone. From the last state on, each row then gives the state above it, and the first row the input: real
-/// numbers times complex ones, and one division (Hyman's method; Wilkinson 1965, *The algebraic eigenvalue problem*).
+/// `A` is balanced to tolerate states of different scales, and has Hessenberg form with an input on the first state
+/// only. From the last state on, each row gives the state above it, and the first row the input. This needs only
+/// products of real and complex numbers and one division (Hyman's method; Wilkinson 1965, *The algebraic eigenvalue
+/// problem*).
 #[derive(Debug, Clone)]
 pub(super) struct Response {
     n: usize,
     a: [[f64; MAX_STATES]; MAX_STATES],
-    /// Reciprocals of the entries below the diagonal, by row.
+    /// Reciprocals of the subdiagonal entries, by row.
     above: [f64; MAX_STATES],
     input: f64,
     c: [f64; MAX_STATES],
@@ -33,7 +34,7 @@ impl Response {
         let scales = nalgebra::linalg::balancing::balance_parlett_reinsch(&mut a);
         let mut b = b.component_div(&scales);
         let mut c = c.component_mul(&scales);
-        // A reflection that leaves the input on the first state alone.
+        // The reflection leaves the input on the first state only.
         let input = if b[0] > 0.0 { -b.norm() } else { b.norm() };
         b[0] -= input;
         let size = b.norm_squared();
@@ -46,11 +47,11 @@ impl Response {
         }
         let (q, h): (DMatrix<f64>, DMatrix<f64>) =
             if n > 1 { Hessenberg::new(a).unpack() } else { (DMatrix::identity(n, n), a) };
-        // The first state stays what it is, but for its sign.
+        // The Hessenberg form can only change the sign of the first state.
         let input = input * q[(0, 0)];
         let c: DVector<f64> = q.tr_mul(&c);
         let rounding = ROUNDING * h.amax();
-        // What the input does not reach.
+        // The input reaches only these states.
         let reached = (1..n).find(|&k| h[(k, k - 1)].abs() <= rounding).unwrap_or(n);
         let entry = |i: usize, j: usize| if i < reached && j < reached { h[(i, j)] } else { 0.0 };
         Self {
@@ -62,7 +63,7 @@ impl Response {
         }
     }
 
-    /// The response at `z`; not finite at a pole.
+    /// Returns the response at `z`; not finite at a pole.
     pub(super) fn at(&self, z: Complex64) -> Complex64 {
         let mut x = [Complex64::new(0.0, 0.0); MAX_STATES];
         let last = self.n - 1;
@@ -79,7 +80,7 @@ impl Response {
         sum * self.input / row(0, &x)
     }
 
-    /// `H'(z) / H(z)`, by the derivative of the same recurrence.
+    /// Returns `H'(z) / H(z)` from the derivative of the same recurrence.
     pub(super) fn relative_slope_at(&self, z: Complex64) -> Complex64 {
         let zero = Complex64::new(0.0, 0.0);
         let (mut x, mut slopes) = ([zero; MAX_STATES], [zero; MAX_STATES]);
@@ -104,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_relative_slope_is_that_of_neighbouring_responses() {
+    fn the_relative_slope_agrees_with_neighbouring_responses() {
         let a = DMatrix::from_row_slice(3, 3, &[0.9, 0.1, 0.0, -0.2, 0.8, 0.05, 0.0, 0.3, 0.5]);
         let (now, c) = (DVector::from_row_slice(&[0.1, 0.4, -0.2]), DVector::from_row_slice(&[1.0, 0.5, 2.0]));
         for before in [None, Some(DVector::from_row_slice(&[0.3, 0.0, 0.1]))] {

@@ -1,33 +1,30 @@
-//! The loop gain along the upper half of a circle, in segments over which the response of both sides is followed.
+//! The loop gain along the upper half of a circle, in segments that resolve the response of both sides.
 //!
-//! `L(z) = H(z) z^-N`, with `H` the product of the responses of master and slave. `H` alone decides about the segments: the
-//! `N` ticks of delay turn `L` by exactly `-N Δω` and change its magnitude by `r^-N`.
+//! `L(z) = H(z) z^-N`, with `H` the product of the responses of master and slave. Only `H` determines the segments: the
+//! delay of `N` ticks turns `L` by exactly `-N Δω` and changes its magnitude by `r^-N`.
 
 use std::f64::consts::PI;
 
 use super::{ClosedLoop, StabilityError};
 use trocar_lti::Complex64;
 
-/// Maximum number of evaluations of the response.
 const MAX_EVALUATIONS: usize = 1_000_000;
 
-/// Below this magnitude of `L`, a walk around `1 - L` need not follow it.
+/// `ln` of the magnitude of `L` below which it cannot move `1 - L` around 0 and is not resolved.
 const LN_SMALL: f64 = -1.386_294_361_119_890_6;
 
 /// Largest change of `H` in a segment, relative to its smaller end.
 const RESOLVED: f64 = 0.5;
 
-/// Largest `|ln |L||` at the ends of a segment in which an extremum of `|L|` can lie on the other side of 1: a segment's ends
-/// differ by a factor of 1.5 at most.
+/// Largest `|ln |L||` at the ends of a segment in which an extremum of `|L|` can lie on the other side of 1. The ends
+/// of a segment differ by a factor of at most 1.5.
 const LN_NEAR: f64 = 0.7;
 
 /// Narrowest segment in rad.
 const MIN_WIDTH: f64 = 1e-14;
 
-/// Number of bisections of a crossing.
 const BISECTIONS: usize = 60;
 
-/// A point of the path.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Point {
     pub(super) angle_rad: f64,
@@ -39,23 +36,21 @@ pub(super) struct Point {
     pub(super) ln_gain: f64,
 }
 
-/// A piece of the path in which `|L|` stays on one side of 1.
+/// A segment of the path in which `|L|` stays on one side of 1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Segment {
     pub(super) from: Point,
     pub(super) to: Point,
-    /// True if `|L| >= 1`.
     pub(super) is_large: bool,
 }
 
-/// The path along a circle.
 pub(super) struct Path<'a> {
     closed: &'a ClosedLoop,
     radius: f64,
     ticks: f64,
     /// `-N ln r`.
     ln_delay: f64,
-    /// The magnitude of `L` below which the path is not followed.
+    /// `ln` of the magnitude of `L` below which the path is not resolved.
     ln_small: f64,
 }
 
@@ -65,12 +60,11 @@ impl<'a> Path<'a> {
         Self { closed, radius, ticks, ln_delay: -ticks * radius.ln(), ln_small: LN_SMALL }
     }
 
-    /// The path followed down to a magnitude of `L`.
+    /// Resolves the path down to a magnitude of `L`.
     pub(super) fn down_to(self, magnitude: f64) -> Self {
         Self { ln_small: magnitude.ln(), ..self }
     }
 
-    /// The point at an angle in rad.
     pub(super) fn at(&self, angle_rad: f64) -> Point {
         let z = Complex64::from_polar(self.radius, angle_rad);
         let [master, slave] = self.closed.responses_at(z);
@@ -79,7 +73,7 @@ impl<'a> Path<'a> {
         Point { angle_rad, sides, gain, ln_gain: sides.norm().ln() + self.ln_delay }
     }
 
-    /// `z H'(z) / H(z)`: the imaginary part is `-d ln |L| / dω`, the real part minus `N` is `d arg L / dω`.
+    /// Returns `z H'(z) / H(z)`: the imaginary part is `-d ln |L| / dω`, the real part minus `N` is `d arg L / dω`.
     fn slope(&self, angle_rad: f64) -> Complex64 {
         let z = Complex64::from_polar(self.radius, angle_rad);
         let [master, slave] = self.closed.relative_slopes_at(z);
@@ -107,7 +101,7 @@ impl<'a> Path<'a> {
         })
     }
 
-    /// Calls `each` with the ends of intervals over which `H` is followed, from 0 to π, in order.
+    /// Calls `each` with the ends of intervals that resolve `H`, from 0 to π, in order.
     ///
     /// # Errors
     /// [`StabilityError::TooFast`].
@@ -163,9 +157,9 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// The minimum of `|L|` within an interval, or its maximum, if there is one.
+    /// Returns the minimum or maximum of `|L|` within an interval, if there is one.
     fn extremum(&self, from: &Point, to: &Point, minimum: bool) -> Option<Point> {
-        // d ln |L| / dω, with the sign that it has before the extremum.
+        // True before the extremum, by the sign of d ln |L| / dω.
         let approaches = |angle_rad: f64| {
             let rises = -self.slope(angle_rad).im;
             if minimum { rises < 0.0 } else { rises > 0.0 }
@@ -174,7 +168,7 @@ impl<'a> Path<'a> {
             .then(|| self.bisect(from, to, |point| !approaches(point.angle_rad)))
     }
 
-    /// The point at which a condition changes that holds at one end of an interval only.
+    /// Bisects the point at which a condition changes; it holds at only one end of the interval.
     pub(super) fn bisect(&self, from: &Point, to: &Point, holds: impl Fn(&Point) -> bool) -> Point {
         let (mut low, mut high) = (*from, *to);
         let at_low = holds(from);
@@ -189,12 +183,11 @@ impl<'a> Path<'a> {
         high
     }
 
-    /// Calls `each` with the points of an interval at which `L` is real and positive.
     pub(super) fn positive_crossings(&self, from: &Point, to: &Point, each: &mut impl FnMut(Point)) {
         if from.ln_gain.max(to.ln_gain) < self.ln_small {
             return;
         }
-        // Within the interval H turns by less than 30°, so that its argument relative to the beginning is unambiguous.
+        // H turns by less than 30° within the interval, so its argument relative to the beginning is unambiguous.
         let phase = |point: &Point| from.sides.arg() + (point.sides / from.sides).arg() - self.ticks * point.angle_rad;
         let falls = |angle_rad: f64| self.slope(angle_rad).re < self.ticks;
         let at_begin = falls(from.angle_rad);
@@ -210,7 +203,7 @@ impl<'a> Path<'a> {
         self.monotonic_crossings((from, to), &phase, each);
     }
 
-    /// The same for an interval over which the phase is monotonic.
+    /// Like `positive_crossings`, for an interval with a monotonic phase.
     fn monotonic_crossings(
         &self,
         (from, to): (&Point, &Point),
@@ -228,7 +221,7 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Initial angles in rad, increasing from 0 to π, dense near open-loop poles.
+    /// Returns initial angles in rad, increasing from 0 to π, dense near open-loop poles.
     fn angles(&self) -> Vec<f64> {
         const OFFSETS: [f64; 4] = [0.0, 0.5, 1.6, 6.0];
         let mut angles: Vec<f64> = vec![0.0, PI];
@@ -245,7 +238,7 @@ impl<'a> Path<'a> {
 }
 
 impl ClosedLoop {
-    /// The angles in rad at which `|L| = 1` on the unit circle, each with the argument of `L` there.
+    /// Returns the angles in rad at which `|L| = 1` on the unit circle, each with the argument of `L`.
     pub(super) fn unit_crossings(&self) -> Result<Vec<(f64, f64)>, StabilityError> {
         let mut all = vec![];
         Path::new(self, 1.0).unit_crossings(|point| all.push((point.angle_rad, point.gain.arg())))?;

@@ -1,4 +1,4 @@
-//! The passivity of a machine under a force computed from its sampled position.
+//! The passivity of a machine whose force is computed from its sampled position.
 
 use std::f64::consts::PI;
 
@@ -6,17 +6,16 @@ use super::{ClosedLoop, LinearLoop, StabilityError};
 use trocar_engine::teleoperation::ControllerKind;
 use trocar_lti::Complex64;
 
-/// Number of frequencies over which a bound is maximised.
 const FREQUENCIES: usize = 4000;
 
-/// `F = H(z) x` from the sampled position, held from tick to tick, against a machine of damping `b`: passive at the
-/// hand if
+/// The passivity condition of a machine with damping `b` under the force `F = H(z) x`, computed from the sampled
+/// position and held from tick to tick. It is passive at the hand if
 ///
 /// ```text
 /// b > (T / 2) / (1 - cos ωT) · Re[ (1 - exp(-jωT)) H(exp(jωT)) ]    for all 0 <= ω <= π/T
 /// ```
-/// (Colgate and Schenkel 1997, *Passivity of a class of sampled-data systems: application to haptic interfaces*). A wall
-/// `K + B (z - 1) / (T z)` gives `b > K T / 2 + |B|`.
+/// (Colgate and Schenkel 1997, *Passivity of a class of sampled-data systems: application to haptic interfaces*). A
+/// wall `K + B (z - 1) / (T z)` gives `b > K T / 2 + |B|`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledWall {
     /// The tick in s.
@@ -24,14 +23,14 @@ pub struct SampledWall {
 }
 
 impl SampledWall {
-    /// The minimum damping in N·s/m for a force law, which maps `ωT` in rad (above 0) to N/m.
+    /// Returns the minimum damping in N·s/m for a force law that maps `ωT` in rad (above 0) to N/m.
     #[must_use]
     pub fn min_damping_n_s_per_m(&self, law: impl Fn(f64) -> Complex64) -> f64 {
         let share = |k: usize| {
             // Denser near 0; includes π, where bounds are usually greatest.
             let part = k as f64 / FREQUENCIES as f64;
             let angle = PI * part * part;
-            // 1 - cos ωT by the half-angle formula, because the difference cancels near 0.
+            // The half-angle formula for 1 - cos ωT avoids cancellation near 0.
             let fall = 2.0 * (0.5 * angle).sin().powi(2);
             let step = Complex64::new(fall, angle.sin());
             0.5 * self.tick_s / fall * (step * law(angle)).re
@@ -40,22 +39,22 @@ impl SampledWall {
     }
 }
 
-/// The condition applied to a loop: the force from the link is the law, the master's damping is `b`.
+/// The condition for a loop: the force from the link is the law, and `b` is the master's damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledBound {
-    /// Damping that passivity requires, in N·s/m.
+    /// The damping that passivity requires, in N·s/m.
     pub min_damping_n_s_per_m: f64,
-    /// Damping of the master, in N·s/m.
+    /// The damping of the master, in N·s/m.
     pub damping_n_s_per_m: f64,
 }
 
 impl SampledBound {
-    /// The bound of a loop. `None` if the condition does not apply: with a force integral (the force then depends on
-    /// more than the sampled position), a controller other than the paper's, samples that arrive between ticks, or a
-    /// motor lag.
+    /// Returns the bound of a loop. `None` if the condition does not apply: with a force integral (the force then
+    /// depends on more than the sampled position), a controller other than the paper's, samples that arrive between
+    /// ticks, or a motor lag.
     ///
     /// # Errors
-    /// [`StabilityError`] where the loop cannot be built.
+    /// [`StabilityError`] if the loop cannot be built.
     pub fn of(settings: &LinearLoop) -> Result<Option<Self>, StabilityError> {
         let applies = settings.master.force_integral_gain == 0.0
             && settings.link.controller.kind == ControllerKind::PositionForce
@@ -75,7 +74,7 @@ impl SampledBound {
         }))
     }
 
-    /// Whether the damping suffices.
+    /// Returns true if the damping suffices.
     #[must_use]
     pub fn is_passive(&self) -> bool {
         self.damping_n_s_per_m > self.min_damping_n_s_per_m

@@ -10,19 +10,19 @@ const STEP: f64 = 1e-4;
 /// The relative change of a limit per relative change of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitivity {
-    /// The limit's parameter.
+    /// The parameter whose limit changes.
     pub limit: Parameter,
     /// The changed parameter.
     pub parameter: Parameter,
-    /// `d ln(limit) / d ln(parameter)`; `None` if the limit is lost within the step, as at the edge of a whole tick.
+    /// `d ln(limit) / d ln(parameter)`; `None` if the limit vanishes within the step, for example at a whole tick.
     pub relative: Option<f64>,
 }
 
-/// The sensitivity of each finite limit to each parameter of the loop that is not 0: central differences over a ten-thousandth
-/// of the parameter.
+/// Returns the sensitivity of each finite limit to each parameter that is not 0, by central differences over a
+/// ten-thousandth of the parameter.
 ///
 /// # Errors
-/// [`StabilityError`] as the limits themselves.
+/// [`StabilityError`] if a limit cannot be computed.
 pub fn sensitivities(settings: &LinearLoop, limits: &[Limit]) -> Result<Vec<Sensitivity>, StabilityError> {
     let mut pairs = vec![];
     for limit in limits {
@@ -49,7 +49,6 @@ pub fn sensitivities(settings: &LinearLoop, limits: &[Limit]) -> Result<Vec<Sens
     })
 }
 
-/// Whether a parameter affects the loop.
 fn is_effective(settings: &LinearLoop, parameter: Parameter) -> bool {
     let couples = settings.link.controller.kind != trocar_engine::teleoperation::ControllerKind::PositionForce;
     let of_controller = matches!(
@@ -63,7 +62,6 @@ fn is_effective(settings: &LinearLoop, parameter: Parameter) -> bool {
     settings.get(parameter) != 0.0 && (couples || !of_controller)
 }
 
-/// The limit near a known one.
 fn nearby(settings: &LinearLoop, limit: Parameter, known: f64) -> Result<Option<f64>, StabilityError> {
     let tester = StabilityTester::new(settings)?;
     let mut reach = 10.0 * STEP;

@@ -1,13 +1,13 @@
-//! The share of many loops that is stable, over two parameters.
+//! The stable share of many loops over two parameters.
 
 use super::limit::StabilityTester;
 use super::{Axis, LinearLoop, StabilityError};
 use trocar_base::parallel::try_map;
 
-/// Standard deviations that hold 95 % of a normal distribution.
+/// Half width of the interval that contains 95 % of a standard normal distribution.
 pub(super) const CONFIDENCE: f64 = 1.959_963_984_540_054;
 
-/// The points along a side of a cell of the coarse grid.
+/// Points along a side of a cell of the coarse grid.
 const CELL: usize = 8;
 
 /// Numbers of stable loops on a grid.
@@ -17,13 +17,13 @@ pub struct ShareMap {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// Number of loops.
+    /// Total number of loops.
     pub of: usize,
-    /// How many of them are stable, row by row from the lowest `y`.
+    /// Number of stable loops, row by row from the lowest `y`.
     pub stable: Vec<u32>,
 }
 
-/// The score interval of Wilson for a share, of 95 %.
+/// Returns a share with its 95 % score interval (Wilson).
 pub(super) fn share_interval(count: usize, of: usize) -> (f64, (f64, f64)) {
     let (n, z2) = (of as f64, CONFIDENCE * CONFIDENCE);
     let share = count as f64 / n;
@@ -33,17 +33,17 @@ pub(super) fn share_interval(count: usize, of: usize) -> (f64, (f64, f64)) {
 }
 
 impl ShareMap {
-    /// The largest number of values of an axis.
+    /// The maximum number of values of an axis.
     pub const MAX_COUNT: usize = 50;
 
-    /// The largest number of members of a population on its map.
+    /// The maximum number of members of a population on its map.
     pub const MAX_LOOPS: usize = 400;
 
-    /// The map of loops over two axes, each with at most [`ShareMap::MAX_COUNT`] values. A value of an axis replaces that of
-    /// each loop.
+    /// Computes the map of loops over two axes, each with at most [`ShareMap::MAX_COUNT`] values, which replace the
+    /// values of the loops.
     ///
-    /// For each loop a coarse grid is evaluated first, then the cells that the boundary crosses: an island within a cell of
-    /// eight by eight points is not detected.
+    /// For each loop a coarse grid is evaluated first, then the cells that the boundary crosses. An island within a
+    /// cell of eight by eight points is not detected.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -58,14 +58,14 @@ impl ShareMap {
         Ok(Self { x, y, of: loops.len(), stable })
     }
 
-    /// The share at a point, with its 95 % interval.
+    /// Returns the share at a point, with its 95 % interval.
     #[must_use]
     pub fn share(&self, column: usize, row: usize) -> (f64, (f64, f64)) {
         share_interval(self.stable[row * self.x.count + column] as usize, self.of)
     }
 }
 
-/// Whether each point of a grid is stable, row by row: a coarse grid first, then the cells that the boundary crosses.
+/// Returns the verdict at each grid point, row by row: a coarse grid first, then the cells that the boundary crosses.
 fn verdicts(settings: &LinearLoop, x: &Axis, y: &Axis) -> Result<Vec<bool>, StabilityError> {
     let tester = StabilityTester::new(settings)?;
     let mut known: Vec<Option<bool>> = vec![None; x.count * y.count];
@@ -114,15 +114,15 @@ mod tests {
     use trocar_scenario::{Scenario, Source};
 
     #[test]
-    fn oracle_a_share_has_the_interval_of_wilson() {
-        // Of none of 100: from 0 to z²/(n + z²).
+    fn oracle_a_share_has_wilsons_interval() {
+        // For 0 of 100: from 0 to z²/(n + z²).
         let (share, (low, high)) = share_interval(0, 100);
         let z2 = CONFIDENCE * CONFIDENCE;
         assert!(share == 0.0 && low < 1e-12 && (high - z2 / (100.0 + z2)).abs() < 1e-12);
     }
 
     #[test]
-    fn a_loop_has_the_verdicts_of_its_map() {
+    fn the_share_of_one_loop_agrees_with_its_map() {
         let late = Scenario::load(&Source::parse("passivity/late-wall"), &[]).expect("good");
         let settings = LinearLoop::of(&late, TissueRange::of_parameters(&late).expect("a spring")).expect("analysed");
         let axis = |parameter, low, high, count| Axis { parameter, low, high, count, spacing: Spacing::Logarithmic };

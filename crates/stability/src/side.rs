@@ -1,39 +1,38 @@
-//! One side, from the received signal to the sent one.
+//! One side of the loop, from the received signal to the sent one.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::machines::Machines;
 use super::{LinearLoop, StabilityError};
 
-/// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is the received signal, `y` the sent one, both
-/// at the tick.
+/// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is the received signal and `y` the sent one,
+/// both at the tick.
 ///
-/// The sent signals are summed linearly before the link, so that each direction carries one number. `b_before` is
-/// nonzero if a sample arrives within a tick.
+/// The sent signals are summed before the link, so that each direction carries one number. `b_before` is nonzero if a
+/// sample arrives within a tick.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Side {
     pub(super) a: DMatrix<f64>,
     pub(super) now: DVector<f64>,
     pub(super) before: Option<DVector<f64>>,
     pub(super) c: DVector<f64>,
-    /// The part of the command that comes from the side itself, which `a` contains: of `F_ed` at the master, of the
-    /// reference at the slave.
+    /// The side's contribution to its command: to `F_ed` at the master, to the reference at the slave. `a` contains it.
     pub(super) own: DVector<f64>,
     /// The measured force scaled to the master, in N; 0 at the master.
     pub(super) force: DVector<f64>,
-    /// Effect of the desired position now and at the next tick; empty for the slave.
+    /// Effect of the desired position at this tick and the next; `None` for the slave.
     pub(super) desired: Option<(DVector<f64>, DVector<f64>)>,
 }
 
-/// Whether a side's matrix contains the part of its command that comes from itself.
+/// Selects if a side's matrix contains the side's contribution to its command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum OwnPart {
     Closed,
-    /// Left out, because a supervisor decides about the whole command.
+    /// Excluded, because a supervisor determines the whole command.
     Open,
 }
 
-/// A state matrix of fixed size to which states are added.
+/// A state matrix of fixed size with a growing number of states.
 struct States {
     a: DMatrix<f64>,
     used: usize,
@@ -57,11 +56,10 @@ impl States {
     }
 }
 
-/// Maximum states of a side: five or three of the machine, one of the motor, two of the acceleration, two of the force
-/// reading.
+/// Maximum number of states of a side: five or three of the machine, one of the motor, two of the acceleration, two of
+/// the force reading.
 const MAX_STATES: usize = 10;
 
-/// A signal as weights on the states.
 fn zero() -> DVector<f64> {
     DVector::zeros(MAX_STATES)
 }
@@ -70,7 +68,7 @@ fn unit(state: usize) -> DVector<f64> {
     DVector::from_fn(MAX_STATES, |i, _| f64::from(u8::from(i == state)))
 }
 
-/// The acceleration that a side sends, as `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
+/// Adds the acceleration that a side sends: `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
 fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LinearLoop) -> DVector<f64> {
     let bandwidth_hz = settings.link.controller.four_channel.acceleration_bandwidth_hz;
     let weight = -libm::expm1(-std::f64::consts::TAU * bandwidth_hz * settings.tick_s);
@@ -81,7 +79,7 @@ fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LinearL
     now
 }
 
-/// The force reading, `y_k = a y_{k-1} + b_0 f_{k-1} + b_1 f_k` with a bandwidth.
+/// Adds the force reading; with a bandwidth `y_k = a y_{k-1} + b_0 f_{k-1} + b_1 f_k`.
 fn reading(states: &mut States, force: &DVector<f64>, settings: &LinearLoop) -> DVector<f64> {
     let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * settings.tick_s;
     if settings.force_bandwidth_hz <= 0.0 {
@@ -97,13 +95,13 @@ fn reading(states: &mut States, force: &DVector<f64>, settings: &LinearLoop) -> 
 }
 
 impl Side {
-    /// The master with its arm: `w` is the part of `F_ed` that comes from the slave, `y` the master's part of the
-    /// slave's reference.
+    /// Builds the master with its arm: `w` is the part of `F_ed` that comes from the slave, `y` the master's part of
+    /// the slave's reference.
     pub(super) fn master(machines: &Machines, settings: &LinearLoop) -> Result<Self, StabilityError> {
         Self::master_with(machines, settings, OwnPart::Closed)
     }
 
-    /// As [`Side::master`], with or without its own part.
+    /// Like [`Side::master`], with or without the side's contribution to its command.
     pub(super) fn master_with(
         machines: &Machines,
         settings: &LinearLoop,
@@ -175,12 +173,12 @@ impl Side {
         Ok(Self::of(states, now, split, [sent, local, zero()], Some(desired)))
     }
 
-    /// The slave on its tissue: `w` is the received part of the reference, `y` the sent part of `F_ed`.
+    /// Builds the slave on its tissue: `w` is the received part of the reference, `y` the sent part of `F_ed`.
     pub(super) fn slave(machines: &Machines, settings: &LinearLoop) -> Result<Self, StabilityError> {
         Self::slave_with(machines, settings, OwnPart::Closed)
     }
 
-    /// As [`Side::slave`], with or without its own part.
+    /// Like [`Side::slave`], with or without the side's contribution to its command.
     pub(super) fn slave_with(machines: &Machines, settings: &LinearLoop, own: OwnPart) -> Result<Self, StabilityError> {
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
@@ -232,7 +230,7 @@ impl Side {
         Ok(Self::of(states, now, split, [sent, local, measured], None))
     }
 
-    /// `A`, `b` and `c`, with the last sample as a further state where one arrives within a tick.
+    /// Returns `A`, `b` and `c`, with the last sample as an additional state if one arrives within a tick.
     pub(super) fn with_held(&self) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
         let states = self.a.nrows();
         let n = states + usize::from(self.before.is_some());
@@ -245,7 +243,7 @@ impl Side {
         (a, b, self.c.clone().resize_vertically(n, 0.0))
     }
 
-    /// Keeps only the used states. In a split tick the last sample acts first, the new one for the rest:
+    /// Keeps only the used states. In a split tick the last sample acts first, then the new one:
     /// `Γ(T) w_{k-1} + Γ_late (w_k - w_{k-1})`.
     fn of(
         states: States,

@@ -5,10 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use super::{ClosedLoop, LinearLoop, Parameter, StabilityError};
 use trocar_lti::{Complex64, Discrete, StateSpace, StepResponse, eigenvalues, step_response_discrete};
 
-/// Maximum states of a system whose poles and zeros are computed.
 const MAX_STATES: u64 = 400;
 
-/// A column or row whose entries are below this, relative to the sizes of its factors, is 0.
+/// Size of a column or row, relative to its factors, below which it counts as 0.
 const VANISHING: f64 = 1e-11;
 
 /// A discrete system with the names of its signals.
@@ -36,7 +35,7 @@ pub struct PolesAndZeros {
 /// Poles of the closed loop over a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Locus {
-    /// The parameter.
+    /// The varied parameter.
     pub parameter: Parameter,
     /// Each value with its poles, largest modulus first.
     pub branches: Vec<(f64, Vec<Complex64>)>,
@@ -47,10 +46,11 @@ fn sorted(mut values: Vec<Complex64>) -> Vec<Complex64> {
     values
 }
 
-/// The zeros of `c (z I - A)^-1 b + d`.
+/// Returns the zeros of `c (z I - A)^-1 b + d`.
 ///
-/// With `d` other than 0 they are the eigenvalues of `A - b c / d`. With a delay of `r` ticks, `c A^(r-1) b` is the first
-/// Markov parameter that is not 0, and they are the eigenvalues of `A - b (c A^r) / (c A^(r-1) b)` besides `r` that are 0.
+/// For nonzero `d` they are the eigenvalues of `A - b c / d`. Otherwise let `c A^(r-1) b` be the first nonzero Markov
+/// parameter, for a delay of `r` ticks: the zeros are the eigenvalues of `A - b (c A^r) / (c A^(r-1) b)` without `r`
+/// that are 0.
 fn zeros(a: &DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>, d: f64) -> Result<Vec<Complex64>, StabilityError> {
     let n = a.nrows();
     if d != 0.0 {
@@ -73,7 +73,7 @@ fn zeros(a: &DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>, d: f64) -> Result
 }
 
 impl LoopSystem {
-    /// Poles and zeros, with the zeros from the first input to an output.
+    /// Returns the poles, and the zeros from the first input to an output.
     ///
     /// # Errors
     /// [`StabilityError::Algebra`].
@@ -87,7 +87,7 @@ impl LoopSystem {
         })
     }
 
-    /// The response to a unit step of the first input.
+    /// Returns the response to a unit step of the first input.
     ///
     /// # Errors
     /// [`StabilityError::Algebra`].
@@ -101,8 +101,8 @@ impl ClosedLoop {
         Ok(Discrete::new(self.tick_s())?)
     }
 
-    /// The loop gain `L`, from the signal of the slave that has arrived at the master back to itself. The closed loop's
-    /// poles are where it is 1; the usual negative feedback has `-L`.
+    /// Returns the loop gain `L`, from the slave's signal at the master back to itself. The closed loop has its poles
+    /// where `L = 1`; the usual convention of negative feedback has `-L`.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -114,10 +114,10 @@ impl ClosedLoop {
         Ok(LoopSystem { system, inputs: vec!["arriving_force_n"], outputs: vec!["returning_force_n"] })
     }
 
-    /// The closed loop from the desired position, linear between ticks, to positions and feedback force.
+    /// Returns the closed loop from the desired position, linear between ticks, to positions and feedback force.
     ///
-    /// With the desired position at the next tick as part of the state, `x = x' + b_next u`: then `x'+ = A x' + (A b_next +
-    /// b_now) u`.
+    /// The state includes the desired position of the next tick, `x = x' + b_next u`, so
+    /// `x'+ = A x' + (A b_next + b_now) u`.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -142,8 +142,8 @@ impl ClosedLoop {
         })
     }
 
-    /// All poles and zeros of the closed loop (to the feedback force) and of the loop gain; empty for delays with more
-    /// states than allowed.
+    /// Returns all poles and zeros of the closed loop (to the feedback force) and of the loop gain. Empty if a long
+    /// delay needs too many states.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -159,7 +159,7 @@ impl ClosedLoop {
 }
 
 impl Locus {
-    /// The poles over values of a parameter.
+    /// Computes the poles over values of a parameter.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -179,8 +179,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn zeros_are_those_of_the_polynomials() {
-        // (z - 0.5) / ((z - 0.9) (z - 0.2)), and the same with one tick more of delay.
+    fn zeros_agree_with_the_polynomials() {
+        // (z - 0.5) / ((z - 0.9) (z - 0.2)), then with one more tick of delay.
         let a = DMatrix::from_row_slice(2, 2, &[1.1, -0.18, 1.0, 0.0]);
         let (b, c) = (DVector::from_column_slice(&[1.0, 0.0]), DVector::from_column_slice(&[1.0, -0.5]));
         let found = zeros(&a, &b, &c, 0.0).expect("computed");
@@ -191,7 +191,7 @@ mod tests {
         let (b, c) = (DVector::from_column_slice(&[1.0, 0.0, 0.0]), DVector::from_column_slice(&[0.0, 0.0, 1.0]));
         let found = zeros(&late, &b, &c, 0.0).expect("computed");
         assert!(found.len() == 1 && (found[0] - Complex64::new(0.5, 0.0)).norm() < 1e-12);
-        // With a direct part: 1 + (z - 0.5) / ... has two zeros.
+        // With feedthrough, 1 + (z - 0.5) / ... has two zeros.
         let found = zeros(&a, &DVector::from_column_slice(&[1.0, 0.0]), &DVector::from_column_slice(&[1.0, -0.5]), 1.0);
         assert_eq!(found.expect("computed").len(), 2);
     }

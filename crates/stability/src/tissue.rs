@@ -1,29 +1,29 @@
-//! The tissue that a linear loop stands for.
+//! The tissue in a linear loop.
 
 use trocar_engine::tissue::Springs;
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
-/// Where the stiffness of a scenario's tissue is known from.
+/// The origin of the stiffness of a scenario's tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TissueSource {
-    /// The scenario's tissue is a spring and a damper.
+    /// A spring and a damper.
     SpringDamper,
     /// The slopes of a tissue model without layers, down to the intended depth.
     Model,
     /// The slopes of the layers between their ruptures.
     Layers,
-    /// The rising parts of a force recorded over depth.
+    /// The rising parts of a recorded force over depth.
     RecordedDepth,
-    /// The slopes that the tissue showed in a run.
+    /// The slopes in a simulated run.
     Run,
-    /// A force recorded over time does not depend on the needle: its stiffness is 0.
+    /// A recorded force over time. It does not depend on the needle, so the stiffness is 0.
     RecordedForce,
-    /// A spring and a damper that the scenario states in place of a force recorded over time.
+    /// A spring and a damper that the scenario states to represent a recorded force over time.
     Stated,
 }
 
 impl TissueSource {
-    /// Its word in files.
+    /// Returns the word for this source in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -38,19 +38,19 @@ impl TissueSource {
     }
 }
 
-/// The range of stiffness that the needle meets, and the damping.
+/// The stiffness range of a tissue, and its damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TissueRange {
-    /// Where it is known from.
+    /// The origin of the range.
     pub source: TissueSource,
     /// The smallest and the largest stiffness in N/m, at least 0.
     pub stiffness_n_per_m: (f64, f64),
-    /// The damping in N·s/m; 0 for a tissue that is not a spring and a damper, whose damping is left out.
+    /// The damping in N·s/m; 0 unless the tissue is a spring and a damper, because other damping is not modelled.
     pub damping_n_s_per_m: f64,
 }
 
 impl TissueRange {
-    /// A spring and a damper.
+    /// Returns a spring and a damper.
     #[must_use]
     pub fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
         Self {
@@ -60,14 +60,14 @@ impl TissueRange {
         }
     }
 
-    /// A range without damping.
+    /// Returns a range without damping.
     #[must_use]
     pub fn of_slopes(source: TissueSource, (low, high): (f64, f64)) -> Self {
         Self { source, stiffness_n_per_m: (low.max(0.0), high.max(0.0)), damping_n_s_per_m: 0.0 }
     }
 
-    /// The tissue of a scenario as far as its parameters and recordings tell; `None` if only a run shows it: for the tissue of
-    /// a unit, and for a tissue that stiffens with depth under a live hand, whose depth is not known beforehand.
+    /// Returns the tissue from a scenario's parameters and recordings. `None` if only a run shows it: for the tissue of
+    /// a unit, and for a tissue that stiffens with depth under a live hand, whose depth is unknown.
     #[must_use]
     pub fn of_parameters(scenario: &Scenario) -> Option<Self> {
         match &scenario.tissue {
@@ -87,19 +87,19 @@ impl TissueRange {
         }
     }
 
-    /// True if the stiffness is one number.
+    /// Returns true if the stiffness is a single number.
     #[must_use]
     pub fn is_single(&self) -> bool {
         self.stiffness_n_per_m.0 == self.stiffness_n_per_m.1
     }
 
-    /// True if springs in the range have every force of the tissue: it has no ruptures, friction or relaxation.
+    /// Returns true if springs in the range model the whole tissue, which then has no ruptures, friction or relaxation.
     #[must_use]
     pub fn is_whole_tissue(&self) -> bool {
         matches!(self.source, TissueSource::SpringDamper | TissueSource::Model | TissueSource::Stated)
     }
 
-    /// What the linear loop leaves out of the tissue; `None` if nothing.
+    /// Returns a description of the unmodelled parts of the tissue, if there are any.
     #[must_use]
     pub fn left_out(&self) -> Option<&'static str> {
         Some(match self.source {
@@ -120,7 +120,7 @@ impl TissueRange {
     }
 }
 
-/// The depth below the surface of a model to which the hand means to go, in m; `None` for a live hand.
+/// Returns the intended depth of the hand below the surface of a model in m; `None` for a live hand.
 fn intended_depth_m(scenario: &Scenario) -> Option<f64> {
     let desired_m = match &scenario.operator {
         OperatorSpec::Recording(positions) => positions.iter().copied().fold(f64::NEG_INFINITY, f64::max),

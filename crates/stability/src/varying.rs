@@ -1,31 +1,32 @@
 //! Delays that vary from tick to tick within a range, in any order.
 //!
-//! The receiver holds the sample sent last of those that have arrived, so that at tick `k` it has `y_(k-d_k)` with `d_k` between
-//! `a` and `b` ticks, and `k - d_k` never falls. Around a constant delay of `m` ticks,
+//! The receiver holds the sample that was sent last among those that have arrived. At tick `k` it has `y_(k-d_k)`,
+//! where `d_k` is between `a` and `b` ticks and `k - d_k` never decreases. Around a constant delay of `m` ticks,
 //!
 //! ```text
 //! y_(k-d_k) = y_(k-m) + e_k,      e = Δ u,      u_k = y_k - y_(k-1),      ‖Δ‖ <= g = max(m - a, b - m)
 //! ```
-//! `e_k` is a sum of at most `g` of the `u`, so `|e_k|² <= g Σ |u_i|²`. As `k - d_k` never falls, `u_i` is in these sums from tick
-//! `i + m` on until `k - d_k` reaches `i`, or from there to `i + m`: in at most `g` of them. Hence `Σ |e_k|² <= g² Σ |u_i|²`. (In
-//! continuous time: Shustin and Fridman 2007, *On delay-derivative-dependent stability of systems with fast-varying delays*.)
-//!
-//! Stability is then a matter of small gain, as in Kao and Lincoln 2004, *Simple stability criteria for systems with
-//! time-varying delays* (Automatica 40), who have one delay, `m = a` and so `g = b - a`. Here each way has its own `Δ`. With
-//! `P = H_master H_slave` and `L = z^-(m1 + m2) P`, the `Δ` of both ways act on
+//! `e_k` is a sum of at most `g` of the `u`, so `|e_k|² <= g Σ |u_i|²`. Because `k - d_k` never decreases, `u_i` is in
+//! the sums between tick `i + m` and the tick at which `k - d_k` reaches `i`: in at most `g` of them. Hence
+//! `Σ |e_k|² <= g² Σ |u_i|²`. (In continuous time: Shustin and Fridman 2007, *On delay-derivative-dependent stability
+//! of systems with fast-varying delays*.)
+//! Stability then follows from small gain, as in Kao and Lincoln 2004, *Simple stability criteria for systems with
+//! time-varying delays* (Automatica 40), who treat one delay with `m = a` and therefore `g = b - a`. Here each
+//! direction has its own `Δ`. With `P = H_master H_slave` and `L = z^-(m1 + m2) P`, the two `Δ` act on
 //!
 //! ```text
 //! M = (1 - z^-1) / (1 - L) [ z^-m2 P   H_master ]        from (e1, e2) to (u1, u2)
 //!                          [ H_slave   z^-m1 P  ]
-//! ```
-//! The loop is stable for every order of the delays if it is stable with `m1` and `m2`, and if with one number `δ > 0` at every
-//! frequency both singular values of `diag(g1, g2) diag(1, √δ)⁻¹ M diag(1, √δ)` are below 1. With `u = |1 - z^-1|`:
+//! The loop is stable for every order of the delays if it is stable with `m1` and `m2`, and if for one number `δ > 0`
+//! both singular values of `diag(g1, g2) diag(1, √δ)⁻¹ M diag(1, √δ)` are below 1 at every frequency. With
+//! `u = |1 - z^-1|`:
 //!
 //! ```text
 //! u² (δ g1² |H_master|² + g2² |H_slave|² / δ + (g1² + g2² - g1² g2² u²) |P|²) < |1 - L|²,      g1 g2 u² |P| < |1 - L|
 //! ```
-//! (trace and determinant of its square). Both are verified on arcs of the unit circle and intervals of the stiffness that
-//! together leave out no point, with bounds of what the responses do within them; the rounding of numbers is left to a slack.
+//! (trace and determinant of its square). Both inequalities are verified on arcs of the unit circle and intervals of
+//! the stiffness that cover all points, with bounds of the responses in each. A relative slack allows for the rounding
+//! of numbers.
 
 use std::f64::consts::PI;
 
@@ -40,19 +41,18 @@ use trocar_core::time::nearest_ticks;
 use trocar_lti::Complex64;
 use trocar_scenario::Scenario;
 
-/// Slack for the rounding of numbers, relative.
+/// Relative slack for rounding.
 const SLACK: f64 = 1e-6;
 
-/// Maximum number of boxes of a proof.
 const MAX_BOXES: usize = 100_000;
 
-/// Intervals of the stiffness with a scaling each.
+/// Number of stiffness intervals, each with its scaling.
 const PIECES: u32 = 4;
 
 /// Maximum jitter in the search for the margin, in ticks.
 const MAX_JITTER_TICKS: u64 = 10_000;
 
-/// The delays of one way in whole ticks.
+/// The range of one direction's delay in whole ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DelayRange {
     /// Minimum age of the sample that the receiver holds, in ticks.
@@ -62,7 +62,7 @@ pub struct DelayRange {
 }
 
 impl DelayRange {
-    /// The delay in the middle, and the largest difference to it.
+    /// Returns the middle of the range, and the largest difference to it.
     fn nominal(self) -> (u64, f64) {
         let middle = self.min_ticks + (self.max_ticks - self.min_ticks) / 2;
         (middle, (self.max_ticks - middle) as f64)
@@ -73,21 +73,21 @@ impl DelayRange {
     }
 }
 
-/// Delays that vary, and what is proved for them.
+/// The ranges of varying delays, and the result of the proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VaryingDelays {
     /// From master to slave.
     pub forward: DelayRange,
     /// From slave to master.
     pub backward: DelayRange,
-    /// Whether the loop is proved to be stable for every order of these delays, at every constant stiffness up to the loop's.
+    /// True if the loop is proved stable for every order of these delays, at every constant stiffness up to the loop's.
     pub is_proved: bool,
-    /// Whether a receiver can be without a new sample for so long that it takes it for an outage.
+    /// True if a receiver can lack a new sample for so long that it detects an outage.
     pub can_be_outage: bool,
 }
 
 impl VaryingDelays {
-    /// The delays of a scenario around those of its loop. `None` if they are constant, or if nothing bounds them: with lost
+    /// Analyses the delays of a scenario around the loop's delays. `None` if they are constant or unbounded: with lost
     /// samples, outages, or a file of delays that ends with a loss.
     ///
     /// # Errors
@@ -105,7 +105,7 @@ impl VaryingDelays {
     }
 }
 
-/// The range of each way; `None` if none varies, or if one has no bound.
+/// Range of each direction; `None` if both are constant or one is unbounded.
 fn ranges(scenario: &Scenario, settings: &LinearLoop) -> Option<[DelayRange; 2]> {
     let irregularity = &scenario.irregularity;
     let jitter = irregularity.jitter_ticks(settings.tick_s);
@@ -119,8 +119,8 @@ fn ranges(scenario: &Scenario, settings: &LinearLoop) -> Option<[DelayRange; 2]>
     (forward.width() + backward.width() > 0).then_some([forward, backward])
 }
 
-/// The largest jitter of both ways in ticks, on top of the loop's delays, for which the loop is proved to be stable in every
-/// order of the delays, on its own tissue. `None` for an unstable loop, and for one that is stable with any.
+/// Returns the largest jitter of both directions in ticks, on top of the loop's delays, with which the loop is proved
+/// stable for every order of the delays, on its tissue. `None` if the loop is unstable or tolerates any jitter.
 ///
 /// # Errors
 /// [`StabilityError`].
@@ -146,7 +146,7 @@ pub(super) fn jitter_margin_ticks(settings: &LinearLoop) -> Result<Option<u64>, 
     Ok(Some(proved))
 }
 
-/// A side whose matrices grow with a share `κ` of the stiffness: `A + κ A'`, `c + κ c'`, in balanced states.
+/// A side that depends linearly on a share `κ` of the stiffness: `A + κ A'`, `c + κ c'`, in balanced states.
 #[derive(Debug, Clone)]
 struct SideOfShare {
     a: DMatrix<f64>,
@@ -154,11 +154,10 @@ struct SideOfShare {
     b: DVector<f64>,
     c: DVector<f64>,
     c_slope: DVector<f64>,
-    /// Frobenius norms of the slopes.
     slopes: (f64, f64),
 }
 
-/// The responses in a box: their centre, and how far from it they are by angle and by stiffness.
+/// The responses in a box: their centre, and the largest distances from it due to angle and stiffness.
 #[derive(Debug, Clone, Copy)]
 struct Disc {
     centre: Complex64,
@@ -173,7 +172,7 @@ impl Disc {
 }
 
 impl SideOfShare {
-    /// The side that is `none` at a share of 0 and `all` at 1.
+    /// Returns the side that equals `none` at a share of 0 and `all` at 1.
     fn through(none: &Side, all: &Side) -> Self {
         let ((mut a, b, c), (a_all, _, c_all)) = (none.with_held(), all.with_held());
         let (mut a_slope, c_slope) = (a_all - &a, c_all - &c);
@@ -184,11 +183,11 @@ impl SideOfShare {
         Self { a, a_slope, b: b.component_div(&scales), c: c.component_mul(&scales), c_slope, slopes }
     }
 
-    /// The responses at the points of the unit circle within `reach` of `z` and the shares within `spread` of `share`. `None`
-    /// if the box is too large for a bound, or has a pole of the side.
+    /// Bounds the responses at points of the unit circle within `reach` of `z` and shares within `spread` of `share`.
+    /// `None` if the box is too large for a bound or contains a pole of the side.
     ///
-    /// With `R = (z I - A)⁻¹` and the change `E` of its inverse, `ε = ‖E‖ < 1 / ‖R‖`, the response is
-    /// `(c + κ c') R' b`, `R' = R - R E R + R E R' E R`, with `‖R'‖ <= ‖R‖ / (1 - ε ‖R‖)`: a line, and a rest of second order.
+    /// Let `R = (z I - A)⁻¹`, `E` the change of its inverse, and `ε = ‖E‖ < 1 / ‖R‖`. The response is `(c + κ c') R' b`
+    /// with `R' = R - R E R + R E R' E R` and `‖R'‖ <= ‖R‖ / (1 - ε ‖R‖)`: a linear part and a second-order remainder.
     fn responses(&self, z: Complex64, reach: f64, (share, spread): (f64, f64)) -> Option<Disc> {
         let complex = |x: f64| Complex64::new(x, 0.0);
         let n = self.a.nrows();
@@ -212,24 +211,23 @@ impl SideOfShare {
         let rest = rb.norm() * rest * (cr.norm() * change + spread * self.slopes.1);
         let of_share = cr.dot(&(self.a_slope.map(complex) * &rb)) + self.c_slope.map(complex).dot(&rb);
         let (by_angle, by_share) = (reach * cr.dot(&rb).norm(), spread * of_share.norm());
-        // The rest belongs to what makes it.
+        // Apportion the remainder between angle and share.
         let part = reach / change;
         Some(Disc { centre, by_angle: by_angle + rest * part, by_share: by_share + rest * (1.0 - part) })
     }
 }
 
-/// Angles (rad) and shares of the stiffness: middle and half width of each.
+/// Middle and half width of an interval of angles (rad), and of shares of the stiffness.
 #[derive(Debug, Clone, Copy)]
 struct Region {
     angle: (f64, f64),
     share: (f64, f64),
 }
 
-/// What is known of a box.
 enum Known {
     Holds,
     Fails,
-    /// Not enough: the box is to be halved, along the share or the angle.
+    /// Undecided: split the box along the share or the angle.
     Open {
         along_share: bool,
     },
@@ -244,12 +242,11 @@ struct Criterion {
     scaling: f64,
 }
 
-/// Proofs for one loop.
 struct Proof {
     closed: ClosedLoop,
     master: SideOfShare,
     slave: SideOfShare,
-    /// The slave at the upper end of each piece of the stiffness, and at the whole.
+    /// The slave at the upper end of each stiffness interval and of the whole range.
     tops: Vec<(f64, Response)>,
 }
 
@@ -264,7 +261,7 @@ impl Proof {
         Self::of(closed, at)
     }
 
-    /// For a loop whose slave at a share of the stiffness is `slave`.
+    /// Builds the proofs; `slave` returns the slave at a share of the stiffness.
     fn of(closed: ClosedLoop, slave: impl Fn(f64) -> Result<Side, StabilityError>) -> Result<Self, StabilityError> {
         let top = |piece: u32| -> Result<_, StabilityError> {
             let share = f64::from(piece) / f64::from(PIECES);
@@ -278,10 +275,10 @@ impl Proof {
         })
     }
 
-    /// Whether every order of delays is stable at every stiffness up to the loop's.
+    /// Returns true if every order of delays is stable at every stiffness up to the loop's.
     ///
-    /// Where the criterion holds `L` is nowhere 1, so that from one stiffness to another no pole crosses the unit circle: the
-    /// nominal loop is stable at all of them if it is at one.
+    /// If the criterion holds, `L` is never 1, so no pole crosses the unit circle as the stiffness changes. The nominal
+    /// loop is therefore stable at all stiffnesses if it is stable at one.
     fn covers_stiffness(&self, forward: DelayRange, backward: DelayRange) -> Result<bool, StabilityError> {
         let width = 1.0 / f64::from(PIECES);
         for (top, _) in self.tops.iter().rev() {
@@ -292,7 +289,7 @@ impl Proof {
         Ok(true)
     }
 
-    /// Whether every order of delays is stable at every share of the stiffness between two.
+    /// Returns true if every order of delays is stable at every share of the stiffness in an interval.
     fn covers(
         &self,
         forward: DelayRange,
@@ -312,7 +309,7 @@ impl Proof {
         Ok(self.holds(&Criterion { scaling, ..criterion }, (0.5 * (low + high), 0.5 * (high - low))))
     }
 
-    /// Whether the criterion holds on the whole circle, for the shares in an interval.
+    /// Returns true if the criterion holds on the whole circle for the shares in an interval.
     fn holds(&self, criterion: &Criterion, share: (f64, f64)) -> bool {
         let half = |k: i32| PI * 0.5_f64.powi(k);
         let first = Region { angle: (0.5 * half(12), 0.5 * half(12)), share };
@@ -366,7 +363,8 @@ impl Proof {
 }
 
 impl Criterion {
-    /// Whether it holds for all responses in the discs of master and slave, at the angles within `reach` of `angle`.
+    /// Returns true if the criterion holds for all responses in the discs of master and slave, at angles within `reach`
+    /// of `angle`.
     fn holds(&self, [master, slave]: [&Disc; 2], (angle, reach): (f64, f64)) -> bool {
         let [forward, backward] = self.ticks;
         let [g1, g2] = self.gains;
@@ -384,26 +382,26 @@ impl Criterion {
         let ways = if g1 * g2 > 0.0 {
             self.scaling * g1 * of_master * of_master + g2 * of_slave * of_slave / self.scaling
         } else {
-            // With one Δ the scaling makes the other way's part as small as one likes.
+            // With one Δ the scaling can make the other direction's part arbitrarily small.
             0.0
         };
         let room = (1.0 - SLACK) * apart.max(0.0);
         high * high * (ways + product_part) < room * room && high * high * of_ways * largest <= room
     }
 
-    /// `g1² + g2² - g1² g2² u²` and `g1 g2`, for `u = |1 - z^-1|`.
+    /// Returns `g1² + g2² - g1² g2² u²` and `g1 g2`, for `u = |1 - z^-1|`.
     fn gains_of(&self, step: f64) -> [f64; 2] {
         let [g1, g2] = self.gains;
         [g1 + g2 - g1 * g2 * step * step, (g1 * g2).sqrt()]
     }
 }
 
-/// The phase of the delay between two points, in rad, and `ln |L|` below which it does not matter.
+/// Largest change of the delay's phase between two points, in rad, and `ln |L|` below which it is negligible.
 const TURN_OF_POINTS: f64 = 0.5;
 const LN_NEGLIGIBLE: f64 = -1.4;
 
-/// The scaling in the middle of those with which the criterion holds at the points of a walk along the circle; `None` if there
-/// is none.
+/// Returns the middle of the scalings that satisfy the criterion at the points of a walk along the circle; `None` if
+/// there is none.
 fn scaling(criterion: &Criterion, nominal: &ClosedLoop, slave: &Response) -> Result<Option<f64>, StabilityError> {
     let [g1, g2] = criterion.gains;
     let delay = criterion.ticks[0] + criterion.ticks[1];
@@ -470,15 +468,15 @@ mod tests {
 
     const FIXED: DelayRange = range(0, 0);
 
-    /// What an integrator keeps per tick: a pole on the circle has no bounded response.
+    /// The decay of the integrator per tick. A pole on the circle would have an unbounded response.
     const KEPT: f64 = 1.0 - 1e-5;
 
-    /// `x_{k+1} = x_k - α x_{k-1-d_k}`, nearly.
+    /// Approximately `x_{k+1} = x_k - α x_{k-1-d_k}`.
     fn integrator(alpha: f64) -> Proof {
         proof(side(&[KEPT], &[-alpha], &[1.0]), |_| side(&[0.0], &[1.0], &[1.0]))
     }
 
-    /// The largest `α` that is proved for delays of up to so many ticks, to 1e-4.
+    /// The largest `α` with a proof for delays up to `longest` ticks, to 1e-4.
     fn proved_limit(longest: u64) -> f64 {
         let (mut proved, mut open) = (0.0, 2.0);
         while open - proved > 1e-4 {
@@ -490,25 +488,25 @@ mod tests {
     }
 
     #[test]
-    fn oracle_an_integrator_is_proved_between_kao_and_lincoln_and_the_sharp_limit() {
+    fn oracle_the_proved_limit_of_an_integrator_lies_between_kao_and_lincoln_and_the_sharp_limit() {
         for longest in [2, 4, 10, 40] {
             let limit = proved_limit(longest);
-            // With effective delays of 1 to N + 1 ticks: α (N + 2) < 3/2 + 1 / (2 (N + 2)) is enough (Erbe, Xia and Yu 1995,
-            // Global stability of a linear nonautonomous delay difference equation), and 3/2 is sharp for long delays
+            // With effective delays of 1 to N + 1 ticks, α (N + 2) < 3/2 + 1 / (2 (N + 2)) suffices (Erbe, Xia and Yu
+            // 1995, Global stability of a linear nonautonomous delay difference equation); 3/2 is sharp for long delays
             // (Myshkis 1951).
             let ticks = longest as f64 + 2.0;
             let sharp = (1.5 + 0.5 / ticks) / ticks;
             assert!(limit < sharp, "{longest}: {limit} {sharp}");
-            // Kao and Lincoln, with all of the N + 1 ticks as an uncertainty: (N + 1) |z - 1| < |(z - 1 + α) / α|, at z = -1.
+            // Kao and Lincoln treat all N + 1 ticks as uncertainty: (N + 1) |z - 1| < |(z - 1 + α) / α|, at z = -1.
             let kao_lincoln = 2.0 / (2.0 * longest as f64 + 3.0);
             assert!(limit > kao_lincoln, "{longest}: {limit} {kao_lincoln}");
         }
     }
 
     #[test]
-    fn what_is_proved_decays_in_every_order_of_delays_and_beyond_the_sharp_limit_one_order_grows() {
+    fn a_proved_loop_decays_for_every_order_of_delays_and_beyond_the_sharp_limit_one_order_grows() {
         let longest = 10;
-        // The worst order for an integrator: the oldest sample for as long as it can be held, then the newest.
+        // The worst order for an integrator: the oldest sample as long as possible, then the newest.
         let swing = |alpha: f64, order: &mut dyn FnMut(usize) -> usize| {
             let mut x = vec![1.0_f64; 40];
             for k in 39..4000 {
@@ -573,7 +571,7 @@ mod tests {
     }
 
     #[test]
-    fn oracle_the_proof_is_the_singular_values_on_a_fine_grid() {
+    fn oracle_the_proof_agrees_with_the_singular_values_on_a_fine_grid() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let mut counts = [0, 0];
         for _ in 0..60 {
@@ -599,7 +597,7 @@ mod tests {
     }
 
     #[test]
-    fn a_proof_over_stiffnesses_holds_at_each() {
+    fn a_proof_over_a_stiffness_range_holds_at_each_stiffness() {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
         let mut counts = [0, 0];
         for _ in 0..40 {

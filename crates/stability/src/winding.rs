@@ -7,31 +7,31 @@ use super::{ClosedLoop, StabilityError};
 use trocar_base::interrupt;
 use trocar_lti::Complex64;
 
-/// An open-loop pole nearer to the circle than this, relative to its radius, counts as on it.
+/// Relative distance from the circle below which an open-loop pole counts as on it.
 const ON_THE_CIRCLE: f64 = 1e-9;
 
-/// `ln |L|` from which `1/L` is below the rounding of 1.
+/// `ln |L|` above which `1/L` is below the rounding of 1.
 const LN_HUGE: f64 = 40.0;
 
-/// The distance of `L` from 1, on the circle, below which a closed-loop pole counts as on it.
+/// Distance of `L` from 1, on the circle, below which a closed-loop pole counts as on it.
 const TOUCHES: f64 = 1e-12;
 
 impl ClosedLoop {
-    /// The number of closed-loop poles outside or on the circle of a radius.
+    /// Returns the number of closed-loop poles outside or on a circle.
     ///
     /// `1 - L = det(z I - M) / det(z I - M_open)`, with `M_open` the loop without its link. By the argument principle
-    /// the number of poles outside is that of the open loop minus the winding number of `1 - L` along the circle.
+    /// the number of poles outside is the open loop's number minus the winding number of `1 - L` along the circle.
     ///
-    /// The phase of the delay is known exactly, so the cost does not depend on its length. Where `|L| < 1`, `1 - L` stays in
-    /// the right half-plane and turns by the difference of its arguments at the ends. Where `|L| > 1`, it is `-L (1 - 1/L)`,
-    /// and turns by the change of the phase of `L`, that of the sides minus `N Δω` of the delay, plus that of `1 - 1/L`, which
-    /// stays in the right half-plane.
+    /// The phase of the delay is known exactly, so the cost does not depend on the delay. If `|L| < 1`, `1 - L` stays
+    /// in the right half-plane and turns by the difference of its arguments at the ends. If `|L| > 1`, it equals
+    /// `-L (1 - 1/L)` and turns by the phase change of `L` (the sides' minus `N Δω` of the delay) plus the phase change
+    /// of `1 - 1/L`, which stays in the right half-plane.
     ///
-    /// At an open-loop pole on the circle the response does not exist: the radius is then reduced by a few parts in
+    /// The response does not exist at an open-loop pole on the circle. The radius is then reduced by a few parts in
     /// 10⁹, which counts such poles as outside.
     ///
     /// # Errors
-    /// [`StabilityError::TooFast`] if the response of the sides changes too fast to be followed.
+    /// [`StabilityError::TooFast`] if the response of the sides changes too fast to be resolved.
     pub fn poles_outside(&self, radius: f64) -> Result<usize, StabilityError> {
         interrupt::check();
         let mut radius = radius;
@@ -57,7 +57,7 @@ impl ClosedLoop {
             touches |= turn.is_nan() || (one - to.gain).norm() < TOUCHES;
             turned += turn;
         })?;
-        // Upper half of the circle; the lower half contributes the same.
+        // The lower half of the circle contributes the same as the upper half.
         let turns = (turned / PI).round();
         if touches || !turns.is_finite() {
             return Ok(outside.max(1));
@@ -65,7 +65,7 @@ impl ClosedLoop {
         Ok((outside as f64 - turns).max(0.0) as usize)
     }
 
-    /// The largest magnitude of the loop gain on the unit circle, to within the resolution of a walk along it.
+    /// Returns the largest magnitude of the loop gain at the points of a walk along the unit circle.
     pub(super) fn max_gain(&self) -> Result<f64, StabilityError> {
         let mut max = 0.0_f64;
         Path::new(self, 1.0).walk(|segment| max = max.max(segment.from.gain.norm()).max(segment.to.gain.norm()))?;

@@ -7,21 +7,21 @@ use trocar_engine::plant::ActuatorLimits;
 use trocar_engine::teleoperation::{LinkSettings, PassivitySettings};
 use trocar_scenario::Scenario;
 
-/// Number of stiffnesses of a range at which the loop is analysed, and of divisions of the interval around the worst.
+/// Number of stiffnesses at which the loop is analysed, and of divisions of the interval around the worst.
 const STIFFNESSES: u32 = 12;
 const REFINEMENTS: usize = 30;
 
-/// The stiffnesses from which a needle is followed into contact: their number, and the ratio of the last to the first.
+/// Number of stiffnesses from first contact on, and the ratio of the largest to the smallest.
 const POINTS: usize = 25;
 const SPAN: f64 = 1e3;
 
-/// Least end of that range in N/m.
+/// Smallest upper end of that range.
 const MIN_STIFFNESS_N_PER_M: f64 = 1e-3;
 
 impl LinearLoop {
-    /// The loop of a scenario at the worst stiffness of a range: the stiffest unstable one if there is any, else the one whose
-    /// gain margin is the smallest. Delays from a file that vary are the shortest of them, as jitter is on
-    /// top of a delay ([`VaryingDelays`](super::VaryingDelays)).
+    /// Returns the loop of a scenario at the worst stiffness of a range: the stiffest unstable one if there is any,
+    /// otherwise the one with the smallest gain margin. For varying delays from a file it uses the shortest, because
+    /// jitter is added to the delay ([`VaryingDelays`](super::VaryingDelays)).
     ///
     /// # Errors
     /// [`StabilityError`] if the loop cannot be analysed.
@@ -51,7 +51,6 @@ impl LinearLoop {
         if tissue.is_single() { Ok(stiffest) } else { stiffest.at_worst() }
     }
 
-    /// The loop at the worst stiffness of its range.
     fn at_worst(self) -> Result<Self, StabilityError> {
         let (low, high) = self.tissue.stiffness_n_per_m;
         let machines = Machines::new(&self)?;
@@ -88,10 +87,10 @@ impl LinearLoop {
         Ok(Self { stiffness_n_per_m: worst.stiffness_n_per_m, ..self })
     }
 
-    /// True if the loop is stable at every stiffness from 0, out of contact, to the stiffest of its tissue.
+    /// Returns true if the loop is stable at every stiffness from 0 (no contact) to the stiffest of its tissue.
     ///
     /// # Errors
-    /// [`StabilityError`] if it cannot be analysed.
+    /// [`StabilityError`] if the loop cannot be analysed.
     pub fn is_stable(&self) -> Result<bool, StabilityError> {
         let (_, stiffest) = self.tissue.stiffness_n_per_m;
         let high = stiffest.max(MIN_STIFFNESS_N_PER_M);
@@ -101,7 +100,6 @@ impl LinearLoop {
     }
 }
 
-/// The worst stiffness of a range so far.
 struct Worst {
     stiffness_n_per_m: f64,
     /// See [`ClosedLoop::destabilising_change`].
@@ -109,7 +107,6 @@ struct Worst {
 }
 
 impl Worst {
-    /// Replaces the worst stiffness by another one if that is worse; returns true if it is.
     fn replace_by(&mut self, stiffness_n_per_m: f64, closed: &ClosedLoop) -> Result<bool, StabilityError> {
         let change = closed.destabilising_change(self.change)?;
         let is_worse = change < self.change;

@@ -1,15 +1,15 @@
 //! The Z-width: the walls that a hand can touch through the loop, as ranges of stiffness over damping.
 //!
-//! A wall is a spring `K` and a damper `B` (Colgate and Brown 1994, *Factors affecting the Z-width of a haptic display*).
-//! It is in the tissue, felt through the teleoperator; or it is virtual, computed by the master from its sampled position
-//! alone:
+//! A wall is a spring `K` and a damper `B` (Colgate and Brown 1994, *Factors affecting the Z-width of a haptic
+//! display*). It is either in the tissue, felt through the teleoperator, or virtual: computed by the master from its
+//! sampled position alone,
 //!
 //! ```text
 //! F_k = K x_k + B (x_k - x_{k-1}) / T
 //! ```
 //! A wall is stable if the motion against it decays with the scenario's arm, and passive if it is stable with every
-//! passive hand. A virtual wall is passive if and only if `b > K T / 2 + |B|`, with `b` the damping of the master (Colgate
-//! and Schenkel 1997, *Passivity of a class of sampled-data systems*).
+//! passive hand. A virtual wall is passive if and only if `b > K T / 2 + |B|`, with `b` the damping of the master
+//! (Colgate and Schenkel 1997, *Passivity of a class of sampled-data systems*).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,13 +23,13 @@ use trocar_engine::plant::Coupling;
 use trocar_engine::teleoperation::ControllerKind;
 use trocar_lti::{Complex64, eigenvalues};
 
-/// Range of the stiffness in N/m, points of the scan and bisections.
+/// Range of the stiffness in N/m, number of scanned values and of bisections.
 const STIFFNESS: (f64, f64) = (0.1, 1e7);
 const SCAN: usize = 60;
 const BISECTIONS: usize = 40;
 
-/// The maximum stiffness of the walls with one damping, in N/m: every wall from 0 on has the property. `None` if none
-/// has, infinite if all up to 1e7 N/m have.
+/// The maximum stiffness of walls with one damping, in N/m; all softer walls also have the property. `None` if no wall
+/// has it, infinite if all walls up to 1e7 N/m have it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Walls {
     /// Stable with the scenario's arm.
@@ -43,15 +43,13 @@ pub struct Walls {
 pub struct ZWidth {
     /// Damping of the walls in N·s/m, increasing.
     pub damping_n_s_per_m: Vec<f64>,
-    /// Walls in the tissue, for each damping. Their passivity is that of the two-port, up to a quarter of the sampling
-    /// rate.
+    /// Walls in the tissue, for each damping. Their passivity is the two-port's, up to a quarter of the sampling rate.
     pub tissue: Vec<Walls>,
-    /// Virtual walls; `None` for a master whose force depends on more than the sampled position: with a force integral, a
+    /// Virtual walls. `None` if the master's force depends on more than the sampled position: with a force integral, a
     /// motor lag, the coupling as printed, or a controller other than position-force.
     pub virtual_walls: Option<Vec<Walls>>,
 }
 
-/// The end of the range from 0 in which a property holds.
 fn up_to(holds: impl Fn(f64) -> Result<bool, StabilityError>) -> Result<Option<f64>, StabilityError> {
     if !holds(0.0)? {
         return Ok(None);
@@ -74,7 +72,7 @@ fn up_to(holds: impl Fn(f64) -> Result<bool, StabilityError>) -> Result<Option<f
     Ok(Some(below))
 }
 
-/// The master with its arm against a virtual wall: its matrix with the last position as a further state.
+/// Returns the matrix of the master with its arm against a virtual wall. The last position is an additional state.
 fn with_virtual_wall(master: &Side, tick_s: f64, stiffness: f64, damping: f64) -> DMatrix<f64> {
     let n = master.a.nrows();
     let mut position = DVector::zeros(n + 1);
@@ -91,7 +89,7 @@ fn with_virtual_wall(master: &Side, tick_s: f64, stiffness: f64, damping: f64) -
 }
 
 impl ZWidth {
-    /// The Z-width over the values of an axis of [`Parameter::Damping`].
+    /// Computes the Z-width over the values of an axis of [`Parameter::Damping`].
     ///
     /// # Errors
     /// [`StabilityError`].

@@ -1,7 +1,8 @@
-//! What is done with scenarios: runs, comparisons, detection in recordings, evaluation of detectors, sweeps, the comparison of the
+//! Studies of scenarios: runs, comparisons, detection in recordings, evaluation of detectors, sweeps, comparison of the
 //! stability analysis with simulations, and units for co-simulation.
 //!
-//! It may use every package of the simulator but `trocar-link`; it draws and prints nothing. The crate `trocar` re-exports it.
+//! It may use every package of the simulator except `trocar-link`. It does not draw or print. The crate `trocar`
+//! re-exports it.
 
 pub mod animation;
 pub mod compare;

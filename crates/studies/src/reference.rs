@@ -1,4 +1,4 @@
-//! The metrics and the columns of a trace as tables for the documentation.
+//! Tables of the metrics and the trace columns for the documentation.
 
 use std::fmt::Write as _;
 
@@ -7,12 +7,12 @@ use crate::sweep::Column;
 use trocar_engine::engine::{TRACE_COLUMNS, TRUST_COLUMNS};
 use trocar_metrics::{Declaration, Scope};
 
-/// Returns the declarations of all metrics: those that sweeps can keep, then those in noise.
+/// The declarations of all metrics: first those of sweeps, then those in noise.
 pub fn declarations() -> impl Iterator<Item = &'static Declaration> {
     Column::declarations().chain(NoiseCheck::METRICS.iter().map(|metric| &metric.declaration))
 }
 
-/// Returns a Markdown table of the metrics for each scope; those of ruptures and events have the number 1.
+/// A Markdown table of the metrics per scope; ruptures and events have the number 1.
 #[must_use]
 pub fn metrics_markdown() -> String {
     let mut text = String::new();
@@ -44,7 +44,7 @@ fn about(scope: Scope) -> &'static str {
     }
 }
 
-/// Returns the columns of `trace.csv` as a Markdown table.
+/// The columns of `trace.csv` as a Markdown table.
 #[must_use]
 pub fn trace_columns_markdown() -> String {
     let mut text = "| column | unit | meaning |\n|---|---|---|\n".to_owned();

@@ -17,14 +17,14 @@ use trocar_detect::{DetectionReport, Label, detect};
 use trocar_document::Study as _;
 use trocar_report::Folder;
 use trocar_report::html::Again;
-use trocar_scenario::{DetectionSpec, Values};
+use trocar_scenario::{DetectionSpec, Reader, Values};
 
 /// The sections of a scenario that affect a detection.
 const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     if is_collection(args) {
-        // An invalid flag is reported once, not for each recording.
+        // Check the flags first, so that an invalid flag is reported once and not for each recording.
         Values::from_settings("recording", &args.settings(None)).map_err(recorded::of_flags)?;
     }
     let inputs = inputs(args)?;
@@ -33,18 +33,14 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     }
     let labels = labels::given(args, &inputs)?;
     let work: Vec<_> = inputs.into_iter().zip(labels).collect();
-    let mut style = args.output.figures.style();
-    if args.no_figures {
-        style.formats.clear();
-    }
-    let out = Folder { figures: style, samples: args.format.formats().to_vec(), ..args.output.folder() };
+    let out = Folder { samples: args.format.formats().to_vec(), ..args.output.folder() };
     if is_collection(args) {
         return many(args, &out, work);
     }
     work.into_iter().try_for_each(|(input, labels)| single(args, &out, input, labels))
 }
 
-/// Returns whether the output has the format of many recordings. A folder is a collection, even with a single file.
+/// Returns true if the output has the format of many recordings. A folder counts as many, even with a single file.
 fn is_collection(args: &DetectArgs) -> bool {
     args.recordings.len() > 1 || args.recordings.iter().any(|recording| Path::new(recording).is_dir())
 }
@@ -73,7 +69,7 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
         bar.inc(1);
         (file, name, detected)
     };
-    // The outcomes have the order of the arguments, independent of the threads.
+    // Collecting keeps the order of the arguments, whatever the threads do.
     let outcomes: Vec<_> = work.into_par_iter().map(of).collect();
     bar.finish_and_clear();
 
@@ -101,13 +97,12 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
     warnings.finish()
 }
 
-/// Returns how the detection in recordings is done again.
 fn again(args: &DetectArgs, files: Vec<(String, String)>, recordings: &[String]) -> Again {
     let note = "Run this command in the folder of the recordings.";
     Again { command: "trocar detect", files, line: args.line(recordings), note }
 }
 
-/// Returns how the detection in one recording ends.
+/// Returns the final output of the detection in one recording.
 fn finish<'a>(args: &'a DetectArgs, folder: Folder, study: &DetectionStudy) -> Finish<'a> {
     let name = study.values.name();
     let settings = || vec![(format!("{name}.toml"), study.values.sections_toml(SETTINGS))];
@@ -117,11 +112,10 @@ fn finish<'a>(args: &'a DetectArgs, folder: Folder, study: &DetectionStudy) -> F
 
 fn folder_of(out: &Folder, input: &Input) -> Folder {
     let folder = out.folder(&input.folder);
-    // A separate folder keeps the summary and figures of a run of the same scenario.
+    // A separate folder keeps the summary and the figures of a run of the same scenario.
     if input.is_scenario() { folder.folder("detection") } else { folder }
 }
 
-/// Detects in one recording.
 fn one(args: &DetectArgs, input: Input, labels: Option<LabelRows>) -> Result<DetectionStudy, CliError> {
     let Input { given, folder: name, values, guess } = input;
     let mut values = values?.with_adaptive_detector();
@@ -129,19 +123,19 @@ fn one(args: &DetectArgs, input: Input, labels: Option<LabelRows>) -> Result<Det
     let detection = detect(&spec)?;
     let labels = labels_of(&given, &spec, labels)?;
     let mut report = DetectionReport::judged(&detection, labels.as_deref(), args.within.within_s);
-    report.warnings.splice(0..0, guess);
+    let unread = args.flags().unread(&values, Reader::Detection);
+    report.warnings.splice(0..0, guess.into_iter().chain(unread));
     let mut study = DetectionStudy::new(name, given, values, (detection, report));
-    study.is_drawn = args.report || !args.no_figures;
+    study.is_drawn = args.report || !args.output.no_figures;
     Ok(study)
 }
 
-/// Prints the warnings about a recording.
 fn warn(warnings: &Warnings, given: &str, of_recording: &[Warning]) {
     warnings.print(&of_recording.iter().map(|warning| warning.clone().of(given)).collect::<Vec<_>>());
 }
 
-/// Returns the labels of a recording: from `--labels`, or from its scenario or `--rupture-s`, or from the label file in the same
-/// folder.
+/// Returns the labels of a recording. The source is `--labels`; without it the scenario or `--rupture-s`; without
+/// these the label file in the recording's folder.
 fn labels_of(given: &str, spec: &DetectionSpec, rows: Option<LabelRows>) -> Result<Option<Vec<Label>>, CliError> {
     let time_s = spec.recording.recording.time_s();
     let from_s = time_s.first().copied().unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! The recordings of the arguments, and their output folders.
+//! The recordings named by the arguments, and their output folders.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -13,7 +13,7 @@ use trocar_scenario::{ScenarioError, Source, Values};
 /// Suffix of a label file in the folder of its recording.
 pub(super) const SIDECAR_END: &str = ".labels.csv";
 
-/// File names in the output folder, which a recording's folder cannot have.
+/// File names used in the output folder, so no recording's folder may have them.
 const RESERVED: [&str; 9] = [
     "report.html",
     "detections.json",
@@ -26,27 +26,23 @@ const RESERVED: [&str; 9] = [
     "delays.pdf",
 ];
 
-/// A recording.
 #[derive(Debug)]
 pub(super) struct Input {
-    /// Its path as the user gave it, or its path within a given folder.
+    /// The path as the user gave it, or the path within a given folder.
     pub(super) given: String,
-    /// The unique name of its output folder.
     pub(super) folder: String,
-    /// Its settings.
     pub(super) values: Result<Values, ScenarioError>,
-    /// The warning that its columns are guessed.
     pub(super) guess: Option<Warning>,
 }
 
 impl Input {
-    /// Returns whether it is the recording of a scenario file.
+    /// Returns true if the recording belongs to a scenario file.
     pub(super) fn is_scenario(&self) -> bool {
         recorded::is_scenario(&self.given)
     }
 }
 
-/// Returns the paths of the recordings of the arguments, in their order, with the files of folders.
+/// Returns the paths of the recordings in the order of the arguments. A folder is replaced by its files.
 pub(super) fn given(args: &DetectArgs) -> Result<Vec<String>, CliError> {
     let mut given = vec![];
     for recording in &args.recordings {
@@ -59,7 +55,6 @@ pub(super) fn given(args: &DetectArgs) -> Result<Vec<String>, CliError> {
     Ok(given)
 }
 
-/// Returns the recordings of the arguments, in their order.
 pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
     let given = given(args)?;
     let flags = args.flags();
@@ -82,8 +77,8 @@ pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
     Ok(given.into_iter().zip(folders).zip(values).zip(guesses).map(one).collect())
 }
 
-/// Returns the CSV files of a folder, or without any its files of the other formats, in order of their names. Label files are left
-/// out, also that of `--labels`.
+/// Returns the CSV files of a folder, sorted by name; without CSV files, the files of the other formats. Leaves out
+/// label files, also the file of `--labels`.
 fn listed(folder: &str, labels: Option<&Path>) -> Result<Vec<String>, CliError> {
     let refuse = |source| DetectError::Folder { path: folder.to_owned(), source };
     let labels = labels.and_then(|labels| labels.canonicalize().ok());

@@ -15,7 +15,7 @@ pub(super) struct LabelRows {
     rows: Vec<LabelRow>,
 }
 
-/// Returns for each recording its rows of `--labels`, or `None` without a row.
+/// Returns the rows of `--labels` for each recording, or `None` for a recording without rows.
 pub(super) fn given(args: &DetectArgs, inputs: &[Input]) -> Result<Vec<Option<LabelRows>>, DetectError> {
     let mut by_input: Vec<Option<LabelRows>> = inputs.iter().map(|_| None).collect();
     let Some(path) = &args.labels else { return Ok(by_input) };
@@ -23,19 +23,20 @@ pub(super) fn given(args: &DetectArgs, inputs: &[Input]) -> Result<Vec<Option<La
     let is_single = inputs.len() == 1;
     for row in open_labels(path, &Limits::default(), !is_single)? {
         let refuse = |problem| DetectError::Label { file: file.clone(), line: row.line, problem };
-        // The labels of a single recording need not name it.
+        // The labels of a single recording need no file name.
         let index = row.file.as_deref().map_or(Ok(0), |name| named(name, inputs).map_err(refuse))?;
         let labels = by_input[index].get_or_insert_with(|| LabelRows { file: file.clone(), rows: vec![] });
         labels.rows.push(row);
     }
-    // For a single recording, a file without rows means that it has no rupture.
+    // With a single recording, a file without rows means that the recording has no rupture.
     if is_single && by_input[0].is_none() {
         by_input[0] = Some(LabelRows { file, rows: vec![] });
     }
     Ok(by_input)
 }
 
-/// Returns the index of the recording with a name: its path as on the command line, or its unique file name.
+/// Returns the index of the named recording: the name is its path on the command line, or its file name if that is
+/// unique.
 fn named(name: &str, inputs: &[Input]) -> Result<usize, LabelProblem> {
     let file = || name.to_owned();
     let last = |given: &str| Path::new(given).file_name().is_some_and(|own| own.to_string_lossy() == name);
@@ -54,7 +55,7 @@ fn named(name: &str, inputs: &[Input]) -> Result<usize, LabelProblem> {
     }
 }
 
-/// Returns the rows of the label file in the folder of a recording, if there is one.
+/// Returns the rows of the label file in the recording's folder, if it exists.
 pub(super) fn from_sidecar(recording: &str) -> Result<Option<LabelRows>, DetectError> {
     let Some(path) = sidecar(recording).filter(|path| path.exists()) else { return Ok(None) };
     let rows = open_labels(&path, &Limits::default(), false)?;
@@ -71,7 +72,7 @@ fn sidecar(recording: &str) -> Option<PathBuf> {
 }
 
 impl LabelRows {
-    /// Returns the labels in order of time, for a recording from `from_s` to `to_s` (s).
+    /// Returns the labels, sorted by time, for a recording from `from_s` to `to_s` (s).
     pub(super) fn labels(&self, from_s: f64, to_s: f64) -> Result<Vec<Label>, DetectError> {
         let refuse = |line, problem| Err(DetectError::Label { file: self.file.clone(), line, problem });
         let mut timed: Vec<(f64, &LabelRow)> = vec![];
@@ -85,7 +86,6 @@ impl LabelRows {
         if let (Some(none), Some((_, other))) = (self.rows.iter().find(|row| row.time_s.is_none()), timed.first()) {
             return refuse(none.line, LabelProblem::Contradiction { other_line: other.line });
         }
-        // The sort is stable: equal times keep the order of their lines.
         timed.sort_by(|a, b| a.0.total_cmp(&b.0));
         if let Some(pair) = timed.windows(2).find(|pair| pair[0].0 == pair[1].0) {
             let (time_s, first_line) = (pair[0].0, pair[0].1.line);
@@ -103,7 +103,6 @@ mod tests {
         LabelRow { file: None, time_s, kind: Some(format!("kind {line}")), line }
     }
 
-    /// The labels of rows for a recording from 1 s to 5 s.
     fn labels(rows: Vec<LabelRow>) -> Result<Vec<Label>, DetectError> {
         LabelRows { file: "labels.csv".into(), rows }.labels(1.0, 5.0)
     }
@@ -117,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_that_cannot_be_are_refused_with_their_line() {
+    fn invalid_labels_are_refused_with_their_line() {
         let refused = |rows| labels(rows).expect_err("refused").to_string();
         let text = refused(vec![row(Some(2.0), 2), row(Some(5.1), 3)]);
         assert!(
@@ -132,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_label_names_its_recording_by_the_given_path_or_by_a_file_name_of_its_own() {
+    fn a_label_names_its_recording_by_the_given_path_or_by_a_unique_file_name() {
         let input = |given: &str| Input {
             given: given.to_owned(),
             folder: String::new(),
@@ -150,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn the_labels_beside_a_recording_have_its_name() {
+    fn a_label_file_beside_a_recording_has_the_name_of_the_recording() {
         let beside = |recording: &str| sidecar(recording).map(|path| path.display().to_string());
         assert_eq!(beside("a/x.csv"), Some(format!("a/x{SIDECAR_END}")));
         assert_eq!(beside("a/x.CSV"), Some(format!("a/x{SIDECAR_END}")));

@@ -1,4 +1,4 @@
-//! The signals of recordings.
+//! Lists the signals of recordings.
 
 use super::DetectArgs;
 use super::inputs::given;
@@ -23,7 +23,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
         }
     }
     if args.output.json {
-        // One document: the signals of one recording, or a list of several.
+        // Print the signals of one recording as an object, and of several as a list.
         let document = if objects.len() == 1 { objects.remove(0) } else { objects.into() };
         terminal::print(&to_json(&document))?;
     }

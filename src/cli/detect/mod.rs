@@ -28,21 +28,22 @@ use trocar_metrics::RUPTURE_WINDOW_S;
 use trocar_report::html::command_line;
 use trocar_scenario::{Source, Values};
 
-/// The argument for samples from standard input.
+/// The argument that stands for standard input.
 const STREAM: &str = "-";
 
-/// The sections of a file for `--settings`.
+/// The sections that `--settings` reads from its file.
 const TUNED_SECTIONS: [&str; 2] = ["estimator", "detector"];
 
 /// Run the estimator and the detector on recordings or on a live stream.
 #[derive(Debug, Args)]
 #[command(after_long_help = help::MORE, mut_arg("out", |arg| arg.help(super::OUT_PER_RECORDING)), mut_arg("settings", |arg| arg.help(super::SET_ONE)), mut_arg("within_s", |arg| arg.default_value(RUPTURE_WINDOW_S.to_string())))]
 pub(super) struct DetectArgs {
-    /// Recordings (CSV, .mat, Parquet, TDMS, HDF5, Excel), folders with recordings, builtin:own_ctrl_pop.csv, builtin:in_vivo_like.csv, scenario files with a
-    /// [recording]; or - for a live stream on standard input
+    /// Recordings (CSV, .mat, Parquet, TDMS, HDF5, Excel), folders with recordings, builtin:own_ctrl_pop.csv,
+    /// builtin:in_vivo_like.csv, or scenario files with a [recording]; or - for a live stream on standard input
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<String>,
-    /// List the signals of the recordings: name, size, unit, rate, range and role, and a command line; detect nothing
+    /// List the signals of the recordings: name, size, unit, rate, range and role, and a command line for them;
+    /// detect nothing
     #[arg(long)]
     list: bool,
     #[command(flatten)]
@@ -60,23 +61,21 @@ pub(super) struct DetectArgs {
     within: WithinArgs,
     #[command(flatten)]
     moved: MovedWindow,
-    /// Draw no figures; with many recordings drawing takes most of the time
-    #[arg(long)]
-    no_figures: bool,
     /// Live stream: time between two samples, in s [default: the time between the first two samples]
     #[arg(long, value_name = "S", value_parser = quantity("s"), allow_hyphen_values = true)]
     interval_s: Option<f64>,
     /// Live stream: also print every Nth sample with its estimates
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     every: Option<u64>,
-    /// Read [estimator] and [detector] from a file such as calibrated.toml of `trocar calibrate`; flags and --set have priority
+    /// Read [estimator] and [detector] from a file, such as calibrated.toml of `trocar calibrate`; flags and --set
+    /// have priority
     #[arg(long = "settings", value_name = "FILE")]
     settings_file: Option<String>,
     /// The settings of that file.
     #[arg(skip)]
     tuning: Vec<String>,
-    /// Also write report.html into the folder of each recording, and a common one for many recordings into DIR: self-contained pages
-    /// with tables, events and interactive charts
+    /// Also write report.html into the folder of each recording, and for many recordings a summary of all into DIR:
+    /// self-contained pages with tables, events and interactive charts
     #[arg(long)]
     report: bool,
     #[command(flatten)]
@@ -122,7 +121,7 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
     if args.list { list::run(args) } else { files::run(args) }
 }
 
-/// Returns the estimator and detector settings of a file. A file without either section is an error.
+/// Returns the estimator and detector settings of a file. A file with neither section is an error.
 fn tuning(file: &str, warnings: &Warnings) -> Result<Vec<String>, CliError> {
     let values = Values::load(&Source::parse(file), &[])?;
     let missing: Vec<&str> =
@@ -138,7 +137,8 @@ fn tuning(file: &str, warnings: &Warnings) -> Result<Vec<String>, CliError> {
 }
 
 impl DetectArgs {
-    /// Returns the flags as settings, for a recording if one is given. The settings of --set come last and have priority.
+    /// Returns the flags as settings, with the path of the recording if given. `--set` comes last and so has
+    /// priority.
     fn settings(&self, recording: Option<&str>) -> Vec<String> {
         self.flags().settings(recording, &self.tuning)
     }
@@ -152,7 +152,6 @@ impl DetectArgs {
         }
     }
 
-    /// Returns the command that reproduces the detection in these recordings.
     fn line(&self, recordings: &[String]) -> String {
         let mut words = vec!["detect".to_owned()];
         words.extend(recordings.iter().map(|recording| report::shown(recording)));

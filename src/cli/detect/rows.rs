@@ -1,4 +1,4 @@
-//! The output of a live stream: a line per event, flushed at once.
+//! The output of a live stream: one line per event, flushed at once.
 
 use std::io::{self, Write};
 
@@ -6,15 +6,13 @@ use serde_json::json;
 
 use trocar_detect::{LiveStep, LiveSummary};
 
-/// The columns of a row.
 const COLUMNS: &str = "event,time_s,sample,position_m,depth_m,velocity_m_per_s,force_n,residual_n,stiffness_n_per_m,damping_n_s_per_m,decision";
 
-/// The format of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Format {
     /// CSV rows below a header; the summary is text on standard error.
     Csv,
-    /// A JSON object per line; the last one is the summary.
+    /// One JSON object per line; the last one is the summary.
     Json,
 }
 
@@ -37,7 +35,7 @@ impl<W: Write> RowWriter<W> {
         Ok(rows)
     }
 
-    /// Writes a tick: an `alarm` or a `sample`.
+    /// Writes a tick as the event `alarm` or `sample`.
     pub(super) fn tick(&mut self, event: &str, tick: &LiveStep) -> io::Result<()> {
         let (estimate, reading) = (&tick.step.estimate, &tick.reading);
         let numbers = [
@@ -71,12 +69,12 @@ impl<W: Write> RowWriter<W> {
         self.end()
     }
 
-    /// Returns whether the format is JSON, in which the summary is a row too.
+    /// Returns true for JSON, where the summary is a row too.
     pub(super) fn is_json(&self) -> bool {
         self.format == Format::Json
     }
 
-    /// Writes the summary in the JSON format; does nothing in the CSV format.
+    /// Writes the summary as a JSON row; does nothing for CSV.
     pub(super) fn summary(&mut self, summary: &LiveSummary, rows: u64, skipped: u64, ended: &str) -> io::Result<()> {
         if self.format == Format::Csv {
             return Ok(());
@@ -107,7 +105,7 @@ mod tests {
     use trocar_core::estimation::Estimate;
     use trocar_detect::Step;
 
-    /// A tick of which no two numbers are alike.
+    /// Returns a tick whose numbers all differ.
     fn tick() -> LiveStep {
         LiveStep {
             time_s: 0.25,
@@ -146,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_of_csv_has_its_numbers_below_their_names() {
+    fn csv_rows_have_each_number_below_its_column_name() {
         let text = written(Format::Csv);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[1], "alarm,0.25,7,0.02,0.003,-0.01,1.5,0.125,300.0,4.5,0.0625");
@@ -154,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn an_object_of_json_has_the_columns_of_csv() {
+    fn a_json_object_has_the_columns_of_csv() {
         let (json, csv) = (written(Format::Json), written(Format::Csv));
         let object: serde_json::Value = serde_json::from_str(&json).expect("one object");
         let (names, values) = csv.trim().split_once('\n').expect("two lines");

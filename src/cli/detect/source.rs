@@ -10,14 +10,10 @@ use crate::cli::interrupt;
 /// Maximum number of bytes per read. The lines of a live rig arrive one by one.
 const CHUNK_BYTES: usize = 64 << 10;
 
-/// Maximum number of queued chunks.
 const CHUNKS: usize = 2;
 
-/// The next input.
 pub(super) enum Event<'a> {
-    /// Bytes of the input.
     Bytes(&'a [u8]),
-    /// The end of the input.
     End,
     /// Ctrl-C or another termination signal.
     Stop,
@@ -32,7 +28,7 @@ enum Message {
     Failed(io::Error),
 }
 
-/// Standard input. A separate thread reads it, so that a signal can end the wait. The number of buffers is fixed.
+/// Standard input with a fixed number of buffers. A separate thread reads it, so that a signal can end the wait.
 pub(super) struct StandardInput {
     messages: Receiver<Message>,
     spare: SyncSender<Vec<u8>>,
@@ -40,25 +36,25 @@ pub(super) struct StandardInput {
 }
 
 impl StandardInput {
-    /// Starts to read and installs a handler of SIGINT, SIGTERM and SIGHUP. A second signal ends the process at once.
+    /// Starts to read and installs a handler for SIGINT, SIGTERM and SIGHUP. A second signal ends the process at
+    /// once.
     pub(super) fn open() -> Result<Self, DetectError> {
         let (sender, messages) = sync_channel(CHUNKS);
         let (spare, empty) = sync_channel(CHUNKS + 2);
         let stop = sender.clone();
         interrupt::on_first(move || {
             let stop = stop.clone();
-            // In its own thread, because the queue can be full and a second signal must be handled.
+            // Send from a new thread: the queue may be full, and the handler must stay free for a second signal.
             thread::spawn(move || stop.send(Message::Stop));
         })?;
         thread::spawn(move || read(&sender, &empty));
         Ok(Self { messages, spare, current: vec![] })
     }
 
-    /// Waits for the next input.
     pub(super) fn next(&mut self) -> Event<'_> {
         let used = std::mem::take(&mut self.current);
         if !used.is_empty() {
-            // If the queue is full, the buffer is dropped and the reader allocates another one.
+            // If the queue is full, drop the buffer; the reader allocates a new one.
             let _ = self.spare.try_send(used);
         }
         match self.messages.recv() {
@@ -84,7 +80,7 @@ fn read(sender: &SyncSender<Message>, empty: &Receiver<Vec<u8>>) {
             Err(error) => Message::Failed(error),
         };
         let is_last = !matches!(message, Message::Bytes(..));
-        // The receiver is closed after the end of the command.
+        // The receiver closes when the command ends.
         if sender.send(message).is_err() || is_last {
             return;
         }

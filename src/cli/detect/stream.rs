@@ -14,9 +14,8 @@ use trocar_detect::sampling_rate;
 use trocar_detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};
 use trocar_recording::{LiveLine, LiveTable, RecordingError};
 use trocar_report::wrapped;
-use trocar_scenario::{DetectionSettings, Values, recording_columns};
+use trocar_scenario::{DetectionSettings, Reader, Values, keys_without_effect, recording_columns};
 
-/// The cause of a regular end.
 const END: &str = "end of input";
 
 /// The name of the stream in messages.
@@ -28,6 +27,10 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     let settings = DetectionSettings::resolve(&mut values).map_err(of_flags)?;
     let columns = recording_columns(&mut values).map_err(of_flags)?;
     let warnings = LiveWarnings::new(args.output.quiet);
+    let given = args.settings(None);
+    for warning in keys_without_effect(&values, &given, Reader::Stream) {
+        warnings.note(warning_text(&warning.of(NAME)).trim_end());
+    }
     let velocity = match (&columns.velocity, settings.position_resolution_m) {
         (Some(_), _) => VelocitySource::Measured,
         (None, step_m) if step_m > 0.0 => VelocitySource::Filtered { step_m },
@@ -60,13 +63,12 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     match ended {
         Ok(ended) => session.summarise(ended),
         Err(Ended::OutputClosed) => Ok(()),
-        // The results so far are printed, even if the stream fails.
+        // Print the results so far even if the stream fails.
         Err(Ended::Failed(error)) if session.lines > 0 => session.summarise("failure").and(Err(error)),
         Err(Ended::Failed(error)) => Err(error),
     }
 }
 
-/// The reason why the stream ends early.
 enum Ended {
     /// The reader of the output is closed.
     OutputClosed,
@@ -79,7 +81,7 @@ impl From<io::Error> for Ended {
     }
 }
 
-/// Converts an output error. A closed reader, such as `head`, is not an error.
+/// Converts an output error. A closed reader such as `head` is not an error.
 fn closed(error: io::Error) -> Result<(), CliError> {
     if error.kind() == ErrorKind::BrokenPipe { Ok(()) } else { Err(CliError::Print(error)) }
 }
@@ -90,11 +92,10 @@ struct Session {
     rows: RowWriter<io::Stdout>,
     every: Option<u64>,
     warnings: LiveWarnings,
-    /// Rows below the header.
     lines: u64,
-    /// Number of rows that are not samples.
+    /// Number of rows that are no valid samples.
     malformed: u64,
-    /// Whether the interval has been checked.
+    /// True after the interval has been checked.
     is_rate_checked: bool,
 }
 
@@ -106,7 +107,7 @@ impl Session {
         Ok(())
     }
 
-    /// Processes a last line without a line feed.
+    /// Processes the last line if it has no line feed.
     fn finish(&mut self) -> Result<(), Ended> {
         self.table.finish().map_or(Ok(()), |line| self.line(line))
     }
@@ -120,7 +121,7 @@ impl Session {
             Err(error) => {
                 self.lines += 1;
                 self.malformed += 1;
-                // Without the remedy, because the rows of a live rig cannot be corrected.
+                // Leave out the remedy, because the rows of a live rig cannot be corrected.
                 self.warnings.warn(|| {
                     let error = error.to_string();
                     format!("{}; the row is skipped", error.split("; ").next().unwrap_or(&error))

@@ -1,14 +1,13 @@
-//! Warnings about a live stream, with a limited rate.
+//! Rate-limited warnings about a live stream.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
 
 use trocar_detect::TimestampAnomaly;
 
-/// Maximum number of warnings per second.
 const MAX_PER_SECOND: u32 = 5;
 
-/// Prints a limited number of warnings per second, and counts the others.
+/// Prints a limited number of warnings per second and counts the suppressed ones.
 pub(super) struct LiveWarnings {
     quiet: bool,
     second_start: Option<Instant>,
@@ -24,12 +23,12 @@ impl LiveWarnings {
     /// Prints a message without a rate limit.
     pub(super) fn note(&self, text: &str) {
         if !self.quiet {
-            // Standard error can be closed; the stream continues.
+            // Ignores a closed standard error, so that the stream continues.
             let _ = writeln!(anstream::stderr(), "{text}");
         }
     }
 
-    /// Prints a warning, unless this second has the maximum number of warnings.
+    /// Prints a warning, unless this second already has the maximum number.
     pub(super) fn warn(&mut self, text: impl FnOnce() -> String) {
         if self.quiet {
             return;
@@ -48,7 +47,6 @@ impl LiveWarnings {
         }
     }
 
-    /// Prints the number of suppressed warnings, if any.
     pub(super) fn flush(&mut self) {
         let suppressed = std::mem::take(&mut self.suppressed);
         if suppressed > 0 {
@@ -57,7 +55,6 @@ impl LiveWarnings {
     }
 }
 
-/// Returns a timestamp anomaly as text.
 pub(super) fn text(anomaly: &TimestampAnomaly) -> String {
     match anomaly {
         TimestampAnomaly::NotLater { last_s, time_s } => {

@@ -23,143 +23,78 @@ use trocar_studies::run::RunError;
 use trocar_studies::stability_check::CheckError;
 use trocar_studies::sweep::SweepError;
 
-/// The error of a command.
 #[derive(Debug, Error)]
 pub(super) enum CliError {
-    /// A scenario is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] InvalidValue),
-    /// Two scenarios would write into the same folder.
     #[error(
         "two scenarios have the name {name:?} and would write into the same folder: {}",
         same_name_remedy(first, second)
     )]
-    SameName {
-        /// The name.
-        name: String,
-        /// The file of the first, as given.
-        first: String,
-        /// The file of the second, as given.
-        second: String,
-    },
-    /// A flag with another name, or of another command.
+    SameName { name: String, first: String, second: String },
     #[error("{flag} of `trocar {command}` is gone; use `{now}`")]
     Moved {
         /// The command that had the flag.
         command: &'static str,
-        /// The flag.
         flag: &'static str,
         /// The new flag, or the new command with its flag.
         now: &'static str,
     },
-    /// Flags of the synthetic insertion with other signals.
     #[error("--drop-n, --sharpness-s and --depth-m vary the synthetic insertion; remove them or the other signals")]
     OnlySynthetic,
-    /// Ctrl-C was pressed.
     #[error("interrupted: {}", .kept.as_deref().unwrap_or("nothing was written"))]
-    Interrupted {
-        /// The results that are kept.
-        kept: Option<String>,
-    },
-    /// A file exists.
+    Interrupted { kept: Option<String> },
     #[error("{path} already exists; give another path, or --force to replace it")]
-    Exists {
-        /// The file.
-        path: String,
-    },
-    /// A detection failed, completely or in part.
+    Exists { path: String },
     #[error(transparent)]
     Detect(#[from] DetectError),
-    /// A calibration failed.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
-    /// The signals cannot be evaluated together.
     #[error(transparent)]
     Roc(RocError),
-    /// A sweep failed, completely or in part.
     #[error(transparent)]
     Sweep(SweepError),
-    /// A long sweep was not asked for.
+    /// A long sweep was started without `--yes`.
     #[error(
         "{cases} cases take about {about}; add --yes to start, use fewer points or seeds, or run parts with --shard"
     )]
-    LongSweep {
-        /// Number of cases.
-        cases: u64,
-        /// The estimated time.
-        about: String,
-    },
-    /// The case does not exist.
+    LongSweep { cases: u64, about: String },
     #[error("the sweep has no case {case}: it has {cases} cases, numbered from 0")]
-    NoCase {
-        /// The requested case.
-        case: u64,
-        /// Number of cases.
-        cases: u64,
-    },
-    /// An axis of a map is invalid.
+    NoCase { case: u64, cases: u64 },
     #[error("{axis}: {reason}")]
-    Axis {
-        /// The axis as given.
-        axis: String,
-        /// The problem.
-        reason: String,
-    },
-    /// A stability analysis failed.
+    Axis { axis: String, reason: String },
     #[error(transparent)]
     Stability(#[from] StabilityError),
-    /// The page cannot be served.
     #[error(transparent)]
     Explore(#[from] ExploreError),
-    /// A run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A figure cannot be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A report cannot be rendered.
     #[error(transparent)]
     Html(#[from] HtmlError),
-    /// Warnings, where they are errors.
     #[error("{count} {}, and --deny-warnings makes them errors", if *count == 1 { "warning" } else { "warnings" })]
-    Warnings {
-        /// Their number.
-        count: usize,
-    },
-    /// The word to explain is unknown.
+    Warnings { count: usize },
     #[error("there is no warning, key or metric {word:?}{}", nearest.as_ref().map_or(String::new(), |nearest| format!("; did you mean {nearest}?")))]
     Unknown {
-        /// The word.
         word: String,
-        /// The most similar known one.
+        /// The most similar known word.
         nearest: Option<String>,
     },
-    /// A unit cannot be made.
     #[error(transparent)]
     Unit(UnitError),
-    /// The library of units is not there.
     #[error(
         "{path}: {source}: run `cargo build --release`, which makes the library of units beside trocar, or give its path with --library"
     )]
-    NoLibrary {
-        /// The expected file.
-        path: String,
-        /// Why it cannot be read.
-        source: std::io::Error,
-    },
-    /// The sides cannot run as two processes, or not be simulated again.
+    NoLibrary { path: String, source: std::io::Error },
     #[error(transparent)]
     Link(#[from] LinkError),
-    /// A container cannot be made.
     #[error("the unit cannot be packed: {0}")]
     Pack(std::io::Error),
-    /// Standard output cannot be written.
     #[error("cannot write to standard output: {0}")]
     Print(std::io::Error),
 }
@@ -209,7 +144,7 @@ impl From<CheckError> for CliError {
     }
 }
 
-/// Returns the two files of the same name, and the remedy.
+/// Describes two scenarios of the same name, with the remedy.
 fn same_name_remedy(first: &str, second: &str) -> String {
     if first == second {
         return format!("{first} is given twice; remove one");
@@ -218,7 +153,7 @@ fn same_name_remedy(first: &str, second: &str) -> String {
 }
 
 impl CliError {
-    /// Prints the error on standard error, and returns the exit code.
+    /// Prints the error on standard error and returns the exit code.
     pub(super) fn report(&self) -> ExitCode {
         self.print(None);
         match self {
@@ -228,7 +163,7 @@ impl CliError {
         }
     }
 
-    /// Prints the error on standard error, with the file if the message does not name it.
+    /// Prints the error on standard error. Adds the file if the message does not name it.
     pub(super) fn print(&self, file: Option<&str>) {
         let named = |message: String| match file {
             Some(file) if !message.contains(file) => format!("{file}: {message}"),
@@ -246,7 +181,6 @@ impl CliError {
         }
     }
 
-    /// Returns whether the error comes from invalid input.
     pub(super) fn is_input(&self) -> bool {
         match self {
             Self::Scenario(_)

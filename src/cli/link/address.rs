@@ -1,4 +1,4 @@
-//! Addresses and keys.
+//! Addresses and keys of a link.
 
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 use std::path::Path;
@@ -6,14 +6,13 @@ use std::path::Path;
 use crate::cli::error::LinkError;
 use trocar_link::Key;
 
-/// The socket address of a text.
 pub(super) fn resolved(text: &str) -> Result<SocketAddr, LinkError> {
     let failed = |source| LinkError::Address { address: text.to_owned(), source };
     let mut addresses = text.to_socket_addrs().map_err(failed)?;
     addresses.next().ok_or_else(|| failed(std::io::Error::other("no address of this name")))
 }
 
-/// A socket at an address that never waits.
+/// Returns a non-blocking UDP socket at an address.
 pub(super) fn bound(address: SocketAddr) -> Result<UdpSocket, LinkError> {
     let open = || {
         let socket = UdpSocket::bind(address)?;
@@ -23,7 +22,7 @@ pub(super) fn bound(address: SocketAddr) -> Result<UdpSocket, LinkError> {
     open().map_err(|source| LinkError::Bind { address: address.to_string(), source })
 }
 
-/// The key in a file. Without one, only addresses of this machine are allowed.
+/// Reads the key from a file. Without a file, only loopback addresses are allowed.
 pub(super) fn key(file: Option<&Path>, address: SocketAddr) -> Result<Key, LinkError> {
     let Some(file) = file else {
         let is_here = address.ip().is_loopback();

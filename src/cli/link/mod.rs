@@ -55,12 +55,13 @@ enum Command {
     Master(MasterArgs),
     /// The needle's side: slave, tissue, sensors, detector, supervisor
     Slave(SlaveArgs),
-    /// Simulate a link again with the delays that it logged, and compare bit for bit
+    /// Simulate a logged link with its logged delays, and compare bit for bit
     ///
-    /// The folder is the one with the folders master and slave. delays.csv with the delays of both directions and replay.toml, a
-    /// scenario with these delays, are written into it; trocar run on replay.toml gives the same. The comparison names the first tick
-    /// at which a signal of the link differs from the simulation, if there is one, and the first tick at which the link differs from a
-    /// simulation with the scenario's own channel: there the timing made a difference.
+    /// The folder must contain the folders master and slave. The command writes into it delays.csv, with the delays
+    /// of both directions, and replay.toml, a scenario with these delays; trocar run on replay.toml gives the same
+    /// result. The comparison reports the first tick at which a signal of the link differs from this simulation. It
+    /// also reports the first tick at which the link differs from a simulation with the scenario's own channel: from
+    /// this tick on, the real delays changed the result.
     ///
     /// The exit code is 1 if the link differs from the simulation with its delays.
     Replay(replay::ReplayArgs),
@@ -74,14 +75,14 @@ struct MasterArgs {
     /// Address of the slave
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:7711")]
     to: String,
-    /// Put the channel of the scenario between the sides, on this machine: delay, jitter, loss, outages and logged delays, with the
-    /// random numbers of a run
+    /// Apply the channel of the scenario between two sides on this machine: delay, jitter, loss, outages and logged
+    /// delays, with the random numbers of a run
     #[arg(long)]
     proxy: bool,
-    /// Lead the master with the pointer of a page in the browser, instead of the scenario's operator
+    /// Move the master with the pointer on a page in the browser, instead of with the scenario's operator
     #[arg(long)]
     pointer: bool,
-    /// Port of this page; 0 for any free port
+    /// Port of the page for --pointer; 0 for any free port
     #[arg(long, value_name = "PORT", default_value_t = 8418, requires = "pointer")]
     port: u16,
     /// Do not open the browser
@@ -102,7 +103,6 @@ struct SlaveArgs {
     listen: String,
 }
 
-/// What both sides have.
 #[derive(Debug, Args)]
 #[command(mut_arg("format", |arg| arg.help("Formats of the trace besides csv, separated by commas; mcap is a log for Foxglove and PlotJuggler")))]
 struct SideArgs {
@@ -112,10 +112,10 @@ struct SideArgs {
     /// Override a key, as in --set scaling.force=2 (repeatable; the last value applies)
     #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
     settings: Vec<String>,
-    /// File with the key of both sides, at least 16 bytes; needed for other addresses than those of this machine
+    /// File with the key of both sides, at least 16 bytes; required if an address belongs to another machine
     #[arg(long, value_name = "FILE")]
     key_file: Option<PathBuf>,
-    /// Ask the scheduler for real-time priority; the summary says what it gave
+    /// Ask the scheduler for real-time priority; the summary reports the priority granted
     #[arg(long)]
     realtime: bool,
     /// Folder for the files; it contains one folder per scenario, with a folder per side

@@ -1,15 +1,15 @@
-//! The clock of a side, and its waiting.
+//! The clock of a side, and its waits.
 
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
 use trocar_link::PACKET_BYTES;
 
-/// Before a tick, the last part of the waiting keeps the processor: a sleep ends too late by about half of this.
+/// The last part of a wait before a tick is a busy wait, because a sleep overruns by about half of this time.
 const SPIN_NS: i64 = 120_000;
-/// The longest sleep, so that arrivals get their time.
+/// The longest sleep, so that arrivals get accurate time stamps.
 const NAP_NS: i64 = 200_000;
-/// The most packets taken at once: a flood of packets cannot stop the ticks.
+/// The maximum number of packets taken at once, so that a flood of packets cannot stop the ticks.
 const MAX_AT_ONCE: usize = 64;
 
 /// A clock in ns.
@@ -25,7 +25,7 @@ impl Clock {
         i64::try_from(self.0.elapsed().as_nanos()).unwrap_or(i64::MAX)
     }
 
-    /// Waits until a time (ns), and calls `meanwhile` often. Returns the time.
+    /// Waits until a time (ns) and calls `meanwhile` often. Returns the current time.
     pub(super) fn wait_until(self, due_ns: i64, mut meanwhile: impl FnMut()) -> i64 {
         loop {
             meanwhile();
@@ -43,17 +43,18 @@ impl Clock {
     }
 }
 
-/// Takes the packets that have come. A longer one is cut, and so of another length than a packet.
+/// Takes all received packets. A longer packet is truncated to one byte above the valid length, so that it is
+/// rejected.
 pub(super) fn take_all(socket: &UdpSocket, mut take: impl FnMut(&[u8], SocketAddr)) {
     let mut bytes = [0; PACKET_BYTES + 1];
     for _ in 0..MAX_AT_ONCE {
-        // An error of an earlier packet is that of a network that loses packets.
+        // Treats an error of an earlier packet as a lost packet.
         let Ok((length, from)) = socket.recv_from(&mut bytes) else { return };
         take(&bytes[..length], from);
     }
 }
 
-/// Sends a packet. One that cannot be sent is lost, as on its way.
+/// Sends a packet. A packet that cannot be sent counts as lost.
 pub(super) fn send(socket: &UdpSocket, packet: &[u8], to: SocketAddr) {
     let _ = socket.send_to(packet, to);
 }

@@ -1,4 +1,4 @@
-//! The person who leads a link with the pointer of a page.
+//! Leads a link with the pointer of a page.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,10 +13,10 @@ use trocar_link::{MasterEnd, SideSummary};
 use trocar_scenario::{Scenario, TissueSpec, Value};
 use trocar_studies::animation::DrawnTissue;
 
-/// Time between two looks at the stop flag.
+/// Interval between checks of the stop flag.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The scenario of a link that was led so: the hand is that of the trace. The base has every other key.
+/// The scenario that repeats a link led by the pointer: its operator replays the trace. The base has every other key.
 const LOGGED: &str = "\
 base = \"link.toml\"
 
@@ -49,18 +49,15 @@ position_m = 1.0
 force_n = 1.0
 ";
 
-/// A person at a page.
 pub(super) struct Pointer {
     field: Arc<Field>,
     tissue: DrawnTissue,
     tick_s: f64,
-    /// The mode in the last row.
     mode: Mode,
     alarms: u32,
 }
 
 impl Pointer {
-    /// Serves the page, prints its address and opens it.
     pub(super) fn open(scenario: &Scenario, args: &MasterArgs) -> Result<Self, CliError> {
         if matches!(scenario.tissue, TissueSpec::Recording { .. } | TissueSpec::Depth { .. }) {
             return Err(LinkError::PointerOnRecording.into());
@@ -78,7 +75,6 @@ impl Pointer {
         Ok(Self { field, tissue, tick_s: scenario.grid.tick_s(), mode: Mode::Teleoperation, alarms: 0 })
     }
 
-    /// Waits until the person is ready.
     pub(super) fn wait(&self, stop: &AtomicBool) -> Result<(), CliError> {
         while !self.field.wait(LOOK) {
             if stop.load(Ordering::Relaxed) {
@@ -88,23 +84,20 @@ impl Pointer {
         Ok(())
     }
 
-    /// The scenario with this person's hand.
     pub(super) fn lead(&self, scenario: &Scenario) -> Scenario {
         scenario.clone().held_by(self.field.hand().clone())
     }
 
-    /// Moves the hand for a tick.
     pub(super) fn step(&self) {
         self.field.hand().step(self.tick_s);
     }
 
-    /// Shows the last tick of the master's side.
     pub(super) fn show(&mut self, end: &MasterEnd) {
         let trace = end.trace();
         let last = |column: &[f64]| column.last().copied().unwrap_or_default();
         let [force_n, position_m, _, _, mode] = end.received();
         let time_s = last(&trace.time_s);
-        // The slave's alarm is known by its mode.
+        // Detects an alarm of the slave by the change of its mode.
         let mode = Modes::from_codes(mode).lane(0);
         let is_alarm = self.mode == Mode::Teleoperation && mode != Mode::Teleoperation;
         self.mode = mode;
@@ -126,19 +119,18 @@ impl Pointer {
         self.field.add(row, is_alarm.then_some((time_s, "alarm")), &self.tissue);
     }
 
-    /// Whether the person has ended the link, or left the page.
+    /// Returns true if the operator has ended the link or left the page.
     pub(super) fn has_ended(&self) -> bool {
         self.field.has_ended()
     }
 
-    /// Tells the page how the link ended.
     pub(super) fn end(&self, summary: &SideSummary, files: &Path) {
         let (ticks, _) = summary.ticks;
         let text = format!("{ticks} ticks, {} alarms; files: {}", self.alarms, files.display());
         self.field.end(text);
     }
 
-    /// The scenario that repeats what the person did, beside `link.toml` and `trace.csv`.
+    /// Returns the scenario that repeats the operator's motion; it needs `link.toml` and `trace.csv` in its folder.
     pub(super) fn logged(name: &str) -> String {
         let name = Value::Text(name.to_owned()).to_toml();
         format!("# A link that a person led: the hand is that of trace.csv.\nname = {name}\n{LOGGED}")

@@ -1,10 +1,10 @@
-//! The priority of the ticks.
+//! The priority of the thread that runs the ticks.
 
-/// What is asked for: above the usual threads, below those of the kernel at 99.
+/// The requested priority: above usual threads, below the kernel's threads at 99.
 #[cfg(target_os = "linux")]
 const PRIORITY: u8 = 80;
 
-/// Asks the scheduler for real-time priority of this thread, if it is wanted. Returns what it gave, in words.
+/// Asks the scheduler for real-time priority of this thread, if wanted. Describes the granted priority.
 #[cfg(target_os = "linux")]
 pub(super) fn ask(is_wanted: bool) -> String {
     use thread_priority::{
@@ -24,7 +24,7 @@ pub(super) fn ask(is_wanted: bool) -> String {
     }
 }
 
-/// Asks the scheduler for real-time priority of this thread, if it is wanted. Returns what it gave, in words.
+/// Describes the granted priority, which is the usual one on this system.
 #[cfg(not(target_os = "linux"))]
 pub(super) fn ask(is_wanted: bool) -> String {
     let given = "usual priority";

@@ -1,4 +1,4 @@
-//! The channel of the scenario, between two sides on this machine.
+//! Applies the channel of the scenario between two sides on this machine.
 
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
@@ -12,19 +12,18 @@ use crate::cli::error::LinkError;
 use trocar_link::{Proxy, Role};
 use trocar_scenario::Scenario;
 
-/// Time in ns between two looks at the sockets.
+/// Interval between checks of the sockets, in ns.
 const LOOK_NS: i64 = 50_000;
 
-/// A proxy on a thread of its own.
 pub(super) struct Running {
-    /// Where the master sends to.
+    /// The address to which the master sends.
     pub(super) address: SocketAddr,
     is_over: Arc<AtomicBool>,
     thread: JoinHandle<[u64; 2]>,
 }
 
 impl Running {
-    /// Starts a proxy to a slave, in real time if that is wanted.
+    /// Starts a proxy to a slave, with real-time priority if wanted.
     pub(super) fn start(scenario: &Scenario, slave: SocketAddr, is_realtime: bool) -> Result<Self, LinkError> {
         let here = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
         let (front, back) = (bound(here)?, bound(here)?);
@@ -32,14 +31,14 @@ impl Running {
         let is_over = Arc::new(AtomicBool::new(false));
         let (proxy, flag) = (Proxy::new(scenario), is_over.clone());
         let thread = std::thread::spawn(move || {
-            // The summary tells what the ticks were given; this thread is given the same.
+            // The summary already reports the priority granted to the ticks, and this thread gets the same.
             let _ = priority::ask(is_realtime);
             forward(proxy, (&front, &back), slave, &flag)
         });
         Ok(Self { address, is_over, thread })
     }
 
-    /// Ends it: the messages that it has dropped of the master and of the slave.
+    /// Ends the proxy. Returns the numbers of dropped messages of the master and of the slave.
     pub(super) fn end(self) -> Option<[u64; 2]> {
         self.is_over.store(true, Ordering::Relaxed);
         self.thread.join().ok()

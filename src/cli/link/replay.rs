@@ -1,4 +1,4 @@
-//! A link, simulated again.
+//! Simulates a logged link.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -33,11 +33,10 @@ outages_s = []
 delays_file = \"delays.csv\"
 ";
 
-/// Simulate a link again.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct ReplayArgs {
-    /// Folder of a link, with the folders master and slave
+    /// Folder of a link, which contains the folders master and slave
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     /// Print errors only
@@ -49,7 +48,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
     let folder = Folder::new(&args.folder);
     let load = |name: &str| Scenario::load(&Source::Disk(args.folder.join(name)), &[]);
     let of_link = |role: Role, name: &str| read(&args.folder.join(role.word()).join(name));
-    // Missing logs are told before anything is written.
+    // Report missing logs before anything is written.
     let traces = [of_link(Role::Master, "trace.csv")?, of_link(Role::Slave, "trace.csv")?];
     let scenario = load("master/scenario.toml")?;
     let delays = |role: Role, direction| -> Result<Vec<u32>, LinkError> {
@@ -98,7 +97,6 @@ fn told(difference: &Difference, trace: &Trace) -> String {
     format!("tick {tick} ({time_s} s): {column} is {logged:?} in the link and {simulated:?} in the simulation")
 }
 
-/// A file of the link: its path and its text.
 fn read(path: &Path) -> Result<(String, String), LinkError> {
     let name = path.display().to_string();
     match std::fs::read_to_string(path) {

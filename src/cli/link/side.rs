@@ -1,4 +1,4 @@
-//! A side in real time.
+//! One side of a link, in real time.
 
 use std::net::{SocketAddr, UdpSocket};
 use std::path::PathBuf;
@@ -20,21 +20,20 @@ use trocar_report::{Folder, document_text, write_document};
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::{RunError, trace_table};
 
-/// Time in ns between two packets of a greeting.
+/// Interval between packets of a greeting, in ns.
 const GREETING_NS: i64 = 20_000_000;
-/// Replies from which the shortest round trip is taken.
+/// Number of replies; the shortest round trip among them is used.
 const REPLIES: u32 = 10;
-/// Time in ns from the last reply to tick 0.
+/// Time from the last reply to tick 0, in ns.
 const LEAD_NS: i64 = 300_000_000;
 const SECOND_NS: i64 = 1_000_000_000;
 
-/// An end of either side.
+/// The end of the link on either side.
 enum End {
     Master(Box<MasterEnd>),
     Slave(Box<SlaveEnd>),
 }
 
-/// Calls a method of either end.
 macro_rules! either {
     ($end:expr, $one:ident => $result:expr) => {
         match $end {
@@ -53,7 +52,7 @@ impl End {
         })
     }
 
-    /// The packet at the beginning of a tick, of a side that sends before it receives.
+    /// Returns the packet for the beginning of a tick, from the side that sends before it receives.
     fn send(&mut self, now_ns: i64) -> Option<[u8; PACKET_BYTES]> {
         match self {
             Self::Master(end) => Some(end.send(now_ns)),
@@ -61,7 +60,7 @@ impl End {
         }
     }
 
-    /// The rest of a tick; the packet of a side that sends after it has received.
+    /// Computes the rest of a tick. Returns the packet of the side that sends after it has received.
     fn step(&mut self, now_ns: i64) -> Result<Option<[u8; PACKET_BYTES]>, EngineError> {
         match self {
             Self::Master(end) => end.step().map(|()| None),
@@ -70,7 +69,6 @@ impl End {
     }
 }
 
-/// A side before its first tick.
 struct Side<'a> {
     args: &'a SideArgs,
     role: Role,
@@ -78,7 +76,7 @@ struct Side<'a> {
     socket: UdpSocket,
     clock: Clock,
     stop: &'static AtomicBool,
-    /// The person at the page, of a master that is led so.
+    /// The operator at the page, if the pointer leads the master.
     pointer: Option<Pointer>,
 }
 
@@ -92,7 +90,7 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
     if !args.proxy && has_channel(&scenario) {
         return Err(LinkError::ChannelWithoutProxy.into());
     }
-    // A scenario that cannot run is refused before anything is sent.
+    // Refuse an invalid scenario before anything is sent.
     scenario.master_side()?;
     let any_port = match slave {
         SocketAddr::V4(_) if slave.ip().is_loopback() => "127.0.0.1:0",
@@ -139,7 +137,7 @@ fn load(args: &SideArgs) -> Result<Scenario, CliError> {
     Ok(Scenario::load(&Source::parse(&args.scenario), &args.settings)?)
 }
 
-/// Whether the channel of a scenario does anything.
+/// Returns true if the channel of a scenario has any effect.
 fn has_channel(scenario: &Scenario) -> bool {
     let delays = [scenario.forward, scenario.backward];
     delays.iter().any(|delay| delay.whole > 0 || delay.share > 0.0)
@@ -148,7 +146,6 @@ fn has_channel(scenario: &Scenario) -> bool {
         || !scenario.backward_schedule.is_empty()
 }
 
-/// A random number for a session.
 fn nonce() -> Result<[u8; 16], LinkError> {
     let mut nonce = [0; 16];
     getrandom::fill(&mut nonce).map_err(|error| LinkError::Bind {
@@ -163,7 +160,6 @@ fn interrupted() -> CliError {
 }
 
 impl Side<'_> {
-    /// The master's greeting.
     fn call(&self, key: Key, to: SocketAddr, args: &MasterArgs) -> Result<Greeted, CliError> {
         let mut calling = Calling::new(key, nonce()?, fingerprint(&self.scenario));
         let give_up_ns = self.clock.now_ns() + i64::from(args.wait_s) * SECOND_NS;
@@ -200,14 +196,14 @@ impl Side<'_> {
         });
     }
 
-    /// The slave's greeting: its result, and the master's address.
+    /// Performs the slave's greeting. Returns its result and the master's address.
     fn wait(&self, key: Key) -> Result<(Greeted, SocketAddr), CliError> {
         let mut waiting = Waiting::new(key, nonce()?, fingerprint(&self.scenario));
         let (mut master, mut has_warned) = (None, false);
         loop {
             let now_ns = self.clock.now_ns();
             let until_ns = waiting.greeted().map_or(now_ns + GREETING_NS, |greeted| {
-                // Until shortly before tick 0, repetitions of the start are answered.
+                // Answer repetitions of the start until shortly before tick 0.
                 (greeted.start_ns - GREETING_NS).min(now_ns + GREETING_NS)
             });
             if let (Some(greeted), Some(master)) = (waiting.greeted(), master)
@@ -222,7 +218,8 @@ impl Side<'_> {
                         send(&self.socket, &answer, from);
                     }
                     if waiting.greeted().is_some() {
-                        // Who began the session; a copy of its packets from elsewhere changes nothing.
+                        // Keep the address that began the session, so that replayed packets from elsewhere change
+                        // nothing.
                         master.get_or_insert(from);
                     }
                 });
@@ -240,13 +237,12 @@ impl Side<'_> {
         if self.stop.load(Ordering::Relaxed) { Err(interrupted()) } else { Ok(()) }
     }
 
-    /// Runs the ticks, and writes what they leave.
     fn run(mut self, greeted: &Greeted, to: SocketAddr, proxy: Option<Running>) -> Result<(), CliError> {
         let led = self.pointer.as_ref().map(|pointer| pointer.lead(&self.scenario));
         let mut end = End::new(self.role, led.as_ref().unwrap_or(&self.scenario), greeted)?;
         let grid = self.scenario.grid;
         let tick_ns = grid.tick_s() * 1e9;
-        // The slave's ticks are half a tick after the master's: neither side races the other's packet.
+        // The slave's ticks are half a tick later, so that neither side races the other's packet.
         let offset_ns = if self.role == Role::Slave { 0.5 * tick_ns } else { 0.0 };
         let mut lateness = Lateness::new(grid.ticks());
         let mut trips = Trips::new(grid.ticks());
@@ -318,19 +314,18 @@ impl Side<'_> {
         Ok(())
     }
 
-    /// Whether Ctrl-C, or the person at the page, has ended the link.
+    /// Returns true if Ctrl-C or the operator at the page has ended the link.
     fn has_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed) || self.pointer.as_ref().is_some_and(Pointer::has_ended)
     }
 
-    /// Writes the files. Returns their folder.
     fn write(&self, end: &End, summary: &SideSummary) -> Result<PathBuf, CliError> {
         let folder = Folder::new(&self.args.out).folder(&self.scenario.name).folder(self.role.word());
         let (columns, direction) = match self.role {
             Role::Master => (MasterEnd::COLUMNS, Direction::Backward),
             Role::Slave => (SlaveEnd::COLUMNS, Direction::Forward),
         };
-        // A replay needs the CSV.
+        // A replay needs the CSV format.
         let samples = self.args.format.with_csv().formats().to_vec();
         let trace = trace_table(either!(end, one => one.trace()), |name| columns.contains(&name));
         let mut document = summary.document();

@@ -15,21 +15,20 @@ use trocar_report::html::Again;
 use trocar_report::{ColumnFormat, Folder, OutputError, PictureError, document_text};
 use trocar_studies::sweep::{Design, DrawnCases, Rows, SweepError, SweepReport, case_tables, findings};
 
-/// A complete sweep.
 pub(super) struct Whole<'a> {
     pub(super) design: &'a Design,
     pub(super) canonical: &'a str,
-    /// The manifest of the whole sweep, not yet marked complete.
+    /// The manifest of the whole sweep, not yet marked as complete.
     pub(super) manifest: Manifest,
     pub(super) rows: Rows,
-    /// The command that reproduces it, if a report is requested.
+    /// The command line that reproduces the sweep, if a report is requested.
     pub(super) report: Option<String>,
-    /// Warnings that were printed before it ran.
+    /// Warnings printed before the sweep ran.
     pub(super) printed: Vec<Warning>,
 }
 
-/// Writes the tables, the findings and the figures, and prints the summary. The manifest is written last, so that an interruption
-/// loses nothing.
+/// Writes the tables, the findings and the figures, and prints the summary. It writes the manifest last, so that an
+/// interruption loses nothing.
 pub(super) fn finish(
     folder: &Folder,
     whole: Whole<'_>,
@@ -78,7 +77,6 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
     if line.is_some() && !output.quiet && !output.json { page::print_path(folder) } else { Ok(()) }
 }
 
-/// Prints the summary of a complete sweep.
 pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Result<(), CliError> {
     if output.quiet && !output.json {
         return Ok(());
@@ -92,7 +90,6 @@ pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Resul
     terminal::print(&format!("{text}{end}"))
 }
 
-/// Returns the lines that name the figures in a folder.
 fn figures(folder: &Folder) -> String {
     let Some(end) = figure::file_name(&folder.figures, "") else { return String::new() };
     let entries = std::fs::read_dir(&folder.path).into_iter().flatten().flatten();
@@ -113,7 +110,7 @@ fn kept(error: CliError) -> CliError {
     }
 }
 
-/// Returns the I/O error of a sweep error, because the caller adds the file name.
+/// Returns the I/O error inside a sweep error, because the caller adds the file name.
 fn plain(error: SweepError) -> io::Error {
     match error {
         SweepError::Io { source, .. } => source,

@@ -21,7 +21,7 @@ use trocar_studies::sweep::{
     CASES, Execution, LoopOfCase, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute,
 };
 
-/// Estimated time in s from which a sweep needs --yes.
+/// Estimated time, in s, above which a sweep requires `--yes`.
 const MAX_UNASKED_S: f64 = 3600.0;
 
 /// Run a sweep, or join the parts of one.
@@ -42,21 +42,21 @@ pub(super) struct SweepArgs {
     /// Number of threads [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Replace the results of another sweep in the folder
+    /// Replace the results of another sweep in the same folder
     #[arg(long)]
     overwrite: bool,
-    /// Start a sweep of more than an hour
+    /// Start a sweep that is estimated to take more than an hour
     #[arg(long)]
     yes: bool,
-    /// Run every case separately. By default, cases that differ only in detector.threshold share a run if the threshold does not change
-    /// it. Slower, with identical results
+    /// Run every case separately; slower, with identical results. By default, cases that differ only in
+    /// detector.threshold share a run if the threshold does not change it
     #[arg(long)]
     no_sharing: bool,
     /// Print a case as a scenario file, without running the sweep
     #[arg(long, value_name = "NUMBER")]
     case: Option<u64>,
-    /// Also write report.html: one self-contained page with the metrics and their meaning, the influence of each axis, and the metrics
-    /// in focus over the axes; for a sweep in shards, use it with `merge`
+    /// Also write report.html: one self-contained page with the metrics and their meaning, the influence of each
+    /// axis, and the metrics in focus over the axes; for a sweep in shards, use --report with `merge`
     #[arg(long, conflicts_with = "shard")]
     report: bool,
     #[command(flatten)]
@@ -67,7 +67,7 @@ pub(super) struct SweepArgs {
 enum SweepCommand {
     /// Verify and join the parts of a sharded sweep
     ///
-    /// The files are identical, byte for byte, to those of a sweep without shards. Parts of another sweep, missing cases and
+    /// The files are identical to those of a sweep without shards. Parts of another sweep, missing cases and
     /// duplicate cases are errors.
     Merge(merge::MergeArgs),
 }
@@ -76,7 +76,6 @@ pub(super) fn run(args: &SweepArgs) -> Result<(), CliError> {
     match (&args.command, &args.file) {
         (Some(SweepCommand::Merge(args)), _) => merge::run(args),
         (None, Some(file)) => sweep(args, file),
-        // clap requires one of the two.
         (None, None) => Ok(()),
     }
 }
@@ -110,11 +109,12 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     if args.overwrite {
         remove_another(&folder, plan.canonical());
     }
-    // The data of the charts are not kept, so a complete sweep without a report runs again, with identical results.
+    // The data of the charts are not stored. A complete sweep without a report therefore runs again, with identical
+    // results.
     let lacks_report = args.report && !folder.path.join(page::FILE).is_file();
     if is_complete(&folder, plan.canonical())? && !lacks_report {
         if shard.is_whole() {
-            // The process was killed between its last two steps.
+            // The last process ended between its last two steps.
             drop_packs(&folder);
         }
         return report(&folder, &args.output, "already complete");
@@ -150,16 +150,16 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Cases that are tried per thread for the estimate of the time.
+/// Number of cases per thread that are timed for the estimate.
 const TRIED_PER_THREAD: u64 = 2;
 
-/// Returns the time in s that all cases take, from that of some of them: evenly spread, with their stability metrics, on as many threads as
-/// the sweep.
+/// Estimates the time in s of all cases. It times evenly spaced cases with their stability metrics, on as many
+/// threads as the sweep.
 fn estimate_s(args: &SweepArgs, plan: &Plan, cases: u64) -> f64 {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let (all, tried) = (plan.design.cases(), cases.min(TRIED_PER_THREAD * threads as u64));
     let measure = |index: u64| {
-        // A case that fails is reported by the sweep, with its number.
+        // The sweep reports a failed case with its number.
         let Ok(scenario) = plan.scenario(index * (all - 1) / tried.max(2).saturating_sub(1)) else { return };
         if let Ok(metrics) = trocar_studies::run::measure(&scenario) {
             let of_loop = LoopOfCase::new(&scenario);
@@ -177,9 +177,9 @@ fn estimate_s(args: &SweepArgs, plan: &Plan, cases: u64) -> f64 {
     begin.elapsed().as_secs_f64() * cases as f64 / tried.max(1) as f64
 }
 
-/// Prints the number of cases and an estimate of the time; a sweep of more than an hour needs --yes.
+/// Prints the number of cases and an estimate of the time. A sweep of more than an hour requires `--yes`.
 fn announce(args: &SweepArgs, plan: &Plan, cases: u64) -> Result<(), CliError> {
-    // Cases side by side take less; this is a bound.
+    // This estimate is an upper bound, because vectorised cases take less time.
     let estimate_s = estimate_s(args, plan, cases);
     let about = match estimate_s {
         short if short < 90.0 => format!("{:.0} s", short.ceil()),
@@ -195,12 +195,12 @@ fn announce(args: &SweepArgs, plan: &Plan, cases: u64) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Removes the file of the packs, which the tables replace. A failure does no harm.
+/// Removes the file of the packs, which the tables replace. A failure is harmless.
 fn drop_packs(folder: &Folder) {
     let _ = std::fs::remove_file(folder.path.join(CASES));
 }
 
-/// Runs the missing cases of a part, and returns the number of complete cases.
+/// Runs the missing cases of a part. Returns the number of complete cases.
 fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError> {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let all = usize::try_from(part.layout().part_cases()).unwrap_or(usize::MAX);
@@ -216,17 +216,16 @@ fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError>
     Ok(done?)
 }
 
-/// Removes the results of another sweep.
 fn remove_another(folder: &Folder, canonical: &str) {
     if std::fs::read_to_string(folder.path.join(SWEEP)).is_ok_and(|existing| existing != canonical) {
         for file in [MANIFEST, CASES, SWEEP] {
-            // A file that is missing already is as good as removed. The sweep itself goes last, so that an interruption does no harm.
+            // A file may be missing already. The sweep file goes last, so that an interruption is harmless.
             let _ = std::fs::remove_file(folder.path.join(file));
         }
     }
 }
 
-/// Returns whether a folder has this sweep and it is complete. Another sweep in the folder is an error.
+/// Returns true if a folder contains this sweep, complete. Another sweep in the folder is an error.
 fn is_complete(folder: &Folder, canonical: &str) -> Result<bool, CliError> {
     let Ok(existing) = std::fs::read_to_string(folder.path.join(SWEEP)) else { return Ok(false) };
     if existing != canonical {
@@ -241,7 +240,7 @@ fn read_manifest(folder: &Path) -> Option<Manifest> {
 }
 
 fn manifest_json(manifest: &Manifest) -> String {
-    // Numbers and strings do not fail to serialise.
+    // Serialising numbers and strings does not fail.
     let mut text = serde_json::to_string_pretty(manifest).unwrap_or_default();
     text.push('\n');
     text

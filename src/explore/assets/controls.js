@@ -1,9 +1,11 @@
-// The controls: a few in front with plain names and units, and a control for every other key under "All settings". A control that
-// cannot act is disabled and says why. A value that the server refuses is marked at its control.
+// The controls: the front controls with plain names and units, and a control for every other key under "All
+// settings". A control without effect is disabled and says why. A value that the server refuses is marked at its
+// control.
 "use strict";
 
 const trocarControls = (() => {
-  /** The controls in front: their keys, and the number of displayed units in an SI unit. A limit can be the value of another key. */
+  /** The front controls: their keys, and the number of displayed units per SI unit. A limit can be the value of
+   *  another key. */
   const FRONT = [
     { keys: ["scaling.force"], name: "Force feedback", unit: "×", range: [0, 3] },
     { keys: ["scaling.position"], name: "Needle motion per hand motion", unit: "×", range: [0.2, 2] },
@@ -29,12 +31,12 @@ const trocarControls = (() => {
   };
   const STEPS = 400;
   const controls = new Map();
-  /** The controls in front that set several keys. Each key has its own control too. */
+  /** The front controls that set several keys. Each key also has its own control. */
   let combined = [];
   let byPath = new Map();
   let changed = () => {};
 
-  /** Returns the conversions between position and value of a slider, or null without a range. */
+  /** Returns the conversions between the position and the value of a slider, or null without a range. */
   function scale(key, value, front) {
     const known = front?.range ?? RANGES[key.path];
     if (known && !front?.log) {
@@ -50,7 +52,7 @@ const trocarControls = (() => {
     return { at: (v) => (Math.log(v / low) / ratio) * STEPS, value: (at) => low * Math.exp((ratio * at) / STEPS) };
   }
 
-  /** Returns the number of a text, with a decimal point or comma; not a number where both are possible, as in 1,000. */
+  /** Parses a number with a decimal point or comma. Returns NaN for ambiguous texts such as 1,000. */
   function parsed(text) {
     const plain = text.trim().replace("−", "-");
     const isAmbiguous = /^-?[1-9]\d{0,2},\d{3}$/.test(plain) || (plain.includes(",") && plain.includes("."));
@@ -66,7 +68,7 @@ const trocarControls = (() => {
     return made;
   }
 
-  /** Returns why a key cannot act with the present values, or an empty text. */
+  /** Returns why a key has no effect with the present values, or an empty text. */
   function inactive(key) {
     for (const acts of key.acts) {
       // The page always runs both schemes.
@@ -91,7 +93,7 @@ const trocarControls = (() => {
     }
   }
 
-  /** Returns the control of a key. One in front can set several keys, and has a unit of its own. */
+  /** Returns the control of a key. A front control can set several keys and has its own unit. */
   function control(key, base, front = null) {
     const box = element("div", { class: "control", "data-key": key.path });
     const id = `key-${(front?.keys.length > 1 ? "both." : "") + key.path}`.replaceAll(".", "-");
@@ -122,7 +124,7 @@ const trocarControls = (() => {
     back.addEventListener("click", () => {
       made.show(made.base);
       give(made.base);
-      // The button becomes hidden, so the focus moves to the control of this key.
+      // The button becomes hidden, so move the focus to the control of this key.
       inputs.firstElementChild.focus();
     });
     if (key.kind.type === "flag") {
@@ -139,7 +141,7 @@ const trocarControls = (() => {
     } else if (key.kind.type === "numbers") {
       const input = element("input", { type: "text", id, "aria-describedby": meaning.id, placeholder: "1, 2.5, 4" });
       input.addEventListener("change", () => {
-        // Between semicolons, a comma is a decimal comma.
+        // If semicolons separate the numbers, commas are decimal commas.
         const numbers = input.value.split(input.value.includes(";") ? /[;\s]+/ : /[,\s]+/).filter(Boolean).map(parsed);
         const isWrong = numbers.some((number) => !Number.isFinite(number));
         fail(made, isWrong ? "These are not numbers, separated by commas or semicolons." : "");
@@ -169,7 +171,7 @@ const trocarControls = (() => {
           give(value, performance.now());
         });
         slider.addEventListener("keydown", (event) => {
-          // An arrow key moves by 1 % of the range, Page Up and Page Down by 10 %.
+          // Arrow keys move by 1 % of the range, Page Up and Page Down by 10 %.
           const by = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1, PageUp: 10, PageDown: -10 }[event.key];
           if (!by) return;
           event.preventDefault();
@@ -193,7 +195,7 @@ const trocarControls = (() => {
         number.value = typeof value === "number" ? shown(value) : "";
         if (slider && typeof value === "number") {
           sliding = scale(key, made.limits?.length ? value : made.base, front) ?? sliding;
-          // A value beyond the range, such as 0 on a logarithmic slider, is at the end of the slider.
+          // A value outside the range, such as 0 on a logarithmic slider, is shown at the end of the slider.
           slider.value = Math.min(STEPS, Math.max(0, sliding.at(value) || 0));
           slider.setAttribute("aria-valuetext", spoken(value));
         }
@@ -232,7 +234,7 @@ const trocarControls = (() => {
     fail(made, "");
   }
 
-  /** Shows an error at a control; an empty text removes it. */
+  /** Shows an error at a control; an empty text removes the error. */
   function fail({ box }, text) {
     box.classList.toggle("wrong", text !== "");
     if (box.error.textContent === text) return;
@@ -242,7 +244,7 @@ const trocarControls = (() => {
   }
 
   return {
-    /** Draws every control with the values of a scenario. Changes call `onChange(path, time of the input)`. */
+    /** Draws every control with the values of a scenario. Each change calls `onChange(path, time of the input)`. */
     draw({ front, sections }, keys, values, onChange) {
       const open = new Set([...sections.querySelectorAll("details[open]")].map((group) => group.dataset.group));
       front.replaceChildren();
@@ -251,7 +253,7 @@ const trocarControls = (() => {
       combined = [];
       changed = onChange;
       byPath = new Map(keys.map((key) => [key.path, key]));
-      // A limit of a slider can be the value of another control, which is drawn first.
+      // The limit of a slider can be the value of another control, which must be drawn first.
       const limits = new Set(FRONT.flatMap((one) => one.range ?? []).filter((end) => typeof end === "string"));
       for (const path of limits) if (byPath.has(path)) control(byPath.get(path), values[path]);
       const placed = new Set();
@@ -283,7 +285,7 @@ const trocarControls = (() => {
       }
       return set;
     },
-    /** Sets keys to these values, and all others to the values of the scenario. */
+    /** Sets these keys to these values, and all other keys to the values of the scenario. */
     give(set) {
       for (const [path, made] of controls) {
         made.value = path in set ? set[path] : made.base;
@@ -293,13 +295,12 @@ const trocarControls = (() => {
       followCombined();
       updateActive();
     },
-    /** Sets the value of a key. */
     put(path, value) {
       put(path, value);
       followCombined(path);
     },
     value: (path) => controls.get(path)?.value,
-    /** Shows each error at the control that it names, and returns the others. */
+    /** Shows each error at the control that it names. Returns the other errors. */
     blame(errors) {
       const isOf = (path) => (error) => error.split(/[^\w.-]+/).some((word) => word.replace(/\.$/, "") === path);
       const others = new Set(errors);
@@ -312,7 +313,7 @@ const trocarControls = (() => {
       for (const [made, own] of told) fail(made, [...new Set(own)].join(" "));
       return [...others];
     },
-    /** Shows only the settings whose name, key or meaning contains all words. */
+    /** Shows only the settings that contain all words in their name, key or meaning. */
     find({ front, sections }, words) {
       const required = words.toLowerCase().split(/\s+/).filter(Boolean);
       const search = (box) => {

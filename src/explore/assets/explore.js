@@ -1,16 +1,16 @@
-// The page: its state, its requests to the server, and the handling of answers.
+// The page: its state, its requests to the server, and the handling of the answers.
 "use strict";
 
 const trocar = (() => {
   const part = (id) => document.getElementById(id);
-  /** Sets the text of an element. An unchanged text causes no layout. */
+  /** Sets the text of an element. Skips an unchanged text to avoid a layout. */
   const setText = (id, text) => {
     if (part(id).textContent !== text) part(id).textContent = text;
   };
-  /** Times from the input event to the drawn frame, and of the server, in ms: the last hundred. */
+  /** The last hundred latencies, in ms: from the input event to the drawn frame, and in the server. */
   const timings = [];
   const AXES = { x: "scaling.force", y: "channel.delay_s" };
-  /** Time in ms without changes after which the next one is a step of its own for undo and Back. */
+  /** Changes within this time, in ms, form one step of undo and Back. */
   const STEP_MS = 700;
   const state = { scenario: "", set: {}, map: { ...AXES } };
   let hello = null;
@@ -22,20 +22,21 @@ const trocar = (() => {
   let opened = 0;
   /** True until the values of the opened scenario arrive. */
   let isOpening = false;
-  /** The time in s of the cursor and of the paused animation, or `null`; and whether the next frame moves them there. */
+  /** The time of the cursor and of the paused animation, in s, or `null`. `isSought` is true if the next frame must
+   *  move them there. */
   let shownAt = null;
   let isSought = false;
-  /** What the address got last, and when; `what` waits to be written. */
+  /** The last change written into the address and its time; `what` is the change to be written. */
   let written = { timer: 0, at: -Infinity, last: null, what: null };
   /** The error of the address, displayed until the next change. */
   let notice = "";
-  /** The answer that is drawn next, with the time of the first input that it shows; `null` if all are drawn. */
+  /** The answer to be drawn, with the time of the first input that it shows; `null` if all are drawn. */
   let pending = null;
-  /** Whether an answer was drawn since the last frame of the screen. */
+  /** True if an answer was drawn since the last frame of the screen. */
   let isDrawn = false;
   let mapped = { id: 0, timer: 0 };
   let files = { id: 0, waiting: false, last: null };
-  /** Width of a chart in pixels. Reading it from the page at each request would cause a layout of the whole page. */
+  /** Width of a chart in pixels, stored because reading it at each request would cause a layout of the whole page. */
   let chartWidth = 0;
 
   /** Returns the state in the address of the page. */
@@ -56,15 +57,15 @@ const trocar = (() => {
     return { scenario: given.get("scenario"), set, x: given.get("x"), y: given.get("y"), time, at: Number.isFinite(at) ? at : null };
   }
 
-  /** Writes the state into the address after a short delay, because browsers limit the rate of changes. `what` has changed, which is a step of
-   *  undo and Back; without it, the address is only completed. */
+  /** Writes the state into the address, after a short delay because browsers limit the rate of changes. `what` names
+   *  the change, which becomes a step of undo and Back; without it, the last step is only completed. */
   function toAddress(what = null) {
     written.what = what ?? written.what;
     clearTimeout(written.timer);
     written.timer = setTimeout(writeAddress, 120);
   }
 
-  /** The number of steps that Back undoes on this page. */
+  /** Returns the number of steps that Back can undo on this page. */
   const depth = () => history.state?.depth ?? 0;
 
   const rounded = (time) => Number(time.toFixed(4));
@@ -76,7 +77,7 @@ const trocar = (() => {
     if (shownTime !== "rupture") given.set("time", shownTime === "all" ? "all" : shownTime.between.map(rounded).join("-"));
     if (shownAt !== null) given.set("at", rounded(shownAt));
     const now = performance.now();
-    // The changes of one drag are one step.
+    // All changes of one drag form one step.
     const { what, last } = written;
     const isStep = what !== null && (what !== last || now - written.at > STEP_MS) && location.hash !== `#${given}`;
     if (isStep) history.pushState({ depth: depth() + 1 }, "", `#${given}`);
@@ -85,14 +86,15 @@ const trocar = (() => {
     written.what = null;
     part("undo").disabled = depth() === 0;
     const sets = Object.entries(state.set).map(([key, value]) => ` --set '${key}=${JSON.stringify(value)}'`);
-    // The keys of events act with augmentation only.
+    // The keys of events have an effect with augmentation only.
     const augments = Object.keys(state.set).some((key) => key.startsWith("augmentation."));
     setText("command", `trocar run ${state.scenario}${augments ? " --set augmentation.enabled=true" : ""}${sets.join("")}`);
   }
 
   const current = () => ({ scenario: state.scenario, set: state.set });
 
-  /** Requests both runs of the state. One request is active at a time; the last state is computed next. */
+  /** Requests both runs of the state. Only one request is active at a time; afterwards the latest state is requested.
+   *  */
   function show(at = null) {
     if (request.busy) {
       request.again = true;
@@ -112,7 +114,8 @@ const trocar = (() => {
     }, delay);
   }
 
-  /** Returns the value of a map's axis. One axis is both delays. */
+  /** Returns the value of a map's axis. The axis channel.delay_s sets both delays, and its value is the forward
+   *  delay. */
   const mapValue = (key) => trocarControls.value(key === "channel.delay_s" ? "channel.forward_delay_s" : key);
 
   function changed(path, at) {
@@ -154,7 +157,7 @@ const trocar = (() => {
       open(scenario, missing ? {} : given.set, given.time);
       return;
     }
-    // The same scenario: its controls stay, and with them the focus.
+    // The scenario is the same, so keep its controls and the focus.
     shownTime = given.time;
     state.set = given.set;
     trocarControls.give(given.set);
@@ -163,7 +166,7 @@ const trocar = (() => {
     map(0);
   }
 
-  /** Lists the warnings of the runs, each once with the runs that it concerns. */
+  /** Lists the warnings of the runs. Each warning appears once, with the runs that it concerns. */
   function warned(runs) {
     const texts = new Map();
     runs.forEach((run, index) => {
@@ -181,7 +184,7 @@ const trocar = (() => {
     part("warnings").replaceChildren(...items);
   }
 
-  /** Shows errors: those of a control at it, the others above the result. What is shown belongs to earlier values then. */
+  /** Shows the errors of a control at the control, and the others above the result, which is then out of date. */
   function trouble(errors) {
     const others = trocarControls.blame(errors);
     part("trouble").hidden = others.length === 0;
@@ -192,7 +195,7 @@ const trocar = (() => {
   function timed(frame, at) {
     setText("timing", `both runs: ${frame.server_ms.toFixed(1)} ms`);
     requestAnimationFrame(() => {
-      // A message that is posted within a frame arrives when the frame is drawn.
+      // A message posted within a frame arrives after the frame is drawn.
       const channel = new MessageChannel();
       channel.port1.onmessage = () => {
         timings.push({ server_ms: frame.server_ms, total_ms: at === null ? null : performance.now() - at });
@@ -203,8 +206,8 @@ const trocar = (() => {
   }
 
   /**
-   * Draws the last answer, at most once in a frame of the screen, while the server computes the next. It is drawn at once, not with
-   * the next frame, which then has less to do.
+   * Draws the last answer, at most once per frame of the screen, while the server computes the next one. It draws at once
+   * instead of in the next frame, so that the next frame has less to do.
    */
   function draw() {
     if (pending === null || isDrawn) return;
@@ -231,7 +234,6 @@ const trocar = (() => {
     if (typeof x === "number" && typeof y === "number" && trocarMap.is(state.map.x, state.map.y)) trocarMap.at(part("map"), x, y);
   }
 
-  /** The places of the controls. */
   const places = () => ({ front: part("front"), sections: part("sections") });
 
   function next() {
@@ -265,7 +267,7 @@ const trocar = (() => {
       base = message.values;
       trocarControls.draw(places(), [...hello.keys, ...message.layers], base, changed);
       trocarControls.give(state.set);
-      // Unknown keys of the address are sent to the server, which refuses them.
+      // Also send unknown keys of the address, which the server refuses.
       state.set = { ...state.set, ...trocarControls.changes() };
       toAddress();
       if (part("find").value) trocarControls.find(places(), part("find").value);
@@ -276,7 +278,7 @@ const trocar = (() => {
     shown(frame) {
       if (frame.id !== request.id) return;
       if (typeof shownTime === "object" && shownTime.between[0] >= frame.whole_s[1]) {
-        // The run is now shorter than the zoomed window.
+        // The run has become shorter than the zoomed window.
         shownTime = "rupture";
         request.again = true;
         next();
@@ -302,7 +304,7 @@ const trocar = (() => {
         part("map-text").textContent = message.all.join(" ");
         return;
       }
-      // What was computed before is not drawn any more.
+      // Earlier results are not drawn any more.
       if (message.id === request.id) pending = null;
       if (message.id === opened) isOpening = false;
       trouble(message.all);
@@ -326,9 +328,9 @@ const trocar = (() => {
     part("status").textContent = `saved ${name}`;
   }
 
-  /** Sets the controls to a point of the map. One axis sets both delays. */
+  /** Sets the controls to a point of the map. The axis channel.delay_s sets both delays. */
   function moved(x, y, at) {
-    // The axes of the drawn map, because the map of newly selected axes may not have arrived yet.
+    // Use the axes of the drawn map, because the map of newly selected axes may not have arrived yet.
     const { x: xAxis, y: yAxis } = trocarMap.current();
     for (const [key, value] of [[xAxis.key, x], [yAxis.key, y]]) {
       const keys = key === "channel.delay_s" ? ["channel.forward_delay_s", "channel.backward_delay_s"] : [key];
@@ -358,7 +360,7 @@ const trocar = (() => {
     try {
       saved = localStorage.getItem("trocar-theme") ?? "";
     } catch {
-      // As above.
+      // Without local storage no theme is loaded.
     }
     part("theme").value = saved;
     theme(part("theme").value);
@@ -397,7 +399,7 @@ const trocar = (() => {
       lamp: part("push-lamp"), sound: part("push-sound"), volume: part("volume"), state: current,
       live: part("push-live"), result: part("push-result"), animation: part("push-animation"), charts: part("push-charts"),
     });
-    // The field takes the place of animation and curves, so that it is in view.
+    // The field replaces the animation and the curves, so that it is in view.
     const pushing = (isOpen) => {
       part("push-section").hidden = !isOpen;
       part("main").classList.toggle("pushing", isOpen);
@@ -411,7 +413,7 @@ const trocar = (() => {
       pushing(false);
       part("push-open").focus();
     });
-    // Where the picture stays above the controls, it covers nothing that has the focus.
+    // Keep focused elements visible below the sticky picture.
     new ResizeObserver(([{ contentRect }]) => {
       const isSticky = getComputedStyle(document.querySelector(".stage")).position === "sticky";
       document.documentElement.style.scrollPaddingTop = isSticky ? `${contentRect.height + 8}px` : "";

@@ -1,11 +1,11 @@
-// The page of a link: its pointer is the hand on the master.
+// The page of a link: its pointer moves the operator's hand on the master.
 "use strict";
 
 const trocarField = (() => {
   const part = (id) => document.getElementById(id);
   trocarPush.begin({
     button: part("push"), field: part("field"), strips: part("pushed"), text: part("push-text"), lamp: part("lamp"), sound: part("push-sound"),
-    // The scenario is that of the command.
+    // The command line sets the scenario.
     scheme: { value: "0" }, state: () => null,
   });
   trocarLink.begin(

@@ -7,7 +7,7 @@ const trocarLink = (() => {
   let receive = () => {};
   let changed = () => {};
 
-  /** Returns a message of JSON and bytes: a file with its content, or a figure whose lines have their points. */
+  /** Unpacks a binary message: JSON with a file's content, or with a figure whose lines get their points. */
   function unpacked(buffer) {
     const length = new DataView(buffer).getUint32(0, true);
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
@@ -39,7 +39,7 @@ const trocarLink = (() => {
     socket.addEventListener("close", (event) => {
       changed(event.reason ? `ended: ${event.reason}` : "no connection to the server; reconnecting", true);
       if (!opened) {
-        // The server answers, but the maximum number of pages is open.
+        // The server answers, so the maximum number of pages is open.
         const full = (answer) => answer.ok && changed("too many pages are open: close another one; reconnecting", true);
         fetch("/icon.svg").then(full, () => {});
       }

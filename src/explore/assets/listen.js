@@ -2,7 +2,7 @@
 "use strict";
 
 const trocarListen = (() => {
-  /** Length of the vibration of a rupture, in ms. */
+  /** Length of the vibration at a rupture, in ms. */
   const TICK_MS = 60;
   let sound = null;
   let playing = null;
@@ -26,7 +26,7 @@ const trocarListen = (() => {
     return sound;
   }
 
-  /** Starts the sound, which a browser allows after a gesture only. `volume` is from 0 to 1. */
+  /** Starts the sound; browsers allow this only after a user gesture. `volume` is from 0 to 1. */
   function start(volume) {
     const { context, volume: gain } = nodes();
     context.resume();
@@ -117,7 +117,7 @@ const trocarListen = (() => {
         if (playing) stop(parts.button, parts.output);
         else if (frame) play(parts, frame, Number(parts.scheme.value));
       });
-      // A hidden page is not redrawn, and its tone would continue.
+      // The tone of a hidden page would continue, because the page is not redrawn.
       document.addEventListener("visibilitychange", () => document.hidden && stop(parts.button, parts.output));
     },
     start,
@@ -126,7 +126,7 @@ const trocarListen = (() => {
     light,
     force,
     quiet,
-    /** Returns what is heard, for tests. */
+    /** Returns the state of the sound, for tests. */
     state: () => sound && { clicks, state: sound.context.state, hertz: sound.tone.frequency.value, loudness: sound.loudness.gain.value },
   };
 })();

@@ -1,4 +1,4 @@
-// The stability map over two parameters, and the point of the current state.
+// The stability map over two parameters, with the point of the current state.
 "use strict";
 
 const trocarMap = (() => {
@@ -8,12 +8,12 @@ const trocarMap = (() => {
   let move = () => {};
   let visible = false;
 
-  /** Returns an axis in its coordinate: a logarithmic one has exponents of ten. */
+  /** Converts the ends of an axis to its coordinate: a logarithmic axis has exponents of ten. */
   function placed({ low, high, log }) {
     return log ? { low: Math.log10(low), high: Math.log10(high), log } : { low, high, log };
   }
 
-  /** Returns the conversions between values of an axis and shares of its length. */
+  /** Returns the conversions between the values of an axis and fractions of its length. */
   function scale(axis) {
     const { low, high, log } = placed(axis);
     const share = (place) => (place - low) / (high - low);
@@ -28,7 +28,8 @@ const trocarMap = (() => {
     return { left: MARGIN.left, top: MARGIN.top, width: box.width - MARGIN.left - MARGIN.right, height: box.height - MARGIN.top - MARGIN.bottom };
   }
 
-  /** Returns the outline of the stable part, up to the boundary. `at` converts a column and a row of the grid to pixels. */
+  /** Returns the outline of the stable region, up to its boundary. `at` converts a column and a row of the grid to
+   *  pixels. */
   function stablePath(at, xScale, yScale) {
     const [columns, rows] = [map.x.count, map.y.count];
     const ends = new Map();
@@ -43,7 +44,7 @@ const trocarMap = (() => {
         const corners = [[column, row], [column + 1, row], [column + 1, row + 1], [column, row + 1]];
         const stable = corners.filter(([x, y]) => map.stable[y * columns + x] === "1");
         if (stable.length === 0) continue;
-        // The boundary cuts a cell along a line: the stable corners and the ends of the line, in order around the cell.
+        // The boundary cuts a cell along a line. Order the stable corners and the ends of the line around the cell.
         const cut = stable.length === 4 ? [] : ends.get([column, row].join()) ?? [];
         const all = [...stable, ...cut];
         const middle = [0, 1].map((axis) => all.reduce((sum, point) => sum + point[axis], 0) / all.length);
@@ -116,7 +117,7 @@ const trocarMap = (() => {
   }
 
   return {
-    /** Handles the pointer and the arrow keys, which move the point: `onMove(x, y)` with values. */
+    /** Handles the pointer and the arrow keys, which move the point and call `onMove(x, y)` with values. */
     begin(canvas, onMove) {
       move = onMove;
       const at = (event) => {
@@ -150,7 +151,7 @@ const trocarMap = (() => {
         move(stepped(map.x, now.x, by[0]), stepped(map.y, now.y, by[1]), performance.now());
       });
       new ResizeObserver(() => draw(canvas)).observe(canvas);
-      // The position of a canvas needs a layout of the page, so an invisible map is not drawn.
+      // Finding the position of a canvas causes a layout of the page, so do not draw an invisible map.
       new IntersectionObserver((entries) => {
         visible = entries[entries.length - 1].isIntersecting;
         if (visible) draw(canvas);
@@ -170,11 +171,12 @@ const trocarMap = (() => {
       now = { x, y };
       if (visible) draw(canvas);
     },
-    /** Forgets the map, so that the next one is drawn around the present values. */
+    /** Discards the map, so that the next map is drawn around the present values. */
     forget() {
       map = null;
     },
-    /** Returns the ranges of the drawn map for a request with the same axes, as long as the values lie inside: the map stays. */
+    /** Returns the ranges of the drawn map if it has the same axes and contains the values, so that the map stays;
+     *  otherwise returns no ranges. */
     ranges(axes, value) {
       if (!map || map.x.key !== axes.x || map.y.key !== axes.y) return {};
       const isInside = ({ key, low, high }) => value(key) >= low && value(key) <= high;
@@ -182,7 +184,7 @@ const trocarMap = (() => {
       return { x_range: [map.x.low, map.x.high], y_range: [map.y.low, map.y.high] };
     },
     is: (x, y) => map !== null && map.x.key === x && map.y.key === y,
-    /** Returns the position of a pair of values on the screen, for tests. */
+    /** Returns the screen position of a pair of values, for tests. */
     spot(canvas, x, y) {
       const { left, top, width, height } = place(canvas);
       return [left + scale(map.x).share(x) * width, top + (1 - scale(map.y).share(y)) * height];

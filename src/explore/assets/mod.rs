@@ -1,15 +1,11 @@
-//! The files of the page, embedded in the binary. Some files are shared with reports.
+//! The files of the page, embedded in the binary. Reports share some of them.
 
 use trocar_report::html::assets as shared;
 
-/// One file of the page.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Asset {
-    /// Its path on the server.
     pub path: &'static str,
-    /// Its media type.
     pub media: &'static str,
-    /// Its content.
     pub content: &'static str,
 }
 
@@ -18,7 +14,7 @@ const CSS: &str = "text/css; charset=utf-8";
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 const SVG: &str = "image/svg+xml";
 
-/// The page of a link, and its script; the other files are those of [`ASSETS`].
+/// The page of a link and its script; it shares the other files of [`ASSETS`].
 pub(super) const FIELD_ASSETS: &[Asset] = &[
     Asset { path: "/", media: HTML, content: include_str!("field.html") },
     Asset { path: "/field.js", media: JAVASCRIPT, content: include_str!("field.js") },

@@ -5,10 +5,11 @@ const trocarPictures = (() => {
   const GROUP = "signals";
   let charts = null;
   let last = null;
-  /** The place of the marks' names. */
+  /** The element with the legend of the marks. */
   const key = document.getElementById("key");
 
-  /** Draws a frame. The first frame creates the charts, one in each parent and the others in the last; later frames update them. */
+  /** Draws a frame. The first frame creates the charts, one per parent with the remaining charts in the last parent;
+   *  later frames update them. */
   function draw(parents, frame) {
     last = frame;
     trocarCharts.key(key, frame.figure);
@@ -24,7 +25,7 @@ const trocarPictures = (() => {
     });
   }
 
-  /** Draws the table of `compare`. Only changed cells are set, to reduce layout. */
+  /** Draws the table of `compare`. It sets only changed cells, to reduce layout. */
   function table(body, { rows }) {
     while (body.rows.length > rows.length) body.lastElementChild.remove();
     rows.forEach((row, at) => {
@@ -46,9 +47,8 @@ const trocarPictures = (() => {
     draw,
     table,
     frame: () => last,
-    /** The panel with a name, such as "feedback-force". */
+    /** Returns the panel with an id, such as "feedback-force". */
     panel: (id) => last.figure.rows.flatMap((row) => row.panels).find((panel) => panel.id === id),
-    /** Moves the cursor of the charts to a time. */
     point: (x) => charts?.[0].point({ x, y: null }),
   };
 })();

@@ -2,7 +2,6 @@
 "use strict";
 
 const trocarPush = (() => {
-  /** Displayed time of the charts, in s. */
   const SHOWN_S = 8;
   /** Time that the charts of the result show before and after the animation, in s. */
   const [BEFORE_S, AFTER_S] = [0.2, 1];
@@ -41,7 +40,7 @@ const trocarPush = (() => {
   /** Draws the last row in the field. */
   function draw(drawing) {
     const felt = state.rows[state.rows.length - 1][7];
-    // The end of the axis of force, and the force of the full tone, is that of the drawn bar, in N.
+    // The force axis and the tone reach their maximum at the end of the drawn bar, in N.
     state.full = drawing.full_n;
     parts.panel.setDrawings([drawing]);
     parts.panel.tell(drawing.state);
@@ -49,7 +48,7 @@ const trocarPush = (() => {
     else trocarListen.quiet();
   }
 
-  /** Tells an event to the ear, the hand and the eye. */
+  /** Signals an event by sound, vibration and light. */
   function feel(kind) {
     if (kind === "alarm") trocarListen.light(parts.lamp);
     if (kind !== "rupture" || !parts.sound.checked) return;
@@ -73,7 +72,8 @@ const trocarPush = (() => {
     }
     const [from, time] = [rows[0][0], column(0)];
     const marks = (kind) => state.events.filter((event) => event[0] >= from && event[1] === kind).map(([at]) => at);
-    // Fixed axes: before contact, an axis that fits itself to the data would magnify micrometres. Force is left, position right.
+    // Use fixed axes, because autoscaling would magnify micrometres before contact. Force is on the left, position on
+    // the right.
     const places = state.range.flatMap((at) => [at, state.scale * at]);
     const ends = [[-0.2 * state.full, state.full], [Math.min(...places), Math.max(...places)]];
     const panels = state.figure.rows[0].panels.map((panel, index) => ({
@@ -93,7 +93,7 @@ const trocarPush = (() => {
     trocarListen.quiet();
   }
 
-  /** Shows what both schemes make of the same motion of the hand. */
+  /** Shows the results of both schemes with the same motion of the hand. */
   function result(message) {
     const { answer, animation, figure } = message;
     shownResult = message;
@@ -125,7 +125,7 @@ const trocarPush = (() => {
     }
     state = newState(id, parts.scheme.value === "1");
     show("live");
-    // This is a gesture, after which a browser allows sound.
+    // This is a user gesture, after which a browser allows sound.
     trocarListen.start(Number(parts.volume?.value ?? 0.3));
     parts.button.textContent = "End";
     parts.text.textContent = "";
@@ -152,7 +152,7 @@ const trocarPush = (() => {
       const ready = () => state && state.range && !state.ended;
       field.addEventListener("pointerdown", (event) => {
         if (!ready() || event.button !== 0) return;
-        // A drag selects no text.
+        // Keep a drag from selecting text.
         event.preventDefault();
         field.focus();
         trocarListen.start(Number(parts.volume?.value ?? 0.3));
@@ -177,9 +177,8 @@ const trocarPush = (() => {
         aim(to);
       });
     },
-    /** Handles a message about the insertion. */
     receive(message) {
-      // Ignores messages of an earlier insertion.
+      // Ignore messages of an earlier insertion.
       if (!state || message.id !== state.id) return;
       if (message.type === "pushing" && !state.ended) {
         [state.range, state.scale] = [message.range_mm, message.position_scale];
@@ -206,15 +205,14 @@ const trocarPush = (() => {
         end(message.text);
       } else if (message.type === "pushed") result(message);
     },
-    /** Begins an insertion, if none is under way. */
+    /** Begins an insertion unless one is running. */
     open: () => (!state || state.ended) && begin(),
-    /** Ends the insertion because the scenario changes or the connection is lost. */
+    /** Ends the insertion because the scenario changed or the connection was lost. */
     leave(text) {
       if (!state || state.ended) return;
       trocarLink.tell({ type: "stop" });
       end(text);
     },
-    /** Handles a refusal of the insertion. */
     refused: (id) => state && state.id === id && end(""),
     state: () => state,
     result: () => shownResult,

@@ -1,11 +1,11 @@
-//! The book and the README are executed, page by page: each in a folder of its own, from top to bottom.
+//! Executes the book and the README page by page, each page in its own folder from top to bottom.
 //!
-//! - `console` blocks: each `$ trocar …` prints what stands below it; a line of `…` stands for any lines.
+//! - `console` blocks: each `$ trocar …` prints the lines below it; a line of `…` stands for any lines.
 //! - `sh` blocks: every line that begins with `trocar` succeeds.
 //! - `<!-- file: NAME -->` before a block writes the block to that file.
-//! - `<!-- drawn: FILE -->` before a picture: the picture is the file that the page's commands have drawn.
+//! - `<!-- drawn: FILE -->` before a picture: the picture equals the file that the page's commands have drawn.
 //!
-//! With `BLESS=1`, output and pictures are renewed.
+//! `BLESS=1` renews outputs and pictures.
 
 mod page;
 mod reference;
@@ -19,7 +19,6 @@ use page::BookPage;
 
 const GENERATED: &str = "<!-- generated -->";
 
-/// The pages of the book.
 fn pages() -> Vec<PathBuf> {
     let mut pages = files_with("md", &file("docs/src"));
     pages.sort();
@@ -27,7 +26,7 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// Executes the pages below a folder of the book.
+/// Executes the pages in a folder of the book.
 fn execute(folder: &str) {
     let below = file("docs/src").join(folder);
     let pages: Vec<_> = pages().into_iter().filter(|path| path.parent() == Some(&*below)).collect();
@@ -36,7 +35,7 @@ fn execute(folder: &str) {
 }
 
 #[test]
-fn the_readme_does_what_it_says() {
+fn the_readmes_commands_print_what_it_shows() {
     BookPage::read(&file("README.md")).execute();
 }
 
@@ -56,45 +55,44 @@ fn the_readmes_scenario_finds_its_ruptures_with_every_seed() {
 }
 
 #[test]
-fn the_first_pages_do_what_they_say() {
+fn the_first_pages_commands_print_what_they_show() {
     execute("");
     execute("reference");
 }
 
 #[test]
-fn the_tutorials_do_what_they_say() {
+fn the_tutorials_commands_print_what_they_show() {
     execute("tutorials");
 }
 
 #[test]
-fn the_concepts_do_what_they_say() {
+fn the_concepts_commands_print_what_they_show() {
     execute("concepts");
 }
 
 #[test]
-fn the_how_tos_do_what_they_say() {
+fn the_how_tos_commands_print_what_they_show() {
     execute("howto");
 }
 
 #[test]
-fn the_evidence_is_what_its_commands_print_and_draw() {
+fn the_evidence_pages_agree_with_their_commands() {
     execute("evidence");
 }
 
 #[test]
-fn the_first_screen_has_the_commands_of_a_newcomer() {
+fn the_first_screen_shows_the_commands_that_a_newcomer_needs() {
     let readme = std::fs::read_to_string(file("README.md")).expect("there");
     let block = readme.split("```sh\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a block");
     assert!(block.contains("cargo run --release -- compare"), "{block}");
     assert!(block.contains("cargo test"), "{block}");
 }
 
-/// The targets of the links of a page.
 fn links(text: &str) -> impl Iterator<Item = &str> {
     text.split("](").skip(1).filter_map(|rest| rest.split(')').next())
 }
 
-/// The anchors of a page's headings, as mdBook makes them.
+/// Returns the anchors that mdBook generates for a page's headings.
 fn anchors(text: &str) -> BTreeSet<String> {
     let headings =
         text.lines().filter_map(|line| line.strip_prefix('#')).map(|rest| rest.trim_start_matches('#').trim());
@@ -107,7 +105,7 @@ fn anchors(text: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn every_link_leads_somewhere() {
+fn every_link_has_a_target() {
     let front = ["README.md", "CONTRIBUTING.md", "SECURITY.md"].map(file);
     for path in pages().into_iter().chain(front) {
         let text = std::fs::read_to_string(&path).expect("text");

@@ -1,4 +1,4 @@
-//! One page that is executed.
+//! One executable page.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,10 +8,10 @@ use assert_cmd::cargo::cargo_bin;
 use crate::support::file;
 use crate::support::test_folder::TestFolder;
 
-/// Stands for any lines of an output.
+/// A line that stands for any lines of an output.
 const LEFT_OUT: &str = "…";
 
-/// Commands that do not end by themselves.
+/// Commands that run until they are stopped.
 const SERVERS: [&str; 1] = ["trocar explore"];
 
 pub struct BookPage {
@@ -21,7 +21,7 @@ pub struct BookPage {
     is_blessed: bool,
 }
 
-/// A fenced block: its language, and the lines of its content.
+/// A fenced block: its language, and the range of its lines.
 struct Block {
     language: String,
     from: usize,
@@ -73,7 +73,7 @@ impl BookPage {
         }
     }
 
-    /// The first block that begins in a line from `at` on.
+    /// Returns the first block that begins at line `at` or later.
     fn next_block(&self, at: usize) -> Option<Block> {
         let opening = (at..self.lines.len()).find(|&line| self.lines[line].starts_with("```"))?;
         let language = self.lines[opening].trim_start_matches('`').to_owned();
@@ -82,13 +82,13 @@ impl BookPage {
         Some(Block { language, from: opening + 1, to })
     }
 
-    /// The content of `<!-- kind: content -->` in the line before one.
+    /// Returns the content of `<!-- kind: content -->` in the line before `line`.
     fn comment_before(&self, line: usize, kind: &str) -> Option<String> {
         let before = self.lines.get(line.checked_sub(1)?)?;
         Some(before.strip_prefix(&format!("<!-- {kind}: "))?.strip_suffix(" -->")?.to_owned())
     }
 
-    /// Runs a command in the page's folder; gives what it prints.
+    /// Runs a command in the page's folder. Returns its output.
     fn run(&self, command: &str) -> String {
         let binary = cargo_bin("trocar");
         let mut path = std::ffi::OsString::from(binary.parent().expect("a folder"));
@@ -102,7 +102,7 @@ impl BookPage {
         String::from_utf8(output.stdout).expect("text")
     }
 
-    /// Runs a session; gives it with its outputs as they are.
+    /// Runs a session. Returns it with the actual outputs.
     fn session(&self, shown: &[String]) -> Vec<String> {
         let mut renewed = vec![];
         let mut rest = shown;
@@ -148,7 +148,6 @@ impl BookPage {
     }
 }
 
-/// The commands of a block, continued lines joined.
 fn commands(lines: &[String]) -> Vec<String> {
     let mut commands: Vec<String> = vec![];
     let mut is_open = false;
@@ -162,7 +161,7 @@ fn commands(lines: &[String]) -> Vec<String> {
     commands
 }
 
-/// Whether lines are as shown, where a line of `…` stands for any.
+/// Returns true if the output matches the shown lines, in which a line of `…` stands for any lines.
 fn matches(shown: &[String], printed: &[&str]) -> bool {
     let mut parts = shown.split(|line| line == LEFT_OUT);
     let first = parts.next().unwrap_or_default();
@@ -180,7 +179,7 @@ fn matches(shown: &[String], printed: &[&str]) -> bool {
     begins && if shown.iter().any(|line| line == LEFT_OUT) { is_whole } else { rest.is_empty() }
 }
 
-/// What is printed, with as many lines left out as in what was shown: those between the first and the last ones.
+/// Returns the output with a `…` in place of the middle lines if the shown lines have one.
 fn shortened(shown: &[String], printed: &[&str]) -> Vec<String> {
     let Some(before) = shown.iter().position(|line| line == LEFT_OUT) else {
         return printed.iter().map(|line| (*line).to_owned()).collect();
@@ -194,7 +193,7 @@ fn shortened(shown: &[String], printed: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn lines_that_are_left_out_stand_for_any() {
+fn a_line_of_dots_stands_for_any_lines() {
     let lines = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
     let printed = ["a", "b", "c", "d"];
     for good in ["a b c d", "a … d", "a …", "… d", "a … c …", "…"] {

@@ -1,4 +1,4 @@
-//! The pages of the reference that follow from the declarations; `BLESS=1` renews them.
+//! The reference pages that are generated from the declarations; `BLESS=1` renews them.
 
 use std::fmt::Write as _;
 
@@ -12,7 +12,6 @@ use super::GENERATED;
 use crate::support::file;
 use crate::support::test_folder::TestFolder;
 
-/// Compares a page with a text.
 fn assert_page(name: &str, text: &str) {
     let path = file("docs/src/reference").join(name);
     let text = format!("{GENERATED}\n{text}");
@@ -22,23 +21,22 @@ fn assert_page(name: &str, text: &str) {
     assert!(std::fs::read_to_string(&path).expect("there") == text, "{name} is out of date; BLESS=1 renews it");
 }
 
-/// A text as the cell of a table.
+/// Escapes a text for a cell of a table.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|")
 }
 
-/// What a key's value must be, with its unit.
+/// Returns the required value of a key, with its unit.
 fn requirement(key: &Key) -> String {
     let unit = unit_of(key.path).filter(|_| matches!(key.kind, Kind::Number(_) | Kind::Numbers));
     let must = key.kind.to_string();
     match unit {
-        // A range with its reason has the unit.
+        // A range with a reason already contains the unit.
         Some(unit) if !must.contains(&format!(" {unit} (")) => format!("{must}, in {unit}"),
         _ => must,
     }
 }
 
-/// A key's row in its table.
 fn row(key: &Key) -> String {
     let name = key.path.rsplit('.').next().unwrap_or(key.path);
     let default = match key.fallback {
@@ -51,7 +49,7 @@ fn row(key: &Key) -> String {
 }
 
 #[test]
-fn the_page_of_the_keys_is_that_of_the_declarations() {
+fn the_page_of_the_keys_agrees_with_the_declarations() {
     let mut text = String::from(
         "# Keys\n\nEvery key of a scenario. A number may be written as a string with a unit: `\"30ms\"`. \
          *Applies to* names the values of another key for which a key has an effect.\n",
@@ -86,7 +84,7 @@ fn the_page_of_the_keys_is_that_of_the_declarations() {
 }
 
 #[test]
-fn the_page_of_the_metrics_is_that_of_the_catalogue() {
+fn the_page_of_the_metrics_agrees_with_the_catalogue() {
     let text = format!(
         "# Metrics\n\nEvery metric, under one name in tables, CSV, JSON, sweeps, pages and Python. `N` counts from 1. A value that \
          does not exist is `null` in JSON and empty in CSV.\n\n{}",
@@ -96,14 +94,14 @@ fn the_page_of_the_metrics_is_that_of_the_catalogue() {
 }
 
 #[test]
-fn the_page_of_the_columns_is_that_of_the_trace() {
+fn the_page_of_the_columns_agrees_with_the_trace() {
     let text =
         format!("# Trace columns\n\nThe columns of `trace.csv`, one row per tick.\n\n{}", trace_columns_markdown());
     assert_page("columns.md", &text);
 }
 
 #[test]
-fn the_page_of_the_warnings_is_their_declarations() {
+fn the_page_of_the_warnings_agrees_with_their_declarations() {
     let mut text = String::from(
         "# Warnings\n\nA warning has a code, a message, the key, column or flag that it concerns, and a remedy. The \
          terminal, the JSON and the reports of runs, comparisons, recordings and stability, and Python (`warnings.warn`, with a \
@@ -117,7 +115,7 @@ fn the_page_of_the_warnings_is_their_declarations() {
 }
 
 #[test]
-fn the_page_of_the_scenarios_is_their_questions() {
+fn the_page_of_the_scenarios_lists_their_questions() {
     let mut text = String::from("# Shipped scenarios\n\n`trocar scenarios show NAME` prints one of them.\n");
     let mut folder = "";
     for (name, question) in shipped_questions() {
@@ -133,7 +131,7 @@ fn the_page_of_the_scenarios_is_their_questions() {
 }
 
 #[test]
-fn the_page_of_the_commands_is_their_help() {
+fn the_page_of_the_commands_agrees_with_their_help() {
     let folder = TestFolder::new();
     let mut text = String::from("# Commands\n\nThe help of each command, as `trocar COMMAND --help` prints it.\n");
     for name in folder.commands() {

@@ -1,7 +1,8 @@
-//! Every key of the schema acts for every kind of every choice, or is declared to act for others.
+//! Every key of the schema has an effect for every kind of every choice, or is declared to have an effect for others
+//! only.
 //!
-//! A pair is a key with a kind of a choice, or a position of a switch, of any section. It acts if another value of the key
-//! changes an output in one of the scenarios.
+//! A pair is a key and a kind of a choice, or a position of a switch, of any section. The key has an effect if
+//! another value of the key changes an output in one of the scenarios.
 
 mod outputs;
 mod scenarios;
@@ -23,20 +24,19 @@ struct Chosen {
     word: &'static str,
 }
 
-/// What a key does for a kind.
+/// The effect of a key for a kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Effect {
-    /// Some output changes in some scenario.
+    /// An output changes in a scenario.
     Acts,
-    /// No output changes.
     Nothing,
     /// Each other value is an error that names a remedy.
     Refused,
-    /// The kind excludes those that the key needs.
+    /// The kind excludes the kinds that the key needs.
     Excluded,
 }
 
-/// Keys whose other values are errors for a kind, because both exclude each other.
+/// Keys whose other values are errors for a kind, because key and kind exclude each other.
 const REFUSED: &[(&str, &[Chosen])] = &[
     ("actuator.", &[Chosen { key: "simulation.control", word: "continuous" }]),
     (
@@ -51,8 +51,9 @@ const REFUSED: &[(&str, &[Chosen])] = &[
     ("slave.damping", &[Chosen { key: "controller.kind", word: "four-channel" }]),
 ];
 
-/// Keys that are accepted without effect: settings of the decision that make no difference in runs as short as these; and a sensor at the tip of a needle whose shaft has no
-/// friction, so that `strategies` has the same strategies for every tissue.
+/// Keys that are accepted without effect. Some settings of the decision make no difference in such short runs. A
+/// sensor at the tip has no effect if the needle's shaft has no friction, but is accepted so that `strategies` has
+/// the same strategies for every tissue.
 const ACCEPTED: &[(&str, &[Chosen])] = &[
     (
         "perception.lapse_rate",
@@ -72,18 +73,19 @@ const ACCEPTED: &[(&str, &[Chosen])] = &[
     ),
 ];
 
-/// The limits on a recording, which act by refusing it.
+/// The limits on a recording, whose only effect is to refuse it.
 const LIMITS: [&str; 3] = ["recording.max_gap_s", "recording.max_bytes", "recording.max_samples"];
 
-/// The key of the engine, which steps the plants and nothing else.
+/// The key of the engine, which affects only the plants.
 const ENGINE: &str = "simulation.engine";
 
-/// Whether the engine steps what a key sets.
+/// Returns true if a key affects the plants, which the engine steps.
 fn is_of_plants(key: &Key) -> bool {
     ["simulation.", "master.", "arm.", "slave.", "actuator."].iter().any(|section| key.path.starts_with(section))
 }
 
-/// The kinds of all choices but the key itself. The engines, of which one is slow, are tried with the keys of the plants.
+/// Returns the kinds of all choices except the key itself. The kinds of the engine, one of which is slow, are tried
+/// only with keys of the plants.
 fn kinds(key: &KeyAt) -> impl Iterator<Item = Chosen> {
     let words = |choice: &'static Key| match choice.kind {
         Kind::Choice(words) => words,
@@ -97,9 +99,9 @@ fn kinds(key: &KeyAt) -> impl Iterator<Item = Chosen> {
     others.flat_map(move |choice| words(choice).iter().map(|word| Chosen { key: choice.path, word }))
 }
 
-/// The effects of a key for all kinds, each with whether the key is declared to act.
+/// Returns the effects of a key for all kinds, each with true if the key is declared to have an effect.
 fn effects(key: &KeyAt, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effect)> {
-    // What showed the effect for one kind usually does for the next.
+    // The scenario that showed the effect for one kind usually shows it for the next.
     let mut first = (0, String::new());
     kinds(key)
         .map(|chosen| {
@@ -133,7 +135,7 @@ fn effects(key: &KeyAt, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effect)> {
 }
 
 #[test]
-fn every_key_acts_for_every_kind_or_is_declared_not_to() {
+fn every_key_has_an_effect_for_every_kind_or_is_declared_without_effect() {
     let scenarios = Scenarios::new();
     let of_layer = LAYER_KEYS.iter().filter_map(|key| find_key(&key.path.replace('*', "skin")));
     let keys: Vec<KeyAt> = KEYS.iter().map(KeyAt::from).chain(of_layer).collect();
@@ -164,7 +166,7 @@ fn every_key_acts_for_every_kind_or_is_declared_not_to() {
 }
 
 #[test]
-fn an_echo_is_loaded_whatever_the_kinds() {
+fn the_echo_of_every_kind_can_be_loaded() {
     let scenarios = Scenarios::new();
     let name = find_key("name").expect("a key");
     let echoed = scenarios.all.par_iter().map(|base| kinds(&name).filter(|chosen| base.is_echoed(*chosen)).count());

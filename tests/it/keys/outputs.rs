@@ -1,4 +1,5 @@
-//! What a scenario's values give: a run, a detection in the recording, a study of detectors, an analysis of stability.
+//! The outputs of a scenario's values: a run, a detection in the recording, a study of detectors, an analysis of
+//! stability.
 
 use crate::support;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -14,10 +15,9 @@ use trocar::run::observe;
 use trocar::scenario::{DetectionSpec, Scenario, Value, Values};
 use trocar::stability::{ClosedLoop, LinearLoop};
 
-/// The sections of the recording.
 const RECORDING: [&str; 3] = ["recording", "recording.columns", "recording.scale"];
 
-/// The outputs of a scenario, computed when they are compared.
+/// The outputs of a scenario, computed on demand.
 pub struct Outputs {
     values: Values,
     scenario: Scenario,
@@ -28,16 +28,15 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// `None` if the scenario is refused.
+    /// Returns `None` if the scenario is refused.
     pub fn of(values: Values) -> Option<Self> {
         let scenario = Scenario::resolve(values.clone()).ok()?;
         let [run, stability, detection, roc] = [const { OnceLock::new() }; 4];
         Some(Self { values, scenario, run, stability, detection, roc })
     }
 
-    /// Whether any output differs, bit for bit.
+    /// Returns true if any output differs, bit for bit.
     pub fn differ(&self, other: &Self) -> bool {
-        // Equal settings give equal outputs.
         let settings_differ = !are_equal(&self.scenario, &other.scenario);
         let recording = |values: &Values| RECORDING.map(|section| values.section_json(section));
         let detection_differs = settings_differ || recording(&self.values) != recording(&other.values);
@@ -45,11 +44,12 @@ impl Outputs {
         (settings_differ && self.run() != other.run())
             || (one != two && self.stability(&one) != other.stability(&two))
             || population(&self.scenario) != population(&other.scenario)
+            || self.scenario.layers_to_rupture() != other.scenario.layers_to_rupture()
             || (detection_differs && self.detection() != other.detection())
             || (settings_differ && self.roc() != other.roc())
     }
 
-    /// The value of a key, also a derived one.
+    /// Returns the value of a key, also if it is derived.
     pub fn value(&self, path: &str) -> Option<&Value> {
         self.scenario.values().get(path)
     }
@@ -71,7 +71,7 @@ impl Outputs {
     }
 }
 
-/// Whether all public fields are equal, of which an engine is built.
+/// Returns true if all public fields are equal, from which an engine is built.
 fn are_equal(one: &Scenario, other: &Scenario) -> bool {
     let run = |s: &Scenario| (s.name.clone(), s.grid, s.engine, s.timing, s.seed, s.forward, s.backward);
     let machines = |s: &Scenario| (s.master, s.arm, s.slave.clone(), s.actuators, s.link, s.irregularity);
@@ -93,13 +93,13 @@ fn hash(write: impl FnOnce(&mut DefaultHasher)) -> u64 {
     hasher.finish()
 }
 
-/// Numbers, mixed by a rotation and a multiplication each: the hasher takes ten times as long, and there are many.
+/// Hashes numbers by a rotation and a multiplication each, because the hasher takes ten times as long.
 fn numbers(column: &[f64], hasher: &mut DefaultHasher) {
     let mix = |sum: u64, value: &f64| (sum.rotate_left(5) ^ value.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     column.iter().fold(column.len() as u64, mix).hash(hasher);
 }
 
-/// Name, metrics and trace of the run; 0 if it fails.
+/// Hashes the name, metrics and trace of the run; 0 if it fails.
 fn run(scenario: &Scenario) -> u64 {
     let mut trace = Trace::new(scenario.grid).with_extra_parameter(scenario.estimator.extra_parameter_column());
     let Ok(metrics) = observe(scenario, &mut trace.recorder()) else { return 0 };
@@ -116,7 +116,7 @@ fn run(scenario: &Scenario) -> u64 {
     })
 }
 
-/// What `detect` finds in the recording; 0 if it refuses it.
+/// Hashes the detection in the recording; 0 if it is refused.
 fn detection(values: &Values) -> u64 {
     let Ok(spec) = DetectionSpec::resolve(&mut values.clone()) else { return 0 };
     let Ok(detection) = detect(&spec) else { return 0 };
@@ -129,7 +129,7 @@ fn detection(values: &Values) -> u64 {
     })
 }
 
-/// The counts of `roc` for all distances in the closed loop; 0 if it refuses it.
+/// Hashes the counts of `roc` for all distances in the closed loop; 0 if it is refused.
 fn roc(scenario: &Scenario) -> u64 {
     // The study needs exact positions.
     let mut scenario = scenario.clone();
@@ -140,7 +140,7 @@ fn roc(scenario: &Scenario) -> u64 {
     hash(|hasher| format!("{counts:?}").hash(hasher))
 }
 
-/// The members of the population, on which its limits depend.
+/// Returns the members of the population, which determine its limits.
 fn population(scenario: &Scenario) -> Vec<Draw> {
     let population = &scenario.population;
     if !population.varies() {
@@ -149,7 +149,7 @@ fn population(scenario: &Scenario) -> Vec<Draw> {
     (0..population.size).map(|index| population.drawn(scenario.seed, index)).collect()
 }
 
-/// The gain of the linear loop at some frequencies; 0 if it cannot be analysed.
+/// Hashes the gain of the linear loop at some frequencies; 0 if the loop cannot be analysed.
 fn stability(settings: &LinearLoop) -> u64 {
     let Ok(closed) = ClosedLoop::new(settings) else { return 0 };
     hash(|hasher| {

@@ -15,7 +15,7 @@ use super::trials::trial_values;
 use crate::support::test_folder::TestFolder;
 use crate::support::unit::{Fault, description, library, unit_with};
 
-/// What all scenarios have in common: an insertion in which most parts have something to do.
+/// The common part of all scenarios: an insertion in which most parts have an effect.
 const COMMON: &str = r#"
 name = "base"
 
@@ -99,7 +99,7 @@ tissue = "log-normal"
 delay = "uniform"
 "#;
 
-/// What each scenario changes of them. A key acts only where its part has something to do.
+/// The changes of each scenario. A key has an effect only if its part is active.
 const VARIANTS: &[&str] = &[
     "",
     // Motors at their limits.
@@ -111,7 +111,7 @@ const VARIANTS: &[&str] = &[
     // Thin layers, so that the needle leaves the last one.
     "tissue.layer.skin.thickness_m=0.0005 tissue.layer.fat.thickness_m=0.001 tissue.layer.muscle.thickness_m=0.001 \
      tissue.layer.capsule.thickness_m=0.0005 tissue.layer.organ.thickness_m=0.001 perception.reflex=stop augmentation.events_s=[0.2]",
-    // An alarm at any time.
+    // Alarms at many times.
     "augmentation.events_s=[0.05,0.1,0.15,0.17,0.19,0.21,0.23,0.25,0.27,0.29,0.31,0.33,0.35,0.37,0.39,0.41] \
      augmentation.max_hold_s=0.03 augmentation.refractory_s=0.03",
     // A decision that is quiet soon after an alarm, later, or never.
@@ -119,16 +119,17 @@ const VARIANTS: &[&str] = &[
      sensor.force_noise_std_n=0.02 augmentation.refractory_s=0.1",
     "detector.distance=variance-change detector.threshold=40 detector.cap=60 augmentation.max_hold_s=0.3",
     "detector.threshold=0.01 detector.drift=1e-9 sensor.force_noise_std_n=0.05",
-    // A supervisor that waits for a longer quiet than a detector's own after an alarm, while the needle moves on in noise.
+    // A supervisor that waits for a longer quiet time than the detector's own after an alarm, while the needle moves
+    // on in noise.
     "augmentation.hold=none augmentation.exit_quiet_s=0.1 augmentation.max_hold_s=0.4 augmentation.events_s=[0.3] \
      operator.start_m=-0.1 sensor.force_noise_std_n=0.05",
-    // A decision that is quiet at once, and a supervisor that waits for longer quiet than it may.
+    // A decision that is quiet at once, and a supervisor that waits for a longer quiet time than possible.
     "augmentation.exit_quiet_s=0.5",
-    // No delays beside those of a file.
+    // No delays except those of a file.
     "channel.forward_delay_s=0 channel.backward_delay_s=0",
     // A recording without velocity.
     "recording.columns.velocity_m_per_s='' tissue.kind=kelvin-voigt",
-    // A force recorded over time, in place of which a tissue can be stated.
+    // A force recorded over time, which a stated tissue can replace.
     "tissue.kind=recording tissue.index=time",
     // The master as printed, which diverges: fast, to and fro, with a passivity scheme, and slowly.
     "master.coupling=as-printed master.force_integral_gain=1.0 operator.end_m=-0.02 operator.start_m=0.0",
@@ -149,18 +150,17 @@ const VARIANTS: &[&str] = &[
      channel.jitter_s=0 channel.loss=0 channel.outages_s=[] augmentation.enabled=false perception.reflex=none \
      operator.kind=ramp operator.end_m=0.02 operator.speed_m_per_s=0.04 sensor.force_bandwidth_hz=0 \
      sensor.force_range_n=20 simulation.duration_s=2",
-    // A person who decides at every tick, and often misses a change.
+    // An operator who decides at every tick and often misses a change.
     "perception.kind=psychometric perception.criterion=0 perception.interval_s=0.002 perception.weber_fraction=0.01 \
      perception.absolute_force_n=0.01 perception.lapse_rate=0.3",
-    // A person who notices nothing but cues, and those at once.
+    // An operator who notices only cues, but those at once.
     "perception.kind=psychometric perception.criterion=5 perception.lapse_rate=0 perception.weber_fraction=0.9 \
      perception.integration_s=0.005 perception.reaction_mean_s=0.01 perception.reaction_min_s=0 perception.reflex=stop \
      augmentation.events_s=[0.1,0.2,0.3,0.4]",
-    // A tense person.
+    // A tense operator.
     "operator.stretch_short_gain_n_s_per_m=2 operator.stretch_long_gain_n_per_m=10 operator.stiffening_per_n=0.05",
-    // A tissue that moves.
     "tissue.breathing_amplitude_m=0.002 tissue.breathing_period_s=0.5 tissue.heartbeat_amplitude_m=0.0005",
-    // Without random numbers.
+    // No random numbers.
     "perception.reflex=none operator.tremor_amplitude_m=0 channel.jitter_s=0 channel.loss=0 \
      sensor.position_resolution_m=0 sensor.force_noise_std_n=0",
 ];
@@ -170,7 +170,7 @@ pub struct Base {
     source: Source,
     settings: Vec<String>,
     values: Values,
-    /// Outputs by further settings.
+    /// The outputs by further settings.
     known: Mutex<HashMap<Vec<String>, Option<Arc<Outputs>>>>,
 }
 
@@ -186,7 +186,7 @@ impl Base {
         Values::load(&self.source, &all).unwrap_or_else(|error| panic!("{all:?}: {error}"))
     }
 
-    /// The settings of a kind, and of the kinds for which a key acts.
+    /// Returns the settings of a kind, and of the kinds for which a key has an effect.
     pub fn settings_for(&self, key: &Key, chosen: Chosen) -> Vec<String> {
         let conditions = |key: &Key| {
             let choice = |acts: &ActsFor| find_key(acts.key).and_then(|choice| choice.acts_for);
@@ -201,12 +201,13 @@ impl Base {
         needed.chain([format!("{}={}", chosen.key, chosen.word)]).collect()
     }
 
-    /// The outputs with these settings, which are not checked to act; `None` if the scenario is refused.
+    /// Returns the outputs with these settings, without checking that they have an effect; `None` if the scenario is
+    /// refused.
     pub fn changed(&self, settings: &[String]) -> Option<Outputs> {
         Outputs::of(self.load(settings))
     }
 
-    /// Whether the scenario exists with a kind; checks that its echo gives the same scenario.
+    /// Returns true if the scenario exists with a kind. Checks that its echo gives the same scenario.
     pub fn is_echoed(&self, chosen: Chosen) -> bool {
         let Ok(scenario) = Scenario::resolve(self.load(&[format!("{}={}", chosen.key, chosen.word)])) else {
             return false;
@@ -217,13 +218,13 @@ impl Base {
         true
     }
 
-    /// As [`Base::changed`], computed once.
+    /// Returns the same as [`Base::changed`], computed once.
     pub fn outputs(&self, settings: &[String]) -> Option<Arc<Outputs>> {
         once(&self.known, settings, || self.changed(settings).map(Arc::new))
     }
 }
 
-/// What is computed of some settings, once. Others may compute it meanwhile, and get the same.
+/// Computes a value for some settings once. Another thread may compute the same value meanwhile.
 fn once<T: Clone>(known: &Mutex<HashMap<Vec<String>, T>>, settings: &[String], compute: impl FnOnce() -> T) -> T {
     let found = known.lock().expect("no panic").get(settings).cloned();
     found.unwrap_or_else(|| {
@@ -233,7 +234,6 @@ fn once<T: Clone>(known: &Mutex<HashMap<Vec<String>, T>>, settings: &[String], c
     })
 }
 
-/// All scenarios, with their files.
 pub struct Scenarios {
     folder: TestFolder,
     defaults: Base,
@@ -249,7 +249,7 @@ impl Scenarios {
         folder.file("insertion.csv", insertion(1.0)).file("other.csv", insertion(1.1));
         folder.file("delays.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.001,0.002\n0.3,0.004,0.001\n");
         let (plain, description) = (library(3, Fault::None), description(3));
-        // The force of the other unit is that on the shaft of the first.
+        // The force of the other FMU is the shaft force of the first.
         let other = description.replace("\"f\"", "\"g\"").replace("reaction.shaft_force_n", "f");
         folder.file("tissue.fmu", unit_with(&description, 3, &plain)).file("other.fmu", unit_with(&other, 3, &plain));
         let source = Source::Disk(folder.path("base.toml"));
@@ -258,7 +258,8 @@ impl Scenarios {
         Self { folder, defaults, known: Mutex::default(), all }
     }
 
-    /// Whether a key is declared to act for a kind; checks that it is an error to give it otherwise.
+    /// Returns true if a key is declared to have an effect for a kind. Checks that setting it for other kinds is an
+    /// error.
     pub fn is_declared(&self, key: &KeyAt, chosen: Chosen) -> bool {
         let mut settings = self.defaults.settings_for(key, chosen);
         let values = once(&self.known, &settings, || Arc::new(self.defaults.load(&settings)));
@@ -267,7 +268,7 @@ impl Scenarios {
         }
         let value = trial_values(key, values.get(&key.path), self).into_iter().next().expect("a value");
         settings.push(format!("{}={value}", key.path));
-        // Where the key states a tissue, it acts as soon as it is written.
+        // A key that states a tissue has an effect as soon as it is written.
         if self.defaults.load(&settings).is_acting(key) {
             return true;
         }
@@ -276,7 +277,7 @@ impl Scenarios {
         false
     }
 
-    /// The values of a key for which its declaration gives none.
+    /// Returns the trial values of a key whose declaration gives none.
     pub fn values_of(&self, path: &str) -> Option<Vec<String>> {
         let file = |name: &str| format!("{:?}", self.folder.path(name).display().to_string());
         Some(match path {
@@ -298,13 +299,14 @@ impl Scenarios {
             "tissue.fmu.force" => vec!["reaction.shaft_force_n".into()],
             "tissue.fmu.ruptured" => vec!["f".into()],
             "tissue.fmu.parameters" => vec!["\"k = 200\"".into()],
+            "tissue.spared_layer" => vec!["skin".into(), "muscle".into()],
             "slave.denominator" => vec!["[1.0, 90.0, 0.1, 0.0]".into()],
             _ => return None,
         })
     }
 }
 
-/// An insertion of 45 mm, with a withdrawal of some millimetres, as a table.
+/// Returns an insertion of 45 mm, with a withdrawal of some millimetres, as a table.
 fn insertion(scale: f64) -> String {
     let mut text =
         String::from("time_s,position_m,velocity_m_per_s,force_n,time_2_s,position_2_m,velocity_2_m_per_s,force_2_n\n");

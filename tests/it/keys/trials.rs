@@ -4,7 +4,7 @@ use trocar::scenario::{Key, Kind, Value};
 
 use super::scenarios::Scenarios;
 
-/// Values of a key other than its present one, as a setting writes them.
+/// Returns values of a key other than its present one, in the form of a setting.
 pub fn trial_values(key: &Key, now: Option<&Value>, scenarios: &Scenarios) -> Vec<String> {
     if let Some(written) = scenarios.values_of(key.path) {
         return written;

@@ -23,7 +23,7 @@ impl MassDamper {
         self.mass_kg / self.damping_n_s_per_m
     }
 
-    /// (x, x') at time t under a constant force: `x' = F/b (1 - e^{-t/τ})`, `x = F/b (t - τ (1 - e^{-t/τ}))`.
+    /// Returns (x, x') at time t under a constant force: `x' = F/b (1 - e^{-t/τ})`, `x = F/b (t - τ (1 - e^{-t/τ}))`.
     pub fn under_constant_force(self, force_n: f64, t: f64) -> (f64, f64) {
         let tau = self.time_constant_s();
         let speed = force_n / self.damping_n_s_per_m;
@@ -31,7 +31,7 @@ impl MassDamper {
         (speed * (t - tau * rise), speed * rise)
     }
 
-    /// (x, x') at time t under the force `slope · t`: `x' = c/b (t - τ (1 - e^{-t/τ}))`, and its integral.
+    /// Returns (x, x') at time t under the force `slope · t`: `x' = c/b (t - τ (1 - e^{-t/τ}))`, and its integral.
     pub fn under_ramped_force(self, slope_n_per_s: f64, t: f64) -> (f64, f64) {
         let tau = self.time_constant_s();
         let gain = slope_n_per_s / self.damping_n_s_per_m;
@@ -52,7 +52,7 @@ impl Lag {
         StateSpace::continuous(dmatrix![-rate], dmatrix![rate], dmatrix![1.0], dmatrix![0.0]).expect("well formed")
     }
 
-    /// y at time t after a unit step: `1 - e^{-t/τ}`.
+    /// Returns y at time t after a unit step: `1 - e^{-t/τ}`.
     pub fn after_unit_step(self, t: f64) -> f64 {
         -f64::exp_m1(-t / self.time_constant_s)
     }

@@ -1,4 +1,4 @@
-//! Common code of the tests: reading a table of numbers, comparing columns, building an insertion by hand.
+//! Common code of the tests: reads tables, compares columns, builds an insertion by hand.
 
 pub mod closed_forms;
 pub mod pair;
@@ -27,22 +27,18 @@ use trocar::teleoperation::{
 use trocar::time::TickGrid;
 use trocar::tissue::{AnyTissue, KelvinVoigt, KelvinVoigtSettings};
 
-/// Returns the linear loop of a scenario.
 pub fn linear_loop(scenario: &Scenario) -> LinearLoop {
     trocar::stability_check::linear_loop(scenario).expect("analysed")
 }
 
-/// Returns the settings of the analysis of a scenario's events.
 pub fn switching(scenario: &Scenario, tissue: (f64, f64)) -> Result<SwitchingSettings, &'static str> {
     SwitchingSettings::of(scenario, linear_loop(scenario), tissue)
 }
 
-/// Returns the path of a file of the project.
 pub fn file(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// Returns the files with an extension in a folder and its subfolders.
 pub fn files_with(extension: &str, folder: &Path) -> Vec<PathBuf> {
     let mut files = test_folder::files_below(folder);
     files.retain(|path| path.extension().is_some_and(|its| its == extension));
@@ -62,8 +58,8 @@ pub fn table(path: &str) -> HashMap<String, Vec<f64>> {
     columns
 }
 
-/// Returns the maximum difference between a computed column, thinned by `every`, and the expected one, relative to its
-/// peak.
+/// Returns the maximum difference between a computed column, decimated by `every`, and the expected column, relative
+/// to its peak.
 pub fn difference(computed: &[f64], expected: &[f64], every: usize) -> f64 {
     let thinned: Vec<f64> = computed.iter().step_by(every).copied().collect();
     assert!(thinned.len() >= expected.len(), "{} rows computed, {} expected", thinned.len(), expected.len());
@@ -83,7 +79,7 @@ pub fn drive(mut plants: impl Plants<f64>, ticks: usize, input: impl Fn(usize) -
             column.push(value);
         }
         let (desired, feedback, reference) = input(k);
-        plants.step(desired, input(k + 1).0, feedback, reference).expect("steps");
+        plants.step(desired, input(k + 1).0, feedback, reference, 0.0).expect("steps");
     }
     columns
 }

@@ -1,14 +1,12 @@
-//! A simple implementation of two lanes, to compare code for any width with a single lane.
+//! A simple implementation of two lanes, for comparing code of any width with a single lane.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use trocar::lane::{Lane, Mask};
 
-/// Two numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair(pub [f64; 2]);
 
-/// Two truth values.
 #[derive(Debug, Clone, Copy)]
 pub struct PairMask([bool; 2]);
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-/// A sequence of random numbers (xorshift64*), the same on every machine.
+/// A pseudo-random sequence (xorshift64*) that is the same on every machine.
 pub struct Random(u64);
 
 impl Random {
@@ -21,7 +21,7 @@ impl Random {
         low + (high - low) * self.share()
     }
 
-    /// A number whose logarithm is uniform.
+    /// Returns a number whose logarithm is uniform.
     fn scale(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }
@@ -35,7 +35,7 @@ impl Random {
     }
 }
 
-/// A case: the shipped scenario that it starts from, its settings without a scheme, and those of its link.
+/// A case: its base scenario, its settings without a scheme, and the settings of its link.
 #[derive(Debug, Clone)]
 pub struct Case {
     pub base: &'static str,
@@ -44,7 +44,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// A random case of at most `duration_s` (s).
+    /// Draws a case of at most `duration_s` (s).
     pub fn draw(random: &mut Random, duration_s: f64) -> Self {
         let is_augmented = random.is(0.4);
         let base = match (is_augmented, random.is(0.3)) {
@@ -79,7 +79,6 @@ impl Case {
             _ => {}
         }
         if kind == "recording" && random.is(0.5) {
-            // The recorded hand.
             set("simulation.duration_s", duration_s.min(7.0).to_string());
         } else {
             set("simulation.duration_s", duration_s.to_string());
@@ -87,7 +86,7 @@ impl Case {
             match random.one(&["sine", "step", "stab", "insertion"]) {
                 "sine" => {
                     set("operator.kind", "sine".into());
-                    // The needle starts outside of layers.
+                    // The needle starts outside layers.
                     let centre_m = if kind == "layers" { -0.001 } else { random.between(-0.005, 0.01) };
                     set("operator.start_m", (surface_m + centre_m).to_string());
                     set("operator.amplitude_m", amplitude_m.to_string());
@@ -118,7 +117,8 @@ impl Case {
         Self { base, settings, link: draw_link(random, duration_s) }
     }
 
-    /// A random stab over a direct link: a hand that moves at a constant speed into a wall or into layers, and stops there.
+    /// Draws a stab over a direct link: a hand that moves at a constant speed into a wall or into layers and stops
+    /// there.
     pub fn draw_stab(random: &mut Random, duration_s: f64) -> Self {
         let base = random.one(&["paper/classical", "paper/augmented"]);
         let mut settings = vec![format!("simulation.seed={}", random.between(1.0, 1e6) as u64)];
@@ -141,14 +141,14 @@ impl Case {
         Self { base, settings, link: vec![] }
     }
 
-    /// The settings of the case with a scheme.
+    /// Returns the settings of the case with a scheme.
     pub fn with(&self, scheme: &str) -> Vec<String> {
         let scheme = format!("passivity.scheme={scheme}");
         self.settings.iter().chain(&self.link).cloned().chain([scheme]).collect()
     }
 }
 
-/// A link: direct, with a constant delay each way, or lossy.
+/// Draws a link: direct, with a constant delay each way, or lossy.
 fn draw_link(random: &mut Random, duration_s: f64) -> Vec<String> {
     let mut delay_s = || if random.is(0.15) { 0.0 } else { random.between(0.0, 0.2) };
     let forward_s = delay_s();

@@ -17,24 +17,22 @@ pub type Socket = WebSocket<TcpStream>;
 pub struct Running(Child);
 
 impl Running {
-    /// Starts a program and reads its standard output up to a line for which `parse` returns a value; the rest is read
-    /// and dropped.
+    /// Starts a program and reads its standard output up to a line for which `parse` returns a value. Reads and drops
+    /// the rest.
     pub fn start<T>(command: &mut Command, parse: impl Fn(&str) -> Option<T>) -> Option<(Self, T)> {
         let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().ok()?;
         let mut lines = BufReader::new(child.stdout.take()?).lines();
         let value = lines.by_ref().map_while(Result::ok).find_map(|line| parse(&line));
         let running = Self(child);
-        // A process that writes to a full pipe blocks.
+        // Keep reading, because a process that writes to a full pipe blocks.
         std::thread::spawn(move || lines.for_each(drop));
         Some((running, value?))
     }
 
-    /// Returns the process id.
     pub fn id(&self) -> u32 {
         self.0.id()
     }
 
-    /// Waits for the end and returns the exit code.
     pub fn wait(&mut self) -> Option<i32> {
         self.0.wait().ok()?.code()
     }
@@ -47,7 +45,7 @@ impl Drop for Running {
     }
 }
 
-/// Serves the page of a scenario on a free port, with the program of this build or the one in `TROCAR_BIN`.
+/// Serves the page of a scenario on a free port, with the program of this build or the program in `TROCAR_BIN`.
 pub fn explore(arguments: &[&str]) -> (Running, SocketAddr) {
     let program = std::env::var_os("TROCAR_BIN").unwrap_or_else(|| env!("CARGO_BIN_EXE_trocar").into());
     let mut command = Command::new(program);
@@ -56,7 +54,6 @@ pub fn explore(arguments: &[&str]) -> (Running, SocketAddr) {
     Running::start(&mut command, address).expect("the page is served")
 }
 
-/// Connects to a server.
 pub fn connect(address: SocketAddr) -> TcpStream {
     let stream = TcpStream::connect_timeout(&address, RESPONSIVE).expect("connects");
     stream.set_read_timeout(Some(Duration::from_secs(30))).expect("set");
@@ -64,7 +61,6 @@ pub fn connect(address: SocketAddr) -> TcpStream {
     stream
 }
 
-/// Opens the WebSocket with an origin.
 pub fn link(address: SocketAddr, origin: Option<&str>, host: &str) -> Result<Socket, Box<tungstenite::Error>> {
     let mut request = format!("ws://{address}/link").into_client_request().map_err(Box::new)?;
     let headers = request.headers_mut();
@@ -79,7 +75,7 @@ pub fn link(address: SocketAddr, origin: Option<&str>, host: &str) -> Result<Soc
     }
 }
 
-/// Opens the WebSocket of a server's own page.
+/// Opens the WebSocket of a server from its own page.
 pub fn open(address: &str) -> Socket {
     let to = address.parse().expect("an address");
     link(to, Some(&format!("http://{address}")), address).expect("opens")

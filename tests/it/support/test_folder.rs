@@ -8,10 +8,8 @@ use std::time::SystemTime;
 use assert_cmd::Command;
 use tempfile::TempDir;
 
-/// The folder.
 pub struct TestFolder(TempDir);
 
-/// The outcome of a command.
 pub struct Outcome {
     pub code: i32,
     pub out: String,
@@ -61,7 +59,7 @@ impl TestFolder {
         outcome.out
     }
 
-    /// Runs a command that must be rejected: exit code 2, no output, no file. Returns the message.
+    /// Runs a command that must be refused with exit code 2, no output and no file. Returns the message.
     pub fn refusal(&self, arguments: &[&str]) -> String {
         let before = self.state();
         let outcome = self.trocar(arguments);
@@ -71,7 +69,7 @@ impl TestFolder {
         outcome.err
     }
 
-    /// Runs a command that must be rejected, and checks that its message has all phrases.
+    /// Runs a command that must be refused, and checks that its message has all phrases.
     pub fn refused(&self, arguments: &[&str], phrases: &[&str]) {
         let message = self.refusal(arguments);
         for phrase in phrases {
@@ -79,7 +77,7 @@ impl TestFolder {
         }
     }
 
-    /// Runs commands that must be rejected, one per line, and returns the messages as displayed.
+    /// Runs commands that must be refused, one per line. Returns the messages as displayed.
     pub fn refusals(&self, commands: &str) -> String {
         let seen = |line: &str| {
             let arguments: Vec<&str> = line.split_whitespace().collect();
@@ -88,18 +86,16 @@ impl TestFolder {
         commands.lines().filter(|line| !line.trim().is_empty()).map(seen).collect()
     }
 
-    /// Returns the names of all commands, from the help.
     pub fn commands(&self) -> Vec<String> {
         let help = self.good(&["--help"]);
         let listed = ["Commands:\n", "Files and setup:\n"]
             .map(|heading| help.split(heading).nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list"));
-        // The description of a command continues on lines with more spaces.
+        // The description of a command continues on lines with more indentation.
         let names =
             listed.iter().flat_map(|list| list.lines()).filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
         names.filter(|name| !name.is_empty() && *name != "help").map(str::to_owned).collect()
     }
 
-    /// Returns every file below a folder, with its content.
     pub fn files(&self, below: &str) -> BTreeMap<PathBuf, Vec<u8>> {
         let folder = self.path(below);
         let read = |path: PathBuf| {
@@ -119,7 +115,6 @@ impl TestFolder {
     }
 }
 
-/// Returns the files in a folder and its subfolders.
 pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];
     let mut open = vec![folder.to_owned()];

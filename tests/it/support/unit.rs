@@ -1,4 +1,4 @@
-//! A unit written in C, `tests/data/fmu/tissue.c`.
+//! Builds an FMU from `tests/data/fmu/tissue.c`.
 
 use std::collections::HashMap;
 use std::io::{Cursor, Write as _};
@@ -23,17 +23,16 @@ pub enum Fault {
     RefusedParameter,
 }
 
-/// Compiled libraries, by version and fault.
 type Libraries = HashMap<(u8, Fault), Vec<u8>>;
 
-/// The library of `tests/data/fmu/tissue.c`, compiled once for each version and fault.
+/// Returns the library of `tests/data/fmu/tissue.c`, compiled once for each version and fault.
 pub fn library(fmi: u8, fault: Fault) -> Vec<u8> {
     static COMPILED: Mutex<Option<Libraries>> = Mutex::new(None);
     let mut compiled = COMPILED.lock().unwrap_or_else(PoisonError::into_inner);
     let compile = || {
         let folder = TestFolder::new();
         let out = folder.path("tissue.so");
-        // No fused multiplication and addition: the bits are those of Rust.
+        // Disable fused multiplication and addition, so that the bits equal Rust's.
         let output = Command::new("cc")
             .args(["-Wall", "-Wextra", "-Werror", "-O1", "-ffp-contract=off", "-shared", "-fPIC", "-o"])
             .arg(&out)
@@ -48,7 +47,7 @@ pub fn library(fmi: u8, fault: Fault) -> Vec<u8> {
     compiled.get_or_insert_default().entry((fmi, fault)).or_insert_with(compile).clone()
 }
 
-/// The description of `tests/data/fmu/tissue.c`.
+/// Returns the model description of `tests/data/fmu/tissue.c`.
 pub fn description(fmi: u8) -> String {
     let variables = [
         ("x", 1, "input", "Real", "unit=\"m\" start=\"0\""),
@@ -93,7 +92,6 @@ pub fn description(fmi: u8) -> String {
     )
 }
 
-/// A container of files.
 pub fn container(files: &[(&str, &[u8])]) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(vec![]));
     for (path, content) in files {
@@ -103,7 +101,7 @@ pub fn container(files: &[(&str, &[u8])]) -> Vec<u8> {
     zip.finish().expect("finished").into_inner()
 }
 
-/// The path of the library in a unit, on this machine.
+/// Returns the path of the library in an FMU, on this machine.
 pub fn place(fmi: u8) -> String {
     let version = if fmi == 2 { trocar_studies::fmu::Version::Two } else { trocar_studies::fmu::Version::Three };
     format!("binaries/{}/tissue.{}", version.platform(), std::env::consts::DLL_EXTENSION)

@@ -1,9 +1,9 @@
 // A sketch of a ros2_control controller that runs trocar's rig. It follows the interface of controller_interface in
 // ROS 2 Jazzy; it is not compiled with this project, which does not depend on ROS.
 //
-// One update per tick: the hardware's state interfaces give the sample, the command interfaces take the command. The
-// parameters are the names of these interfaces and the path of a scenario, whose tick must be the period of the
-// controller manager.
+// Each tick is one update: the controller reads the sample from the state interfaces of the hardware, and writes the
+// command to its command interfaces. The parameters are the names of these interfaces and the path of a scenario. The
+// tick of the scenario must be the period of the controller manager.
 //
 //   trocar_controller:
 //     ros__parameters:
@@ -56,7 +56,7 @@ public:
         return {interface_configuration_type::INDIVIDUAL, {text("slave_reference"), text("master_force")}};
     }
 
-    // Not in real time: the scenario is read and the memory of the rig is made here.
+    // Reads the scenario and allocates the memory of the rig. Not real-time safe.
     CallbackReturn on_configure(const rclcpp_lifecycle::State &) override
     {
         std::ifstream file(text("scenario"));
@@ -73,7 +73,7 @@ public:
         return CallbackReturn::SUCCESS;
     }
 
-    // The rig starts where the master is, so that the reference does not jump.
+    // Starts the rig at the position of the master, so that the reference does not jump.
     CallbackReturn on_activate(const rclcpp_lifecycle::State &) override
     {
         settings_.rig_start_m = state_interfaces_[0].get_value();
@@ -95,7 +95,7 @@ public:
         if (trocar_rig_step(rig_, &sample, &command_) != TROCAR_STATUS_OK) {
             return return_type::ERROR;
         }
-        // Holding the last value is not safe for long: when to stop is the rig's decision.
+        // trocar holds the last valid values but never stops the motors. Stop after too many faulty samples.
         if (command_.faulty_samples > bad_samples_to_stop_) {
             return return_type::ERROR;
         }

@@ -1,13 +1,13 @@
 /*
- * A sketch of a Simulink S-function (level 2, in C) that runs trocar's rig. It is not compiled with this project, which
- * does not depend on MATLAB:
+ * A sketch of a Simulink S-function (level 2, in C) that runs trocar's rig. This project does not compile it, because
+ * it does not depend on MATLAB:
  *
  *     mex trocar_rig.c -I<prefix>/include -L<prefix>/lib -ltrocar_c
  *
  * Parameters: the tick (s), the position of the tissue surface (m), the position of the master at the start (m).
  * Input: master position (m), slave position (m), slave velocity (m/s), force (N).
  * Output: reference (m), force for the master (N), mode, alarm, stiffness (N/m), damping (N.s/m), decision function.
- * The rig lies in a work vector of the block, so that each block has its own and code generation needs no allocator.
+ * Each block has a rig in its work vector, so that code generation needs no allocator.
  */
 #define S_FUNCTION_NAME trocar_rig
 #define S_FUNCTION_LEVEL 2
@@ -37,7 +37,7 @@ static void mdlInitializeSizes(SimStruct *S)
     ssSetInputPortRequiredContiguous(S, 0, 1);
     ssSetOutputPortWidth(S, 0, OUTPUTS);
     ssSetNumSampleTimes(S, 1);
-    /* The rig, and its address in it: doubles are aligned as the rig needs (trocar_rig_alignment() is 8). */
+    /* The rig and its address. Doubles have the alignment of a rig (trocar_rig_alignment() is 8). */
     ssSetNumDWork(S, 1);
     ssSetDWorkWidth(S, 0, (int_T)((trocar_rig_size() + sizeof(real_T) - 1) / sizeof(real_T)));
     ssSetDWorkDataType(S, 0, SS_DOUBLE);

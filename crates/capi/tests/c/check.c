@@ -1,4 +1,4 @@
-/* What the interface promises besides commands: sizes, refusals, texts. Prints nothing and returns 0 if all hold. */
+/* Checks the interface besides commands: sizes, rejections, texts. Prints nothing and returns 0 on success. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,7 +24,7 @@ int main(void)
     trocar_command command;
     trocar_rig *rig = NULL;
     char error[64];
-    /* Eight bytes more, for memory that is not aligned. */
+    /* Eight additional bytes for a test of misaligned memory. */
     char *memory = malloc(size + 8);
 
     CHECK(memory != NULL);
@@ -33,7 +33,7 @@ int main(void)
     CHECK(strcmp(trocar_status_text(TROCAR_STATUS_OK), "done") == 0);
     CHECK(strcmp(trocar_status_text(-7), "unknown status") == 0);
 
-    /* Refusals: null, a foreign size, too little memory, a wrong address. */
+    /* Rejections: null, a wrong size, too little memory, a misaligned address. */
     CHECK(trocar_rig_settings_default(NULL, sizeof settings) == TROCAR_STATUS_NULL);
     CHECK(trocar_rig_settings_default(&settings, sizeof settings - 8) == TROCAR_STATUS_STRUCT_SIZE);
     CHECK(trocar_rig_settings_default(&settings, sizeof settings) == TROCAR_STATUS_OK);
@@ -47,11 +47,11 @@ int main(void)
     CHECK(trocar_rig_init(memory, size, &settings, &rig, error, sizeof error) == TROCAR_STATUS_STRUCT_SIZE);
     settings.struct_size += 8;
 
-    /* A setting out of range, and a word that does not exist, by their keys. */
+    /* A setting out of range, and an unknown word, are reported with their keys. */
     settings.detector_quiet_std_n = -1.0;
     CHECK(trocar_rig_init(memory, size, &settings, &rig, error, sizeof error) == TROCAR_STATUS_SETTING);
     CHECK(strncmp(error, "detector.quiet_std_n is -1, must be", 35) == 0);
-    /* Without a buffer, and with one of a single byte. */
+    /* Without a buffer, and with a buffer of one byte. */
     CHECK(trocar_rig_init(memory, size, &settings, &rig, NULL, 0) == TROCAR_STATUS_SETTING);
     CHECK(trocar_rig_init(memory, size, &settings, &rig, error, 1) == TROCAR_STATUS_SETTING && error[0] == '\0');
     settings.detector_quiet_std_n = 0.02;
@@ -60,7 +60,7 @@ int main(void)
     CHECK(strncmp(error, "detector.motion must be one of", 30) == 0 && rig == NULL);
     settings.detector_motion = TROCAR_DETECTOR_MOTION_INSERTING;
 
-    /* A step before the rig is initialised, and with foreign sizes. */
+    /* A step before the rig is initialised, and with wrong sizes. */
     memset(memory, 0, size);
     command.struct_size = sizeof command;
     CHECK(trocar_rig_step((trocar_rig *)memory, &sample, &command) == TROCAR_STATUS_NOT_INITIALISED);
@@ -75,7 +75,7 @@ int main(void)
     command.struct_size = 8;
     CHECK(trocar_rig_step(rig, &sample, &command) == TROCAR_STATUS_STRUCT_SIZE);
 
-    /* A tick without a sample: every channel is faulty but the numbers are valid. */
+    /* A tick without a sample: every channel is faulty, but the commands are valid numbers. */
     command.struct_size = sizeof command;
     CHECK(trocar_rig_step(rig, &sample, &command) == TROCAR_STATUS_OK);
     CHECK(command.faults == 15 && command.faulty_samples == 1 && command.alarm == 0);

@@ -11,12 +11,12 @@ use trocar_scenario::unit_of;
 /// Width of a line of the header.
 const WIDTH: usize = 116;
 
-/// The name of a key in C.
+/// Returns the name of a key in C.
 pub fn field(key: &Key) -> String {
     key.path.replace('.', "_")
 }
 
-/// A text as the comment of what follows.
+/// Formats a text as a comment.
 fn comment(text: &str, indent: &str) -> String {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
@@ -32,7 +32,6 @@ fn comment(text: &str, indent: &str) -> String {
     format!("{indent}/**\n{lines}{indent} */\n")
 }
 
-/// The type of a key's field.
 fn c_type(key: &Key) -> &'static str {
     match key.kind {
         Kind::Number(_) | Kind::Sign => "double",
@@ -40,12 +39,12 @@ fn c_type(key: &Key) -> &'static str {
     }
 }
 
-/// The constant of a word.
+/// Returns the constant of a word.
 fn constant(key: &Key, word: &str) -> String {
     format!("TROCAR_{}_{word}", field(key)).to_uppercase().replace('-', "_")
 }
 
-/// Meaning, unit, range and default of a key.
+/// Returns meaning, unit, range and default of a key.
 fn about(key: &Key) -> String {
     let range = match (key.kind, unit_of(key.path)) {
         (Kind::Choice(_), _) => format!("One of enum trocar_{}", field(key)),
@@ -66,7 +65,7 @@ fn about(key: &Key) -> String {
     format!("{}: {} {range}; {default}.{}", key.path, key.meaning, acts.unwrap_or_default())
 }
 
-/// The structure of the settings, and the words of each choice.
+/// Returns the structure of the settings, and the words of each choice.
 fn settings() -> String {
     let mut text = String::from("\n");
     for key in Settings::KEYS {
@@ -95,7 +94,6 @@ fn settings() -> String {
     text + "} trocar_rig_settings;\n"
 }
 
-/// The whole header.
 fn header() -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut config = cbindgen::Config::from_file(folder.join("cbindgen.toml")).expect("the configuration");
@@ -115,12 +113,12 @@ fn header() -> String {
         .write(&mut bytes);
     let text =
         String::from_utf8(bytes).expect("UTF-8").replace("trocar_rig_settings;\n\n\n", "trocar_rig_settings;\n\n");
-    // The requirements of a call, as Doxygen names them.
+    // Doxygen calls the requirements of a call preconditions.
     text.replace(" * # Safety\n * ", " * @pre ")
 }
 
 #[test]
-fn the_header_is_what_the_source_says() {
+fn the_header_agrees_with_the_source() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("include/trocar.h");
     let expected = header();
     if std::env::var_os("BLESS").is_some() {

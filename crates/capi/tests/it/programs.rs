@@ -1,4 +1,4 @@
-//! Programs in C and C++ that are compiled here, against Rust's controller.
+//! Compiles programs in C and C++ and compares them with Rust's controller.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -12,17 +12,16 @@ use trocar_scenario::{Scenario, Source};
 
 use crate::header::field;
 
-/// A scenario for both sides.
 const AUGMENTED: &str = "base = \"builtin:paper/augmented\"\n";
 
-/// Length of the lever of the recordings, in m.
+/// Length of the lever in the recordings, in m.
 const LEVER_M: f64 = 0.075;
 
 fn here() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The folder in which cargo has put the libraries of this package, beside the test.
+/// Returns the folder with this package's libraries, beside the test.
 fn libraries() -> PathBuf {
     let test = std::env::current_exe().expect("this program");
     test.parent().expect("in a folder").to_owned()
@@ -32,7 +31,7 @@ fn is_there(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// The compilers among these. States what is missing: the gate installs all of them.
+/// Returns the installed compilers among `names`, and prints a message if there is none. The gate installs all of them.
 fn compilers(names: &[&'static str]) -> Vec<&'static str> {
     let found: Vec<_> = names.iter().copied().filter(|name| is_there(name)).collect();
     if found.is_empty() {
@@ -55,7 +54,7 @@ fn run(command: &mut Command, input: &str) -> String {
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
-/// Compiles a source of this package with every warning as an error, and returns the program.
+/// Compiles a source of this package with every warning as an error. Returns the program.
 fn compiled(compiler: &str, source: &str, folder: &TempDir) -> PathBuf {
     let program = folder.path().join(compiler);
     let standard = if source.ends_with(".cpp") { "-std=c++17" } else { "-std=c99" };
@@ -68,7 +67,7 @@ fn compiled(compiler: &str, source: &str, folder: &TempDir) -> PathBuf {
     program
 }
 
-/// Samples with the settings of the controller, and the arguments that give a program the same settings.
+/// Samples, the settings of the controller, and the arguments that give a program the same settings.
 struct Case {
     name: &'static str,
     samples: Vec<Sample>,
@@ -77,7 +76,8 @@ struct Case {
     events: u64,
 }
 
-/// A recording of the lever rig: columns of time, slave's angle and velocity, torque, and if there is one the master's angle.
+/// Reads a recording of the lever rig: columns of time, slave angle and velocity, torque and, if there is one, master
+/// angle.
 fn recording(name: &'static str, torque: &str, contact_m: f64, events: u64) -> Case {
     let path = here().ancestors().nth(2).expect("in the workspace").join(name);
     let text = fs::read_to_string(path).expect("a recording of the repository");
@@ -102,7 +102,7 @@ fn recording(name: &'static str, torque: &str, contact_m: f64, events: u64) -> C
     Case { name, samples, settings, arguments, events }
 }
 
-/// The trace of the shipped augmented insertion.
+/// Returns the trace of the shipped augmented insertion.
 fn augmented(folder: &TempDir) -> Case {
     let file = folder.path().join("augmented.toml");
     fs::write(&file, AUGMENTED).expect("written");
@@ -120,7 +120,7 @@ fn augmented(folder: &TempDir) -> Case {
     Case { name: "augmented", samples, settings, arguments, events: 2 }
 }
 
-/// The three recordings of the repository and the augmented insertion.
+/// Returns the three recordings of the repository and the augmented insertion.
 fn cases(folder: &TempDir) -> [Case; 4] {
     [
         recording("scenarios/recordings/own_ctrl_pop.csv", "env_out_Nm_derived", 6.3e-3, 1),
@@ -131,7 +131,7 @@ fn cases(folder: &TempDir) -> [Case; 4] {
 }
 
 impl Case {
-    /// The samples as a program reads them.
+    /// Formats the samples as input of a program.
     fn input(&self) -> String {
         let mut text = String::new();
         for Sample { master_position_m, slave_position_m, slave_velocity_m_per_s, force_n } in &self.samples {
@@ -140,7 +140,7 @@ impl Case {
         text
     }
 
-    /// Rust's commands: the bits of the numbers, then the words.
+    /// Returns Rust's commands: the bits of the numbers, then the words.
     fn commands(&self) -> Vec<[u64; 15]> {
         let mut controller = HapticController::new(&self.settings).expect("valid");
         let bits = |sample: &Sample| {
@@ -171,7 +171,7 @@ impl Case {
     }
 }
 
-/// The commands that a program has printed, in the same form.
+/// Parses the printed commands of a program in the same form.
 fn printed(text: &str) -> Vec<[u64; 15]> {
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
@@ -209,8 +209,8 @@ fn a_program_in_c_gives_the_commands_of_rust_bit_for_bit() {
     }
 }
 
-/// Valgrind with a status for every error and for memory that nothing points to. The reader of scenarios keeps tables of names for
-/// the life of the process, which valgrind calls possibly lost.
+/// Runs Valgrind, which fails for every error and for memory without a pointer to it. The reader of scenarios keeps
+/// tables of names for the life of the process, which Valgrind calls possibly lost.
 fn valgrind(program: &Path) -> Command {
     let mut valgrind = Command::new("valgrind");
     valgrind
@@ -238,7 +238,7 @@ fn valgrind_finds_no_error_in_a_program_in_c() {
 }
 
 #[test]
-fn sizes_refusals_and_texts_are_as_the_header_says() {
+fn sizes_rejections_and_texts_agree_with_the_header() {
     let folder = TempDir::new().expect("a folder");
     for compiler in compilers(&["gcc", "clang"]) {
         run(&mut Command::new(compiled(compiler, "tests/c/check.c", &folder)), "");
@@ -246,7 +246,7 @@ fn sizes_refusals_and_texts_are_as_the_header_says() {
 }
 
 #[test]
-fn each_field_of_the_settings_is_at_the_place_of_its_key() {
+fn each_field_of_the_settings_has_the_offset_of_its_key() {
     let folder = TempDir::new().expect("a folder");
     for compiler in compilers(&["gcc", "clang"]) {
         let mut source = String::from("#include \"trocar.h\"\n");

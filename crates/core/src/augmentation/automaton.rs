@@ -7,10 +7,10 @@ use crate::time::nearest_ticks;
 crate::settings! {
     /// When augmentation begins and ends.
     ///
-    /// `Teleoperation → Augmented` on an alarm, unless within `refractory_s` of the last event;
-    /// `Augmented → Reengaging` after `min_hold_s`, once `g < exit_ratio · γ` for `exit_quiet_s` (the hysteresis that
-    /// the paper requires), at the latest after `max_hold_s`; `Reengaging → Teleoperation` when force and position have
-    /// blended.
+    /// - `Teleoperation → Augmented` on an alarm, except during the refractory period.
+    /// - `Augmented → Reengaging` after `min_hold_s`, once `g < exit_ratio · γ` for `exit_quiet_s` (the hysteresis
+    ///   required by the paper), and at the latest after `max_hold_s`.
+    /// - `Reengaging → Teleoperation` when force and position have blended.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct AutomatonSettings in "augmentation." {
         /// Minimum duration of the freeze.
@@ -21,7 +21,7 @@ crate::settings! {
         max_hold_s: f64 [NON_NEGATIVE] = 1.0,
         /// Fraction of the threshold below which g counts as quiet.
         exit_ratio: f64 [POSITIVE_SHARE] = 0.5,
-        /// How long g must be quiet before the slave is released.
+        /// Time for which g must be quiet before the slave is released.
         exit_quiet_s: f64 [NON_NEGATIVE] = 0.05,
         /// Refractory period after an event, in which alarms have no effect.
         refractory_s: f64 [NON_NEGATIVE] = 0.2,
@@ -29,7 +29,6 @@ crate::settings! {
     where max_hold_s: |s| s.max_hold_s >= s.min_hold_s, "at least augmentation.min_hold_s";
 }
 
-/// The automaton.
 #[derive(Debug, Clone)]
 pub(super) struct Automaton<L: Lane> {
     min_hold_ticks: L,
@@ -39,7 +38,6 @@ pub(super) struct Automaton<L: Lane> {
     refractory_ticks: L,
     blend_ticks: L,
     mode: Modes<L>,
-    /// Lanes in teleoperation.
     in_teleoperation: L::Mask,
     entered: L,
     quiet_ticks: L,
@@ -47,7 +45,7 @@ pub(super) struct Automaton<L: Lane> {
 }
 
 impl<L: Lane> Automaton<L> {
-    /// An automaton in teleoperation, with a cross-fade of the force over `blend_s` (s).
+    /// Creates an automaton in teleoperation; `blend_s` is the duration of the force's cross-fade.
     pub(super) fn new(settings: &AutomatonSettings, threshold: f64, blend_s: f64, tick_s: f64) -> Self {
         let ticks = |duration_s| L::splat(nearest_ticks(duration_s, tick_s) as f64);
         Self {
@@ -75,7 +73,7 @@ impl<L: Lane> Automaton<L> {
         self.in_teleoperation
     }
 
-    /// The mode for `tick`, given the tick's alarm and `g`, and whether the position had blended by the tick before.
+    /// Returns the mode for `tick`. `blended` holds the lanes whose position had blended by the tick before.
     #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, alarm: L::Mask, decision: L, blended: L::Mask) -> Modes<L> {
         let now = L::splat(tick as f64);
@@ -90,7 +88,7 @@ impl<L: Lane> Automaton<L> {
         let blended_back = mode.is_reengaging() & blended & held.ge(self.blend_ticks);
 
         self.quiet_ticks = quiet_ticks;
-        // With this branch the code below does not wait for the alarm while the mode is unchanged.
+        // This branch removes the dependency on the alarm while the mode is unchanged.
         if (enter | leave | blended_back).any() {
             core::hint::cold_path();
             self.quiet_ticks = L::select(enter, L::zero(), quiet_ticks);
@@ -106,7 +104,6 @@ impl<L: Lane> Automaton<L> {
     }
 }
 
-/// Number of ticks of the cross-fade of the force, at least one.
 pub(super) fn blend_ticks(blend_s: f64, tick_s: f64) -> f64 {
     nearest_ticks(blend_s, tick_s).max(1) as f64
 }

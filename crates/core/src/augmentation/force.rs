@@ -1,13 +1,13 @@
-//! The feedback force: the measured force, that of the force law, and the cross-fade between them.
+//! The feedback force: the measured force, the force law's force, and the cross-fade between them.
 //!
-//! It is continuous at both ends: each command states the allowed change per tick.
+//! It is continuous at both ends; each command states the allowed change per tick.
 
 use super::automaton::blend_ticks;
 use super::force_laws::{AugmentedTick, ForceLaw};
 use super::mode::{Mode, ModeChange, Modes};
 use crate::lane::{Gather, LANES, Lane, Mask, Stored, of_each};
 
-/// `u² (3 - 2u)`: the weight of the final value of a cross-fade at the progress `u` from 0 to 1.
+/// Weight `u² (3 - 2u)` of a cross-fade's final value at the progress `u`, from 0 to 1.
 #[inline(always)]
 #[must_use]
 pub fn cross_fade<L: Lane>(progress: L) -> L {
@@ -30,7 +30,7 @@ pub(super) struct ForceFeedback<L, F> {
     augmented: L,
     progress: L,
     weight: L,
-    /// The last tick's force. Not updated in teleoperation, where it is the measured force.
+    /// The last tick's force. Not updated in teleoperation, where it equals the measured force.
     fed_back: L,
     measured: L,
     mode: Modes<L>,
@@ -51,10 +51,10 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         }
     }
 
-    /// The force in the mode that has arrived, and its allowed change, both in N.
+    /// The force in the received mode, and its allowed change, both in N.
     ///
-    /// If a link has lost a change of mode, the force passes through the modes between: it returns to the measured
-    /// force only through the complete cross-fade.
+    /// If a link has lost a change of mode, the force passes through the skipped modes, because it may return to the
+    /// measured force only through the complete cross-fade.
     #[inline(always)]
     pub(super) fn update(&mut self, mode: Modes<L>, force: L, velocity: L) -> (L, L) {
         if (self.mode.is_teleoperation() & mode.is_teleoperation()).all() {
@@ -70,7 +70,6 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         self.change(ModeChange { before, now: self.mode }, force, velocity)
     }
 
-    /// The force in any mode, and its allowed change.
     #[inline(always)]
     fn change(&mut self, modes: ModeChange<L>, force: L, velocity: L) -> (L, L) {
         let zero = L::zero();

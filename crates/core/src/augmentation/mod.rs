@@ -1,8 +1,7 @@
 //! Event-based haptic augmentation (section 5.1): on an alarm the slave is frozen and the felt force drop is
 //! exaggerated.
 //!
-//! The supervisor runs on the slave's side. At each tick it receives the alarm, the hand's delayed position, the
-//! slave's position and the measured force, and commands the slave's reference and the feedback force.
+//! The supervisor runs on the slave's side. At each tick it commands the slave's reference and the feedback force.
 
 mod automaton;
 mod force;
@@ -29,33 +28,33 @@ use crate::settings::ActsFor;
 use automaton::Automaton;
 use force::ForceFeedback;
 
-/// With augmentation only, as the keys of an event.
+/// Applies to keys that have an effect only if augmentation is enabled.
 pub const WHEN_ENABLED: ActsFor = ActsFor::new("augmentation.enabled", &["true"]);
 
-/// With a hold of any kind but none.
+/// Applies to keys that have an effect only with a hold other than `none`.
 const WHEN_HELD: ActsFor = ActsFor::all_but(HoldSettings::KEY.path, HoldSettings::WORDS, "none");
 
 crate::settings! {
     /// Settings of the supervisor.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct AugmentationSettings in "augmentation." {
-        /// Whether augmentation is enabled; false gives the classical scheme.
+        /// Enables augmentation; false gives the classical scheme.
         ///
         /// Alarms then have no effect.
         enabled: bool = true,
-        /// Where the slave is held.
+        /// Position at which the slave is held.
         freeze: Freeze for (WHEN_HELD),
-        /// What holds the slave.
+        /// Kind of hold during an event.
         hold: HoldSettings for (WHEN_ENABLED),
         /// How the slave returns to the hand.
         reengage: Reengage for (WHEN_HELD),
         /// The force law of an event.
         force: ForceLawSettings for (WHEN_ENABLED),
-        /// Whether a vibration on the operator's skin marks the event.
+        /// Marks the event by a vibration on the operator's skin.
         ///
         /// It does not act on the force loop; the operator's perception notices it.
         cue: bool for (WHEN_ENABLED) = false,
-        /// Length of the cross-fade back to the measured force.
+        /// Duration of the cross-fade back to the measured force.
         blend_s: f64 [NON_NEGATIVE] for (WHEN_ENABLED) = 0.1,
         /// When an event begins and ends.
         automaton: AutomatonSettings for (WHEN_ENABLED),
@@ -64,10 +63,8 @@ crate::settings! {
 
 /// A force law or a hold that is built from its settings.
 trait BuiltIn {
-    /// Its settings.
     type Settings;
 
-    /// The part of the settings on ticks `tick_s` apart (s).
     fn build(settings: &Self::Settings, tick_s: f64) -> Self;
 }
 
@@ -76,7 +73,7 @@ trait BuiltIn {
 pub struct Situation<L: Lane> {
     /// The tick's number.
     pub tick: u64,
-    /// Whether the detector raises an alarm.
+    /// Lanes in which the detector raises an alarm.
     pub alarm: L::Mask,
     /// The detector's decision function `g_k`.
     pub decision: L,
@@ -91,7 +88,7 @@ pub struct Situation<L: Lane> {
 /// Commands of the supervisor at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Command<L: Lane> {
-    /// The mode.
+    /// The mode of each lane.
     pub mode: Modes<L>,
     /// The slave's reference in m.
     pub slave_reference_m: L,
@@ -99,25 +96,25 @@ pub struct Command<L: Lane> {
     pub feedback_force_n: L,
     /// Largest change of the feedback force from the last tick that the active law allows, in N.
     pub allowed_step_n: L,
-    /// Whether the supervisor acted on an alarm; with augmentation disabled, whether there was one.
+    /// Lanes in which the supervisor acted on an alarm; with augmentation disabled, lanes with an alarm.
     pub alarm_taken: L::Mask,
 }
 
 /// Commands of the supervisor on the slave's side at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct SlaveCommand<L: Lane> {
-    /// As in [`Command`].
+    /// The mode of each lane.
     pub mode: Modes<L>,
     /// The slave's reference in m.
     pub slave_reference_m: L,
-    /// As in [`Command`].
+    /// See [`Command::alarm_taken`].
     pub alarm_taken: L::Mask,
 }
 
-/// The supervisor: the automaton and the motion law on the slave's side, the force law on the master's.
+/// The supervisor: the automaton and the motion law on the slave's side, the force law on the master's side.
 ///
 /// Over a link the slave's side calls [`decide`](Supervisor::decide), and the master's side calls
-/// [`feedback_force`](Supervisor::feedback_force) with the mode that arrives. Without a link,
+/// [`feedback_force`](Supervisor::feedback_force) with the received mode. Without a link,
 /// [`update`](Supervisor::update) does both.
 #[derive(Debug, Clone)]
 pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
@@ -129,8 +126,7 @@ pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
 }
 
 impl<L: Lane> Supervisor<L> {
-    /// A supervisor in teleoperation with the laws of the settings, for a detector with the threshold γ and ticks
-    /// `tick_s` apart (s); the slave starts at the reference `reference_m` (m).
+    /// Creates a supervisor in teleoperation. `threshold` is the detector's γ; the slave starts at `reference_m`.
     #[must_use]
     pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64, reference_m: L) -> Self {
         let motion = HeldReference::new(settings.freeze, settings.reengage, tick_s, reference_m);
@@ -141,7 +137,7 @@ impl<L: Lane> Supervisor<L> {
 }
 
 impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
-    /// As [`Supervisor::new`], with given laws instead of those of the settings.
+    /// Like [`Supervisor::new`], with the given laws.
     #[must_use]
     pub fn with_laws(motion: M, force: F, settings: &AugmentationSettings, threshold: f64, tick_s: f64) -> Self {
         Self {
@@ -153,8 +149,8 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// Computes the commands of both sides, without a link between them, for a measured force scaled to the master (N) and
-    /// the master's velocity (m/s).
+    /// Computes the commands of both sides without a link. `force_n` is scaled to the master; the velocity is the
+    /// master's.
     #[inline(always)]
     pub fn update(&mut self, now: &Situation<L>, force_n: L, velocity_m_per_s: L) -> Command<L> {
         let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.decide(now);
@@ -173,7 +169,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
             };
         }
         let before = self.automaton.mode();
-        // Lanes without augmentation may run beside lanes with it: their alarms are reported but have no effect.
+        // Lanes without augmentation can run beside lanes with it: their alarms are reported but have no effect.
         let mode = self.automaton.step(now.tick, now.alarm & self.enabled, now.decision, self.motion.is_blended());
         let modes = ModeChange { before, now: mode };
         self.motion.sense(now.force_n);
@@ -184,20 +180,20 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// The feedback force (N) and its largest allowed change from the last tick (N), on the master's side, given the
-    /// mode that has arrived there, the force without augmentation (N) and the master's velocity (m/s).
+    /// On the master's side: computes the feedback force and its largest allowed change from the last tick (both in N),
+    /// from the received mode and the force without augmentation.
     #[inline(always)]
     pub fn feedback_force(&mut self, mode: Modes<L>, force_n: L, velocity_m_per_s: L) -> (L, L) {
         self.feedback.update(mode, force_n, velocity_m_per_s)
     }
 
-    /// Whether a cue is on, on the master's side, given the mode that has arrived there.
+    /// On the master's side: the lanes in which a cue is on.
     #[inline(always)]
     pub fn cue(&self, mode: Modes<L>) -> L::Mask {
         self.gives_cue & mode.is_augmented()
     }
 
-    /// Whether all lanes are in teleoperation and stay there at a tick with this alarm.
+    /// Returns true if all lanes are in teleoperation and this alarm changes none of them.
     #[inline(always)]
     fn is_quiet_tick(&self, alarm: L::Mask) -> bool {
         (self.automaton.is_teleoperation() & !(self.enabled & alarm)).all()

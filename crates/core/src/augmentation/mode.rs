@@ -1,4 +1,4 @@
-//! The mode of the supervisor: of one run, and of several lanes.
+//! The mode of the supervisor, of one run and of several lanes.
 
 use crate::lane::{Lane, Mask};
 
@@ -15,7 +15,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// Code of the mode in a trace and in a message: 0, 1, 2.
+    /// The mode's code in a trace and in a message: 0, 1, 2.
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
@@ -33,7 +33,6 @@ impl Mode {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Modes<L> {
-    /// [`Mode::code`] in each lane.
     code: L,
 }
 
@@ -45,21 +44,21 @@ impl<L: Lane> Modes<L> {
         Self { code: L::splat(f64::from(mode.code())) }
     }
 
-    /// The modes of a message, which contains [`Modes::codes`].
+    /// The modes of a message, from [`Modes::codes`].
     #[inline(always)]
     #[must_use]
     pub fn from_codes(code: L) -> Self {
         Self { code }
     }
 
-    /// [`Mode::code`] in each lane, for a message.
+    /// Returns [`Mode::code`] of each lane, for a message.
     #[inline(always)]
     #[must_use]
     pub fn codes(self) -> L {
         self.code
     }
 
-    /// `mode` in the lanes of the mask, unchanged elsewhere.
+    /// Returns `mode` in the lanes of the mask, and the old mode in the other lanes.
     #[inline(always)]
     #[must_use]
     pub fn set_where(self, mask: L::Mask, mode: Mode) -> Self {
@@ -80,7 +79,7 @@ impl<L: Lane> Modes<L> {
         }
     }
 
-    /// These modes, with that of lane `index` replaced.
+    /// Replaces the mode of lane `index`.
     #[inline(always)]
     #[must_use]
     pub fn with_lane(self, index: usize, mode: Mode) -> Self {
@@ -92,28 +91,28 @@ impl<L: Lane> Modes<L> {
         (self.code - Self::splat(which).code).abs().lt(L::splat(0.5))
     }
 
-    /// Lanes in teleoperation.
+    /// The lanes in teleoperation.
     #[inline(always)]
     #[must_use]
     pub fn is_teleoperation(self) -> L::Mask {
         self.code.lt(L::splat(0.5))
     }
 
-    /// Lanes in which the slave is held and the force is augmented.
+    /// The lanes in which the slave is frozen and the force is augmented.
     #[inline(always)]
     #[must_use]
     pub fn is_augmented(self) -> L::Mask {
         self.is(Mode::Augmented)
     }
 
-    /// Lanes that return to teleoperation.
+    /// The lanes that are re-engaging.
     #[inline(always)]
     #[must_use]
     pub fn is_reengaging(self) -> L::Mask {
         self.is(Mode::Reengaging)
     }
 
-    /// Lanes whose modes differ.
+    /// The lanes whose modes differ.
     #[inline(always)]
     #[must_use]
     pub fn differs(self, other: Self) -> L::Mask {
@@ -123,24 +122,24 @@ impl<L: Lane> Modes<L> {
 
 crate::lane::gather!(Modes { code } stored);
 
-/// The modes of the tick before and of this one.
+/// The modes of the previous tick and of this one.
 #[derive(Debug, Clone, Copy)]
 pub struct ModeChange<L> {
-    /// At the tick before.
+    /// Modes at the previous tick.
     pub before: Modes<L>,
-    /// Now.
+    /// Modes at this tick.
     pub now: Modes<L>,
 }
 
 impl<L: Lane> ModeChange<L> {
-    /// Lanes whose mode has just become `which`.
+    /// The lanes whose mode has just become `which`.
     #[inline(always)]
     #[must_use]
     pub fn has_become(&self, which: Mode) -> L::Mask {
         self.now.is(which) & !self.before.is(which)
     }
 
-    /// Whether the mode of any lane has changed.
+    /// Returns true if the mode of any lane has changed.
     #[inline(always)]
     #[must_use]
     pub fn any_changed(&self) -> bool {
@@ -153,7 +152,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mode_is_recognised_alone() {
+    fn each_mode_is_recognised_by_its_predicate_alone() {
         for mode in [Mode::Teleoperation, Mode::Augmented, Mode::Reengaging] {
             let modes = Modes::<f64>::splat(mode);
             let found = [modes.is_teleoperation(), modes.is_augmented(), modes.is_reengaging()];

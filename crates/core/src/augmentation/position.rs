@@ -1,4 +1,4 @@
-//! The slave's reference: following the hand, frozen, or returning to it.
+//! The slave's reference: following the hand, frozen, or re-engaging.
 
 use super::holds::{AnyHold, HeldTick, Hold, HoldSettings};
 use super::mode::{Mode, ModeChange};
@@ -8,9 +8,9 @@ crate::choice! {
     /// Hold the slave at its measured position or at its last reference.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Freeze at "augmentation.freeze" = Measured {
-        /// At its measured position at the alarm.
+        /// Its measured position at the alarm.
         "measured" => Measured,
-        /// At the last reference before the alarm, which the slave may not have reached.
+        /// Its last reference before the alarm, which the slave may not have reached.
         "reference" => Reference,
     }
 }
@@ -26,7 +26,7 @@ crate::choice! {
             /// Speed at which a ramp closes the gap, in addition to the hand's motion.
             catch_up_speed_m_per_s: f64 [POSITIVE] = 0.03,
         },
-        /// The gap closes at a bounded speed until the force rises; what is left of it is kept.
+        /// The gap closes at a bounded speed until the force rises; the remaining gap is kept.
         "ramp-until-load" => RampUntilLoad in "augmentation." {
             /// Speed at which a ramp until load closes the gap, in addition to the hand's motion.
             approach_speed_m_per_s: f64 [POSITIVE] = 0.03,
@@ -35,26 +35,25 @@ crate::choice! {
         },
         /// The gap is kept: the slave continues from its frozen position.
         "clutch" => Clutch,
-        /// The gap closes at once and throws the needle; included to show the danger.
+        /// The gap closes at once, which throws the needle. Included to show the danger.
         "snap" => Snap,
     }
 }
 
 /// Gives the slave's reference in every mode.
 ///
-/// A user-defined law implements this for `f64`; [`HeldReference`] for any number of lanes.
+/// A user-defined law implements this trait for `f64`; [`HeldReference`] implements it for any number of lanes.
 pub trait MotionLaw<L: Lane> {
-    /// The slave's reference in m in teleoperation, for a hand at `hand_m` (m, scaled to the slave) and a slave measured
-    /// at `slave_m` (m).
+    /// The slave's reference in m in teleoperation. `hand_m` is scaled to the slave, `slave_m` is measured.
     fn follow(&mut self, hand_m: L, slave_m: L) -> L;
 
-    /// The slave's reference in m in any mode, for a slave measured at `slave_m` (m).
+    /// The slave's reference in m in any mode, from the same positions.
     fn update(&mut self, modes: ModeChange<L>, hand_m: L, slave_m: L) -> L;
 
     /// Receives the measured force (N) at a tick of an event, before [`update`](MotionLaw::update).
     fn sense(&mut self, _force_n: L) {}
 
-    /// Whether the law has closed the gap as far as it does, so that re-engaging may end.
+    /// The lanes in which the law has finished closing the gap, so re-engaging may end.
     fn is_blended(&self) -> L::Mask;
 }
 
@@ -79,15 +78,16 @@ impl<L: Lane, M: MotionLaw<L> + ?Sized> MotionLaw<L> for alloc::boxed::Box<M> {
 
 /// The slave's reference, `x_ref = hand + gap`.
 ///
-/// In teleoperation the gap is 0 or the offset left by a clutch. At the end of the freeze it is set so that the
-/// reference does not jump; a ramp then reduces its magnitude by `speed · tick` at each tick.
+/// In teleoperation the gap is 0 or the offset left by a clutch. At the end of the freeze it is set such that the
+/// reference does not jump. A ramp then reduces its magnitude by `speed · tick` at each tick.
 #[derive(Debug, Clone)]
 pub struct HeldReference<L> {
     freeze: Freeze,
     hold: AnyHold<L>,
     reengage: Reengage,
     force: L,
-    /// The smallest force since the release, and the rise above it at which a ramp stops: infinite for other ramps.
+    /// The smallest force since the release, and the rise above it that stops a ramp until load; infinite for other
+    /// kinds.
     min_force: L,
     stop_rise: L,
     closing_step: L,
@@ -97,7 +97,7 @@ pub struct HeldReference<L> {
 }
 
 impl<L: Lane> HeldReference<L> {
-    /// A law on ticks `tick_s` apart (s), for a slave at the reference `reference` (m).
+    /// Creates a law for ticks of `tick_s` and a slave at the reference `reference` (m).
     #[must_use]
     pub fn new(freeze: Freeze, reengage: Reengage, tick_s: f64, reference: L) -> Self {
         let (speed, stop_rise) = match reengage {
@@ -119,19 +119,18 @@ impl<L: Lane> HeldReference<L> {
         }
     }
 
-    /// With a hold other than a freeze, on ticks `tick_s` apart (s).
+    /// Replaces the freeze by another hold, for ticks of `tick_s`.
     #[must_use]
     pub fn holding(self, hold: &HoldSettings, tick_s: f64) -> Self {
         Self { hold: AnyHold::new(hold, tick_s), ..self }
     }
 
-    /// The reference that the hold gives for a slave that would be at `followed` without the event.
+    /// The hold's reference for a slave whose reference without the event is `followed`.
     #[inline(always)]
     fn held(&self, followed: L) -> L {
         self.hold.reference_m(&HeldTick { anchor_m: self.frozen, last_m: self.last, hand_m: followed })
     }
 
-    /// Lanes in which the force has risen since the release.
     #[inline(always)]
     fn is_loaded(&self) -> L::Mask {
         (self.force - self.min_force).ge(self.stop_rise)
@@ -171,7 +170,7 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
             self.frozen = L::select(modes.has_become(Mode::Augmented), held, self.frozen);
             let opened = match self.reengage {
                 Reengage::Snap => L::zero(),
-                // From where the hold would have led, so that the reference does not jump.
+                // The gap starts at the hold's reference, so the reference does not jump.
                 Reengage::Ramp { .. } | Reengage::RampUntilLoad { .. } | Reengage::Clutch => {
                     self.held(hand + self.gap) - hand
                 }
@@ -182,7 +181,7 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
         }
         self.min_force = self.force.min(self.min_force);
         let keeps_gap = self.is_loaded() & modes.before.is_reengaging();
-        // Once stopped, the ramp does not go on.
+        // A stopped ramp does not restart.
         self.min_force = L::select(keeps_gap, L::splat(f64::NEG_INFINITY), self.min_force);
         reengaging = L::select(keeps_gap, self.gap, reengaging);
         self.gap = L::select(modes.now.is_reengaging(), reengaging, self.gap);

@@ -8,42 +8,43 @@ crate::settings! {
     /// When the detector is armed.
     ///
     /// A CUSUM alone raises alarms at the first contact, while the estimator converges, and at every other large error.
-    /// The detector is armed once the needle has been in contact, with `g` at or below the threshold, for `settle_s`
-    /// without a break; any crossing of the threshold restarts this time. A crossing while armed is a rupture if the
-    /// force falls *below* a predicted *resisting* force (`drop_only`), the needle is not being withdrawn (`motion`),
-    /// and it is deep enough (`minimum_depth_m`). A crossing that fails these conditions restarts the time as well. The
-    /// price: a rupture within `settle_s` after any crossing, by another rupture or by a spike, is not detected.
+    /// The detector is therefore armed once the needle has been in contact, with `g` at or below the threshold, for
+    /// `settle_s` without a break. Any crossing of the threshold restarts this time. A crossing while armed is a
+    /// rupture if the force falls *below* a predicted *resisting* force (`drop_only`), the needle is not being
+    /// withdrawn (`motion`), and it is deep enough (`minimum_depth_m`).
+    ///
+    /// The price: a rupture within `settle_s` after any other crossing, by a rupture or a spike, is not detected.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmingSettings in "detector." {
         /// Duration of quiet contact before the detector is armed.
         settle_s: f64 [NON_NEGATIVE] = 0.1,
-        /// Whether only a force below a predicted resisting force counts.
+        /// Ignores changes other than a force below a predicted resisting force.
         drop_only: bool = true,
-        /// The motion of the needle during which a drop counts.
+        /// Motion of the needle during which a drop counts.
         motion: Motion,
         /// A drop does not count while the needle is withdrawn faster than this (not-withdrawn).
         withdrawal_speed_m_per_s: f64 [NON_NEGATIVE] for Motion::NotWithdrawn = 5e-3,
         /// A drop does not count while the needle is inserted more slowly than this (inserting).
         insertion_speed_m_per_s: f64 [NON_NEGATIVE] for Motion::Inserting = 1e-3,
-        /// A drop counts only from this depth below estimator.contact_m.
+        /// Smallest depth below estimator.contact_m at which a drop counts.
         minimum_depth_m: f64 [NON_NEGATIVE] = 0.0,
     }
 }
 
 crate::choice! {
-    /// The motion of the needle during which a drop counts.
+    /// Motion of the needle during which a drop counts.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Motion at "detector.motion" = NotWithdrawn {
-        /// Any.
+        /// Any motion.
         "any" => Any,
-        /// Not during a withdrawal; the needle may rest or retreat slightly.
+        /// Any motion but a withdrawal; the needle may rest or retreat slightly.
         "not-withdrawn" => NotWithdrawn,
         /// Only during insertion.
         "inserting" => Inserting,
     }
 }
 
-/// The conditions on an alarm, each as it stands at one sample. All must hold.
+/// The conditions on an alarm at one sample. All must hold.
 #[derive(Debug, Clone, Copy)]
 pub struct AlarmConditions<L: Lane> {
     /// The needle is in contact.
@@ -61,14 +62,13 @@ pub struct AlarmConditions<L: Lane> {
 }
 
 impl<L: Lane> AlarmConditions<L> {
-    /// Whether all hold.
+    /// The lanes in which all conditions hold.
     #[inline(always)]
     pub fn all(&self) -> L::Mask {
         self.armed & self.in_contact & self.moves_as_required & self.is_deep & self.is_drop
     }
 }
 
-/// The count of quiet samples, and the conditions on an alarm.
 #[derive(Debug, Clone)]
 pub(super) struct Arming<L> {
     settle_ticks: L,
@@ -93,7 +93,6 @@ impl<L: Lane> Arming<L> {
         }
     }
 
-    /// The conditions on an alarm at the next sample.
     #[inline(always)]
     pub(super) fn conditions(&self, evidence: &Evidence<L>) -> AlarmConditions<L> {
         let zero = L::zero();
@@ -107,13 +106,13 @@ impl<L: Lane> Arming<L> {
             armed: self.quiet_ticks.ge(self.settle_ticks),
             is_drop,
             moves_as_required: evidence.velocity_m_per_s.ge(self.min_velocity),
-            // Without a minimum the contact alone decides, for the detectors that need one.
+            // With a minimum of 0 only the contact counts, for the detectors that need one.
             is_deep: evidence.depth_m.ge(self.minimum_depth) | self.minimum_depth.le(zero),
             quiet_samples: self.quiet_ticks,
         }
     }
 
-    /// Whether a sample whose `g` is `above` the threshold is an alarm.
+    /// Counts the sample. Returns the lanes with an alarm, among the lanes whose `g` is `above` the threshold.
     #[inline(always)]
     pub(super) fn update(&mut self, above: L::Mask, evidence: &Evidence<L>) -> L::Mask {
         let zero = L::zero();
@@ -135,14 +134,14 @@ mod tests {
     use super::super::fixtures::{QUIET, with_residual};
     use super::*;
 
-    /// Conditions that hold for a drop, after 4 ticks of quiet contact.
+    /// Settings that let a drop count after 4 ticks of quiet contact.
     const ARMING: ArmingSettings = ArmingSettings { settle_s: 4e-3, ..ArmingSettings::DEFAULT };
 
     fn arming(settings: ArmingSettings) -> Arming<f64> {
         Arming::new(&settings, 1e-3)
     }
 
-    /// The ticks, from 0, at which a drop with `g` above the threshold is an alarm, of samples that are above or not.
+    /// The indices of the samples that raise an alarm; each sample states whether `g` is above the threshold.
     fn alarms(mut arming: Arming<f64>, samples: &[(bool, Evidence<f64>)]) -> Vec<usize> {
         let mut is_alarm = |(above, evidence): &(bool, Evidence<f64>)| arming.update(*above, evidence);
         samples.iter().enumerate().filter_map(|(k, sample)| is_alarm(sample).then_some(k)).collect()
@@ -175,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn the_count_of_quiet_samples_is_that_of_the_samples_before() {
+    fn the_count_of_quiet_samples_excludes_the_current_sample() {
         let mut arming = arming(ARMING);
         for quiet in 0..6 {
             let conditions = arming.conditions(&QUIET);

@@ -12,12 +12,12 @@ crate::settings! {
             distance.tuning().0,
         /// Drift (ν), subtracted at each sample (eq. 27), in the distance's unit.
         ///
-        /// Halfway between the distance's two means.
+        /// Halfway between the means of the distance under the two hypotheses.
         drift: f64 [ANY] => "halfway between the hypotheses; 2.02e-2 N² for the paper's variances" distance.tuning().1,
         /// Largest value of g, in the distance's unit.
         ///
-        /// Above γ. Without it one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000 samples to fall: for
-        /// seconds no rupture is detected. The price of a cap: `g` no longer shows the size of the change.
+        /// Above γ. Without a cap one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000 samples to fall: for
+        /// seconds no rupture is detected. The price: `g` no longer shows the size of the change.
         cap: f64 [POSITIVE] => "ten thresholds" 10.0 * threshold,
     }
     where cap: |s| s.cap > s.threshold, "above detector.threshold";
@@ -42,26 +42,24 @@ impl<L: Lane> Cusum<L> {
         }
     }
 
-    /// Adds a distance; returns `g_k` and whether it is above the threshold.
+    /// Adds a distance. Returns `g_k` and the lanes in which it is above the threshold.
     #[inline(always)]
     pub(super) fn update(&mut self, distance: L) -> (L, L::Mask) {
         self.value = (self.value + (distance - self.drift)).clamp(L::zero(), self.cap);
         (self.value, self.value.gt(self.threshold))
     }
 
-    /// Sets the decision of a distance that is not accumulated: `g_k = min(max(s_k - ν, 0), cap)`.
+    /// Sets the decision function of a distance that is not accumulated: `g_k = min(max(s_k - ν, 0), cap)`.
     #[inline(always)]
     pub(super) fn hold(&mut self, distance: L) -> (L, L::Mask) {
         self.value = (distance - self.drift).clamp(L::zero(), self.cap);
         (self.value, self.value.gt(self.threshold))
     }
 
-    /// Sets the threshold and the cap of each lane.
     pub(super) fn set_thresholds(&mut self, threshold: L, cap: L) {
         (self.threshold, self.cap) = (threshold, cap);
     }
 
-    /// Resets `g` to 0 where the mask holds.
     #[inline(always)]
     pub(super) fn reset(&mut self, mask: L::Mask) {
         self.value = L::select(mask, L::zero(), self.value);
@@ -79,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_eq_27() {
+    fn the_decision_function_is_eq_27() {
         let mut cusum = cusum();
         let values: Vec<f64> = [0.5, 2.0, 2.5, 0.0, 0.0, 0.0].map(|s| cusum.update(s).0).to_vec();
         assert_eq!(values, [0.0, 1.0, 2.5, 1.5, 0.5, 0.0]);
@@ -100,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn a_decision_that_is_not_accumulated_forgets_the_samples_before() {
+    fn a_decision_that_is_not_accumulated_ignores_the_samples_before() {
         let mut cusum = cusum();
         assert_eq!(
             [4.0, 2.0, 0.5, 225.0].map(|s| cusum.hold(s)),
@@ -115,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reset_sets_the_decision_to_0_where_it_is_asked_for() {
+    fn a_reset_sets_the_decision_to_0_only_in_the_masked_lanes() {
         let mut cusum = cusum();
         cusum.update(6.0);
         cusum.reset(false);
@@ -125,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn another_threshold_and_cap_replace_those_of_the_settings() {
+    fn another_threshold_and_cap_replace_the_configured_ones() {
         let mut cusum = cusum();
         cusum.set_thresholds(5.0, 7.0);
         assert_eq!([5.5, 2.0, 9.0].map(|s| cusum.update(s)), [(4.5, false), (5.5, true), (7.0, true)]);

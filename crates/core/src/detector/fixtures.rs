@@ -2,7 +2,7 @@
 
 use super::Evidence;
 
-/// A sample in contact without a force, a motion and a residual.
+/// A sample in contact without force, motion or residual.
 pub(super) const QUIET: Evidence<f64> = Evidence {
     force_n: 0.0,
     predicted_force_n: 0.0,
@@ -13,17 +13,16 @@ pub(super) const QUIET: Evidence<f64> = Evidence {
     in_contact: true,
 };
 
-/// A sample with a measured force in N.
 pub(super) fn with_force(force_n: f64) -> Evidence<f64> {
     Evidence { force_n, ..QUIET }
 }
 
-/// A sample whose force falls short of a predicted 5 N by a residual in N.
+/// Returns a sample whose force deviates from a predicted 5 N by a residual in N.
 pub(super) fn with_residual(residual_n: f64) -> Evidence<f64> {
     Evidence { force_n: 5.0 + residual_n, predicted_force_n: 5.0, residual_n, ..QUIET }
 }
 
-/// Numbers between -1 and 1, evenly distributed, the same at every run.
+/// A deterministic sequence of numbers, uniformly distributed between -1 and 1.
 pub(super) struct Noise(pub(super) u64);
 
 impl Noise {

@@ -1,5 +1,7 @@
 //! The two hypotheses of eq. 19.
 
+use crate::estimation::Parameters;
+
 crate::settings! {
     /// The distribution of the residual under the two hypotheses of eq. 19.
     #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,19 +16,24 @@ crate::settings! {
         rupture_std_n: f64 [POSITIVE] = 0.2,
         /// m_1 of eq. 22: mean of the residual after a rupture.
         ///
-        /// Not 0; negative, as the force falls below the prediction.
+        /// Not 0. Negative, because the force falls below the prediction.
         rupture_mean_n: f64 [ANY] = -0.2,
         /// Correction of the stiffness by a rupture, for eq. 26.
         ///
         /// For one sample, in N/m.
         stiffness_change_n_per_m: f64 [POSITIVE] = 20.0,
+        /// Correction of the damping by a rupture, for eq. 26.
+        ///
+        /// For one sample, in N·s/m. The first rupture of the shipped insertion corrects the damping by up to 21 N·s/m.
+        damping_change_n_s_per_m: f64 [POSITIVE]
+            for Parameters::StiffnessAndDamping | StiffnessDampingFriction | HuntCrossley | LeastResidual = 20.0,
     }
     where rupture_std_n: |s| s.rupture_std_n > s.quiet_std_n, "above detector.quiet_std_n";
     where rupture_mean_n: |s| s.rupture_mean_n != 0.0, "a finite number other than 0";
 }
 
 impl Hypotheses {
-    /// Threshold and drift of a squared quantity: `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2` (4.6).
+    /// Returns threshold and drift of a squared quantity: `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2` (4.6).
     pub(super) fn squared_tuning(&self) -> (f64, f64) {
         let (quiet, changed) = (self.quiet_std_n * self.quiet_std_n, self.rupture_std_n * self.rupture_std_n);
         ((changed - quiet) / 2.0, (changed + quiet) / 2.0)

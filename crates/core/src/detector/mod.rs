@@ -1,4 +1,4 @@
-//! Detection of ruptures in the estimator's residual: a distance, a CUSUM on it, and the arming, which the paper omits.
+//! Detection of ruptures from the estimator's residual: a distance, its CUSUM, and the arming, which the paper omits.
 
 mod arming;
 mod cusum;
@@ -24,9 +24,9 @@ crate::settings! {
     /// Settings of the detector.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DetectorSettings in "detector." no DEFAULT {
-        /// The accumulated distance.
+        /// Distance that is accumulated.
         distance: DistanceSettings,
-        /// The threshold of the accumulated distance.
+        /// Threshold, drift and cap of the accumulated distance.
         cusum: CusumSettings (&distance),
         /// The conditions on an alarm.
         arming: ArmingSettings,
@@ -35,8 +35,8 @@ crate::settings! {
 }
 
 impl DetectorSettings {
-    /// The paper's detector (4.6) for a kind of distance: threshold and drift follow from the hypotheses by
-    /// [`Hypotheses::tuning`], the cap is ten thresholds.
+    /// Creates the paper's detector (4.6) for a kind of distance. Threshold and drift follow from the hypotheses by
+    /// [`Hypotheses::tuning`]; the cap is ten thresholds.
     #[must_use]
     pub fn for_kind(kind: DistanceKind, hypotheses: Hypotheses) -> Self {
         let (threshold, drift) = hypotheses.tuning(kind);
@@ -77,12 +77,12 @@ pub struct Evidence<L: Lane> {
     pub depth_m: L,
     /// Velocity of the needle in m/s, positive into the tissue.
     pub velocity_m_per_s: L,
-    /// Whether the needle is in contact with the tissue.
+    /// Lanes in which the needle is in contact with the tissue.
     pub in_contact: L::Mask,
 }
 
 impl<L: Lane> Evidence<L> {
-    /// The evidence of a sample: force (N), depth below the contact (m), velocity (m/s) and the estimate from them.
+    /// Creates the evidence of a sample. The depth is measured from the contact.
     #[inline(always)]
     #[must_use]
     pub fn new(force_n: L, depth_m: L, velocity_m_per_s: L, estimate: &Estimate<L>) -> Self {
@@ -105,13 +105,13 @@ pub struct Decision<L: Lane> {
     pub distance: L,
     /// `g_k` before a reset, in the unit of the distance.
     pub decision: L,
-    /// Whether the detector raises an alarm at this sample.
+    /// Lanes in which the detector raises an alarm at this sample.
     pub alarm: L::Mask,
 }
 
 /// Detects ruptures from the evidence of one sample at a time.
 ///
-/// A user-defined detector implements this for `f64`; [`CusumDetector`] for any number of lanes.
+/// A user-defined detector implements this trait for `f64`; [`CusumDetector`] implements it for any number of lanes.
 pub trait Detector<L: Lane> {
     /// Processes the evidence of one sample.
     fn update(&mut self, evidence: &Evidence<L>) -> Decision<L>;
@@ -124,7 +124,7 @@ impl<L: Lane, D: Detector<L> + ?Sized> Detector<L> for alloc::boxed::Box<D> {
     }
 }
 
-/// The paper's detector: a distance, the CUSUM of it, and the arming, which the paper omits.
+/// The paper's detector: a distance, its CUSUM, and the arming, which the paper omits.
 #[derive(Debug, Clone)]
 pub struct CusumDetector<L: Lane, D = AnyDistance<L>> {
     distance: D,
@@ -133,7 +133,7 @@ pub struct CusumDetector<L: Lane, D = AnyDistance<L>> {
 }
 
 impl<L: Lane> CusumDetector<L> {
-    /// A detector for samples `tick_s` apart (s), with the distance of the settings.
+    /// Creates a detector for samples `tick_s` apart.
     #[must_use]
     pub fn new(settings: &DetectorSettings, tick_s: f64) -> Self {
         Self::with_distance(AnyDistance::new(&settings.distance, tick_s), settings, tick_s)
@@ -141,14 +141,14 @@ impl<L: Lane> CusumDetector<L> {
 }
 
 impl<L: Lane, D> CusumDetector<L, D> {
-    /// A detector for samples `tick_s` apart (s), with a given distance instead of that of the settings.
+    /// Creates a detector for samples `tick_s` apart, with the given distance.
     #[must_use]
     pub fn with_distance(distance: D, settings: &DetectorSettings, tick_s: f64) -> Self {
         Self { distance, cusum: Cusum::new(&settings.cusum), arming: Arming::new(&settings.arming, tick_s) }
     }
 
-    /// Sets a threshold and a cap for each lane, in the unit of the distance, each cap above its threshold: several
-    /// detectors on the same samples.
+    /// Sets a threshold and a cap above it for each lane, in the unit of the distance, to run several detectors on the
+    /// same samples.
     #[must_use]
     pub fn with_thresholds(mut self, threshold: L, cap: L) -> Self {
         self.cusum.set_thresholds(threshold, cap);
@@ -157,7 +157,7 @@ impl<L: Lane, D> CusumDetector<L, D> {
 }
 
 impl<L: Lane, D: Distance<L>> CusumDetector<L, D> {
-    /// The conditions on an alarm at the next sample, whether or not `g` will be above the threshold.
+    /// The conditions on an alarm at the next sample, for any value of `g`.
     #[inline(always)]
     pub fn conditions(&self, evidence: &Evidence<L>) -> AlarmConditions<L> {
         let conditions = self.arming.conditions(evidence);
@@ -240,15 +240,15 @@ mod tests {
     }
 
     #[test]
-    fn one_large_drop_is_announced_once() {
+    fn one_large_drop_raises_one_alarm() {
         let mut residuals = vec![-15.0];
         residuals.extend([0.0; 400]);
         assert_eq!(alarms(&residuals, 0.01), [0]);
     }
 
     #[test]
-    fn a_small_drop_takes_the_samples_that_the_drift_predicts() {
-        // e² - ν = 0.0289 - 0.0202 = 0.0087 per sample: above γ = 0.0198 at the third.
+    fn a_small_drop_takes_as_many_samples_as_the_drift_predicts() {
+        // e² - ν = 0.0289 - 0.0202 = 0.0087 per sample, which exceeds γ = 0.0198 at the third.
         assert_eq!(alarms(&[-0.17; 10], 0.01), [2]);
     }
 
@@ -258,7 +258,7 @@ mod tests {
         assert!(alarms(&[-0.5; 50], -0.03).is_empty());
     }
 
-    /// Whether a drop of 15 N raises an alarm at a depth and a velocity.
+    /// Returns true if a drop of 15 N raises an alarm at a depth (m) and a velocity (m/s).
     fn raises_alarm(arming: ArmingSettings, depth_m: f64, velocity: f64) -> bool {
         let settings = DetectorSettings { arming, ..DetectorSettings::default() };
         let mut detector = CusumDetector::new(&settings, 1e-3);
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drop_counts_during_the_motion_that_was_asked_for() {
+    fn a_drop_counts_only_during_the_configured_motion() {
         let of = |motion| {
             let arming = ArmingSettings { motion, ..ArmingSettings::default() };
             [-0.03, -0.001, 0.0, 0.0009, 0.0011].map(|velocity| raises_alarm(arming, 0.02, velocity))
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn gates_below_0_are_refused() {
+    fn negative_limits_of_depth_and_speed_are_refused() {
         let of = |arming: ArmingSettings| arming.validate().expect_err("below 0").name;
         let minimum_depth_m = -1e-3;
         assert_eq!(of(ArmingSettings { minimum_depth_m, ..ArmingSettings::default() }), "detector.minimum_depth_m");
@@ -310,7 +310,7 @@ mod tests {
         let settings = DetectorSettings::for_kind(DistanceKind::LikelihoodRatio, Hypotheses::default());
         let mut detector = CusumDetector::new(&settings, 1e-3);
         assert!((0..1000).all(|_| !detector.update(&evidence(0.0, 0.01)).alarm));
-        // n e² / (2 σ_0²) > 50 at e = -0.08 N: above 6.25 samples.
+        // n e² / (2 σ_0²) > 50 at e = -0.08 N holds above 6.25 samples.
         let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.08, 0.01)).alarm).collect();
         assert_eq!(alarms, [7]);
     }
@@ -320,7 +320,7 @@ mod tests {
         let settings = DetectorSettings::for_kind(DistanceKind::PageHinkley, Hypotheses::default());
         let mut detector = CusumDetector::new(&settings, 1e-3);
         assert!((0..1000).all(|_| !detector.update(&evidence(-0.5, 0.01)).alarm));
-        // 0.16 - 0.1 N per sample, minus the change of the mean: above 0.1 N at the second.
+        // 0.16 - 0.1 N per sample, minus the change of the mean, exceeds 0.1 N at the second.
         let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.66, 0.01)).alarm).collect();
         assert_eq!(alarms, [2]);
     }
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn the_evidence_of_a_sample_has_its_fields_in_their_places() {
+    fn the_evidence_of_a_sample_has_each_value_in_its_field() {
         let estimate = Estimate {
             predicted_force_n: 1.0,
             residual_n: 2.0,
@@ -395,7 +395,7 @@ mod tests {
             detector.update(&evidence(0.0, 0.01));
         }
         assert!(detector.update(&evidence(-1.0, 0.01)).alarm);
-        // e² / (2 σ_0²) of the sample itself: its window has forgotten the rupture.
+        // e² / (2 σ_0²) of this sample alone: the window has forgotten the rupture.
         assert!((detector.update(&evidence(-0.1, 0.01)).distance - 12.5).abs() < 1e-9);
     }
 
@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn thresholds_of_lanes_replace_those_of_the_settings() {
+    fn thresholds_of_lanes_replace_the_configured_ones() {
         let alarm_at = |threshold: f64, residual: f64| {
             let detector = CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3);
             let mut detector = detector.with_thresholds(threshold, 10.0 * threshold);
@@ -437,7 +437,6 @@ mod tests {
         assert_eq!([alarm_at(0.1, -0.4), alarm_at(0.2, -0.4)], [true, false]);
     }
 
-    /// A drop, with noise around it.
     fn drop_in_noise(samples: u64, seed: u64) -> Vec<Evidence<f64>> {
         let mut noise = fixtures::Noise(seed);
         let sample = |k: u64| {
@@ -454,7 +453,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gathered_detector_decides_as_the_one_in_its_first_lane() {
+    fn a_gathered_detector_decides_like_the_detector_in_its_first_lane() {
         for kind in DistanceKind::ALL {
             let one = |mean: f64| {
                 let hypotheses = Hypotheses { rupture_mean_n: mean, ..Hypotheses::default() };

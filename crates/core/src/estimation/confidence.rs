@@ -2,30 +2,30 @@
 
 use crate::lane::Lane;
 
-/// Time constant of the memory in s: that of an insertion between two ruptures, chosen here.
+/// Time constant of the memory in s, of the order of an insertion between two ruptures. Chosen here.
 const MEMORY_S: f64 = 0.1;
 
-/// Standard deviations of K in N/m and of B in N·s/m before any sample, chosen here: wider than the tissues of this project.
+/// Prior standard deviations of K in N/m and of B in N·s/m. Chosen here, wider than the tissues of this project.
 const PRIOR_STD: [f64; 2] = [1e3, 100.0];
 
-/// Variance of the error in N² below which it is not estimated; it keeps the errors finite for a perfect prediction.
+/// Smallest variance of the error in N². It keeps the standard errors finite for a perfect prediction.
 const MIN_VARIANCE_N2: f64 = 1e-12;
 
-/// The trust in an estimate of stiffness and damping.
+/// Confidence in an estimate of stiffness and damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trust {
     /// Standard error of K in N/m.
     pub stiffness_std_n_per_m: f64,
     /// Standard error of B in N·s/m.
     pub damping_std_n_s_per_m: f64,
-    /// Share of the information about B that does not depend on K, 0 to 1. At 0 the velocity is 0 or proportional to the
-    /// depth, and B cannot be identified.
+    /// Share of the information about B that does not depend on K, 0 to 1. At 0 the velocity is 0 or proportional to
+    /// the depth, so B cannot be identified.
     pub excitation: f64,
 }
 
 impl Trust {
-    /// What is wrong with the estimate `K` and `B`, as a sum: 1 if 0 is within two standard errors of K, 2 of B, 4 if one of
-    /// them is negative, which no tissue is.
+    /// Sum of flags: 1 if 0 is within two standard errors of K, 2 if within two of B, 4 if one of them is negative,
+    /// which is impossible for a tissue.
     #[inline]
     #[must_use]
     pub fn flags(&self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> u8 {
@@ -44,11 +44,11 @@ impl Trust {
 /// M = Σ w φ φᵀ,   M₂ = Σ w² φ φᵀ,   σ² = Σ w e² / Σ w,   A = M + σ² P₀⁻¹
 /// cov θ = A⁻¹ (σ² M₂ + σ⁴ P₀⁻¹) A⁻¹,   excitation = 1 - M₀₁² / (M₀₀ M₁₁)
 /// ```
-/// This is the covariance of weighted least squares with errors of equal variance and without correlation, and a prior
-/// `P₀`. `e` is the prediction error of the estimator, so that a wrong model widens it. Errors of a wrong model are
-/// correlated in time: the true error is then larger. The estimator's own memory may differ.
+/// This is the covariance of weighted least squares with a prior `P₀` and uncorrelated errors of equal variance. `e` is
+/// the prediction error of the estimator, so a wrong model increases the covariance. Errors of a wrong model are
+/// correlated in time, so the true error is then larger. The estimator's memory may differ.
 ///
-/// Samples out of contact are ignored: they leave the information as it is.
+/// Samples out of contact are ignored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Confidence {
     decay: f64,
@@ -59,7 +59,7 @@ pub struct Confidence {
 }
 
 impl Confidence {
-    /// No samples yet, on ticks of `tick_s` (s).
+    /// Creates the information without samples, for ticks of `tick_s`.
     #[must_use]
     pub fn new(tick_s: f64) -> Self {
         let nothing = [0.0; 3];
@@ -67,7 +67,7 @@ impl Confidence {
         Self { decay, information: nothing, squared_weights: nothing, squared_error: 0.0, weight: 0.0 }
     }
 
-    /// Adds a sample in contact: its depth in m, velocity in m/s, and the prediction error of its force in N.
+    /// Adds a sample in contact: depth (m), velocity (m/s) and prediction error of the force (N).
     #[inline]
     pub fn add(&mut self, depth_m: f64, velocity_m_per_s: f64, residual_n: f64) {
         let (p, v, decay) = (depth_m, velocity_m_per_s, self.decay);
@@ -79,7 +79,7 @@ impl Confidence {
         self.weight = decay * self.weight + 1.0;
     }
 
-    /// The trust after the samples so far.
+    /// The confidence after the samples so far.
     #[inline]
     #[must_use]
     pub fn trust(&self) -> Trust {
@@ -90,7 +90,7 @@ impl Confidence {
         let [s00, s01, s11] = self.squared_weights;
         let (a00, a01, a11) = (m00 + variance * prior[0], m01, m11 + variance * prior[1]);
         let determinant = a00 * a11 - a01 * a01;
-        // The rows of A⁻¹, and of the matrix between.
+        // Rows of A⁻¹ and of the matrix in the middle.
         let (i00, i01, i11) = (a11 / determinant, -a01 / determinant, a00 / determinant);
         let (b00, b01, b11) = (s00 + variance * prior[0], s01, s11 + variance * prior[1]);
         let of = |x: f64, y: f64| variance * (x * x * b00 + 2.0 * x * y * b01 + y * y * b11);
@@ -107,7 +107,7 @@ impl Confidence {
 mod tests {
     use super::*;
 
-    /// A sequence of numbers with mean 0 and variance 1, evenly distributed and hardly correlated.
+    /// A sequence with mean 0 and variance 1, uniformly distributed and nearly uncorrelated.
     struct Noise(u64);
 
     impl Noise {
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn the_standard_errors_are_those_of_least_squares_over_many_seeds() {
+    fn the_standard_errors_match_the_scatter_of_least_squares_over_many_seeds() {
         let (stiffness, damping, sigma) = (300.0, 4.0, 0.05);
         let decay = (-1e-3_f64 / MEMORY_S).exp();
         let (mut sums, mut trust, seeds) = ([0.0; 2], None, 2000);
@@ -146,7 +146,7 @@ mod tests {
         }
         let trust = trust.expect("some seeds");
         let found = sums.map(|sum| (sum / seeds as f64).sqrt());
-        // The last seed's own estimate of the variance is within some per cent.
+        // The last seed alone estimates the variance within a few per cent.
         assert!((found[0] / trust.stiffness_std_n_per_m - 1.0).abs() < 0.15, "{found:?} {trust:?}");
         assert!((found[1] / trust.damping_std_n_s_per_m - 1.0).abs() < 0.15, "{found:?} {trust:?}");
         assert!(trust.excitation > 0.8, "{trust:?}");
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn at_rest_damping_is_not_identified_and_its_error_is_that_of_the_prior() {
+    fn at_rest_damping_is_not_identified_and_its_error_is_the_prior_error() {
         let mut confidence = Confidence::new(1e-3);
         let before = confidence.trust();
         assert_eq!([before.stiffness_std_n_per_m, before.damping_std_n_s_per_m].map(f64::round), PRIOR_STD);

@@ -1,7 +1,7 @@
 //! The role of the estimator.
 //!
-//! A built-in estimator is one file of this folder, one row of the registry in `mod.rs`, and one word of `Parameters` there if it estimates
-//! new parameters.
+//! A built-in estimator is one file of this folder, one row of the registry in `mod.rs`, and one word of `Parameters`
+//! there if it estimates new parameters.
 
 use super::settings::RlsSettings;
 use crate::lane::Lane;
@@ -13,7 +13,7 @@ pub struct Estimate<L> {
     pub predicted_force_n: L,
     /// `e_k = y_k - ŷ_k` in N (eq. 7).
     pub residual_n: L,
-    /// `H_k`, the change of stiffness (N/m) and damping (N·s/m) that the sample caused (eq. 25).
+    /// `H_k`, the change of stiffness (N/m) and damping (N·s/m) by the sample (eq. 25).
     pub correction: [L; 2],
     /// `K_k` in N/m.
     pub stiffness_n_per_m: L,
@@ -25,14 +25,14 @@ pub struct Estimate<L> {
 
 /// Estimates the tissue's parameters from one sample at a time.
 ///
-/// A user-defined estimator implements this for `f64`; the built-in ones for any number of lanes.
+/// A user-defined estimator implements this trait for `f64`, the built-in estimators for any number of lanes.
 pub trait Estimator<L: Lane> {
-    /// Processes a sample: force `y` (N), depth `p` below the contact (m, negative outside), velocity `v` (m/s).
+    /// Processes a sample: `y`, the depth `p` below the contact (negative outside), and `v`.
     ///
-    /// The residual refers to the prediction made before the sample (eq. 6-7).
+    /// The residual refers to the prediction before the sample (eq. 6-7).
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L>;
 
-    /// Marks a gap in the samples: there is no prediction for the next one.
+    /// Marks a gap in the samples. The next sample has no prediction.
     fn skip(&mut self);
 }
 
@@ -47,13 +47,10 @@ impl<L: Lane, E: Estimator<L> + ?Sized> Estimator<L> for alloc::boxed::Box<E> {
     }
 }
 
-/// Properties of a built-in estimator.
 pub(super) trait BuiltIn {
-    /// Whether it is the paper's estimator, which a rig runs.
+    /// True for the paper's estimator, which a rig runs.
     const IS_BASELINE: bool = false;
-    /// Name and unit, as a column name, of the parameter besides stiffness and damping.
     const EXTRA_PARAMETER: Option<&'static str> = None;
 
-    /// The estimator of the settings, before the first sample.
     fn build(settings: &RlsSettings) -> Self;
 }

@@ -11,17 +11,16 @@ use crate::lane::Lane;
 /// D_k = D_{k-1} + δ (α φ φᵀ - (1-λ) D_{k-1}),   D_0 = 0
 /// F_k = (I/F_0 + D_k)⁻¹
 /// ```
-/// Plain exponential forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, lets the gain grow by `1/λ` per sample, without bound,
-/// in every direction without excitation: a needle at rest excites only one of two parameters. Here the information
-/// falls back to `1/F_0` instead, so that the gain is always bounded from both sides: `0 <= D <= max(α φᵀφ) / (1-λ)`
+/// With plain exponential forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, the gain grows by `1/λ` per sample, without
+/// bound, in every direction without excitation. A needle at rest excites only one of two parameters. Here the
+/// information falls back to `1/F_0` instead, so the gain is bounded from both sides: `0 <= D <= max(α φᵀφ) / (1-λ)`
 /// gives
 ///
 /// ```text
 /// 1 / (1/F_0 + max(α φᵀφ) / (1-λ))  <=  F  <=  F_0,   with α φᵀφ <= 1/β where the weighting is normalised
 /// ```
-/// `D` forgets only as much as new information replaces: the dead zone's `δ` scales both. Lai and Bernstein (2023,
-/// arXiv:2308.04259, introduction read) survey the family of forgetting towards a fixed information; the form and the
-/// bounds are derived here.
+/// The dead zone's `δ` scales both the new and the forgotten information. Lai and Bernstein (2023, arXiv:2308.04259,
+/// introduction read) survey forgetting towards a fixed information; the form and the bounds are derived here.
 #[derive(Debug, Clone)]
 pub(super) struct Exponential<L, const N: usize> {
     /// `1/F_0`.
@@ -40,8 +39,8 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
         }
     }
 
-    /// Updates with a regressor `φ`, the weight `δ` and `1/α`; returns `F_k φ` and the factor that makes it the share
-    /// of an error that goes to each parameter.
+    /// Updates with a regressor `φ`, the weight `δ` and `1/α`. Returns `F_k φ` and the factor that scales it to the
+    /// share of an error that goes to each parameter.
     #[inline(always)]
     pub(super) fn update(&mut self, regressor: [L; N], delta: L, inverse_weight: L) -> ([L; N], L) {
         let weight = delta / inverse_weight;
@@ -56,8 +55,8 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
         (self.solve(regressor), weight)
     }
 
-    /// `(I/F_0 + D)⁻¹ b` by `L D Lᵀ` elimination. Every pivot is at least `1/F_0`; the lower bound guards against
-    /// rounding.
+    /// Returns `(I/F_0 + D)⁻¹ b` by `L D Lᵀ` elimination. Every pivot is at least `1/F_0`; the lower bound guards
+    /// against rounding.
     #[inline(always)]
     fn solve(&self, b: [L; N]) -> [L; N] {
         let mut rows = self.information;
@@ -91,7 +90,7 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
     }
 }
 
-/// `φᵀ F φ`, the share of an error that a correction of weight 1 takes before the weighting.
+/// Returns `φᵀ F φ`, the share of an error that a correction of weight 1 takes before the weighting.
 #[cfg(test)]
 pub(super) fn form<L: Lane, const N: usize>(gain: [[L; N]; N], regressor: [L; N]) -> L {
     dot(core::array::from_fn(|i| dot(gain[i], regressor)), regressor)

@@ -8,11 +8,11 @@ use crate::lane::{Lane, by_index};
 /// `y = K p + B v + C s(v)` in contact, with `s(v) = v / (|v| + v_s)`, a smooth sign of the velocity.
 ///
 /// At standstill dry friction takes any value between its two signs, and a sign function would switch with noise. `s`
-/// passes through 0 there, and needs a division where `tanh` would be a transcendental function. The regressor is
-/// `ℓ s(v)`, so that it has the size of a depth and the gain `F_0` and weighting `β` suit all three.
+/// passes through 0 and needs a division; `tanh` would be a transcendental function. The regressor is `ℓ s(v)`. It has
+/// the size of a depth, so the gain `F_0` and the weighting `β` suit all three.
 ///
 /// At constant speed `s` hardly changes and friction is an offset, which [`super::Rls`] does not have. Only different
-/// depths separate it from the stiffness, and only different speeds from the damping.
+/// depths separate friction from the stiffness, and only different speeds separate it from the damping.
 #[derive(Debug, Clone)]
 pub struct Friction<L> {
     regression: Regression<L, 3>,

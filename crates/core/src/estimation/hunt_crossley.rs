@@ -8,10 +8,10 @@ use crate::lane::{Lane, Mask};
 /// Reference depth `p_r` in m of `p̃ = p / p_r`, at which the power has no effect. It makes `κ` and `n` nearly
 /// independent for needles some centimetres deep; in metres a change of `n` would change `κ` by decades. Chosen here.
 const REFERENCE_DEPTH_M: f64 = 0.01;
-/// Reference velocity `v_r` in m/s, at which damping counts as much as stiffness. Chosen here: at 0.01 m/s, which the
-/// lurch after a rupture exceeds, the errors on the in-vivo-like recording spread several times as far.
+/// Reference velocity `v_r` in m/s, at which damping counts as much as stiffness. Chosen here. At 0.01 m/s, which the
+/// needle exceeds after a rupture, the errors on the in-vivo-like recording spread several times as far.
 const REFERENCE_VELOCITY_M_PER_S: f64 = 0.05;
-/// Initial value and bounds of the power. Tissue stiffens with depth; a power of 1 gives a linear model.
+/// Initial value and bounds of the power. Above 1 the tissue stiffens with depth; 1 gives a linear model.
 const FIRST_POWER: f64 = 1.0;
 const MIN_POWER: f64 = 0.5;
 const MAX_POWER: f64 = 4.0;
@@ -23,40 +23,39 @@ const POWER_MEMORY_N2: f64 = 20.0;
 
 /// `y = μ pⁿ + λ pⁿ v` in contact (eq. 2), as `y = p_r p̃ⁿ (κ + ρ v / v_r)`.
 ///
-/// Two estimators run in alternation (Diolaiti et al. 2005): the first takes `n` as known and estimates `(κ, ρ)`
-/// linearly; the second takes these as known and estimates `n`, in which
+/// Two estimators run in alternation (Diolaiti et al. 2005). The first takes `n` as known and estimates `(κ, ρ)`
+/// linearly. The second takes these as known and estimates `n`, in which
 ///
 /// ```text
 /// ln(y / (p_r (κ + ρ v/v_r))) = n ln p̃
 /// ```
-/// is linear. The logarithm of a force is undefined at or below 0 and weights a millinewton near the surface like a
-/// newton below. The second stage therefore weights by the force and linearises the logarithm:
+/// is linear. The logarithm of a force is undefined at or below 0, and gives a millinewton near the surface the weight
+/// of a newton at depth. The second stage therefore weights by the force and linearises the logarithm:
 ///
 /// ```text
 /// e⁺_k = y_k - φᵀθ_k = ŷ⁺ ln p̃ (n - n_{k-1}),      ŷ⁺ = φᵀθ_k
 /// n_k = n_{k-1} + f b e⁺ / (1 + f b²),    b = ŷ⁺ ln p̃,    f_k = f_{k-1} / (1 + f_{k-1} b²)
 /// ```
-/// with `f = 1/N²` restored when `Σ b²` reaches 20 N², and errors within the dead zone left alone. Its input is the
-/// error left by the first stage, so that no error is corrected twice; `n` is limited to 0.5 to 4. The text of Diolaiti
-/// et al. was not available: the two stages are from the paper's introduction and the abstract of Haddadi and
-/// Hashtrudi-Zaad (2012, IEEE T-RO 28(3)); their equations are derived here, and their numbers are chosen here.
+/// `f` is restored to `1/N²` when `Σ b²` reaches 20 N². Errors within the dead zone cause no correction. The input of
+/// the second stage is the error left by the first, so no error is corrected twice. `n` is limited to 0.5 to 4. The
+/// text of Diolaiti et al. was not available: the two stages are from the paper's introduction and the abstract of
+/// Haddadi and Hashtrudi-Zaad (2012, IEEE T-RO 28(3)); their equations are derived here, and their numbers are chosen
+/// here.
 ///
-/// Stiffness and damping are reported at the needle's depth: `y / p` of a needle at rest and `dy/dv`, in N/m and N·s/m;
-/// the paper's are `μ = K p^(1-n)` and `λ = B p^-n`.
+/// Stiffness and damping are reported at the needle's depth: `y / p` of a needle at rest and `dy/dv`, in N/m and N·s/m.
+/// The paper's parameters are `μ = K p^(1-n)` and `λ = B p^-n`.
 ///
-/// A sample in contact takes one `ln` and one `exp` of `libm`, lane by lane: plain arithmetic without fused operations,
-/// the same bits on every machine. `benches/README.md` states their cost.
+/// A sample in contact takes one `ln` and one `exp` of `libm`, lane by lane, in plain arithmetic without fused
+/// operations: the same bits on every machine. `benches/README.md` states their cost.
 #[derive(Debug, Clone)]
 pub struct HuntCrossley<L> {
     regression: Regression<L, 2>,
     power: L,
     power_gain: L,
     power_information: L,
-    /// `ln p̃` of the regressor.
     log_depth: L,
-    /// Smaller errors cause no correction, as in the first stage.
     dead_zone: L,
-    /// Stiffness and damping at the needle's last depth in contact.
+    /// Stiffness (N/m) and damping (N·s/m) at the needle's last depth in contact.
     local: [L; 2],
 }
 
@@ -90,7 +89,7 @@ impl<L: Lane> Estimator<L> for HuntCrossley<L> {
         let contact = depth_m.gt(zero);
         let bounded = depth_m.clamp(L::splat(MIN_DEPTH_M), L::splat(MAX_DEPTH_M));
         let is_any = contact.any();
-        // Before the branch on the error, which is often predicted wrongly.
+        // Computed before the branch on the error, which is often mispredicted.
         let log_depth = if is_any { each(bounded * L::splat(1.0 / REFERENCE_DEPTH_M), libm::log) } else { zero };
         let update = self.regression.update(force_n);
         self.update_power(force_n);
@@ -122,7 +121,6 @@ impl<L: Lane> Estimator<L> for HuntCrossley<L> {
 }
 
 impl<L: Lane> HuntCrossley<L> {
-    /// The second stage.
     #[inline(always)]
     fn update_power(&mut self, force_n: L) {
         let one = L::splat(1.0);
@@ -144,7 +142,6 @@ impl<L: Lane> HuntCrossley<L> {
     }
 }
 
-/// A scalar function of each lane.
 #[inline(always)]
 fn each<L: Lane>(mut value: L, function: impl Fn(f64) -> f64) -> L {
     for lane in 0..L::WIDTH {

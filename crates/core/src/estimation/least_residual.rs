@@ -1,4 +1,4 @@
-//! Two models in parallel; at each sample the smaller error counts.
+//! Two models in parallel, with the smaller error at each sample.
 
 use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::friction::Friction;
@@ -6,17 +6,17 @@ use super::linear::Linear;
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
-/// The models with friction and without. Both are updated at every sample; the error of a sample is the smaller of the
+/// The models with and without friction. Both are updated at every sample; the error of a sample is the smaller of the
 /// two.
 ///
-/// A rupture is what neither model predicts. What one of them predicts is not a rupture, such as a reversal of the
-/// needle, which friction explains, or a force that the third parameter has overfitted. The price is a delay: only the
-/// error of the better model counts. An interacting multiple model (Blom and Bar-Shalom 1988) would weight the two by
-/// their likelihoods, which needs a noise level, a transition matrix and exponentials. No source was found for the
-/// detection of ruptures; the minimum, which needs none of them, is chosen here.
+/// Neither model predicts a rupture. One of them predicts other changes, such as a reversal of the needle, which
+/// friction explains, or a force that the third parameter has overfitted. The price is a delay: only the error of the
+/// better model counts. An interacting multiple model (Blom and Bar-Shalom 1988) would weight the two by their
+/// likelihoods, which needs a noise level, a transition matrix and exponentials. The minimum needs none of them. It is
+/// chosen here; no source was found for the detection of ruptures.
 ///
-/// Stiffness and damping are those of the model without friction, so that they do not jump between the models; the
-/// friction is that of the other model.
+/// Stiffness and damping come from the model without friction, so they do not jump between the models; the friction
+/// comes from the other model.
 #[derive(Debug, Clone)]
 pub struct LeastResidual<L> {
     without: Linear<L>,

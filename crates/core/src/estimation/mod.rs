@@ -1,7 +1,7 @@
 //! Online estimation from samples: the tissue's stiffness and damping, optionally with friction or a power, and the
 //! velocity from quantised positions.
 //!
-//! The estimators have no access to the tissue model: their inputs are measured positions, velocities and forces.
+//! The estimators use only measured positions, velocities and forces, never the tissue model.
 
 mod confidence;
 mod estimator;
@@ -30,21 +30,21 @@ use self::estimator::BuiltIn;
 use crate::lane::Lane;
 
 crate::choice! {
-    /// K and B; K alone, as the paper tries in 3.2.1; with friction; μ, λ and n of eq. 2; or with and without friction,
-    /// where the smaller error counts.
+    /// Estimated parameters: K and B; K alone, as the paper tries in 3.2.1; K, B and friction; μ, λ and n of eq. 2; or
+    /// K and B with and without friction, where the smaller error counts.
     ///
     /// [`Rls`] estimates the first two.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Parameters at "estimator.parameters" = StiffnessAndDamping {
         /// `K` and `B`: `φ = (p, v)` (eq. 8).
         "stiffness-and-damping" => StiffnessAndDamping,
-        /// `K` alone, as the paper tries on direct access (3.2.1): `φ = (p, 0)`, and `B` is 0.
+        /// `K` alone, as the paper tries on direct access (3.2.1): `φ = (p, 0)`, `B = 0`.
         "stiffness" => Stiffness,
         /// `K`, `B` and a friction force, which the paper leaves for future work (its conclusion).
         "stiffness-damping-friction" => StiffnessDampingFriction,
         /// `μ`, `λ` and the power `n` of Hunt and Crossley (eq. 2).
         "hunt-crossley" => HuntCrossley,
-        /// With and without friction; at each sample the smaller of the two errors counts.
+        /// `K` and `B`, with and without friction; at each sample the smaller of the two errors counts.
         "least-residual" => LeastResidual,
     }
 }
@@ -56,15 +56,15 @@ crate::registry! {
     /// Any of the built-in estimators.
     pub enum AnyEstimator<L> by (each, of_kind) stored;
 
-    /// The paper's.
+    /// The paper's estimator.
     Rls = rls::Rls,
     /// Stiffness and damping with exponential forgetting.
     Linear = linear::Linear,
-    /// With an additional friction force.
+    /// Stiffness, damping and a friction force.
     Friction = friction::Friction,
     /// The Hunt-Crossley model.
     HuntCrossley = hunt_crossley::HuntCrossley,
-    /// With and without friction; the smaller residual counts.
+    /// With and without friction; the smaller error counts.
     LeastResidual = least_residual::LeastResidual,
 }
 
@@ -81,13 +81,13 @@ impl RlsSettings {
         }
     }
 
-    /// Whether these are the settings of the paper's estimator.
+    /// Returns true if the settings select the paper's estimator.
     #[must_use]
     pub fn is_baseline(&self) -> bool {
         of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::IS_BASELINE)
     }
 
-    /// Name and unit, as a column name, of the parameter besides stiffness and damping.
+    /// The column name, with the unit, of the parameter besides stiffness and damping.
     #[must_use]
     pub fn extra_parameter_column(&self) -> Option<&'static str> {
         of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::EXTRA_PARAMETER)
@@ -95,7 +95,7 @@ impl RlsSettings {
 }
 
 impl<L: Lane> AnyEstimator<L> {
-    /// The estimator for the parameters and the forgetting of the settings, before the first sample.
+    /// Creates the estimator for the parameters and the forgetting of the settings.
     #[must_use]
     pub fn new(settings: &RlsSettings) -> Self {
         of_kind!(settings.kind(), Part => <Part<L> as BuiltIn>::build(settings).into())

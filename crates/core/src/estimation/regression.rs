@@ -1,23 +1,23 @@
-//! Recursive min_gain squares over any number of regressors (eq. 7, 12-18).
+//! Recursive least squares over any number of regressors (eq. 7, 12-18).
 
 use super::forgetting::Exponential;
 use super::resetting::{Resetting, dot};
 use super::settings::{Forgetting, RlsSettings};
 use crate::lane::{Lane, Mask, by_index};
 
-/// The parameters `θ` of a force `y = φᵀθ`: [`super::Rls`] for any `φ` instead of `(p, v)`, identical bit for bit, and
-/// with either kind of forgetting.
+/// The parameters `θ` of a force `y = φᵀθ`, with either kind of forgetting. For `φ = (p, v)` identical to
+/// [`super::Rls`], bit for bit.
 #[derive(Debug, Clone)]
 pub(super) struct Regression<L, const N: usize> {
     normalisation: L,
-    /// `N_0`; negative without a dead zone, so that every error is outside.
+    /// `N_0` in N; negative without a dead zone, so every error is outside.
     dead_zone: L,
     dead_zone_slope: L,
     dead_zone_offset: L,
     memory: Memory<L, N>,
     parameters: [L; N],
     regressor: [L; N],
-    /// `φᵀθ`, the force predicted for the next sample.
+    /// `φᵀθ`, the force predicted for the next sample, in N.
     predicted: L,
 }
 
@@ -27,14 +27,11 @@ enum Memory<L, const N: usize> {
     Exponential(Exponential<L, N>),
 }
 
-/// The result of one update.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RegressionUpdate<L, const N: usize> {
     /// `φᵀθ` before the sample, in N.
     pub(super) predicted_force_n: L,
-    /// The sample minus the prediction, in N.
     pub(super) residual_n: L,
-    /// The change of `θ`.
     pub(super) correction: [L; N],
 }
 
@@ -56,7 +53,6 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         }
     }
 
-    /// Updates the parameters with a measured force in N.
     #[inline(always)]
     pub(super) fn update(&mut self, force_n: L) -> RegressionUpdate<L, N> {
         let predicted_force_n = self.predicted;
@@ -66,7 +62,7 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         RegressionUpdate { predicted_force_n, residual_n, correction }
     }
 
-    /// Sets the regressor of the next force. A regressor of 0, as without contact, changes nothing.
+    /// Sets the regressor of the next force. Without contact the regressor is 0, which changes nothing.
     #[inline(always)]
     pub(super) fn set_regressor(&mut self, regressor: [L; N]) {
         self.regressor = regressor;
@@ -82,7 +78,7 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         let inverse_weight = one + self.normalisation * squared;
         let (direction, share) = match &mut self.memory {
             Memory::Resetting(memory) => memory.update(self.regressor, delta, squared, inverse_weight),
-            // Without a regressor no new information replaces the old, so nothing is forgotten.
+            // Without a regressor no new information arrives, so nothing is forgotten.
             Memory::Exponential(memory) => {
                 let delta = L::select(squared.gt(zero), delta, zero);
                 memory.update(self.regressor, delta, inverse_weight)
@@ -93,13 +89,11 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         correction
     }
 
-    /// `θ`.
     #[inline(always)]
     pub(super) fn parameters(&self) -> [L; N] {
         self.parameters
     }
 
-    /// `φ` of the next force.
     #[inline(always)]
     pub(super) fn regressor(&self) -> [L; N] {
         self.regressor
@@ -124,14 +118,13 @@ mod tests {
     use super::*;
     use crate::estimation::{Estimator, Rls};
 
-    /// A pseudo-random number from -1 to 1.
     fn noise(state: &mut u64) -> f64 {
         *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
     #[test]
-    fn with_two_regressors_it_is_the_papers_to_the_last_bit() {
+    fn with_two_regressors_the_regression_equals_the_papers_estimator_to_the_last_bit() {
         let settings = RlsSettings::default();
         let (mut rls, mut regression) = (Rls::<f64>::new(&settings), Regression::<f64, 2>::new(&settings));
         let mut state = 1;
@@ -146,7 +139,7 @@ mod tests {
         }
     }
 
-    /// Smallest and largest value of `uᵀFu` over unit vectors `u` of random directions.
+    /// The smallest and the largest value of `uᵀFu` over unit vectors `u` of random directions.
     fn range(gain: [[f64; 3]; 3], state: &mut u64) -> (f64, f64) {
         let mut range = (f64::INFINITY, 0.0_f64);
         for _ in 0..200 {
@@ -170,7 +163,7 @@ mod tests {
             let mut state = 7;
             for k in 0..200_000 {
                 regression.update(noise(&mut state));
-                // A needle at rest, with a short push from time to time.
+                // A needle at rest, with occasional short pushes.
                 let pushed = if k % 50_000 < 20 { 1e-3 * noise(&mut state) } else { 0.0 };
                 regression.set_regressor([0.02 + pushed, 3.0 * pushed, 1e-3 * f64::from(pushed > 0.0)]);
                 if k % 10_000 == 0 || k == 199_999 {
@@ -185,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_excited_is_forgotten_back_to_the_initial_gain() {
+    fn without_excitation_the_gain_returns_to_its_initial_value() {
         let forgetting = Forgetting::Exponential { factor: 0.9 };
         let settings = RlsSettings { forgetting, dead_zone_n: 0.0, ..RlsSettings::default() };
         let mut regression = Regression::<f64, 2>::new(&settings);

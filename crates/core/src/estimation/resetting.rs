@@ -3,13 +3,15 @@
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
+/// The gain `F`:
+///
 /// ```text
 /// F_k = F_{k-1} - δ F_{k-1} φ φᵀ F_{k-1} / (1/α + φᵀ F_{k-1} φ)   (13, 15)
 /// x_k = x_{k-1} + δ α φᵀφ                                          (18)
 /// x_k >= α_0:  F_k = F_0, x_k = tr(F_0⁻¹)                          (17)
 /// ```
-/// `F` stays symmetric, as one triangle is computed, and positive definite: the subtracted matrix is at most
-/// `F φ φᵀ F / (φᵀ F φ)`.
+/// `F` stays symmetric, because only one triangle is computed, and positive definite, because the subtracted matrix is
+/// at most `F φ φᵀ F / (φᵀ F φ)`.
 #[derive(Debug, Clone)]
 pub(super) struct Resetting<L, const N: usize> {
     initial_gain: L,
@@ -23,7 +25,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
     pub(super) fn new(settings: &RlsSettings) -> Self {
         let gain = settings.initial_gain;
         let initial = N as f64 / gain;
-        // The threshold is given for two parameters. Adapted to `N`, it allows the same information between two
+        // The threshold is given for two parameters. Adapted to `N`, it allows the same information between
         // restorations.
         let threshold = settings.reset_threshold + (initial - 2.0 / gain);
         Self {
@@ -35,8 +37,8 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
         }
     }
 
-    /// Updates with a regressor `φ`, the weight `δ` and `1/α`; returns `F φ` and the factor that makes it the share of
-    /// an error that each parameter takes.
+    /// Updates with a regressor `φ`, the weight `δ` and `1/α`. Returns `F φ` and the factor that scales it to the share
+    /// of an error that each parameter takes.
     #[inline(always)]
     pub(super) fn update(&mut self, regressor: [L; N], delta: L, squared: L, inverse_weight: L) -> ([L; N], L) {
         let direction: [L; N] = by_index!(N, |i| dot(self.gain[i], regressor));
@@ -62,7 +64,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
     }
 }
 
-/// `aᵀb`, summed from the first component on.
+/// Returns `aᵀb`, summed from the first component on.
 #[inline(always)]
 pub(super) fn dot<L: Lane, const N: usize>(a: [L; N], b: [L; N]) -> L {
     let mut sum = a[0] * b[0];

@@ -5,10 +5,10 @@ use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::settings::RlsSettings;
 use crate::lane::{Lane, Mask};
 
-/// `F_0 α_0` above which rounding is checked. It bounds the ratio of the eigenvalues of `F`.
+/// Value of `F_0 α_0` above which rounding is checked. `F_0 α_0` bounds the ratio of the eigenvalues of `F`.
 const WELL_CONDITIONED: f64 = 1e4;
 
-/// Smallest allowed ratio of the determinant of `F` to `F₀₀ F₁₁` where rounding is checked.
+/// Smallest allowed ratio of the determinant of `F` to `F₀₀ F₁₁`, if rounding is checked.
 const MIN_DETERMINANT: f64 = 1e-12;
 
 /// The Kelvin-Voigt parameters `θ = (K, B)` of the force `y = K p + B v`, tracked sample by sample.
@@ -26,15 +26,15 @@ const MIN_DETERMINANT: f64 = 1e-12;
 /// itself, a possible reading of the text after eq. 15, would end all adaptation at the first small error.
 ///
 /// # Positive definiteness of `F`
-/// With `0 <= δ <= 1` an update adds at most `δ α φφᵀ` to `F⁻¹`, so that `tr(F⁻¹) <= x < α_0` between two restorations:
-/// the eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up to `n 2⁻⁵¹ F_0` over `n` corrections. Where
-/// `F_0 α_0 <= 10⁴` (the default: 102), that takes over 10¹¹ corrections without a restoration. With a longer memory
-/// `F` can become indefinite. Each correction then checks `F₀₀ F₁₁ - F₀₁² > 10⁻¹² F₀₀ F₁₁` and restores `F_0` if it
-/// does not hold.
+/// With `0 <= δ <= 1` an update adds at most `δ α φφᵀ` to `F⁻¹`, so `tr(F⁻¹) <= x < α_0` between two restorations, and
+/// the eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up to `n 2⁻⁵¹ F_0` over `n` corrections. If
+/// `F_0 α_0 <= 10⁴` (the default: 102), `F` stays definite for over 10¹¹ corrections without a restoration. With a
+/// longer memory `F` can become indefinite. Each correction then checks `F₀₀ F₁₁ - F₀₁² > 10⁻¹² F₀₀ F₁₁`, and otherwise
+/// restores `F_0`.
 ///
 /// # The order of the fields
 /// The numbers written at one sample are read at the next. The compiler would read two adjacent numbers of equal use as
-/// a pair, and such a read waits until both writes have left the store buffer. Therefore no such numbers are adjacent.
+/// a pair, and such a read stalls until both writes have left the store buffer. Therefore no such numbers are adjacent.
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub struct Rls<L> {
@@ -43,7 +43,7 @@ pub struct Rls<L> {
     depth: L,
     damping: L,
     gain_00: L,
-    /// `φᵀθ`, the force predicted for the next sample.
+    /// `φᵀθ`, the force predicted for the next sample, in N.
     predicted_force: L,
     velocity: L,
     information: L,
@@ -51,19 +51,19 @@ pub struct Rls<L> {
     initial_gain: L,
     initial_information: L,
     reset_threshold: L,
-    /// Whether rounding could make `F` indefinite before it is restored.
+    /// True if rounding could make `F` indefinite before it is restored.
     checks_definiteness: bool,
     normalisation: L,
     /// Factor of the velocity in the regressor: 1 or 0.
     velocity_share: L,
-    /// `N_0`; negative without a dead zone, so that every error is outside.
+    /// `N_0` in N; negative without a dead zone, so every error is outside.
     dead_zone: L,
     dead_zone_slope: L,
     dead_zone_offset: L,
 }
 
 impl<L: Lane> Rls<L> {
-    /// An estimator before the first sample (`θ = 0`, `F = F_0`).
+    /// Creates an estimator before the first sample (`θ = 0`, `F = F_0`).
     #[must_use]
     pub fn new(settings: &RlsSettings) -> Self {
         let information = 2.0 / settings.initial_gain;
@@ -90,7 +90,8 @@ impl<L: Lane> Rls<L> {
         }
     }
 
-    /// Updates parameters and gain where the error is `outside` of the dead zone; returns the change of the parameters.
+    /// Updates parameters and gain in the lanes whose error is `outside` of the dead zone. Returns the parameters'
+    /// change.
     #[inline(always)]
     fn correct(&mut self, outside: L::Mask, residual: L) -> [L; 2] {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -102,7 +103,6 @@ impl<L: Lane> Rls<L> {
         let inverse_weight = L::splat(1.0) + self.normalisation * squared_regressor;
         let q0 = f00 * p + f01 * v;
         let q1 = f01 * p + f11 * v;
-        // The division does not depend on the residual.
         let share = delta * (one / (inverse_weight + (p * q0 + v * q1)));
         let correction = [share * (q0 * residual), share * (q1 * residual)];
         self.stiffness = self.stiffness + correction[0];
@@ -121,7 +121,7 @@ impl<L: Lane> Rls<L> {
         correction
     }
 
-    /// Whether `F` is positive definite by more than rounding errors.
+    /// The lanes in which `F` is positive definite by more than rounding errors.
     #[inline(always)]
     fn is_definite(&self) -> L::Mask {
         let [f00, f01, f11] = self.gain();
@@ -136,7 +136,7 @@ impl<L: Lane> Rls<L> {
         [self.gain_00, self.gain_01, self.gain_11]
     }
 
-    /// `F = F_0`, `x = tr(F_0⁻¹)` where the mask holds.
+    /// Sets `F = F_0` and `x = tr(F_0⁻¹)` in the lanes of the mask.
     #[inline(always)]
     fn restore(&mut self, mask: L::Mask) {
         self.gain_00 = L::select(mask, self.initial_gain, self.gain_00);
@@ -161,9 +161,9 @@ impl<L: Lane> Estimator<L> for Rls<L> {
         let predicted = self.predicted_force;
         let residual = force_n - predicted;
 
-        // Most samples are within the dead zone, where nothing changes: the branch saves two divisions. Its inputs were
-        // computed at the last tick, since samples outside the dead zone are mispredicted. With several lanes some lane
-        // is outside so often that the mispredictions cost more than the divisions.
+        // Fast path: most samples are within the dead zone, and the branch saves two divisions. Its inputs were
+        // computed at the last tick, because samples outside the dead zone are mispredicted. With several lanes, some
+        // lane is outside so often that the mispredictions cost more than the divisions.
         let outside = residual.abs().gt(self.dead_zone);
         let correction = if L::WIDTH > 1 || outside.any() { self.correct(outside, residual) } else { [zero; 2] };
 
@@ -197,7 +197,7 @@ crate::lane::gather!(Rls {
 mod tests {
     use super::*;
 
-    /// Depth and velocity of an insertion with a ripple that excites both parameters.
+    /// Returns depth and velocity of an insertion with a ripple that excites both parameters.
     fn insertion(k: u32) -> (f64, f64) {
         let t = f64::from(k) * 1e-3;
         (5e-3 + 0.01 * t + 2e-3 * (40.0 * t).sin(), 0.01 + 0.08 * (40.0 * t).cos())
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_contact_nothing_is_learnt() {
+    fn outside_contact_the_estimate_does_not_change() {
         let mut rls = Rls::<f64>::new(&RlsSettings::default());
         for _ in 0..50 {
             let estimate = rls.update(3.0, -1e-3, 0.1);
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn stiffness_alone_knows_no_velocity() {
+    fn an_estimator_of_stiffness_alone_ignores_the_velocity() {
         let settings = RlsSettings { parameters: Parameters::Stiffness, ..RlsSettings::default() };
         let (mut alone, mut still) = (Rls::<f64>::new(&settings), Rls::<f64>::new(&RlsSettings::default()));
         for k in 0..1000 {
@@ -280,7 +280,6 @@ mod tests {
         }
     }
 
-    /// The smallest and the largest eigenvalue of the gain.
     fn eigenvalues(rls: &Rls<f64>) -> [f64; 2] {
         let [f00, f01, f11] = rls.gain();
         let max = f64::midpoint(f00, f11) + f64::midpoint(f00, -f11).hypot(f01);
@@ -288,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gain_keeps_to_its_bounds() {
+    fn the_gain_stays_within_its_bounds() {
         let settings = RlsSettings { dead_zone_n: 0.0, ..RlsSettings::default() };
         let mut rls = Rls::<f64>::new(&settings);
         for k in 0..100_000 {
@@ -302,7 +301,7 @@ mod tests {
 
     /// Without the check, `F` becomes indefinite after a thousand of these samples.
     #[test]
-    fn rounding_does_not_take_the_sign_of_the_gain() {
+    fn rounding_does_not_make_the_gain_indefinite() {
         let settings = RlsSettings {
             initial_gain: 1e12,
             reset_threshold: 1e12,
@@ -321,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_sample_teaches_nothing() {
+    fn a_missing_sample_does_not_change_the_estimate() {
         let mut rls = Rls::<f64>::new(&RlsSettings::default());
         for k in 0..1000 {
             let (p, v) = insertion(k);

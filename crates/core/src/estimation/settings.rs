@@ -2,8 +2,8 @@
 
 use super::Parameters;
 
-/// Largest factor: a memory of 1e5 corrections. Closer to 1 the information becomes too large to invert in double
-/// precision.
+/// Largest forgetting factor: a memory of 1e5 corrections. Closer to 1 the information becomes too large to invert in
+/// double precision.
 pub const MAX_FORGETTING_FACTOR: f64 = 0.99999;
 
 crate::choice! {
@@ -29,7 +29,7 @@ crate::choice! {
 }
 
 impl Forgetting {
-    /// The default factor. In the long run a correction takes `1 - λ` of an error; the default resetting takes 0.28 on
+    /// The default factor. In the long run a correction takes `1 - λ` of an error. The default resetting takes 0.28 on
     /// average over the ten corrections between two restorations (`κ / (1 + κ k)`, `κ = 10`).
     pub const DEFAULT_FACTOR: f64 = 0.7;
 }
@@ -46,7 +46,7 @@ crate::settings! {
 crate::settings! {
     /// The regressor of friction, `length v / (|v| + speed)`.
     ///
-    /// Both numbers are chosen here. The lower the speed, the noisier the regressor near standstill.
+    /// Both numbers are chosen here. A lower speed makes the regressor noisier near standstill.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct FrictionShape in "estimator.friction_" {
         /// Speed at which half of the friction acts.
@@ -61,28 +61,28 @@ crate::settings! {
     /// Weighting, dead zone and forgetting of the estimator.
     ///
     /// # Choosing the gain
-    /// The share of an error that one update corrects is `φᵀFφ / (1/α + φᵀFφ)`. With the constant weighting `α = 1`
-    /// (`normalisation = 0`) that share depends on the depth through `F_0 φᵀφ`: settings for a needle centimetres deep
-    /// hardly correct at all a few millimetres deep. With eq. 14 it is `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`: beyond the
-    /// depth `1/√β` it becomes `κ / (1 + κ)` with `κ = F_0 / β`, independent of the depth. The same holds for
-    /// forgetting: each update adds `δ α φᵀφ → δ/β` to `x`, so that the gain is restored after about `N` full
-    /// corrections when `α_0 = tr(F_0⁻¹) + N/β`.
+    /// One update corrects the share `φᵀFφ / (1/α + φᵀFφ)` of an error. With the constant weighting `α = 1`
+    /// (`normalisation = 0`) this share depends on the depth through `F_0 φᵀφ`: settings for a needle centimetres deep
+    /// correct hardly anything a few millimetres deep. With eq. 14 the share is `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`. Beyond
+    /// the depth `1/√β` it becomes `κ / (1 + κ)` with `κ = F_0 / β`, independent of the depth. The same holds for
+    /// forgetting: each update adds `δ α φᵀφ → δ/β` to `x`, so with `α_0 = tr(F_0⁻¹) + N/β` the gain is restored after
+    /// about `N` full corrections.
     ///
-    /// [`RlsSettings::normalised`] is that rule; its defaults (1 mm, κ = 10, N = 10 updates) serve depths from
-    /// millimetres to decimetres and rates of 1 and 2 kHz alike. The price: within the first millimetre the estimator
-    /// adapts slowly.
+    /// [`RlsSettings::normalised`] implements this rule. Its defaults (1 mm, κ = 10, N = 10 updates) suit depths from
+    /// millimetres to decimetres and rates of 1 and 2 kHz. The price: within the first millimetre the estimator adapts
+    /// slowly.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RlsSettings in "estimator." {
-        /// The estimated parameters.
+        /// Estimated parameters.
         parameters: Parameters,
-        /// The regressor of friction as a function of the velocity.
+        /// Regressor of friction as a function of the velocity.
         friction: FrictionShape,
-        /// The kind of forgetting.
+        /// Kind of forgetting.
         forgetting: Forgetting,
-        /// β of eq. 14 in 1/m²: beyond the depth 1/sqrt(β) the gain does not depend on the depth; 0: constant
+        /// β of eq. 14 in 1/m²: beyond the depth 1/sqrt(β) the gain does not depend on the depth; 0 gives constant
         /// weighting.
         ///
-        /// `β I`; 0 is `α = 1`.
+        /// The matrix is `β I`; 0 means `α = 1`.
         normalisation: f64 [NON_NEGATIVE] = 1e6,
         /// F_0 of eq. 13, times the identity.
         ///
@@ -102,8 +102,9 @@ crate::settings! {
 }
 
 impl RlsSettings {
-    /// The rule of the type's documentation, from: depth beyond which the gain is constant (m), `κ = F_0/β`, updates
-    /// between two restorations of the gain, dead zone (N).
+    /// Creates settings by the rule in the type's documentation. `full_gain_depth_m` is the depth beyond which the gain
+    /// is constant, `gain_ratio` is `κ = F_0/β`, and `memory_updates` is the number of updates between two
+    /// restorations.
     #[must_use]
     pub fn normalised(full_gain_depth_m: f64, gain_ratio: f64, memory_updates: f64, dead_zone_n: f64) -> Self {
         let normalisation = 1.0 / (full_gain_depth_m * full_gain_depth_m);

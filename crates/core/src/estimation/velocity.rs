@@ -6,8 +6,8 @@ use crate::lane::Lane;
 /// A Kalman filter for a position that moves with white acceleration, after Bélanger (1992).
 ///
 /// State `(p, v)`, transition `p += T v`, acceleration of standard deviation `a` held over each tick, position read in
-/// steps of `q` (a uniform error of variance `q²/12`). The gain is the steady state of the Riccati equation, so that
-/// each tick takes few multiplications:
+/// steps of `q` (a uniform error of variance `q²/12`). The gain is the steady state of the Riccati equation, which
+/// keeps the work per tick small:
 ///
 /// ```text
 /// p⁻ = p + T v,   p = p⁻ + l₀ (y - p⁻),   v = v + l₁ (y - p⁻)
@@ -22,8 +22,8 @@ pub struct VelocityFilter<L> {
 }
 
 impl<L: Lane> VelocityFilter<L> {
-    /// A filter for positions read every `tick_s` (s) in steps of `resolution_m` (m) of a hand whose acceleration has
-    /// the standard deviation `acceleration_m_per_s2` (all positive).
+    /// Creates a filter for positions in steps of `resolution_m`. `acceleration_m_per_s2` is the standard deviation of
+    /// the hand's acceleration.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the argument that is not a positive finite number.
@@ -57,7 +57,7 @@ impl<L: Lane> VelocityFilter<L> {
         self.velocity_m_per_s
     }
 
-    /// Resumes after missing readings at the position (m), with the last velocity (m/s).
+    /// Resumes after missing readings at a position (m). Returns the last velocity (m/s).
     pub fn resume(&mut self, position_m: L) -> L {
         self.started = true;
         self.position_m = position_m;
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_gain_is_where_the_riccati_recursion_settles() {
+    fn the_gain_is_the_limit_of_the_riccati_recursion() {
         let (t, resolution, acceleration): (f64, f64, f64) = (1e-3, 1e-5, 2.0);
         let (r, a) = (resolution * resolution / 12.0, acceleration * acceleration);
         let (q00, q01, q11) = (a * t.powi(4) / 4.0, a * t.powi(3) / 2.0, a * t * t);
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn it_beats_differences_on_quantised_positions() {
+    fn the_filter_beats_differences_on_quantised_positions() {
         let (tick, resolution) = (1e-3, 1e-5);
         let mut filter = VelocityFilter::<f64>::new(tick, resolution, 0.5).expect("valid");
         let (mut filtered, mut differenced, mut last) = (0.0, 0.0, 0.0);

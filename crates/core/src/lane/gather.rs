@@ -5,7 +5,7 @@ use alloc::{boxed::Box, sync::Arc};
 
 use super::{Lane, Mask, of_each};
 
-/// Number of lanes.
+/// Number of lanes of a gathered part.
 pub const LANES: usize = 8;
 
 /// A part over `f64`, eight of which can be combined into one part of eight lanes.
@@ -13,7 +13,7 @@ pub trait Gather: Sized {
     /// The same part over a [`Lane`] type of eight lanes.
     type Of<L: Lane>;
 
-    /// Combines all parts, the first in lane 0; `None` if they differ in more than numbers.
+    /// Combines all parts, the first in lane 0. Returns `None` if they differ in more than numbers.
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>>;
 }
 
@@ -98,7 +98,7 @@ pub fn gather_mask<L: Lane>(all: [bool; LANES]) -> L::Mask {
 }
 
 #[cfg(feature = "alloc")]
-/// Whether all lists are equal. A shared list is equal without being compared.
+/// Returns true if all lists are equal. A shared list is not compared with itself.
 pub fn same_list<T: PartialEq>(all: [&Arc<[T]>; LANES]) -> bool {
     all.iter().all(|one| Arc::ptr_eq(one, all[0]) || one == &all[0])
 }

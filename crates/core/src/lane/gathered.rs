@@ -1,6 +1,6 @@
 //! Macros that implement [`Gather`](super::Gather) for the structs of a tick.
 
-/// Maps eight values, as `map` does, but compiles to a tenth of the code.
+/// Maps eight values like `map`, but compiles to a tenth of the code.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! of_each {
@@ -14,8 +14,8 @@ macro_rules! of_each {
     };
 }
 /// Implements `Gather` for a struct from its numbers, its masks (`bool` over `f64`), the fields that must be equal
-/// (`same`), and the enums of which only the variant matters in the tick (`kinds`); with `stored`, also `Stored`: the
-/// variants follow from the settings.
+/// (`same`), and the enums of which the tick uses only the variant (`kinds`). With `stored`, also implements `Stored`;
+/// the variants then follow from the settings.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather {
@@ -56,8 +56,8 @@ macro_rules! gather {
     };
 }
 
-/// In a function that returns an option: combines the fields of eight values of one variant, and puts the result into the
-/// same variant; `None` if the variants differ.
+/// Combines the fields of eight values of one variant into the same variant. Returns `None` from the enclosing function
+/// if the variants differ.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! of_one_variant {
@@ -74,8 +74,8 @@ macro_rules! of_one_variant {
     };
 }
 
-/// Implements `Gather` for an enum. All values must be the same variant. Each variant has one field. With `stored`, also
-/// `Stored`: the variant follows from the settings.
+/// Implements `Gather` for an enum whose variants have one field each. All values must be the same variant. With
+/// `stored`, also implements `Stored`; the variant then follows from the settings.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather_variants {
@@ -120,7 +120,7 @@ macro_rules! gather_nothing {
     };
 }
 
-/// Builds an array of lanes, or of another number given its zero, by a loop over its index. `array::from_fn` and its
+/// Builds an array of lanes, or of another type given its zero, by a loop over the index. `array::from_fn` and its
 /// closure are separate functions, compiled without the instruction set of the run and often not inlined.
 #[doc(hidden)]
 #[macro_export]

@@ -1,7 +1,7 @@
 //! The number type of a tick: one scenario (`f64`) or several in parallel lanes.
 //!
-//! Everything inside the tick is written once over [`Lane`]. Its operations give the same bits on every machine: no
-//! fused multiply-add, no reassociation, no transcendental function.
+//! Everything inside the tick is written once over [`Lane`]. Its operations give the same bits on every machine: there
+//! is no fused multiply-add, no reassociation and no transcendental function.
 
 mod gather;
 mod gathered;
@@ -25,11 +25,11 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + Send + Sync {
     /// The same truth value in every lane.
     fn splat(value: bool) -> Self;
-    /// Whether it holds in at least one lane.
+    /// Returns true if it holds in at least one lane.
     fn any(self) -> bool;
-    /// Whether it holds in every lane.
+    /// Returns true if it holds in every lane.
     fn all(self) -> bool;
-    /// Whether it holds in lane `index`.
+    /// Returns true if it holds in lane `index`.
     fn lane(self, index: usize) -> bool;
 }
 
@@ -55,61 +55,61 @@ pub trait Lane:
     fn splat(value: f64) -> Self;
     /// The number in lane `index`, below [`Lane::WIDTH`].
     fn lane(self, index: usize) -> f64;
-    /// This number with lane `index` replaced by `value`.
+    /// Returns this number with lane `index` replaced by `value`.
     fn with_lane(self, index: usize, value: f64) -> Self;
-    /// Puts `value` into lane `index`.
+    /// Sets lane `index` to `value`.
     #[inline(always)]
     fn set_lane(&mut self, index: usize, value: f64) {
         *self = self.with_lane(index, value);
     }
-    /// The number in each lane, given its index.
+    /// Computes the number of each lane from its index.
     #[inline(always)]
     fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
         (0..Self::WIDTH).fold(Self::splat(0.0), |all, index| all.with_lane(index, lane(index)))
     }
-    /// Absolute value.
+    /// The absolute value.
     fn abs(self) -> Self;
-    /// Square root; NaN of a negative number.
+    /// The square root; NaN for a negative number.
     fn sqrt(self) -> Self;
-    /// The smaller number; the other one where `self` is NaN.
+    /// The smaller number; `other` in lanes where `self` is NaN.
     fn min(self, other: Self) -> Self;
-    /// The larger number; the other one where `self` is NaN.
+    /// The larger number; `other` in lanes where `self` is NaN.
     fn max(self, other: Self) -> Self;
-    /// Whether `self < other`; false where either is NaN.
+    /// Returns `self < other`; false in lanes where either is NaN.
     fn lt(self, other: Self) -> Self::Mask;
-    /// Whether `self <= other`; false where either is NaN.
+    /// Returns `self <= other`; false in lanes where either is NaN.
     fn le(self, other: Self) -> Self::Mask;
-    /// `chosen` where the mask holds, `otherwise` elsewhere.
+    /// Returns `chosen` in the lanes of the mask and `otherwise` in the other lanes.
     fn select(mask: Self::Mask, chosen: Self, otherwise: Self) -> Self;
 
-    /// Zero in every lane.
+    /// Returns zero in every lane.
     #[inline(always)]
     fn zero() -> Self {
         Self::splat(0.0)
     }
 
-    /// Whether `self > other`; false where either is NaN.
+    /// Returns `self > other`; false in lanes where either is NaN.
     #[inline(always)]
     fn gt(self, other: Self) -> Self::Mask {
         other.lt(self)
     }
 
-    /// Whether `self >= other`; false where either is NaN.
+    /// Returns `self >= other`; false in lanes where either is NaN.
     #[inline(always)]
     fn ge(self, other: Self) -> Self::Mask {
         other.le(self)
     }
 
-    /// The number limited to `[low, high]`.
+    /// Limits the number to `[low, high]`.
     #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }
 
-    /// The nearest multiple of a step, halves to even, given the step and its inverse.
+    /// Rounds to the nearest multiple of a step, halves to even, given the step and its inverse.
     ///
-    /// Exact for magnitudes below 2⁵¹ steps; larger ones are returned unchanged. Adding and subtracting 1.5·2⁵² rounds
-    /// to an integer by additions alone, so the result is the same on every machine and at every width.
+    /// Exact for magnitudes below 2⁵¹ steps; larger magnitudes are returned unchanged. Adding and subtracting 1.5·2⁵²
+    /// rounds to an integer by additions alone, so the result is the same on every machine and at every width.
     #[inline(always)]
     fn round_to(self, step: Self, inverse_step: Self) -> Self {
         let shift = Self::splat(6_755_399_441_055_744.0);

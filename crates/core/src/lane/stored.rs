@@ -1,4 +1,4 @@
-//! The numbers of a part, to be stored and read back.
+//! Storing and restoring the numbers of a part.
 
 #[cfg(feature = "alloc")]
 use alloc::vec::Vec;
@@ -6,12 +6,12 @@ use alloc::vec::Vec;
 #[cfg(feature = "alloc")]
 use crate::error::{InvalidValue, require};
 
-/// A part whose numbers can be stored, and read back into a part with the same settings.
+/// A part whose numbers can be stored, and restored into a part with the same settings.
 pub trait Stored {
-    /// Calls `with` with every number as 64 bits, in a fixed order, and takes over what it leaves there.
+    /// Calls `with` with each number as 64 bits, in a fixed order, and keeps the value that `with` leaves.
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64));
 
-    /// Returns the numbers, for [`Stored::restore`].
+    /// The numbers, for [`Stored::restore`].
     #[cfg(feature = "alloc")]
     fn state(&self) -> Vec<u64>
     where
@@ -25,7 +25,7 @@ pub trait Stored {
     /// Continues from the state of a part with the same settings.
     ///
     /// # Errors
-    /// [`InvalidValue`] if the state is of another length; the part is then as it was.
+    /// [`InvalidValue`] if the state has another length; the part is then unchanged.
     #[cfg(feature = "alloc")]
     fn restore(&mut self, state: &[u64]) -> Result<(), InvalidValue>
     where
@@ -74,7 +74,7 @@ impl<T: Stored, const N: usize> Stored for [T; N] {
     }
 }
 
-/// Whether the part is there follows from the settings.
+/// The settings determine whether the part exists.
 impl<T: Stored> Stored for Option<T> {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
         if let Some(part) = self {

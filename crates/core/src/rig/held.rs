@@ -1,4 +1,4 @@
-//! A commanded quantity that is held during bad samples.
+//! A value that is held during bad samples.
 
 use crate::lane::Stored;
 
@@ -19,25 +19,23 @@ pub(super) struct HeldReading {
 }
 
 impl HeldReading {
-    /// Starts at a value, with the largest change of the gap per tick.
+    /// Starts at a value; `step` is the largest change of the gap per tick.
     pub(super) fn at(value: f64, step: f64) -> Self {
         Self { value, gap: 0.0, step, is_held: false }
     }
 
-    /// Takes the reading unchanged, when no recovery is in progress.
+    /// Returns the reading unchanged. Only valid when no recovery is in progress.
     #[inline(always)]
     pub(super) fn pass(&mut self, reading: f64) -> f64 {
         self.value = reading;
         reading
     }
 
-    /// Holds the last value.
     pub(super) fn hold(&mut self) -> f64 {
         self.is_held = true;
         self.value
     }
 
-    /// The reading plus the remaining gap to the held value.
     pub(super) fn recover(&mut self, reading: f64) -> f64 {
         if self.is_held {
             self.is_held = false;
@@ -48,7 +46,6 @@ impl HeldReading {
         self.value
     }
 
-    /// Whether the reading is used unchanged.
     pub(super) fn is_recovered(&self) -> bool {
         !self.is_held && self.gap == 0.0
     }

@@ -1,8 +1,8 @@
 //! Estimator, detector and supervisor for a real controller: one `step(sample) -> command` per tick.
 //!
 //! The simulator runs the same source in the same order (steps 3 to 6 of the tick of `trocar::engine`, without the
-//! delay of a link): the same samples give the same commands, bit for bit. It needs no allocator, no operating system
-//! and no standard library, and does the same work at every good sample outside of an event.
+//! delay of a link), so the same samples give the same commands, bit for bit. The controller needs no allocator, no
+//! operating system and no standard library, and does the same work at every good sample outside of an event.
 //!
 //! ```
 //! # use trocar_core as trocar;
@@ -24,16 +24,17 @@
 //!
 //! # Impossible samples
 //! A number that is not finite, or beyond its limit in [`Limits`], is a fault of its channel. At such a tick
-//! - the channel's last good value replaces it (before the first, a rig at rest at [`Settings::start_m`], without
-//!   force);
+//!
+//! - the channel's last good value replaces it. Before the first good value the rig counts as at rest at
+//!   [`Settings::start_m`], without force;
 //! - estimator and detector skip the sample: no alarm is raised, the estimate does not change, and no correction spans
 //!   the gap. The detector treats the gap as a loss of contact and is armed again after
-//!   [`ArmingSettings::settle_s`](crate::detector::ArmingSettings) of quiet contact: a rupture within that time is
+//!   [`ArmingSettings::settle_s`](crate::detector::ArmingSettings) of quiet contact. A rupture within that time is
 //!   missed;
-//! - the supervisor's timers continue, so that an event ends on time;
+//! - the supervisor's timers continue, so an event ends on time;
 //! - [`Command::faults`] names the channels, and [`Command::faulty_samples`] counts the consecutive bad samples.
 //!
-//! When good samples return, the slave's reference returns to the hand, and the feedback force to the measured one, no
+//! When good samples return, the slave's reference returns to the hand and the feedback force to the measured force, no
 //! faster than [`Limits::recovery_speed_m_per_s`] and [`Limits::recovery_force_rate_n_per_s`]. Holding the last value
 //! is not safe for long: the builder of the rig decides after how many bad samples the motors are switched off.
 
@@ -64,21 +65,22 @@ pub struct HapticController {
     tick: u64,
     /// The supervisor's last inputs, which replace bad values.
     hand_m: HeldReading,
-    /// The hand's last position, scaled to the slave, and the factor from its change in a tick to the master's velocity.
+    /// The hand's last position, scaled to the slave in m, and the factor from its change in a tick to the master's
+    /// velocity.
     last_hand_m: f64,
     per_hand_step: f64,
     force_n: HeldReading,
     slave_m: f64,
     velocity_m_per_s: f64,
-    /// `K` and `B`.
+    /// `K` in N/m and `B` in N·s/m.
     parameters: [f64; 2],
     faulty_samples: u32,
-    /// Whether the last sample was bad or a held value has not yet returned to its reading.
+    /// True if the last sample was bad or a held value has not yet returned to its reading.
     is_disturbed: bool,
 }
 
 impl HapticController {
-    /// A controller in teleoperation, before the first sample.
+    /// Creates a controller in teleoperation.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -117,8 +119,7 @@ impl HapticController {
         })
     }
 
-    /// Processes the sample of a tick and returns its command. Samples are [`Settings::tick_s`] apart; for a tick
-    /// without a sample pass [`Sample::MISSING`].
+    /// Processes the sample of a tick and returns its command. For a tick without a sample pass [`Sample::MISSING`].
     ///
     /// Every number of the command is finite, for any sample.
     #[inline]
@@ -139,7 +140,7 @@ impl HapticController {
         self.command(&insight, hand_m, force_n, faults)
     }
 
-    /// Number of samples processed.
+    /// The number of processed samples.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.tick
@@ -154,7 +155,7 @@ impl HapticController {
     #[inline(always)]
     fn faults(&self, sample: &Sample) -> Faults {
         let Limits { position_m, velocity_m_per_s, force_n, .. } = self.limits;
-        // NaN counts as beyond every limit.
+        // NaN exceeds every limit.
         let is_beyond = |value: f64, limit: f64| !value.abs().le(limit);
         Faults {
             master_position: is_beyond(sample.master_position_m, position_m),
@@ -170,7 +171,6 @@ impl HapticController {
         Reading { force_n, position_m: self.slave_m, velocity_m_per_s: self.velocity_m_per_s }
     }
 
-    /// Runs the supervisor and completes the tick.
     #[inline(always)]
     fn command(&mut self, insight: &Insight<f64>, hand_m: f64, force_n: f64, faults: Faults) -> Command {
         let Insight { estimate, decision, .. } = insight;
@@ -205,7 +205,7 @@ impl HapticController {
         }
     }
 
-    /// A tick whose sample is bad, follows a bad one, or falls into a recovery.
+    /// Processes a tick whose sample is bad, follows a bad one, or falls into a recovery.
     #[cold]
     #[inline(never)]
     fn step_disturbed(&mut self, sample: &Sample, faults: Faults) -> Command {
@@ -262,7 +262,7 @@ impl HapticController {
 
 impl Stored for HapticController {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Without `..`: a new field is either stored or, as these four, follows from the settings.
+        // Without `..`, so that a new field must be stored or, like these four, follow from the settings.
         let Self {
             chain,
             supervisor,

@@ -7,16 +7,16 @@ use crate::augmentation::Mode;
 pub struct Sample {
     /// `x_h` in m.
     pub master_position_m: f64,
-    /// `x_e` in m, growing into the tissue.
+    /// `x_e` in m, increasing into the tissue.
     pub slave_position_m: f64,
-    /// `v_e` in m/s; not read with [`VelocitySource::Filtered`](super::VelocitySource).
+    /// `v_e` in m/s; ignored with [`VelocitySource::Filtered`](super::VelocitySource).
     pub slave_velocity_m_per_s: f64,
-    /// `y` in N, positive when it resists insertion.
+    /// `y` in N, positive when the tissue resists insertion.
     pub force_n: f64,
 }
 
 impl Sample {
-    /// The sample of a tick without a measurement: every channel counts as bad.
+    /// The sample of a tick without a measurement. Every channel counts as bad.
     pub const MISSING: Self = Self {
         master_position_m: f64::NAN,
         slave_position_m: f64::NAN,
@@ -25,21 +25,21 @@ impl Sample {
     };
 }
 
-/// The channels of a sample with an impossible value.
+/// The channels of a sample that have an impossible value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Faults {
-    /// The master's position.
+    /// True if the master's position is impossible.
     pub master_position: bool,
-    /// The slave's position.
+    /// True if the slave's position is impossible.
     pub slave_position: bool,
-    /// The slave's velocity, if it is read.
+    /// True if the slave's velocity is used and impossible.
     pub slave_velocity: bool,
-    /// The force.
+    /// True if the force is impossible.
     pub force: bool,
 }
 
 impl Faults {
-    /// Whether any channel is faulty.
+    /// Returns true if any channel is faulty.
     #[inline(always)]
     #[must_use]
     pub fn any(self) -> bool {
@@ -58,9 +58,9 @@ pub struct Command {
     pub allowed_force_step_n: f64,
     /// Mode of the supervisor.
     pub mode: Mode,
-    /// Whether the detector raises an alarm at this sample.
+    /// True if the detector raises an alarm at this sample.
     pub alarm: bool,
-    /// Whether the supervisor acts on the alarm (with augmentation disabled: whether there is one).
+    /// True if the supervisor acts on an alarm; with augmentation disabled, if there is an alarm.
     pub alarm_taken: bool,
     /// `K` in N/m.
     pub stiffness_n_per_m: f64,
@@ -74,10 +74,10 @@ pub struct Command {
     pub distance: f64,
     /// `g`, in the unit of the distance.
     pub decision: f64,
-    /// `v_e` as used by the estimator, in m/s.
+    /// `v_e` used by the estimator, in m/s.
     pub slave_velocity_m_per_s: f64,
     /// Faults of the sample.
     pub faults: Faults,
-    /// Number of consecutive bad samples, including this one; 0 if it is good.
+    /// Number of consecutive bad samples, including this one; 0 for a good sample.
     pub faulty_samples: u32,
 }

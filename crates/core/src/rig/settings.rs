@@ -28,16 +28,14 @@ pub enum VelocitySource {
     },
 }
 
-/// The range of the time between two samples.
 const TICK: Range = Range::stated(1e-6, 1.0, "from 1e-6 to 1");
 
-/// The range of limits and scales.
 const LIMIT: Range = Range::stated(MIN_MAGNITUDE, MAX_LIMIT, "positive, from 1e-12 to 1e6");
 
 crate::settings! {
-    /// Limits of a possible sample, and how fast commands recover after impossible ones.
+    /// Limits of a possible sample, and the rates at which commands recover after impossible samples.
     ///
-    /// The defaults are wider than a needle's rig, chosen here; the recovery is that of a link after an outage.
+    /// The defaults are chosen here, wider than a needle's rig; the recovery is the recovery of a link after an outage.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Limits in "rig." {
         /// Largest magnitude of a position; a sample beyond it is bad.
@@ -50,13 +48,13 @@ crate::settings! {
         force_n: f64 at "rig.force_limit_n" [self::LIMIT] = 100.0,
         /// Speed at which the reference returns to the hand after bad samples.
         recovery_speed_m_per_s: f64 [POSITIVE] = 0.03,
-        /// Rate at which the feedback force returns to the measured one after bad samples.
+        /// Rate at which the feedback force returns to the measured force after bad samples.
         recovery_force_rate_n_per_s: f64 [POSITIVE] = 50.0,
     }
 }
 
 crate::settings! {
-    /// The machines as the controller needs them, by the keys of a scenario.
+    /// The machines' settings for the controller, under the keys of a scenario.
     #[derive(Debug, Clone, Copy, PartialEq)]
     struct Machines in "rig." {
         /// Time between two samples. Estimator and detector count samples: their defaults are for 0.5 to 2 ms.
@@ -79,7 +77,7 @@ crate::settings! {
 pub struct Settings {
     /// Time between two samples in s, from 10⁻⁶ to 1.
     pub tick_s: f64,
-    /// Position of the master when the controller starts, in m: used until the first good sample.
+    /// Position of the master when the controller starts, in m. Used until the first good sample.
     pub start_m: f64,
     /// Position of the tissue surface assumed by the estimator, in m.
     pub contact_m: f64,
@@ -118,7 +116,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The keys of these settings, in order: those of a scenario, and `rig.` for what a scenario does not have.
+    /// The keys in order: keys of a scenario, and `rig.` keys for values that a scenario does not have.
     pub const KEYS: &'static [Key] = {
         const GROUPS: &[&[Key]] = &[
             Machines::KEYS,
@@ -131,7 +129,7 @@ impl Settings {
         &joined::<{ count(GROUPS) }>(GROUPS)
     };
 
-    /// Reads them by [`Settings::KEYS`]; a resolution of 0 means that the velocity is measured.
+    /// Reads the settings by [`Settings::KEYS`]. A resolution of 0 means that the velocity is measured.
     ///
     /// # Errors
     /// Errors of the source. [`Settings::validate`] checks the ranges.
@@ -157,8 +155,7 @@ impl Settings {
         })
     }
 
-    /// Checks the stated ranges of the fields, those of estimator, detector and supervisor, and that no good sample can
-    /// make a tick's numbers overflow.
+    /// Checks the ranges of all fields, and that no good sample can make a tick's numbers overflow.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -172,7 +169,7 @@ impl Settings {
         }
         self.estimator.validate()?;
         let RlsSettings { parameters, forgetting, .. } = self.estimator;
-        // The number of a word counts them from 0, as in C.
+        // A word is reported by its index, from 0, as in C.
         let number =
             |words: &[&str], word| words.iter().position(|one| *one == word).map_or(f64::NAN, |place| place as f64);
         let resets = matches!(forgetting, Forgetting::Resetting);
@@ -235,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_range_is_named() {
+    fn a_setting_out_of_range_is_named() {
         let default = Settings::default();
         assert!(default.validate().is_ok());
         assert_eq!(refused(Settings { tick_s: 0.0, ..default }), "simulation.tick_s");

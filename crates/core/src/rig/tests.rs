@@ -1,4 +1,4 @@
-//! The controller of a rig: what it commands, and what bad samples change.
+//! The controller of a rig: its commands, and the effects of bad samples.
 
 use super::*;
 use crate::augmentation::{AugmentationSettings, Mode};
@@ -30,7 +30,7 @@ fn the_hand_and_the_force_are_scaled_to_the_other_side() {
     }
     assert_eq!(controller.ticks(), 500);
     let last = controller.step(&sample(500));
-    // K p + B v of the true force, as the estimator has found it.
+    // `K p + B v` of the true force, as estimated.
     let depth_m = sample(500).slave_position_m - 0.01;
     let found = last.stiffness_n_per_m * depth_m + last.damping_n_s_per_m * 0.01;
     assert!((found - sample(500).force_n).abs() < 0.05, "{last:?}");
@@ -39,7 +39,7 @@ fn the_hand_and_the_force_are_scaled_to_the_other_side() {
     );
 }
 
-/// Steps a controller through good samples, with a drop of the force by 1 N from a tick on.
+/// Steps a controller through good samples; the force drops by 1 N at tick `rupture`.
 fn rupture_at(controller: &mut HapticController, rupture: u64, ticks: u64) -> Vec<Command> {
     let dropped = |tick: u64| {
         let fallen = if tick >= rupture { 0.4 } else { 0.0 };
@@ -72,7 +72,7 @@ fn without_augmentation_the_alarm_is_reported_and_nothing_freezes() {
 }
 
 #[test]
-fn a_channel_that_is_no_number_or_beyond_its_limit_is_a_fault_of_that_channel() {
+fn a_channel_that_is_nan_or_beyond_its_limit_is_a_fault_of_that_channel() {
     let faults = |sample: Sample| HapticController::new(&settings()).expect("valid").step(&sample).faults;
     let good = sample(0);
     let of = |master_position, slave_position, slave_velocity, force| Faults {
@@ -94,7 +94,7 @@ fn a_channel_that_is_no_number_or_beyond_its_limit_is_a_fault_of_that_channel() 
 }
 
 #[test]
-fn missing_samples_hold_the_commands_count_and_raise_no_alarm() {
+fn missing_samples_are_counted_hold_the_commands_and_raise_no_alarm() {
     let mut controller = HapticController::new(&settings()).expect("valid");
     for tick in 0..300 {
         controller.step(&sample(tick));
@@ -114,13 +114,13 @@ fn missing_samples_hold_the_commands_count_and_raise_no_alarm() {
 }
 
 #[test]
-fn after_missing_samples_the_commands_return_at_their_speeds() {
+fn after_missing_samples_the_commands_return_at_their_configured_speeds() {
     let mut controller = HapticController::new(&settings()).expect("valid");
     for tick in 0..300 {
         controller.step(&sample(tick));
     }
     let mut before = controller.step(&Sample::MISSING);
-    // The hand has moved by 20 mm meanwhile, 10 mm for the slave, and the force by 5 N, 15 N for the master.
+    // Meanwhile the hand has moved by 20 mm, 10 mm for the slave, and the force by 5 N, 15 N for the master.
     let moved = |tick: u64| Sample {
         master_position_m: 0.02 + sample(299).master_position_m,
         force_n: 5.0 + sample(299).force_n,
@@ -145,7 +145,7 @@ fn after_missing_samples_the_commands_return_at_their_speeds() {
 }
 
 #[test]
-fn a_single_bad_channel_leaves_the_others_alone() {
+fn a_single_bad_channel_does_not_affect_the_others() {
     let mut controller = HapticController::new(&settings()).expect("valid");
     for tick in 0..300 {
         controller.step(&sample(tick));

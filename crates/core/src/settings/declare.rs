@@ -22,7 +22,7 @@
 /// ```
 ///
 /// generates the struct, `DEFAULT` and `Default`, its keys `KEYS`, `validate` and `read`. A key is the prefix after
-/// `in` and the field's name, or the literal after `at`. A field is one of
+/// `in` plus the field's name, or the literal after `at`. A field is one of
 ///
 /// | declaration | holds |
 /// |---|---|
@@ -37,14 +37,16 @@
 /// | `name: Option<String> [FILE]` | the path of a file, as it is written |
 /// | `name: Option<f64> [RANGE] => "ten intervals"`, `name: String => "the file's name"` | derived from other keys by the reader; the text states the rule |
 /// | `name: Other` | other settings or a choice, with their keys |
-/// | `name: Other [kinds last]` | a choice; the keys of its kinds follow those of all fields |
+/// | `name: Other [kinds last]` | a choice; the keys of its kinds follow the keys of all fields |
 ///
-/// `for Motion::Any | Inserting` before a default names the kinds of a choice for which a key acts; `for (...)` gives
-/// them as an [`ActsFor`](crate::settings::ActsFor). `given (threshold: f64)` after the prefix names extra inputs of
-/// the defaults: `read` takes them, and `name: Other (threshold)` passes them on. There is no default then, unless the
-/// input has one, as in `given (threshold: f64 = 2.0)`; that also generates `default_for`. `no DEFAULT` states that a
-/// field has no default; `no const` that a default cannot be built at compile time, and generates `Default` alone.
-/// `where field: |s| ..., "at least ...";` checks a field against others; `then Self::check;` runs any other check.
+/// - `for Motion::Any | Inserting` before a default names the kinds of a choice for which a key acts; `for (...)` gives
+///   them as an [`ActsFor`](crate::settings::ActsFor).
+/// - `given (threshold: f64)` after the prefix names extra inputs of the defaults. `read` takes them, and
+///   `name: Other (threshold)` passes them on. There is then no default, unless the input has one, as in
+///   `given (threshold: f64 = 2.0)`, which also generates `default_for`.
+/// - `no DEFAULT` states that a field has no default. `no const` states that a default cannot be built at compile time,
+///   and generates only `Default`.
+/// - `where field: |s| ..., "at least ...";` checks a field against others. `then Self::check;` runs any other check.
 #[macro_export]
 macro_rules! settings {
     (
@@ -110,7 +112,7 @@ macro_rules! settings {
                 Ok(())
             }
 
-            /// Reads it.
+            /// Reads the settings.
             ///
             /// # Errors
             /// Errors of the source.
@@ -130,11 +132,9 @@ macro_rules! settings {
         });
     };
 
-    // The path of a field's key.
     (@path $prefix:literal $field:ident) => { concat!($prefix, stringify!($field)) };
     (@path $prefix:literal $field:ident $key:literal) => { $key };
 
-    // The meaning of a key.
     (@meaning $($doc:literal)*) => {{
         const LINES: &[&str] = &[$($doc),*];
         const SENTENCE: &$crate::settings::Sentence<{ $crate::settings::sentence_len(LINES) }> =
@@ -158,7 +158,6 @@ macro_rules! settings {
         &$crate::settings::acting::<COUNT>(GROUPS, $acts_for)
     }};
 
-    // The keys of a field.
     (@keys ($path:expr) ($($doc:literal)*) {f64} {SIGN} {= $default:expr}) => {
         &[$crate::settings::Key::sign($path, $default, $crate::settings!(@meaning $($doc)*))]
     };
@@ -220,7 +219,6 @@ macro_rules! settings {
     (@kinds {$other:ident} {kinds last}) => { $other::KIND_KEYS };
     (@kinds {$other:ident} {$($range:tt)*}) => { &[] };
 
-    // The check of a field's range.
     (@check ($path:expr) ($value:expr) {f64} {SIGN}) => {
         $crate::error::require($path, *$value, *$value == 1.0 || *$value == -1.0, "1 or -1")?;
     };
@@ -268,10 +266,9 @@ macro_rules! settings {
         $other::read($source $($(, $with)+)?)?
     };
 
-    // The defaults.
     (@default $name:ident {} {$($field:ident {$($ty:tt)+} {$($default:tt)*})*}) => {
         impl $name {
-            /// The default.
+            /// The default settings.
             pub const DEFAULT: Self = {
                 $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
                 Self { $($field),* }
@@ -288,10 +285,10 @@ macro_rules! settings {
         {$($field:ident {$($ty:tt)+} {$($default:tt)*})*}
     ) => {
         impl $name {
-            /// The default.
+            /// The default settings.
             pub const DEFAULT: Self = Self::default_for($($stand_in),+);
 
-            /// The default for other inputs.
+            /// The default settings for other inputs.
             #[must_use]
             pub const fn default_for($($given: $given_ty),+) -> Self {
                 $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
@@ -345,10 +342,10 @@ macro_rules! settings {
 /// assert_eq!(Law::DEFAULT.word(), "decay");
 /// ```
 ///
-/// generates the enum, `DEFAULT` (the kind after `=`) and `Default`, `WORDS`, `word`, `validate`, `read`, its own key
-/// `KEY`, those of its kinds `KIND_KEYS`, and `KEYS`, all of them. A kind is empty, or holds fields as in
+/// generates the enum, `DEFAULT` (the kind after `=`) and `Default`, `WORDS`, `word`, `validate`, `read`, its key
+/// `KEY`, the keys of its kinds `KIND_KEYS`, and `KEYS` with all of them. A kind is empty, or holds fields as in
 /// [`settings!`](crate::settings!), or other settings in parentheses. Its keys act for it alone, or for all kinds that
-/// have them. `no const` generates `Default` alone. `ALL` lists the kinds if all of them are empty.
+/// have them. `no const` generates only `Default`. `ALL` lists the kinds if all of them are empty.
 #[macro_export]
 macro_rules! choice {
     (
@@ -384,10 +381,10 @@ macro_rules! choice {
         $crate::choice!(@all $name $({$variant $(($payload))? $({$prefix})?})*);
 
         impl $name {
-            /// The words of its kinds, in order.
+            /// The words of the kinds, in order.
             pub const WORDS: &'static [&'static str] = &[$($word),*];
 
-            /// Its own key.
+            /// The key of the choice.
             pub const KEY: $crate::settings::Key = $crate::settings::Key::choice(
                 $path,
                 Self::WORDS,
@@ -401,7 +398,7 @@ macro_rules! choice {
                 $crate::settings!(@meaning $($about)*),
             );
 
-            /// The keys of its kinds; each acts only for the kinds that have it.
+            /// The keys of the kinds; each acts only for the kinds that have it.
             pub const KIND_KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[$({
                     const GROUPS: &[&[$crate::settings::Key]] = &[
@@ -419,7 +416,7 @@ macro_rules! choice {
                 &$crate::settings::distinct::<{ $crate::settings::count_distinct(GROUPS) }>(GROUPS)
             };
 
-            /// The key of the choice and those of its kinds.
+            /// The key of the choice and the keys of its kinds.
             pub const KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[&[$name::KEY], $name::KIND_KEYS];
                 &$crate::settings::joined::<{ $crate::settings::count(GROUPS) }>(GROUPS)
@@ -453,7 +450,7 @@ macro_rules! choice {
                 Ok(())
             }
 
-            /// Reads it.
+            /// Reads the choice.
             ///
             /// # Errors
             /// Errors of the source.
@@ -484,7 +481,7 @@ macro_rules! choice {
 
     (@default $name:ident $default:ident {} {$({$variant:ident $(($payload:ident))? {$($fields:tt)*}})*}) => {
         impl $name {
-            /// The default.
+            /// The default kind.
             pub const DEFAULT: Self = {
                 $(
                     #[allow(non_upper_case_globals, dead_code, reason = "the kinds by their own names")]

@@ -1,7 +1,7 @@
-//! One declaration per setting. It defines the field, its default, its range, its key in scenarios, and how it is read.
+//! One declaration per setting: the field, its default, its range, its key in scenarios, and how it is read.
 //!
-//! [`settings!`](crate::settings!) declares the settings of a part, [`choice!`](crate::choice!) the kinds of one of
-//! them. Both generate a table of [`Key`]s, in the order of the fields, and a reader from any [`KeySource`]. Neither
+//! [`settings!`](crate::settings!) declares the settings of a part, [`choice!`](crate::choice!) the kinds of one
+//! setting. Both generate a table of [`Key`]s, in the order of the fields, and a reader from any [`KeySource`]. Neither
 //! allocates.
 
 mod declare;
@@ -35,7 +35,7 @@ pub enum Kind {
 }
 
 impl fmt::Display for Kind {
-    /// The requirement on the value, as the end of "must be …".
+    /// Writes the requirement on the value, as the end of "must be …".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(range) => range.fmt(f),
@@ -56,7 +56,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// A default.
+/// The value of a default.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Constant {
     /// A number.
@@ -71,7 +71,7 @@ pub enum Constant {
     Text(&'static str),
 }
 
-/// The value of a key that no file gives.
+/// The value of a key that is not given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fallback {
     /// A value.
@@ -85,7 +85,7 @@ pub enum Fallback {
 /// Maximum number of words for which one key acts.
 const MAX_WORDS: usize = 8;
 
-/// The words of a choice for which a key acts; of a switch, `true` or `false`.
+/// The words of a choice for which a key acts; for a switch, `true` or `false`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActsFor {
     /// The key of the choice.
@@ -97,7 +97,7 @@ pub struct ActsFor {
 }
 
 impl ActsFor {
-    /// Some words of a choice, at most eight.
+    /// Creates a condition on some words of a choice, at most eight.
     #[must_use]
     pub const fn new(key: &'static str, given: &[&'static str]) -> Self {
         let mut words = [""; MAX_WORDS];
@@ -109,19 +109,19 @@ impl ActsFor {
         Self { key, words, count: given.len(), also: None }
     }
 
-    /// The same words, and only with one word of another choice, too.
+    /// Adds the condition that another choice has this word.
     #[must_use]
     pub const fn only_with(self, key: &'static str, word: &'static str) -> Self {
         Self { also: Some((key, word)), ..self }
     }
 
-    /// The conditions, one per choice, which hold together.
+    /// Returns the conditions, one per choice. All of them must hold.
     pub fn conditions(self) -> impl Iterator<Item = Self> {
         let also = self.also.map(|(key, word)| Self::new(key, &[word]));
         core::iter::once(Self { also: None, ..self }).chain(also)
     }
 
-    /// All words of a choice but one.
+    /// Creates a condition on all words of a choice but one.
     #[must_use]
     pub const fn all_but(key: &'static str, words: &[&'static str], left_out: &str) -> Self {
         let mut built = Self::new(key, &[]);
@@ -135,7 +135,7 @@ impl ActsFor {
         built
     }
 
-    /// The words of those kinds that have the first of `keys`. Each kind is given with its groups of keys.
+    /// Creates a condition on the kinds whose groups of keys contain the first of `keys`.
     #[must_use]
     pub const fn built_from(keys: &[Key], key: &'static str, kinds: &[(&'static str, &[&[Key]])]) -> Self {
         let mut built = Self::new(key, &[]);
@@ -156,7 +156,6 @@ impl ActsFor {
         &self.words[..self.count]
     }
 
-    /// The words of both.
     const fn and(mut self, other: Self) -> Self {
         let mut index = 0;
         while index < other.count {
@@ -179,71 +178,71 @@ impl fmt::Display for ActsFor {
     }
 }
 
-/// One key.
+/// A key of a scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
     /// Dotted path: `slave.velocity_gain`.
     pub path: &'static str,
-    /// Type of its value.
+    /// Type of the value.
     pub kind: Kind,
-    /// Its value when not given.
+    /// Value if the key is not given.
     pub fallback: Fallback,
-    /// Its meaning: the first paragraph of the field's doc comment.
+    /// Meaning: the first paragraph of the field's doc comment.
     pub meaning: &'static str,
-    /// The kinds of a choice for which it acts; `None` for all.
+    /// Kinds of a choice for which the key acts; `None` for all.
     pub acts_for: Option<ActsFor>,
 }
 
 impl Key {
-    /// A key that acts for every kind.
+    /// Creates a key that acts for every kind.
     #[must_use]
     pub const fn new(path: &'static str, kind: Kind, fallback: Fallback, meaning: &'static str) -> Self {
         Self { path, kind, fallback, meaning, acts_for: None }
     }
 
-    /// A number with a default.
+    /// Creates a key for a number with a default.
     #[must_use]
     pub const fn number(path: &'static str, range: Range, default: f64, meaning: &'static str) -> Self {
         Self::new(path, Kind::Number(range), Fallback::Value(Constant::Number(default)), meaning)
     }
 
-    /// A number derived from other keys.
+    /// Creates a key for a number derived from other keys.
     #[must_use]
     pub const fn derived(path: &'static str, range: Range, rule: &'static str, meaning: &'static str) -> Self {
         Self::new(path, Kind::Number(range), Fallback::Derived(rule), meaning)
     }
 
-    /// A number or none.
+    /// Creates a key for a number or none.
     #[must_use]
     pub const fn optional(path: &'static str, range: Range, meaning: &'static str) -> Self {
         Self::new(path, Kind::Number(range), Fallback::Unset, meaning)
     }
 
-    /// 1 or -1.
+    /// Creates a key for 1 or -1.
     #[must_use]
     pub const fn sign(path: &'static str, default: f64, meaning: &'static str) -> Self {
         Self::new(path, Kind::Sign, Fallback::Value(Constant::Number(default)), meaning)
     }
 
-    /// A whole number.
+    /// Creates a key for a whole number.
     #[must_use]
     pub const fn whole(path: &'static str, min: u64, default: u64, meaning: &'static str) -> Self {
         Self::new(path, Kind::Whole(min), Fallback::Value(Constant::Whole(default)), meaning)
     }
 
-    /// True or false.
+    /// Creates a key for true or false.
     #[must_use]
     pub const fn flag(path: &'static str, default: bool, meaning: &'static str) -> Self {
         Self::new(path, Kind::Flag, Fallback::Value(Constant::Flag(default)), meaning)
     }
 
-    /// A list of numbers.
+    /// Creates a key for a list of numbers.
     #[must_use]
     pub const fn numbers(path: &'static str, default: &'static [f64], meaning: &'static str) -> Self {
         Self::new(path, Kind::Numbers, Fallback::Value(Constant::Numbers(default)), meaning)
     }
 
-    /// One of the listed words.
+    /// Creates a key for one of the listed words.
     #[must_use]
     pub const fn choice(
         path: &'static str,
@@ -263,37 +262,37 @@ pub trait KeySource {
     /// The number of a key.
     ///
     /// # Errors
-    /// A key without one.
+    /// The key has no number.
     fn number(&self, key: &str) -> Result<f64, Self::Error>;
 
     /// The number of a key without a default.
     fn optional_number(&self, key: &str) -> Option<f64>;
 
-    /// The number of a key; if it is not given, it is set to the derived number.
+    /// Returns the number of a key. If it is not given, sets it to the derived number.
     fn number_or(&mut self, key: &'static str, derived: impl FnOnce() -> f64) -> f64;
 
     /// The whole number of a key.
     ///
     /// # Errors
-    /// A key without one.
+    /// The key has no whole number.
     fn whole(&self, key: &str) -> Result<u64, Self::Error>;
 
-    /// Whether a key is true.
+    /// The truth value of a key.
     ///
     /// # Errors
-    /// A key that is neither true nor false.
+    /// The key is neither true nor false.
     fn flag(&self, key: &str) -> Result<bool, Self::Error>;
 
     /// The numbers of a key.
     ///
     /// # Errors
-    /// A key without any.
+    /// The key has no numbers.
     fn numbers(&self, key: &str) -> Result<&[f64], Self::Error>;
 
     /// The word of a key.
     ///
     /// # Errors
-    /// A key without one.
+    /// The key has no word.
     fn word(&self, key: &str) -> Result<&str, Self::Error>;
 
     /// The text of a key without a default.
@@ -302,8 +301,8 @@ pub trait KeySource {
     /// The error for a key with an unknown word.
     fn unknown_word(&self, key: &str) -> Self::Error;
 
-    /// Visits the items of a list of named tables with their names, in order. Within a visit, the keys of the item are
-    /// read as those of the item `*`: `list.*.key`.
+    /// Visits the items of a list of named tables with their names, in order. During a visit the keys of the item are
+    /// read as keys of the item `*`: `list.*.key`.
     ///
     /// # Errors
     /// Errors of a visit.
@@ -314,7 +313,7 @@ pub trait KeySource {
     ) -> Result<(), Self::Error>;
 }
 
-/// Number of keys in all groups.
+/// The number of keys in all groups.
 #[must_use]
 pub const fn count(groups: &[&[Key]]) -> usize {
     let (mut count, mut group) = (0, 0);
@@ -355,7 +354,7 @@ pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) ->
     all
 }
 
-/// Number of different keys in all groups.
+/// The number of different keys in all groups.
 #[must_use]
 pub const fn count_distinct(groups: &[&[Key]]) -> usize {
     let (mut count, mut group) = (0, 0);
@@ -372,7 +371,7 @@ pub const fn count_distinct(groups: &[&[Key]]) -> usize {
     count
 }
 
-/// The `COUNT` different keys of all groups. A key in several groups acts for the kinds of all of them.
+/// Returns the `COUNT` different keys of all groups. A key in several groups acts for the kinds of all of them.
 #[must_use]
 pub const fn distinct<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];
@@ -398,7 +397,7 @@ pub const fn distinct<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     all
 }
 
-/// Whether one of the first `before` groups has a key.
+/// Returns true if one of the first `before` groups has a key.
 const fn is_in(path: &str, groups: &[&[Key]], before: usize) -> bool {
     let mut group = 0;
     while group < before {

@@ -6,14 +6,14 @@ use crate::error::{InvalidValue, finite, non_negative, positive, require};
 
 /// A bounded range of numbers.
 ///
-/// Numbers of a scenario file must lie within the bounds. Settings built by a program are checked only against the
-/// meaning of the range ([`Range::check`]).
+/// Numbers of a scenario file must lie within the bounds. Settings built by a program must only satisfy the meaning of
+/// the range ([`Range::check`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
     low: f64,
     low_is_open: bool,
     high: f64,
-    /// The range and its reason in words, if stated.
+    /// The range and its reason in words, if given.
     stated: Option<&'static str>,
     meaning: Meaning,
 }
@@ -24,22 +24,22 @@ enum Meaning {
     Finite,
     Positive,
     NonNegative,
-    /// The bounds, in words that end the sentence "must be …".
+    /// Within the bounds; the text ends the sentence "must be …".
     Within(&'static str),
 }
 
-/// The largest magnitude of a number, and the smallest one of a number that must not be 0: squares and products of such
-/// numbers stay finite, and matrix exponentials keep their digits.
+/// Largest magnitude of a number, and the inverse of the smallest positive one. Squares and products of such numbers
+/// stay finite, and matrix exponentials keep their digits.
 const MAX_MAGNITUDE: f64 = 1e12;
 
 impl Range {
-    /// Any number of at most this magnitude.
+    /// Any number of magnitude up to 1e12.
     pub const ANY: Self = Self::new(-MAX_MAGNITUDE, MAX_MAGNITUDE, Meaning::Finite);
     /// Above 0.
     pub const POSITIVE: Self = Self::new(1.0 / MAX_MAGNITUDE, MAX_MAGNITUDE, Meaning::Positive);
     /// At least 0.
     pub const NON_NEGATIVE: Self = Self::new(0.0, MAX_MAGNITUDE, Meaning::NonNegative);
-    /// A mass in kg. The step is not precise enough for lighter ones.
+    /// A mass in kg. The step is not precise enough for smaller masses.
     pub const MASS: Self = Self::new(1e-6, 1e6, Meaning::Positive);
     /// A scale between master and slave.
     pub const SCALE: Self = Self::new(0.0, 1e3, Meaning::NonNegative);
@@ -55,13 +55,13 @@ impl Range {
         Self { low, low_is_open: false, high, stated: None, meaning }
     }
 
-    /// From `low` to `high`, both included; `stated` ends the sentence "must be …" and gives the reason.
+    /// A range with both bounds included. `stated` ends the sentence "must be …" and gives the reason.
     #[must_use]
     pub const fn stated(low: f64, high: f64, stated: &'static str) -> Self {
         Self { stated: Some(stated), ..Self::new(low, high, Meaning::Within(stated)) }
     }
 
-    /// The lower bound, and whether the bound itself is excluded.
+    /// The lower bound, and true if the bound itself is excluded.
     #[must_use]
     pub fn low(&self) -> (f64, bool) {
         (self.low, self.low_is_open)
@@ -73,7 +73,7 @@ impl Range {
         self.high
     }
 
-    /// Whether a number lies within the bounds.
+    /// Returns true if a number lies within the bounds.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         let above = if self.low_is_open { value > self.low } else { value >= self.low };
@@ -96,7 +96,7 @@ impl Range {
 }
 
 impl fmt::Display for Range {
-    /// The range, as the end of "must be …".
+    /// Writes the range, as the end of "must be …".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(stated) = self.stated {
             return write!(f, "a number, {stated}");

@@ -1,10 +1,10 @@
-//! Extracts the first paragraph of a doc comment at compile time.
+//! The first paragraph of a doc comment, at compile time.
 
 /// A sentence of `LEN` bytes.
 pub struct Sentence<const LEN: usize>([u8; LEN]);
 
 impl<const LEN: usize> Sentence<LEN> {
-    /// Its text.
+    /// The text.
     #[must_use]
     pub const fn as_str(&self) -> &str {
         match core::str::from_utf8(&self.0) {
@@ -14,7 +14,7 @@ impl<const LEN: usize> Sentence<LEN> {
     }
 }
 
-/// Length in bytes of the first paragraph of the lines, joined by spaces.
+/// The length of [`sentence`] in bytes.
 #[must_use]
 pub const fn sentence_len(lines: &[&str]) -> usize {
     let (mut len, mut line) = (0, 0);

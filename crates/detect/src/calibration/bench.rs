@@ -1,4 +1,4 @@
-//! Candidate settings: their construction, their test with probes, and the choice of the best.
+//! Candidate settings: construction, test with probes, and choice of the best.
 
 use super::contact::{ContactRule, contact};
 use super::excursions::{excursions, is_rupture};
@@ -11,7 +11,7 @@ use trocar_core::detector::{ArmingSettings, CusumSettings, DetectorSettings, Dis
 use trocar_core::estimation::RlsSettings;
 use trocar_scenario::DetectionSpec;
 
-/// Memories that are tried, in corrections; the first one is kept unless another one scores higher.
+/// Candidate memories, in corrections. The first one is kept unless another one scores higher.
 const MEMORIES: [f64; 5] = [10.0, 5.0, 7.0, 14.0, 20.0];
 const FULL_GAIN_DEPTH_M: f64 = 1e-3;
 const GAIN_RATIO: f64 = 10.0;
@@ -22,11 +22,12 @@ const MIN_DEAD_ZONE_N: f64 = 1e-3;
 
 const BLOCK_S: f64 = 0.1;
 const MIN_BLOCKS: usize = 5;
-/// The share of blocks whose root mean square does not exceed `σ_0`: in the first pass with ruptures, then without.
+/// A quantile of the blocks' root mean square gives `σ_0`: this share in the first pass, with ruptures, and then
+/// without.
 const FIRST_SHARE: f64 = 0.75;
 const QUIET_SHARE: f64 = 0.9;
 
-/// Time that is excluded before and after a rupture, in s.
+/// Time excluded before and after a rupture, in s.
 const BEFORE_RUPTURE_S: f64 = 20e-3;
 const AFTER_RUPTURE_S: f64 = 0.3;
 
@@ -34,11 +35,11 @@ const AFTER_RUPTURE_S: f64 = 0.3;
 const GUARD: f64 = 2.0;
 const CAP_THRESHOLDS: f64 = 10.0;
 const VELOCITY_STDS: f64 = 3.0;
-/// A needle pushed by hand recoils at about 0.7 mm/s when the slave's controller settles.
+/// Minimum withdrawal speed: a needle pushed by hand recoils at about 0.7 mm/s when the slave's controller settles.
 const MIN_WITHDRAWAL_M_PER_S: f64 = 1e-3;
 
-/// Probes: their distance and number, their distances from the ends, from ruptures and from the contact, the minimum
-/// force, and the share of the force that remains.
+/// Probes: their spacing and number, their distances from the ends, ruptures and the contact, the minimum force, and
+/// the share of the force that remains.
 const PROBE_EVERY_S: f64 = 0.1;
 const MAX_PROBES: usize = 40;
 const MIN_PROBES: usize = 5;
@@ -50,7 +51,6 @@ const MIN_PROBED_N: f64 = 0.5;
 const REMAINING_SHARE: f64 = 0.5;
 const HARMLESS_PENALTY: f64 = 3.0;
 
-/// The data that all candidates share.
 pub(super) struct CandidateBench<'a> {
     signal: Signal<'a>,
     request: &'a CalibrationRequest,
@@ -59,12 +59,11 @@ pub(super) struct CandidateBench<'a> {
     noise_n: f64,
     contact: (f64, ContactRule),
     withdrawal_m_per_s: f64,
-    /// Drift, and threshold of the wanted run length, for a variance of 1.
+    /// Drift, and threshold for the wanted run length, at a variance of 1.
     drift: f64,
     threshold: f64,
 }
 
-/// The quiet parts of a signal, and the standard deviation of the residual in them.
 struct Quiet {
     std_n: f64,
     blocks: usize,
@@ -166,7 +165,6 @@ impl<'a> CandidateBench<'a> {
         })
     }
 
-    /// Returns the settings for a memory, before the probes.
     fn candidate(&self, memory_updates: f64) -> (Candidate, Quiet) {
         let dead_zone_n = (DEAD_ZONE_STDS * self.noise_n).max(min_step(self.signal.force_n)).max(MIN_DEAD_ZONE_N);
         let dead_zone_n = rounded(dead_zone_n);
@@ -243,8 +241,8 @@ impl<'a> CandidateBench<'a> {
         Quiet { std_n: std_n.max(min_n), blocks, usable, ruptures, residuals }
     }
 
-    /// Returns the root mean square that a share of the usable blocks does not exceed, and the number of blocks; `None`
-    /// for too few.
+    /// Returns the quantile `share` of the root mean square of the usable blocks, and the number of blocks; `None` for
+    /// too few blocks.
     fn block_std(&self, residuals: &Residuals, usable: &[bool], share: f64) -> Option<(f64, usize)> {
         let length = self.signal.samples_in(BLOCK_S, 10);
         let blocks = residuals.residual_n.chunks_exact(length).zip(usable.chunks_exact(length));
@@ -256,7 +254,7 @@ impl<'a> CandidateBench<'a> {
         if count < MIN_BLOCKS { None } else { Some((quantile(mean_squares, share)?.sqrt(), count)) }
     }
 
-    /// Returns the samples of the probes: in contact, inserting, under load, away from ruptures and from the ends.
+    /// Returns the samples of the probes: in contact, inserting, under load, and away from ruptures and the ends.
     fn probes(&self, ruptures: &[usize]) -> Vec<usize> {
         let signal = &self.signal;
         let samples_in = |time_s: f64| signal.samples_in(time_s, 1);
@@ -275,7 +273,6 @@ impl<'a> CandidateBench<'a> {
         all.into_iter().step_by(stride).collect()
     }
 
-    /// Returns a candidate with its results on the probes.
     fn probed(&self, mut candidate: Candidate, probes: &[usize]) -> Candidate {
         if probes.len() < MIN_PROBES {
             return candidate;
@@ -295,17 +292,14 @@ impl<'a> CandidateBench<'a> {
     }
 }
 
-/// Returns the score that the choice maximises.
 fn score(candidate: &Candidate) -> f64 {
     candidate.found_share.unwrap_or(0.0) - HARMLESS_PENALTY * candidate.harmless_share.unwrap_or(0.0)
 }
 
-/// Rounds a setting to four significant digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-/// Returns the longest run of `true`, if any.
 fn longest_run(flags: &[bool]) -> Option<std::ops::Range<usize>> {
     let mut longest: Option<std::ops::Range<usize>> = None;
     let mut start = 0;

@@ -1,35 +1,38 @@
 //! Estimation of the contact position from a recording.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::spread::median;
 use trocar_base::interrupt;
 use trocar_base::large_pages::with_capacity;
 
-/// The rule that gives the contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// The rule that determines the contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactRule {
     /// The user gives the contact.
     Given,
-    /// Below the contact the force is noise.
+    /// The force below the contact is noise.
     FirstForce,
-    /// The needle is loaded throughout: the line of force on position, up to the maximum force, is extrapolated to zero
-    /// force.
+    /// The needle is loaded throughout. The line of force over position, up to the maximum force, is extrapolated to
+    /// zero force.
     Extrapolated,
-    /// The force does not grow with position: 5 mm below the lowest position, where the estimator's gain is full.
+    /// The force does not grow with position. The contact is 5 mm below the lowest position, where the estimator's gain
+    /// is full.
     Lowest,
 }
 
-/// A force counts as noise below this many standard deviations, and below [`MIN_FORCE_N`].
+/// A force is noise if it is below this many standard deviations, or below [`MIN_FORCE_N`].
 const NOISE_STDS: f64 = 6.0;
 const MIN_FORCE_N: f64 = 0.05;
-/// The maximum share of samples, from the lowest position on, whose force exceeds the noise before contact.
+/// Maximum share of samples before the contact, from the lowest position onwards, whose force exceeds the noise.
 const STRAY_SHARE: f64 = 0.02;
-/// One in this many samples, and at least this number, decide whether the needle is free at the lowest positions.
+/// The share (one in this many) and the minimum number of samples at the lowest positions that decide whether the
+/// needle is free there.
 const LOWEST_SHARE: usize = 20;
 const MIN_LOWEST: usize = 20;
-/// Without a contact, every sample counts with the full gain, which the estimator reaches some distance below the
+/// Without a contact every sample must count with the full gain, which the estimator reaches some distance below the
 /// contact.
 const BELOW_LOWEST_M: f64 = 5e-3;
 
@@ -73,7 +76,7 @@ pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64
     }
 }
 
-/// Returns the position of zero force on the least-squares line of force on position; `None` unless the force grows
+/// Returns the position of zero force on the least-squares line of force over position; `None` unless the force grows
 /// with position.
 fn zero_force_position_m(samples: &[(f64, f64)]) -> Option<f64> {
     let count = samples.len() as f64;

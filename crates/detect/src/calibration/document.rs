@@ -1,25 +1,26 @@
-//! What a calibration says.
+//! The document of a calibration.
 
 use std::fmt::Write as _;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use serde_json::{Value as Json, json};
 
-use super::{Calibration, Candidate, ContactRule, LAGS, RunLength};
-use crate::document::Samples;
+use super::{Calibration, Candidate, ContactRule, LAGS, RunLength, Whiteness};
+use crate::document::{ChainSettings, Samples};
 use crate::{Detection, DetectionReport};
-use trocar_base::warning::Code;
+use trocar_base::warning::{Code, Warning};
 use trocar_document::{
-    Cell, Digits, Document, Number, Section, Shown, Study, Table, TextFile, Verdict, counted, significant,
+    Cell, Digits, Document, Number, Section, Shown, Study, Table, TextFile, Verdict, counted, json_of, significant,
 };
 use trocar_metrics::Unit;
 
-/// Number of alarms that are listed.
 const MAX_LISTED: usize = 6;
 
-/// The folder of the figures, within that of the recording: a detection has figures of the same names there.
+/// The folder of the figures, within the folder of the recording, where a detection has figures of the same names.
 const FIGURES: &str = "calibration/";
 
-/// A calibration on a recording, with the detection in the whole recording with the calibrated settings.
+/// A calibration on a recording, and the detection in the whole recording with the calibrated settings.
 #[derive(Debug)]
 pub struct CalibrationStudy<'a> {
     /// The name of the recording.
@@ -33,7 +34,7 @@ pub struct CalibrationStudy<'a> {
 }
 
 impl<'a> CalibrationStudy<'a> {
-    /// The study of a calibration. `ruptures_s` are the labels, in s after the first sample.
+    /// Creates the study of a calibration. `ruptures_s` are the labels, in s after the first sample.
     #[must_use]
     pub fn new(
         name: &'a str,
@@ -49,7 +50,7 @@ impl<'a> CalibrationStudy<'a> {
 impl Study for CalibrationStudy<'_> {
     fn document(&self) -> Document<'_> {
         let mut document = self.calibration.document(self.name);
-        // Of the detection with the new settings, only what does not follow from the labels.
+        // Missed ruptures depend on the labels. The other warnings of the detection with the new settings are kept.
         let found = self.report.warnings.iter().filter(|warning| warning.code != Code::MissedRupture);
         document.warnings.extend(found.cloned());
         let mut alarms = Section::new("alarms", "Alarms");
@@ -65,7 +66,6 @@ impl Study for CalibrationStudy<'_> {
     }
 }
 
-/// The alarms in the whole recording with the calibrated settings.
 fn alarms_line(report: &DetectionReport) -> String {
     let number = match report.alarms.len() {
         0 => return "with these settings: no alarm in the whole recording".into(),
@@ -82,7 +82,8 @@ fn alarms_line(report: &DetectionReport) -> String {
 }
 
 impl Calibration {
-    /// What the calibration says of a recording by its name: the measured quantities, the candidate memories, and the chosen settings.
+    /// Returns the document of a calibration on the recording `name`: the measured quantities, the candidate memories
+    /// and the chosen settings.
     #[must_use]
     pub fn document(&self, name: &str) -> Document<'static> {
         let settings = self.rounded_settings();
@@ -92,7 +93,7 @@ impl Calibration {
         candidates.table(self.candidates_table());
         let mut chosen = Section::new("chosen", "Chosen");
         chosen.table(self.chosen_table(&settings));
-        // A report shows the file.
+        // Reports show the file itself.
         let mut toml = Section::new("settings", "Settings").shown(Shown::OnTerminal);
         toml.text(self.toml().trim_end());
         let mut sections = vec![measured];
@@ -108,8 +109,8 @@ impl Calibration {
         }
     }
 
-    /// Returns the chosen settings as they are shown and written: computed numbers have four significant digits, which is more than a
-    /// few seconds of a recording determine. A given contact position stays as it is.
+    /// Returns the chosen settings as they are shown and written. Computed numbers have four significant digits, more
+    /// than a few seconds of a recording determine. A given contact position is not rounded.
     #[must_use]
     pub fn rounded_settings(&self) -> Candidate {
         let four = |value: &mut f64| *value = rounded(*value, 4);
@@ -137,11 +138,11 @@ impl Calibration {
     pub fn toml(&self) -> String {
         let Candidate { contact_m, estimator, detector, .. } = self.rounded_settings();
         let (cusum, arming, hypotheses) = (&detector.cusum, &detector.arming, &detector.distance.hypotheses);
-        // Small numbers with a power of ten, as in 2.02e-5.
+        // Small numbers have a power of ten, as in 2.02e-5.
         let number = |value: f64| format!("{value:?}");
         let mut text = String::from("[estimator]\n");
         let mut line = |name: &str, value: String| {
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             let _ = writeln!(text, "{name} = {value}");
         };
         line("normalisation", number(estimator.normalisation));
@@ -192,7 +193,6 @@ impl Calibration {
         table
     }
 
-    /// What the chosen settings rest on too little.
     fn doubts(&self) -> impl Iterator<Item = Section> {
         let short = (self.quiet_blocks == 0).then_some(
             "The recording has too little quiet contact. σ_0 is set to the noise σ_n and may be too small. Use a longer part \
@@ -261,51 +261,36 @@ impl Calibration {
     }
 
     fn json(&self, name: &str) -> Json {
-        let candidate = |candidate: &Candidate| {
-            let Candidate { estimator, detector, .. } = candidate;
-            json!({
-                "memory_updates": candidate.memory_updates,
-                "reset_threshold": estimator.reset_threshold,
-                "quiet_std_n": detector.distance.hypotheses.quiet_std_n,
-                "threshold": detector.cusum.threshold,
-                "drift": detector.cusum.drift,
-                "run_length_threshold": candidate.run_length_threshold,
-                "harmless_peak": candidate.harmless_peak,
-                "found_share": candidate.found_share,
-                "delay_s": candidate.delay_s,
-                "harmless_share": candidate.harmless_share,
-            })
-        };
         let Candidate { contact_m, estimator, detector, delay_s, .. } = self.rounded_settings();
-        json!({
-            "trocar_version": env!("CARGO_PKG_VERSION"),
-            "recording": name,
-            "warnings": self.warnings(),
-            "looked_at_s": self.looked_at_s,
-            "interval_s": self.interval_s,
-            "noise_std_n": self.noise_std_n,
-            "contact_rule": self.contact_rule,
-            "quiet_std_n": self.quiet_std_n,
-            "quiet_blocks": self.quiet_blocks,
-            "quiet_segment_s": self.quiet_segment_s,
-            "whiteness": self.whiteness,
-            "ruptures_s": self.ruptures_s,
-            "probes": self.probes,
-            "candidates": self.candidates.iter().map(candidate).collect::<Vec<_>>(),
-            "chosen": self.chosen,
-            "predicted_false_alarm_s": self.false_alarm_s,
-            "least_false_alarm_s": self.least_false_alarm_s(),
-            "quiet_s": self.quiet_s,
-            "predicted_delay_s": delay_s,
-            "settings": {
-                "estimator": {
+        json_of(&CalibrationFile {
+            trocar_version: env!("CARGO_PKG_VERSION"),
+            recording: name,
+            warnings: self.warnings(),
+            looked_at_s: self.looked_at_s,
+            interval_s: self.interval_s,
+            noise_std_n: self.noise_std_n,
+            contact_rule: self.contact_rule,
+            quiet_std_n: self.quiet_std_n,
+            quiet_blocks: self.quiet_blocks,
+            quiet_segment_s: self.quiet_segment_s,
+            whiteness: self.whiteness,
+            ruptures_s: &self.ruptures_s,
+            probes: self.probes,
+            candidates: self.candidates.iter().map(CandidateEntry::of).collect(),
+            chosen: self.chosen,
+            predicted_false_alarm_s: self.false_alarm_s,
+            least_false_alarm_s: self.least_false_alarm_s(),
+            quiet_s: self.quiet_s,
+            predicted_delay_s: delay_s,
+            settings: ChainSettings {
+                estimator: json!({
                     "normalisation": estimator.normalisation,
                     "initial_gain": estimator.initial_gain,
                     "reset_threshold": estimator.reset_threshold,
                     "dead_zone_n": estimator.dead_zone_n,
                     "contact_m": contact_m,
-                },
-                "detector": {
+                }),
+                detector: json!({
                     "distance": detector.distance.kind.word(),
                     "quiet_std_n": detector.distance.hypotheses.quiet_std_n,
                     "rupture_std_n": detector.distance.hypotheses.rupture_std_n,
@@ -315,20 +300,105 @@ impl Calibration {
                     "settle_s": detector.arming.settle_s,
                     "drop_only": detector.arming.drop_only,
                     "withdrawal_speed_m_per_s": detector.arming.withdrawal_speed_m_per_s,
-                },
+                }),
             },
         })
     }
 }
 
-/// Returns a number rounded to some significant digits.
+/// `calibration.json`: the quantities measured in a recording, and the resulting settings.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct CalibrationFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// Name of the recording.
+    recording: &'a str,
+    /// The warnings about the chosen settings.
+    warnings: Vec<Warning>,
+    /// Duration of the evaluated part of the recording, in s.
+    looked_at_s: f64,
+    /// Interval between two samples, in s.
+    interval_s: f64,
+    /// Standard deviation of the white noise of the force, in N.
+    noise_std_n: f64,
+    contact_rule: ContactRule,
+    /// Standard deviation of the residual without a rupture, in N.
+    quiet_std_n: f64,
+    /// Number of blocks that give `quiet_std_n`; 0 if there were too few and the noise gives it.
+    quiet_blocks: usize,
+    /// The longest interval without a rupture, in contact and settled, in s after the first sample.
+    quiet_segment_s: Option<(f64, f64)>,
+    /// Test of the residual in that interval for white Gaussian noise.
+    whiteness: Option<Whiteness>,
+    /// The recognised ruptures, in s after the first sample.
+    ruptures_s: &'a [f64],
+    /// Number of synthetic ruptures and harmless changes that were added to the recording.
+    probes: usize,
+    /// The candidates, one per memory of the estimator, in ascending order.
+    candidates: Vec<CandidateEntry>,
+    /// Index of the chosen candidate, from 0.
+    chosen: usize,
+    /// Predicted time between false alarms in s; `None` if the residual is not white Gaussian noise.
+    predicted_false_alarm_s: Option<f64>,
+    /// Lower bound of the time between false alarms in s, with 95 % confidence, from the quiet time without an alarm.
+    least_false_alarm_s: f64,
+    /// Time of quiet contact without an alarm with the chosen settings, in s.
+    quiet_s: f64,
+    /// Predicted delay of the slowest rupture, in s.
+    predicted_delay_s: Option<f64>,
+    settings: ChainSettings,
+}
+
+/// Candidate settings with their test results.
+#[derive(Debug, Serialize, JsonSchema)]
+struct CandidateEntry {
+    /// Number of corrections between two resets of the estimator's gain.
+    memory_updates: f64,
+    /// `estimator.reset_threshold`.
+    reset_threshold: f64,
+    /// `detector.quiet_std_n`, in N.
+    quiet_std_n: f64,
+    /// `detector.threshold`, in N².
+    threshold: f64,
+    /// `detector.drift`, in N².
+    drift: f64,
+    /// Threshold that gives the requested time between false alarms, in N².
+    run_length_threshold: f64,
+    /// The largest harmless excursion of the decision, in N².
+    harmless_peak: f64,
+    /// Share of the added slowest ruptures that are detected; `None` if too few probes fit into the recording.
+    found_share: Option<f64>,
+    /// Median delay of these detections, in s.
+    delay_s: Option<f64>,
+    /// Share of the added fastest harmless changes that raise an alarm.
+    harmless_share: Option<f64>,
+}
+
+impl CandidateEntry {
+    fn of(candidate: &Candidate) -> Self {
+        let Candidate { estimator, detector, .. } = candidate;
+        Self {
+            memory_updates: candidate.memory_updates,
+            reset_threshold: estimator.reset_threshold,
+            quiet_std_n: detector.distance.hypotheses.quiet_std_n,
+            threshold: detector.cusum.threshold,
+            drift: detector.cusum.drift,
+            run_length_threshold: candidate.run_length_threshold,
+            harmless_peak: candidate.harmless_peak,
+            found_share: candidate.found_share,
+            delay_s: candidate.delay_s,
+            harmless_share: candidate.harmless_share,
+        }
+    }
+}
+
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
-/// Returns an order of magnitude of a duration in seconds, in hours, or as "over a year".
+/// Formats the order of magnitude of a duration in s, in hours, or as "over a year".
 fn duration(seconds: f64) -> String {
-    // Two significant digits without zeros at the end, of a number of at least 0.1.
+    // Two significant digits without trailing zeros, for a number of at least 0.1.
     let two_digits = |value: f64| rounded(value, 2).to_string();
     let hours = seconds / 3600.0;
     match hours {
@@ -342,7 +412,7 @@ fn probability(p: f64) -> String {
     if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
 }
 
-/// What predicted and simulated run lengths say.
+/// Returns the document of predicted and simulated run lengths.
 #[must_use]
 pub fn run_lengths_document(lengths: &[RunLength]) -> Document<'static> {
     let columns = [

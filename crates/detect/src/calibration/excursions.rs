@@ -1,39 +1,36 @@
-//! Excursions of the decision from 0 and back to 0, and which of them are ruptures.
+//! Excursions of the decision from 0 and back to 0, and the choice of those that are ruptures.
 
 use super::signal::{Residuals, Signal};
 use super::spread::median;
 use trocar_base::interrupt;
 
-/// Cap of the decision in thresholds, so that one rupture does not hide the next.
+/// Cap of the decision in thresholds. It prevents one rupture from hiding the next.
 const CAP_THRESHOLDS: f64 = 20.0;
 
-/// A rupture is recognised afterwards, from the force some 15 ms before it and the minimum within 100 ms after it, each
-/// a median.
+/// A rupture is recognised by the force some 15 ms before it and the minimum within 100 ms after it, each a median.
 const BEFORE_S: f64 = 20e-3;
 const AFTER_S: f64 = 100e-3;
 const MEDIAN_S: f64 = 5e-3;
-/// Minimum drop of a rupture: as a share of the force, in standard deviations of the noise, and in N.
+/// Minimum drop at a rupture: as a share of the force, in standard deviations of the noise, and in N.
 const MIN_SHARE: f64 = 0.25;
 const NOISE_STDS: f64 = 10.0;
 const MIN_DROP_N: f64 = 0.5;
-/// Maximum withdrawal of the needle during the drop, in m.
 const MAX_WITHDRAWAL_M: f64 = 0.2e-3;
 
-/// An excursion of the decision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Excursion {
     /// The first sample above 0, and the first one back at 0.
     pub(super) from: usize,
     pub(super) to: usize,
-    /// First sample above the threshold.
     pub(super) crossing: Option<usize>,
     /// Maximum while an alarm is possible, in N², and its sample.
     pub(super) peak: f64,
     pub(super) peak_at: usize,
 }
 
-/// Returns the excursions of a CUSUM on squared residuals with a drift and a threshold in N², without arming. Excursions
-/// that cannot raise an alarm (no drop, out of contact, or withdrawing faster than `withdrawal_m_per_s`) are omitted.
+/// Returns the excursions of a CUSUM on squared residuals with a drift and a threshold in N², without arming.
+/// Excursions that cannot raise an alarm (no drop, out of contact, or withdrawing faster than `withdrawal_m_per_s`) are
+/// omitted.
 pub(super) fn excursions(
     signal: &Signal<'_>,
     residuals: &Residuals,
@@ -67,8 +64,8 @@ pub(super) fn excursions(
     found
 }
 
-/// Returns whether the force drops permanently at a sample: within 100 ms by a quarter, by 0.5 N and well beyond the
-/// noise, while the needle is not withdrawn. A detector cannot use this rule, because it needs later samples.
+/// Returns true if the force drops permanently at a sample: within 100 ms by a quarter, by 0.5 N and well beyond the
+/// noise, while the needle is not withdrawn. A detector cannot use this rule, which needs later samples.
 pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> bool {
     let Signal { position_m, force_n, .. } = *signal;
     let back = signal.samples_in(BEFORE_S, 5);
@@ -90,8 +87,8 @@ pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> 
 mod tests {
     use super::*;
 
-    /// Returns position, velocity and force of 4 N that falls to `to` N at sample 500, at 1 kHz, with a constant
-    /// velocity.
+    /// Returns position, velocity and force at 1 kHz. The velocity is constant, and the force falls from 4 N to `to` N
+    /// at sample 500.
     fn fall(to: f64, velocity_m_per_s: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let force = (0..1000).map(|k| if k < 500 { 4.0 } else { to }).collect();
         let position = (0..1000).map(|k| 0.05 + 1e-3 * velocity_m_per_s * f64::from(k)).collect();
@@ -120,7 +117,8 @@ mod tests {
             Residuals { residual_n, predicted_n: vec![3.0; count], depth_m: vec![0.01; count], evidence: vec![] };
         let still = vec![0.0; count];
         let signal = Signal { interval_s: 1e-3, position_m: &still, velocity_m_per_s: &still, force_n: &still };
-        // Decision: 0, 0.5, 1, 1.94, 1.44, 0.94, 0.44, 0, 3.5. The rise at sample 3 raises no alarm, and is no peak.
+        // Decision: 0, 0.5, 1, 1.94, 1.44, 0.94, 0.44, 0, 3.5. The rise at sample 3 cannot raise an alarm and is not
+        // the peak.
         let found = excursions(&signal, &residuals, (0.5, 0.75), 0.0);
         assert_eq!(found.len(), 2, "{found:?}");
         assert_eq!((found[0].from, found[0].to, found[0].crossing), (1, 7, Some(2)));

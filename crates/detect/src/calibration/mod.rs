@@ -2,22 +2,22 @@
 //! alarms.
 //!
 //! # The rule
-//! 1. *Noise* `σ_n` of the force: from second differences (`spread`). Dead zone `N_0 = 2 σ_n`, at least the force
-//!    resolution and 1 mN. With 3 σ_n the estimator's bias within the dead zone exceeds the noise.
-//! 2. *Contact*, unless given: the position at which the force begins, or the zero of the line of force on position
+//! 1. *Noise* `σ_n` of the force: from second differences (`spread`). The dead zone `N_0` is `2 σ_n`, at least the
+//!    force resolution and 1 mN. With `3 σ_n` the estimator's bias within the dead zone exceeds the noise.
+//! 2. *Contact*, unless given: the position at which the force begins, or the zero of the line of force over position
 //!    (`contact`).
-//! 3. *Quiet standard deviation* `σ_0`: the root mean square of the residual (its bias included) that nine tenths of
-//!    the blocks of 0.1 s do not exceed, of the blocks in contact, settled and without a rupture. A rupture is
-//!    recognised afterwards: the decision crosses the threshold, and the force falls by a quarter within 0.1 s while
+//! 3. *Quiet standard deviation* `σ_0`: the root mean square of the residual, including its bias, that nine tenths of
+//!    the usable blocks of 0.1 s do not exceed. Usable blocks are in contact, settled and without a rupture. A rupture
+//!    is recognised afterwards: the decision crosses the threshold, and the force falls by a quarter within 0.1 s while
 //!    the needle is not withdrawn (`excursions`). The user can give a quiet segment instead.
 //! 4. *Drift* `ν`: the value at which the likelihood ratio of eq. 23 changes its sign for `σ_1² = 100 σ_0²`, the
-//!    paper's ratio (4.6): `ν = σ_0² ln(r) r / (r - 1)`. The paper's own drift, halfway between the variances, is ten
-//!    times higher.
-//! 5. *Threshold* `γ`: gives the wanted average run length to a false alarm ([`run_length`]), and is at least twice the
+//!    paper's ratio (4.6): `ν = σ_0² ln(r) r / (r - 1)`. The paper sets the drift halfway between the variances, which
+//!    is ten times higher.
+//! 5. *Threshold* `γ`: gives the wanted average run length to a false alarm ([`run_length`]). It is at least twice the
 //!    largest harmless excursion of the decision in the segment, because a real residual is not white.
 //! 6. *Memory* of the estimator, in corrections: the value that best separates the slowest rupture from the fastest
-//!    harmless change, which are added to the recording at up to forty samples (`probe`). The detection of a rupture
-//!    scores 1, an alarm at a harmless change -3. The default of 10 is kept unless another value scores higher.
+//!    harmless change. Both are added to the recording at up to forty samples (`probe`). A detected rupture scores 1,
+//!    an alarm at a harmless change -3. The default of 10 is kept unless another value scores higher.
 //! 7. *Withdrawal speed*, above which no sample counts: three standard deviations of the velocity noise, at least 1
 //!    mm/s.
 //!
@@ -35,9 +35,10 @@ mod spread;
 mod whiteness;
 
 pub use contact::ContactRule;
-pub use document::{CalibrationStudy, run_lengths_document};
+pub use document::{CalibrationFile, CalibrationStudy, run_lengths_document};
 pub use request::CalibrationRequest;
 pub use run_length::RunLength;
+pub(super) use spread::noise_std;
 pub use whiteness::{LAGS, Whiteness};
 
 use super::{is_even, position_step_m, samples};
@@ -49,12 +50,11 @@ use trocar_core::error::InvalidValue;
 use trocar_core::estimation::{RlsSettings, VelocityFilter};
 use trocar_scenario::DetectionSpec;
 
-/// Minimum share of the slowest inserted ruptures that are detected, and maximum share of the harmless changes that raise
-/// an alarm, without a warning.
+/// Without a warning, the share of detected slowest ruptures is at least the first, and the share of harmless changes
+/// with an alarm at most the second.
 const MIN_FOUND: f64 = 0.5;
 const MAX_HARMLESS: f64 = 0.2;
 
-/// Minimum number of samples for a calibration.
 const MIN_SAMPLES: usize = 100;
 
 /// Candidate settings with their test results.
@@ -68,11 +68,11 @@ pub struct Candidate {
     pub estimator: RlsSettings,
     /// The detector.
     pub detector: DetectorSettings,
-    /// Threshold that gives the wanted run length, in N².
+    /// Threshold for the wanted run length, in N².
     pub run_length_threshold: f64,
     /// The largest harmless excursion of the decision, in N².
     pub harmless_peak: f64,
-    /// Share of the added slowest ruptures that are detected; `None` if there is room for too few probes.
+    /// Share of the added slowest ruptures that are detected; `None` if too few probes fit into the recording.
     pub found_share: Option<f64>,
     /// Median delay of these detections, in s.
     pub delay_s: Option<f64>,
@@ -93,7 +93,7 @@ pub struct Calibration {
     pub contact_rule: ContactRule,
     /// `σ_0` in N.
     pub quiet_std_n: f64,
-    /// Number of blocks that give `σ_0`; 0 if there were too few, and `σ_0` follows from the noise.
+    /// Number of blocks that give `σ_0`; 0 if there were too few and the noise gives it.
     pub quiet_blocks: usize,
     /// The longest interval without a rupture, in contact and settled, in s after the first sample.
     pub quiet_segment_s: Option<(f64, f64)>,
@@ -107,19 +107,19 @@ pub struct Calibration {
     pub candidates: Vec<Candidate>,
     /// Index of the chosen candidate.
     pub chosen: usize,
-    /// Predicted time between false alarms on white noise of `σ_0`, in s; `None` if the quiet residual is not white and
-    /// Gaussian, or there is none.
+    /// Predicted time between false alarms on white noise of `σ_0`, in s; `None` if the quiet residual is missing, or
+    /// not white and Gaussian.
     pub false_alarm_s: Option<f64>,
-    /// Time of quiet contact in the evaluated part, in s, in which the chosen settings raise no alarm.
+    /// Time of quiet contact without an alarm with the chosen settings, in the evaluated part, in s.
     pub quiet_s: f64,
 }
 
-/// Number of false alarms that must be expected for none to have a probability of 5 %: `-ln 0.05`.
+/// If this number of false alarms is expected, the probability of none is 5 %: `-ln 0.05`.
 const NONE_EXPECTED: f64 = 2.995_732_273_553_991;
 
 impl Calibration {
-    /// Returns the lower bound of the time between false alarms in s, with 95 % confidence, that the quiet time without an
-    /// alarm shows.
+    /// Returns the lower bound of the time between false alarms in s, with 95 % confidence, from the quiet time without
+    /// an alarm.
     #[must_use]
     pub fn least_false_alarm_s(&self) -> f64 {
         self.quiet_s / NONE_EXPECTED
@@ -194,7 +194,7 @@ pub enum CalibrationError {
     },
 }
 
-/// Calibrates on the beginning of a recording; labelled ruptures are excluded from the quiet parts.
+/// Calibrates on the beginning of a recording. Labelled ruptures are excluded from the quiet parts.
 ///
 /// # Errors
 /// [`CalibrationError`].
@@ -202,7 +202,8 @@ pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<C
     calibrate_told(spec, request, &|_, _| ())
 }
 
-/// As [`calibrate`]; `told` is called with the numbers of complete and of all steps, which take about as long as one another.
+/// [`calibrate`] with progress: `told` receives the numbers of complete steps and of all steps, which take about
+/// equally long.
 ///
 /// # Errors
 /// [`CalibrationError`].

@@ -1,4 +1,4 @@
-//! Probes: ruptures that are added to a recording, to test whether and when settings detect them.
+//! Probes: ruptures added to a recording, to test whether and when settings detect them.
 
 use super::Candidate;
 use super::signal::{Residuals, Signal};
@@ -7,14 +7,13 @@ use super::signal::{Residuals, Signal};
 const BEFORE_S: f64 = 0.6;
 const AFTER_S: f64 = 0.1;
 
-/// A linear fall of the force to a share of its value, at which it stays.
+/// A linear fall of the force to a constant share of its value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fall {
     pub(super) duration_s: f64,
     pub(super) remaining_share: f64,
 }
 
-/// Returns the delay in s of the first alarm after each probe, if any.
 pub(super) fn delays(signal: &Signal<'_>, probes: &[usize], fall: Fall, candidate: &Candidate) -> Vec<Option<f64>> {
     probes.iter().map(|&probe| delay(signal, probe, fall, candidate)).collect()
 }

@@ -7,9 +7,9 @@ use trocar_core::error::{InvalidValue, positive, require};
 pub struct CalibrationRequest {
     /// Duration of the evaluated part of the recording, from its first sample, in s, above 0.
     pub first_s: f64,
-    /// The quiet segment in s after the first sample; `None` to find it.
+    /// The quiet segment in s after the first sample; `None` to search for it.
     pub quiet_s: Option<(f64, f64)>,
-    /// Whether `estimator.contact_m` is kept.
+    /// True if `estimator.contact_m` is kept.
     pub keeps_contact: bool,
     /// Wanted time between false alarms, in s, above 0.
     pub false_alarm_s: f64,

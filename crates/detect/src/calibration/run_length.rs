@@ -1,7 +1,7 @@
 //! Average run length: the number of samples before a CUSUM alarms on noise alone.
 //!
-//! The average run length (ARL) of `g_k = max(g_{k-1} + s_k - ν, 0)`, alarm at `g_k > γ`, from `g_0 = 0`, with
-//! `s_k = x_k²` of independent standard normal `x_k`, is `L(0)` of the integral equation of Page (1954)
+//! The CUSUM is `g_k = max(g_{k-1} + s_k - ν, 0)` from `g_0 = 0` with an alarm at `g_k > γ`, and `s_k = x_k²` of
+//! independent standard normal `x_k`. Its average run length (ARL) is `L(0)` of the integral equation of Page (1954)
 //!
 //! ```text
 //! L(z) = 1 + L(0) F(ν - z) + ∫₀^γ L(y) f(y - z + ν) dy
@@ -9,8 +9,8 @@
 //!
 //! where `F` and `f` are distribution and density of `s`. The Markov chain of Brook and Evans (1972) takes `L` as
 //! constant on each state, which is inaccurate for a χ² density, infinite at 0. Here `L` is continuous and linear
-//! between nodes, and the products with `f` are integrated exactly, as in Knoth (2006, *Computational Statistics & Data
-//! Analysis* 51) with other elements for the CUSUM of a variance.
+//! between nodes, and the products with `f` are integrated exactly. Knoth (2006, *Computational Statistics & Data
+//! Analysis* 51) does the same with other elements for the CUSUM of a variance.
 //!
 //! Decisions and drifts are in units of the noise's variance, run lengths in samples.
 
@@ -32,22 +32,21 @@ pub struct RunLength {
     pub predicted: f64,
     /// Average over simulated runs, in samples.
     pub simulated: f64,
-    /// Number of simulated runs: the relative standard error of the average is one over its square root.
+    /// Number of simulated runs. Its inverse square root is the relative standard error of the average.
     pub alarms: u64,
 }
 
-/// Number of runs per random stream.
 const RUNS_PER_STREAM: u64 = 32;
 
 impl RunLength {
-    /// Predicts the run length of the threshold for a wanted one, and simulates `alarms` runs (a multiple of 32) in
-    /// parallel. `done` is called after every 32 of them.
+    /// Determines the threshold for a wanted run length, predicts its run length, and simulates `alarms` runs (a
+    /// multiple of 32) in parallel. `done` is called after every 32 runs.
     #[must_use]
     pub fn check(drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
         let threshold = threshold_for(drift, wanted);
         let chunks = alarms.div_ceil(RUNS_PER_STREAM);
         let samples = map(chunks as usize, |chunk| {
-            // Every chunk of every run length has its own stream.
+            // Every chunk of every run length has a separate stream.
             let seed = (wanted as u64).wrapping_mul(2) + ((chunk as u64) << 40);
             let samples = simulate(drift, threshold, RUNS_PER_STREAM, seed);
             done();
@@ -64,7 +63,7 @@ impl RunLength {
 const NODES_PER_UNIT: f64 = 10.0;
 const NODES: (f64, f64) = (60.0, 700.0);
 
-/// Maximum run length, in samples: beyond it, rounding errors dominate the solution of the equation.
+/// Maximum run length, in samples. Beyond it, rounding errors dominate the solution of the equation.
 pub const LONGEST: f64 = 1e12;
 
 /// Run lengths for which a threshold can be found, in samples.
@@ -86,7 +85,7 @@ pub fn average_run_length(drift: f64, threshold: f64) -> f64 {
     on_elements(drift, threshold, elements)
 }
 
-/// [`average_run_length`] with a given number of elements.
+/// Computes [`average_run_length`] with a given number of elements.
 fn on_elements(drift: f64, threshold: f64, elements: usize) -> f64 {
     let width = threshold / elements as f64;
     let mut equations = DMatrix::<f64>::identity(elements + 1, elements + 1);
@@ -106,14 +105,14 @@ fn on_elements(drift: f64, threshold: f64, elements: usize) -> f64 {
         }
     }
     let solution = equations.lu().solve(&DVector::from_element(elements + 1, 1.0));
-    // If the matrix is singular to rounding, the run length exceeds every wanted one.
+    // A numerically singular matrix means that the run length exceeds every wanted run length.
     match solution.map(|length| length[0]) {
         Some(length) if (1.0..LONGEST).contains(&length) => length,
         _ => LONGEST,
     }
 }
 
-/// Returns the threshold whose average run length is `samples` (of [`WANTED`]), with a relative error of 1e-4.
+/// Returns the threshold for an average run length of `samples` (within [`WANTED`]), with a relative error of 1e-4.
 #[must_use]
 pub fn threshold_for(drift: f64, samples: f64) -> f64 {
     let (mut low, mut high) = (1e-3_f64, 1.0_f64);
@@ -133,7 +132,7 @@ pub fn threshold_for(drift: f64, samples: f64) -> f64 {
     high
 }
 
-/// Returns the total number of samples of `alarms` runs on simulated noise: divided by `alarms`, it is the average run
+/// Returns the total number of samples of `alarms` runs on simulated noise. Divided by `alarms` it is the average run
 /// length. The same seed gives the same count.
 #[must_use]
 pub fn simulate(drift: f64, threshold: f64, alarms: u64, seed: u64) -> u64 {
@@ -165,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn four_times_the_elements_hardly_change_it() {
+    fn four_times_the_elements_hardly_change_the_run_length() {
         for (drift, threshold) in [(4.65, 21.0), (2.56, 30.0), (1.5, 40.0)] {
             let length = average_run_length(drift, threshold);
             let elements = 4 * (threshold * NODES_PER_UNIT) as usize;
@@ -187,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn it_grows_with_threshold_and_drift_and_ends_at_the_longest() {
+    fn the_run_length_grows_with_threshold_and_drift_up_to_the_longest() {
         let length = |drift, threshold| average_run_length(drift, threshold);
         assert!(length(2.0, 10.0) < length(2.0, 12.0) && length(2.0, 12.0) < length(3.0, 12.0));
         assert_eq!(length(50.0, 50.0), LONGEST);

@@ -5,7 +5,6 @@ use trocar_base::large_pages::with_capacity;
 use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, Evidence};
 use trocar_core::estimation::{AnyEstimator, Estimator, RlsSettings};
 
-/// Evenly spaced samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Signal<'a> {
     pub(super) interval_s: f64,
@@ -21,18 +20,15 @@ impl Signal<'_> {
     }
 }
 
-/// The residual, prediction and depth of each sample.
 #[derive(Debug, Clone)]
 pub(super) struct Residuals {
     pub(super) residual_n: Vec<f64>,
     pub(super) predicted_n: Vec<f64>,
     pub(super) depth_m: Vec<f64>,
-    /// The inputs of a detector.
     pub(super) evidence: Vec<Evidence<f64>>,
 }
 
 impl Residuals {
-    /// Runs an estimator over a signal.
     pub(super) fn of(signal: &Signal<'_>, settings: &RlsSettings, contact_m: f64) -> Self {
         let mut estimator = AnyEstimator::<f64>::new(settings);
         let count = signal.force_n.len();
@@ -55,12 +51,11 @@ impl Residuals {
         residuals
     }
 
-    /// Returns whether the force of a sample falls short of a predicted resisting force.
+    /// Returns true if the force at a sample is below a predicted resisting force.
     pub(super) fn is_drop(&self, sample: usize) -> bool {
         self.residual_n[sample] < 0.0 && self.predicted_n[sample] > 0.0
     }
 
-    /// Returns the samples at which a detector alarms.
     pub(super) fn alarms(&self, signal: &Signal<'_>, settings: &DetectorSettings) -> Vec<usize> {
         let mut detector = CusumDetector::<f64>::new(settings, signal.interval_s);
         let alarms = self.evidence.iter().enumerate().filter_map(|(sample, evidence)| {

@@ -1,40 +1,37 @@
-//! The noise of a signal, from its differences between samples.
+//! The noise of a signal, from differences of samples.
 
 use trocar_base::interrupt;
 use trocar_base::large_pages::with_capacity;
 use trocar_base::quantiles::quantile_of;
 
-/// Number of samples per block, over which the noise is averaged.
 const NOISE_BLOCK: usize = 50;
-/// The share of blocks whose noise does not exceed the result.
+/// The quantile of the blocks' noise that is returned.
 const NOISE_SHARE: f64 = 0.75;
 
-/// Returns the quantile of a `share` (0 to 1), linear between the values; `None` without values.
+/// Returns the quantile `share` (0 to 1), linear between the values; `None` without values.
 #[must_use]
 pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     trocar_base::interrupt::check();
     quantile_of(&mut values, share)
 }
 
-/// Returns the median; `None` without values.
 #[must_use]
 pub(super) fn median(values: &[f64]) -> Option<f64> {
     quantile(values.to_vec(), 0.5)
 }
 
-/// Returns the root mean square; 0 without values.
 #[must_use]
 pub(super) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Returns the standard deviation of the white noise of a signal.
+/// Returns the standard deviation of the white noise of a signal; 0 for fewer than three samples.
 ///
-/// The second difference of white noise has six times its variance, and a component that is smooth over three samples
-/// cancels. Blocks of 50 samples differ: an encoder is quiet at rest, and a rupture is not noise. The noise of three
-/// quarters of the blocks does not exceed the result. 0 for fewer than three samples.
+/// The second difference of white noise has six times its variance, and cancels components that are smooth over three
+/// samples. The result is a quantile over blocks of 50 samples, because an encoder is quiet at rest and a rupture is
+/// not noise: three quarters of the blocks do not exceed it.
 #[must_use]
-pub(super) fn noise_std(signal: &[f64]) -> f64 {
+pub(crate) fn noise_std(signal: &[f64]) -> f64 {
     let mut second = with_capacity(signal.len());
     for (sample, w) in signal.windows(3).enumerate() {
         interrupt::check_at(sample as u64);
@@ -45,7 +42,7 @@ pub(super) fn noise_std(signal: &[f64]) -> f64 {
     quantile(blocks, NOISE_SHARE).unwrap_or_else(|| root_mean_square(&second))
 }
 
-/// Returns the smallest step between two different samples: the resolution of the signal or of its digits; 0 for a
+/// Returns the smallest step between two different samples, the resolution of the signal or of its digits; 0 for a
 /// constant.
 #[must_use]
 pub(super) fn min_step(signal: &[f64]) -> f64 {

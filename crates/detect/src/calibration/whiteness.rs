@@ -1,24 +1,25 @@
-//! Test of the assumption of the run length: an independent Gaussian residual.
+//! Tests the assumption of the run length, an independent Gaussian residual.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Number of lags of the Ljung-Box test; even, so that its χ² distribution has a closed form.
+/// Number of lags of the Ljung-Box test; even, so that the χ² distribution has a closed form.
 pub const LAGS: usize = 20;
 
 /// The results of the tests of residuals.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Whiteness {
     /// Number of samples.
     pub samples: usize,
     /// Correlation of one sample with the next, -1 to 1.
     pub lag_one_correlation: f64,
-    /// Statistic of Ljung and Box (1978) over [`LAGS`] lags.
+    /// Statistic of Ljung and Box (1978) over 20 lags.
     pub ljung_box: f64,
     /// Probability of a statistic at least as large for a white residual, 0 to 1.
     pub ljung_box_p: f64,
     /// Third standardised moment; 0 for a Gaussian.
     pub skewness: f64,
-    /// Fourth standardised moment less 3; 0 for a Gaussian.
+    /// Fourth standardised moment minus 3; 0 for a Gaussian.
     pub excess_kurtosis: f64,
     /// Statistic of Jarque and Bera (1980).
     pub jarque_bera: f64,
@@ -26,17 +27,16 @@ pub struct Whiteness {
     pub jarque_bera_p: f64,
 }
 
-/// Probability below which a test rejects.
 const REJECTED: f64 = 0.01;
 
 impl Whiteness {
-    /// Whether the residual is not white and Gaussian, by either test.
+    /// Returns true if either test rejects a white Gaussian residual.
     #[must_use]
     pub fn is_rejected(&self) -> bool {
         self.ljung_box_p < REJECTED || self.jarque_bera_p < REJECTED
     }
 
-    /// Tests residuals; `None` for fewer than five times [`LAGS`] of them, or for a constant.
+    /// Tests residuals; `None` for a constant or for fewer than five times [`LAGS`] residuals.
     #[must_use]
     pub fn of(residual: &[f64]) -> Option<Self> {
         let count = residual.len() as f64;
@@ -44,7 +44,7 @@ impl Whiteness {
         let centred: Vec<f64> = residual.iter().map(|e| e - mean).collect();
         let moment = |power: i32| centred.iter().map(|e| e.powi(power)).sum::<f64>() / count;
         let variance = moment(2);
-        // A constant less its mean is rounding error.
+        // A constant minus its mean is rounding error.
         let varies = variance > (1e-12 * mean).powi(2);
         if residual.len() < 5 * LAGS || !varies {
             return None;
@@ -100,7 +100,8 @@ mod tests {
     fn white_gaussian_noise_is_rejected_at_the_rate_of_the_level() {
         let tests: Vec<Whiteness> = (0..400).filter_map(|seed| Whiteness::of(&noise(seed, 1000))).collect();
         let rejected = |p: fn(&Whiteness) -> f64| tests.iter().filter(|test| p(test) < 0.05).count();
-        // 20 of 400 are expected; 7 to 35 is three standard deviations and the tests' own small-sample error.
+        // 20 of 400 are expected. The bounds 7 and 35 allow for three standard deviations and for the small-sample
+        // error of the tests.
         for count in [rejected(|test| test.ljung_box_p), rejected(|test| test.jarque_bera_p)] {
             assert!((7..=35).contains(&count), "{count}");
         }
@@ -120,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tail_of_chi_square_is_the_tabulated_one() {
+    fn the_tail_of_chi_square_agrees_with_tables() {
         // 5 % points of χ² with 2 and 20 degrees of freedom.
         assert!((chi_square_tail(5.991, 2) - 0.05).abs() < 1e-4);
         assert!((chi_square_tail(31.410, 20) - 0.05).abs() < 1e-4);

@@ -8,7 +8,6 @@ use crate::DetectionReport;
 use trocar_document::{DataTable, Values};
 use trocar_engine::engine::{ColumnValues, TRUST_COLUMNS};
 
-/// The samples of a detection with their estimates and decisions.
 pub(super) fn samples(Samples { detection, trust, .. }: &Samples) -> DataTable<'_> {
     let columns: [(&str, &[f64]); 9] = [
         ("time_s", &detection.time_s),
@@ -30,7 +29,7 @@ pub(super) fn samples(Samples { detection, trust, .. }: &Samples) -> DataTable<'
     trust.fold(table, |table, (column, values)| table.with(column.name, column_values(values)))
 }
 
-/// Returns the values of a column of the engine as those of a table.
+/// Converts the values of an engine column to values of a table.
 pub fn column_values<'a>(column: ColumnValues<impl Into<Cow<'a, [f64]>>, impl Into<Cow<'a, [u8]>>>) -> Values<'a> {
     match column {
         ColumnValues::Numbers(numbers) => Values::Numbers(numbers.into()),
@@ -38,8 +37,8 @@ pub fn column_values<'a>(column: ColumnValues<impl Into<Cow<'a, [f64]>>, impl In
     }
 }
 
-/// The alarms of recordings (`found`, `false`, or `alarm` without labels) and the missed ruptures (`missed`), each recording in order
-/// of time.
+/// Returns the alarms of recordings (`found`, `false`, or `alarm` without labels) and the missed ruptures (`missed`),
+/// in order of time within each recording.
 pub(super) fn events<'a>(recordings: impl IntoIterator<Item = (&'a str, &'a DetectionReport)>) -> DataTable<'a> {
     let of = |(file, report): (&'a str, &'a DetectionReport)| {
         Event::all(report).into_iter().map(move |event| (file, report, event))

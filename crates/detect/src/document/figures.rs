@@ -6,7 +6,7 @@ use trocar_document::Document;
 use trocar_figures::{ESTIMATION_FIGURES, EstimationView, TimelineRow};
 
 impl Samples {
-    /// Adds the figures of an estimation: `estimation`, `parameters`, `decision`, `residual`, in a folder.
+    /// Adds the figures `estimation`, `parameters`, `decision` and `residual` of a detection, in a folder.
     pub(crate) fn draw<'a>(
         &'a self,
         document: &mut Document<'a>,
@@ -37,7 +37,7 @@ impl Samples {
     }
 }
 
-/// A recording on a timeline, its first sample at a time in s.
+/// Returns a recording on a timeline, with its first sample at `from_s` (s).
 pub(super) fn row<'a>(name: &'a str, report: &DetectionReport, from_s: f64) -> TimelineRow<'a> {
     let of = |sample: usize| from_s + sample as f64 * report.interval_s;
     let at = |time_s: f64| from_s + (time_s - report.start_s);

@@ -1,10 +1,10 @@
-//! What a live stream said.
+//! The summary of a live stream.
 
 use crate::LiveSummary;
 use trocar_document::{counted, show, significant};
 use trocar_metrics::Unit;
 
-/// Returns the summary of a live stream. `rows` counts the rows below the header, `malformed` those that cannot be read, and
+/// Returns the summary of a live stream. `rows` counts the rows below the header, `malformed` the unreadable ones, and
 /// `ended` names the cause of the end.
 #[must_use]
 pub fn live_text(summary: &LiveSummary, rows: u64, malformed: u64, ended: &str) -> String {

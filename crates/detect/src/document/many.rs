@@ -1,11 +1,13 @@
-//! What detections in many recordings say.
+//! The document of detections in many recordings.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value as Json;
 
-use super::{data, figures, meanings, tables};
+use super::{DetectionFile, data, figures, meanings, tables};
 use crate::{DetectionReport, Phase, PhaseStatistics, Scores, Tally};
 use tables::{delays, matched, newton, seconds, share};
-use trocar_document::{Cell, Document, Section, Shown, Study, Table, Verdict, counted};
+use trocar_document::{Cell, Document, Section, Shown, Study, Table, Verdict, counted, json_of};
 use trocar_figures::{FigureError, MAX_ROWS, TimelineRow};
 use trocar_metrics::Unit;
 
@@ -14,7 +16,7 @@ use trocar_metrics::Unit;
 pub struct DetectionEntry {
     /// The path of the file as the user gave it.
     pub file: String,
-    /// The folder of its output files, and its name in tables.
+    /// The folder of its output files, which is also its name in tables.
     pub name: String,
     /// The report and its JSON, or the error message.
     pub outcome: Result<(DetectionReport, Json), String>,
@@ -25,16 +27,49 @@ impl DetectionEntry {
         self.outcome.as_ref().ok().map(|(report, _)| report)
     }
 
-    /// The path, the folder, and the content of its `detection.json` or its error.
-    fn json(&self) -> Json {
-        let mut all = json!({ "file": self.file, "folder": self.name });
-        match (&mut all, &self.outcome) {
-            (Json::Object(all), Ok((_, Json::Object(detection)))) => all.extend(detection.clone()),
-            (Json::Object(all), Err(error)) => all.extend([("error".to_owned(), json!(error))]),
-            _ => {}
-        }
-        all
+    fn recording(&self) -> Recording<'_> {
+        let outcome = match &self.outcome {
+            Ok((_, detection)) => Outcome::Detection(detection),
+            Err(error) => Outcome::Failure { error },
+        };
+        Recording { file: &self.file, folder: &self.name, outcome }
     }
+}
+
+/// `detections.json`: many recordings.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct DetectionsFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// The recordings, in the order in which they were given.
+    recordings: Vec<Recording<'a>>,
+    /// The scores over all labelled recordings; `None` if no recording has labels.
+    scores: Option<Scores>,
+    /// Statistics of each phase over all recordings.
+    phases: Vec<PhaseStatistics>,
+}
+
+/// One recording of many.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Recording<'a> {
+    /// The path of the file as the user gave it.
+    file: &'a str,
+    /// The folder of its output files, which is also its name in tables.
+    folder: &'a str,
+    #[serde(flatten)]
+    outcome: Outcome<'a>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(untagged)]
+enum Outcome<'a> {
+    /// The content of `detection.json`.
+    Detection(#[schemars(with = "DetectionFile<'a>")] &'a Json),
+    /// A recording that cannot be read.
+    Failure {
+        /// The error message.
+        error: &'a str,
+    },
 }
 
 /// Detections in many recordings.
@@ -59,11 +94,11 @@ impl Study for Detections {
             },
             sections: self.sections(&reports),
             data: vec![data::events(self.entries.iter().filter_map(|entry| Some((&*entry.file, entry.report()?))))],
-            json: json!({
-                "trocar_version": env!("CARGO_PKG_VERSION"),
-                "recordings": self.entries.iter().map(DetectionEntry::json).collect::<Vec<_>>(),
-                "scores": self.scores(),
-                "phases": self.phases(),
+            json: json_of(&DetectionsFile {
+                trocar_version: env!("CARGO_PKG_VERSION"),
+                recordings: self.entries.iter().map(DetectionEntry::recording).collect(),
+                scores: self.scores(),
+                phases: self.phases(),
             }),
             ..Document::default()
         };
@@ -81,7 +116,6 @@ impl Study for Detections {
     }
 }
 
-/// The delays of all alarms that match a rupture.
 fn delays_s(reports: &[(&str, &DetectionReport)]) -> Vec<f64> {
     reports.iter().flat_map(|(_, report)| &report.alarms).filter_map(|alarm| alarm.delay_s).collect()
 }
@@ -91,7 +125,6 @@ impl Detections {
         self.entries.iter().filter_map(|entry| Some((&*entry.name, entry.report()?)))
     }
 
-    /// The scores over all labelled recordings, or `None` if no recording has labels.
     fn scores(&self) -> Option<Scores> {
         let tallies: Vec<&Tally> = self.named().filter_map(|(_, report)| report.tally.as_ref()).collect();
         let mut all = Tally::default();
@@ -104,7 +137,6 @@ impl Detections {
         Phase::ALL.map(of).to_vec()
     }
 
-    /// The events, a row per recording and a total, the scores of labelled recordings, and the estimates by phase.
     fn sections(&self, reports: &[(&str, &DetectionReport)]) -> Vec<Section> {
         let mut pages = Section::new("pages", "Pages").shown(Shown::InReports);
         pages.text("Each recording has its own page in the folder with its name.");
@@ -148,7 +180,6 @@ impl Detections {
         sections
     }
 
-    /// A row per recording, without numbers if it cannot be read, and a total.
     fn recordings_table(&self) -> Table {
         let columns = [
             ("recording", "recording"),
@@ -199,7 +230,6 @@ impl Detections {
         table
     }
 
-    /// The scores of each labelled recording and of all of them.
     fn scores_table(&self, total: &Scores) -> Table {
         let within_s = self.named().next().map(|(_, report)| report.within_s);
         let columns = [
@@ -237,7 +267,6 @@ impl Detections {
     }
 }
 
-/// Why ruptures were missed, for reports.
 fn missed(reports: &[(&str, &DetectionReport)]) -> Table {
     let columns = [("rupture", "missed rupture"), ("reason", "reason")];
     let mut table = Table::new("misses", "Why ruptures were missed", columns).of_text().shown(Shown::InReports);

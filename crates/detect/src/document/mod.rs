@@ -1,4 +1,4 @@
-//! What a detection says.
+//! The document of a detection.
 
 mod data;
 mod figures;
@@ -9,19 +9,24 @@ mod tables;
 
 pub use data::column_values;
 pub use live::live_text;
-pub use many::{DetectionEntry, Detections};
-pub use signals::signals_document;
+pub use many::{DetectionEntry, Detections, DetectionsFile};
+pub use signals::{SignalsFile, signals_document};
 
-use serde_json::{Map, Value as Json, json};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::Serialize;
+use serde_json::Value as Json;
 
 use crate::{Detection, DetectionReport};
-use trocar_document::{Cell, Document, Number, Section, Shown, Study, Verdict, Window, counted, significant};
+use trocar_document::{Cell, Document, Number, Section, Shown, Study, Verdict, Window, counted, json_of, significant};
 use trocar_engine::engine::TrustColumns;
 use trocar_metrics::Unit;
-use trocar_scenario::Values;
+use trocar_scenario::{Values, json_schema};
 
-/// Maximum number of alarms with a part of the time axis that a page offers to show.
+/// Maximum number of alarms for which a page offers a part of the time axis.
 const MAX_WINDOWS: usize = 6;
+
+/// Maximum number of alarms whose times the first sentence contains.
+const MAX_TIMES: usize = 5;
 
 const MEANINGS: &str = "The residual e is the measured minus the estimated force. σ is its standard deviation. The robust σ is 1.4826 \
      times its median absolute deviation, which ruptures hardly change. K and B are the means of the \
@@ -35,7 +40,7 @@ const MEANINGS: &str = "The residual e is the measured minus the estimated force
 pub struct DetectionStudy {
     /// The name of the recording.
     pub name: String,
-    /// Its path, by which its events name it.
+    /// The path of the recording, by which its events refer to it.
     pub file: String,
     /// The settings.
     pub values: Values,
@@ -47,7 +52,7 @@ pub struct DetectionStudy {
 }
 
 impl DetectionStudy {
-    /// The study of a detection, with figures.
+    /// Creates the study of a detection, with figures.
     #[must_use]
     pub fn new(name: String, file: String, values: Values, (detection, report): (Detection, DetectionReport)) -> Self {
         let samples = Samples::of(detection);
@@ -55,7 +60,6 @@ impl DetectionStudy {
     }
 }
 
-/// The samples of a detection, and what its figures show of them.
 #[derive(Debug)]
 pub(crate) struct Samples {
     detection: Detection,
@@ -78,26 +82,29 @@ impl Study for DetectionStudy {
             let name = self.values.name();
             self.samples.draw(&mut document, "", name, &self.report);
             add_timeline(&mut document, name, &self.report);
-            document.sections.extend(signals(&self.report));
+            let [signals, residual] = signals(&self.report);
+            document.sections.insert(0, signals);
+            document.sections.push(residual);
         }
         document
     }
 }
 
-/// Adds the recording's phases, ruptures and alarms over time.
+/// Adds a timeline of the recording's phases, ruptures and alarms.
 pub fn add_timeline(document: &mut Document<'_>, name: &str, report: &DetectionReport) {
     document.figure("timeline", trocar_figures::timeline(&[figures::row(name, report, report.start_s)]));
 }
 
-/// What a detection says, without its samples and figures.
+/// Returns the document of a detection, without its samples and figures.
 #[must_use]
 pub fn report_document(name: &str, report: &DetectionReport, values: &Values) -> Document<'static> {
     let (detector, threshold, unit) = report.detector;
     let samples = format!(
-        "{} samples over {} s, {}",
+        "{} samples over {} s, {}{}.",
         report.samples,
         significant(report.duration_s),
-        counted(report.alarms.len() as u64, "alarm")
+        counted(report.alarms.len() as u64, "alarm"),
+        alarm_times(report)
     );
     let mut events = Section::new("events", "Events");
     if report.alarms.is_empty() && report.missed().next().is_none() {
@@ -110,14 +117,15 @@ pub fn report_document(name: &str, report: &DetectionReport, values: &Values) ->
     results.table(tables::phases("Estimates by phase", &report.phases));
     results.table(tables::residual(report));
     let mut sections = vec![events, results];
+    let mut sentences = vec![samples];
     if let Some(scores) = &report.scores {
-        let mut section = Section::new("labels", "Labels");
-        section.text(format!(
-            "{}: {} missed, {}",
-            counted(scores.ruptures as u64, "labelled rupture"),
+        sentences.push(format!(
+            "{} of {} missed, {}.",
             scores.missed,
+            counted(scores.ruptures as u64, "labelled rupture"),
             counted(scores.false_alarms as u64, "false alarm"),
         ));
+        let mut section = Section::new("labels", "Labels");
         section.table(tables::scores(scores, report.within_s));
         sections.push(section);
     }
@@ -126,7 +134,7 @@ pub fn report_document(name: &str, report: &DetectionReport, values: &Values) ->
         name: "detection",
         title: name.to_owned(),
         verdict: Verdict {
-            sentences: vec![samples],
+            sentences,
             left_out: vec![format!("detector: {detector}, threshold {}", Number::si(threshold, unit))],
         },
         warnings: report.warnings.clone(),
@@ -136,13 +144,25 @@ pub fn report_document(name: &str, report: &DetectionReport, values: &Values) ->
     }
 }
 
+/// Returns the times of the first alarms, as in ` at 2.006 s and 5.1 s`; empty without an alarm.
+fn alarm_times(report: &DetectionReport) -> String {
+    let times: Vec<String> =
+        report.alarms.iter().take(MAX_TIMES).map(|alarm| format!("{:.3} s", alarm.time_s)).collect();
+    let more = report.alarms.len() - times.len();
+    match &*times {
+        [] => String::new(),
+        times if more > 0 => format!(" at {} and {more} later", times.join(", ")),
+        [one] => format!(" at {one}"),
+        [others @ .., last] => format!(" at {} and {last}", others.join(", ")),
+    }
+}
+
 fn meanings() -> Section {
     let mut section = Section::new("meanings", "Meanings").shown(Shown::InReports);
     section.text(MEANINGS);
     section
 }
 
-/// The sections with the figures.
 fn signals(report: &DetectionReport) -> [Section; 2] {
     let mut signals = Section::new("signals", "Signals").shown(Shown::InReports);
     signals.text(format!(
@@ -163,16 +183,42 @@ fn signals(report: &DetectionReport) -> [Section; 2] {
     [signals, residual]
 }
 
-/// The alarms, the statistics of the estimates, the scores and the settings.
+/// `detection.json`: the alarms, the statistics of the estimates, the scores and the settings.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(inline)]
+pub struct DetectionFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// Name of the recording.
+    recording: &'a str,
+    settings: ChainSettings,
+    #[serde(flatten)]
+    report: &'a DetectionReport,
+}
+
+/// The settings of estimator and detector, with the keys of a scenario file.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct ChainSettings {
+    #[schemars(schema_with = "estimator_schema")]
+    pub(crate) estimator: Json,
+    #[schemars(schema_with = "detector_schema")]
+    pub(crate) detector: Json,
+}
+
+fn estimator_schema(_: &mut SchemaGenerator) -> Schema {
+    section_schema("estimator")
+}
+
+fn detector_schema(_: &mut SchemaGenerator) -> Schema {
+    section_schema("detector")
+}
+
+fn section_schema(name: &str) -> Schema {
+    json_schema()["properties"][name].take().try_into().unwrap_or_default()
+}
+
 fn json(name: &str, report: &DetectionReport, values: &Values) -> Json {
-    let section = |section: &str| (section.to_owned(), values.section_json(section));
-    let mut all = json!({
-        "trocar_version": env!("CARGO_PKG_VERSION"),
-        "recording": name,
-        "settings": Map::from_iter(["estimator", "detector"].map(section)),
-    });
-    if let (Json::Object(all), Ok(Json::Object(report))) = (&mut all, serde_json::to_value(report)) {
-        all.extend(report);
-    }
-    all
+    let [estimator, detector] = ["estimator", "detector"].map(|section| values.section_json(section));
+    let settings = ChainSettings { estimator, detector };
+    json_of(&DetectionFile { trocar_version: env!("CARGO_PKG_VERSION"), recording: name, settings, report })
 }

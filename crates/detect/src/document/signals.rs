@@ -1,12 +1,13 @@
-//! The signals of a file.
+//! The document of the signals in a file.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use trocar_document::{Cell, Document, Section, Table, Verdict, command_line, counted, plain};
+use trocar_document::{Cell, Document, Section, Table, Verdict, command_line, counted, json_of, plain};
 use trocar_recording::{Quantity, Roles, Signal};
 use trocar_scenario::parse_quantity;
 
-/// What a file has: its signals with their roles, and the command that detects in it.
+/// Returns the signals of a file with their roles, and the command that detects ruptures in it.
 #[must_use]
 pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
     let mut section = Section::new("signals", "Signals");
@@ -20,18 +21,18 @@ pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
         title: file.to_owned(),
         verdict: Verdict { sentences: vec![counted(signals.len() as u64, "signal")], left_out: vec![] },
         sections: vec![section, of_command],
-        json: json!({
-            "trocar_version": env!("CARGO_PKG_VERSION"),
-            "file": file,
-            "signals": signals.iter().map(|signal| object(signal, signals)).collect::<Vec<_>>(),
-            "roles_are_unique": Roles::of(signals).are_unique(),
-            "command": command,
+        json: json_of(&SignalsFile {
+            trocar_version: env!("CARGO_PKG_VERSION"),
+            file,
+            signals: signals.iter().map(|signal| object(signal, signals)).collect(),
+            roles_are_unique: Roles::of(signals).are_unique(),
+            command,
         }),
         ..Document::default()
     }
 }
 
-/// Returns the sampling rate of a signal in Hz: that of the first time with as many samples.
+/// Returns the sampling rate of a signal in Hz, from the first time signal with as many samples.
 fn rate_hz(signal: &Signal, signals: &[Signal]) -> Option<f64> {
     let is_time = |other: &&Signal| other.role == Some(Quantity::Time) && other.samples == signal.samples;
     let time = signals.iter().find(is_time)?;
@@ -40,7 +41,8 @@ fn rate_hz(signal: &Signal, signals: &[Signal]) -> Option<f64> {
     (duration_s > 0.0).then(|| (signal.samples - 1) as f64 / duration_s)
 }
 
-/// Returns the command that detects in a file, with the first signal of each role, or a capital word.
+/// Returns the command that detects in a file, with the first signal of each role; a capital word stands for a missing
+/// signal.
 fn command(file: &str, signals: &[Signal]) -> String {
     let roles = Roles::of(signals);
     let mut words = vec!["detect".to_owned(), file.to_owned()];
@@ -77,7 +79,6 @@ fn table(signals: &[Signal]) -> Table {
     table
 }
 
-/// Returns the quantities without a signal, and those with several.
 fn choices(signals: &[Signal]) -> Vec<String> {
     let roles = Roles::of(signals);
     let of = |quantity: Quantity| match roles.candidates[quantity as usize].as_slice() {
@@ -95,18 +96,60 @@ fn choices(signals: &[Signal]) -> Vec<String> {
     Quantity::ALL.into_iter().filter_map(of).collect()
 }
 
-fn object(signal: &Signal, signals: &[Signal]) -> Json {
-    json!({
-        "name": signal.name,
-        "label": signal.label,
-        "unit": signal.unit,
-        "shape": signal.shape,
-        "samples": signal.samples,
-        "undefined": signal.undefined,
-        "rate_hz": rate_hz(signal, signals),
-        "min": signal.range.map(|(low, _)| low),
-        "max": signal.range.map(|(_, high)| high),
-        "role": signal.role.map(Quantity::name),
-        "column": signal.column(),
-    })
+/// The signals of a file, which `trocar detect --list --json` prints.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct SignalsFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// The path of the file as the user gave it.
+    file: &'a str,
+    /// The signals, in the order of the file.
+    signals: Vec<ListedSignal<'a>>,
+    /// True if time, position and force have exactly one candidate each.
+    roles_are_unique: bool,
+    /// The command that detects in the file; a word in capitals stands for a missing signal.
+    command: String,
+}
+
+/// A signal of a file.
+#[derive(Debug, Serialize, JsonSchema)]
+struct ListedSignal<'a> {
+    /// Its name.
+    name: &'a str,
+    /// The label of the signal in the file, if any.
+    label: Option<&'a str>,
+    /// Its unit, if the file states it.
+    unit: Option<&'a str>,
+    /// Its dimensions.
+    shape: &'a [usize],
+    /// Number of samples.
+    samples: usize,
+    /// Number of samples without a value.
+    undefined: usize,
+    /// Its sampling rate in Hz, from the first time signal with as many samples.
+    rate_hz: Option<f64>,
+    /// Its minimum, in its unit.
+    min: Option<f64>,
+    /// Its maximum, in its unit.
+    max: Option<f64>,
+    /// The probable quantity: `time`, `position`, `velocity` or `force`.
+    role: Option<&'static str>,
+    /// The column that selects the signal on the command line.
+    column: String,
+}
+
+fn object<'a>(signal: &'a Signal, signals: &[Signal]) -> ListedSignal<'a> {
+    ListedSignal {
+        name: &signal.name,
+        label: signal.label.as_deref(),
+        unit: signal.unit.as_deref(),
+        shape: &signal.shape,
+        samples: signal.samples,
+        undefined: signal.undefined,
+        rate_hz: rate_hz(signal, signals),
+        min: signal.range.map(|(low, _)| low),
+        max: signal.range.map(|(_, high)| high),
+        role: signal.role.map(Quantity::name),
+        column: signal.column(),
+    }
 }

@@ -5,17 +5,14 @@ use trocar_document::{Cell, Digits, Number, Table, plain};
 use trocar_figures::STANDARD_ERRORS;
 use trocar_metrics::Unit;
 
-/// A force.
 pub(super) fn newton(value: f64) -> Cell {
     Cell::of(Some(value), Unit::Newton)
 }
 
-/// A duration in s.
 pub(super) fn seconds(value: f64) -> Cell {
     Cell::si(Some(value), "s")
 }
 
-/// Statistics of the residual.
 pub(super) fn residual(report: &DetectionReport) -> Table {
     let columns = [("quantity", "residual"), ("value", "value")];
     let mut table = Table::new("residual", "Residual: measured minus estimated force", columns);
@@ -28,7 +25,7 @@ pub(super) fn residual(report: &DetectionReport) -> Table {
     table
 }
 
-/// The alarms, each with its matched rupture, and the missed ruptures of recordings, in order of time.
+/// Returns the alarms, each with its matched rupture, and the missed ruptures of recordings, in order of time.
 pub(super) fn events(recordings: &[(Option<&str>, &DetectionReport)]) -> Table {
     let is_named = recordings.iter().any(|(name, _)| name.is_some());
     let columns = [
@@ -54,7 +51,6 @@ pub(super) fn events(recordings: &[(Option<&str>, &DetectionReport)]) -> Table {
     table
 }
 
-/// An alarm or a missed rupture, by its index.
 #[derive(Clone, Copy)]
 pub(super) enum Event {
     Alarm(usize),
@@ -62,7 +58,6 @@ pub(super) enum Event {
 }
 
 impl Event {
-    /// The events of a recording, in order of time.
     pub(super) fn all(report: &DetectionReport) -> Vec<Self> {
         let mut events: Vec<Self> = (0..report.alarms.len()).map(Self::Alarm).collect();
         events.extend(report.missed().map(Self::Missed));
@@ -111,7 +106,6 @@ impl Event {
     }
 }
 
-/// The estimates by phase. A phase without samples has no row.
 pub(super) fn phases(caption: &'static str, phases: &[PhaseStatistics]) -> Table {
     let of = |parameter: &str| format!("{parameter} ± {STANDARD_ERRORS} s.e.");
     let columns = [
@@ -143,7 +137,6 @@ pub(super) fn phases(caption: &'static str, phases: &[PhaseStatistics]) -> Table
     table
 }
 
-/// The scores of one recording, one per row.
 pub(super) fn scores(scores: &Scores, within_s: f64) -> Table {
     let columns = [("score", matched(Some(within_s))), ("value", "value".into())];
     let mut table = Table::new("scores", "Alarms compared with the labels", columns);
@@ -160,13 +153,11 @@ pub(super) fn share(value: Option<f64>) -> Cell {
     Cell::of(value, Unit::Share)
 }
 
-/// What matches a rupture.
 pub(super) fn matched(within_s: Option<f64>) -> String {
     let window = within_s.map_or("—".into(), |within_s| format!("{} ms", plain(1e3 * within_s)));
     format!("alarms at most {window} after a rupture")
 }
 
-/// The median delay and its range.
 pub(super) fn delays(scores: &Scores) -> Cell {
     match (scores.median_delay_s, scores.min_delay_s, scores.max_delay_s) {
         (Some(median), Some(min), Some(max)) => Cell::Interval(Number::milliseconds(median), [min, max]),

@@ -10,11 +10,10 @@ use trocar_core::error::{InvalidValue, require};
 use trocar_recording::{Limits, LiveSample};
 use trocar_scenario::DetectionSettings;
 
-/// Number of consecutive rows, each later than the one before but earlier than the last sample, after which the clock
-/// counts as set back.
+/// The clock counts as set back after this number of consecutive rows that ascend but are earlier than the last sample.
 const SET_BACK_ROWS: u32 = 10;
 
-/// A longer step, in intervals, has lost samples in it.
+/// Minimum step, in intervals, that counts as lost samples.
 const MAX_INTERVALS_OF_ONE_TICK: f64 = 1.5;
 
 /// One tick of the stream with its results.
@@ -33,21 +32,21 @@ pub struct LiveStep {
 /// An anomaly of a sample's time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TimestampAnomaly {
-    /// The time is not later than that of the last sample; the sample is omitted.
+    /// The time is not later than the time of the last sample. The sample is omitted.
     NotLater {
         /// The time of the previous sample in s.
         last_s: f64,
         /// The time of this sample in s.
         time_s: f64,
     },
-    /// Ten consecutive rows are earlier than the last sample, so the clock was set back; the detection restarts.
+    /// Ten consecutive rows are earlier than the last sample: the clock was set back. The detection restarts.
     SetBack {
         /// The time of the previous sample in s.
         last_s: f64,
         /// The time of this sample in s.
         time_s: f64,
     },
-    /// The gap is too long for an interpolation; the detection restarts.
+    /// The gap is too long for interpolation. The detection restarts.
     Gap {
         /// The time of the previous sample in s.
         last_s: f64,
@@ -65,19 +64,19 @@ pub struct LiveSummary {
     pub interval_s: Option<f64>,
     /// Duration of the ticks, in s.
     pub duration_s: f64,
-    /// Duration in contact, in s.
+    /// Time in contact, in s.
     pub contact_s: f64,
     /// Number of alarms.
     pub alarms: u64,
-    /// Number of ticks that were interpolated for lost samples.
+    /// Number of ticks interpolated for lost samples.
     pub interpolated: u64,
     /// Number of time steps that differ by more than 1 % from the interval.
     pub uneven: u64,
-    /// Number of samples that were omitted because their time is not later than that of the last sample.
+    /// Number of samples omitted because they were not later than the last sample.
     pub not_later: u64,
-    /// Number of restarts: after a gap, or after the clock was set back.
+    /// Number of restarts after a gap or after the clock was set back.
     pub restarts: u64,
-    /// Mean of the residual in N; `None` without samples, as the next three.
+    /// Mean of the residual in N. This and the next three are `None` without samples.
     pub mean_n: Option<f64>,
     /// Standard deviation of the residual in N.
     pub std_n: Option<f64>,
@@ -90,12 +89,15 @@ pub struct LiveSummary {
 /// Estimator and detector on a stream, in constant memory.
 ///
 /// # Time
-/// Estimator and detector need evenly spaced samples, so the stream is divided into ticks, `interval_s` apart: given,
-/// or the time between the first two samples. A step of up to 1.5 intervals is one tick. A longer step, of up to ten
-/// intervals, has lost samples in it: they are interpolated linearly, as in a file. After a step of more than ten
-/// intervals, and after the clock was set back (ten consecutive rows, each later than the one before, all earlier than
-/// the last sample), filter, estimator and detector restart, and the detector raises no alarm until the contact has
-/// been quiet for its `settle_s`. A sample that is not later than the last one is omitted.
+/// Estimator and detector need evenly spaced samples, so the stream is divided into ticks. Their interval is
+/// `interval_s` if given, or the time between the first two samples.
+///
+/// - A step of up to 1.5 intervals is one tick.
+/// - A longer step, of up to ten intervals, has lost samples, which are interpolated linearly, as in a file.
+/// - After a longer step, and after the clock was set back, filter, estimator and detector restart. The clock counts as
+///   set back after ten consecutive rows that ascend but are earlier than the last sample. After a restart the detector
+///   raises no alarm until the contact has been quiet for its `settle_s`.
+/// - A sample that is not later than the last one is omitted.
 ///
 /// Evenly spaced samples give the same results, bit for bit, as [`detect`](super::detect) with the same interval.
 #[derive(Debug)]
@@ -117,7 +119,7 @@ impl LiveDetector {
     /// Returns a detector for ticks of `interval_s` (s), or of the interval of the first two samples.
     ///
     /// # Errors
-    /// [`InvalidValue`] for an interval or a step of the positions that is not a positive finite number.
+    /// [`InvalidValue`] if the interval or the position step is not a positive finite number.
     pub fn new(
         settings: DetectionSettings,
         interval_s: Option<f64>,
@@ -143,8 +145,8 @@ impl LiveDetector {
     /// Evaluates a sample, calls `emit` for each tick that it completes, and returns the anomaly of its time, if any.
     ///
     /// # Errors
-    /// [`InvalidValue`] for a number that is not finite, whose sample is left out; and if the first two samples give an interval
-    /// that is invalid for the velocity filter.
+    /// [`InvalidValue`] for a number that is not finite, whose sample is omitted; or if the interval of the first two
+    /// samples is invalid for the velocity filter.
     pub fn take(
         &mut self,
         sample: &LiveSample,
@@ -161,7 +163,7 @@ impl LiveDetector {
             require(name, value, value.is_finite(), "a finite number")?;
         }
         let Some(last) = self.last else {
-            // Without an interval, the first sample is evaluated with the second.
+            // Without an interval, the first sample is evaluated together with the second.
             self.last = Some(*sample);
             if self.interval_s.is_some() {
                 self.tick(sample, &mut emit);
@@ -245,11 +247,10 @@ impl LiveDetector {
         TimestampAnomaly::SetBack { last_s, time_s }
     }
 
-    /// Restarts with a sample, if the interval is known.
     fn restart(&mut self, sample: &LiveSample, emit: &mut impl FnMut(&LiveStep)) {
         let Some(interval_s) = self.interval_s else { return };
         self.summary.restarts += 1;
-        // The interval and the settings are unchanged, so they are valid.
+        // Cannot fail: the interval and the settings are unchanged.
         self.chain = DetectionChain::new(&self.settings, interval_s, self.velocity).ok();
         self.tick(sample, emit);
     }
@@ -268,7 +269,6 @@ impl LiveDetector {
     }
 }
 
-/// Interpolates two samples at a share of the interval between them.
 fn between(from: &LiveSample, to: &LiveSample, share: f64) -> LiveSample {
     let mix = |from: f64, to: f64| from + (to - from) * share;
     LiveSample {
@@ -279,7 +279,6 @@ fn between(from: &LiveSample, to: &LiveSample, share: f64) -> LiveSample {
     }
 }
 
-/// The sums of the residual for the summary.
 #[derive(Debug, Default)]
 struct ResidualSums {
     moments: Moments,

@@ -1,10 +1,9 @@
-//! Streams compared with files of the same samples, and streams with lost, late and repeated samples.
+//! Compares streams with files of the same samples, and tests lost, late and repeated samples.
 
 use super::super::detect;
 use super::*;
 use trocar_scenario::{DetectionSpec, Values};
 
-/// The shipped insertion with given settings.
 fn insertion(settings: &[&str]) -> DetectionSpec {
     let mut all = vec!["recording.file=builtin:in_vivo_like.csv".to_owned()];
     all.extend(settings.iter().map(|&setting| setting.to_owned()));
@@ -25,7 +24,6 @@ fn samples(spec: &DetectionSpec) -> Vec<LiveSample> {
         .collect()
 }
 
-/// Returns the ticks, the anomalies and the summary of a stream.
 fn stream(
     spec: &DetectionSpec,
     interval_s: Option<f64>,
@@ -76,7 +74,7 @@ fn an_even_stream_is_identical_to_its_file_bit_for_bit() {
 }
 
 #[test]
-fn the_first_two_samples_give_the_interval_and_lose_nothing() {
+fn the_first_two_samples_give_the_interval_and_are_evaluated() {
     let spec = insertion(&[MEASURED]);
     let (ticks, _, summary) = stream(&spec, None, VelocitySource::Measured, &samples(&spec));
     assert_eq!(summary.interval_s, Some(0.001));
@@ -127,14 +125,14 @@ fn samples_that_are_not_later_are_omitted_until_the_clock_counts_as_set_back() {
     assert_eq!(anomalies[0], TimestampAnomaly::NotLater { last_s: 2.0, time_s: 0.1 });
     assert_eq!(alarms_s(&ticks).len(), 2);
 
-    // The same insertion twice; the clock of the second starts at 0 again.
+    // The insertion twice; the clock of the second one starts at 0 again.
     let twice: Vec<LiveSample> = all.iter().chain(&all).copied().collect();
     let (ticks, anomalies, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &twice);
     assert_eq!((summary.not_later, summary.restarts), (9, 1));
     assert!(matches!(anomalies.last(), Some(TimestampAnomaly::SetBack { .. })));
     assert_eq!(alarms_s(&ticks).len(), 4, "both ruptures, twice");
 
-    // One wrong time far ahead causes a restart, and the return to the true time another.
+    // One time far ahead causes a restart, and the return to the true time another.
     let mut wild = all.clone();
     wild[1000].time_s = 1e300;
     let (ticks, _, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &wild);

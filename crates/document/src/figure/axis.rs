@@ -5,35 +5,35 @@ pub const Y_TICKS: usize = 5;
 /// Approximate maximum number of ticks of a time axis.
 pub const X_TICKS: usize = 6;
 
-/// Values beyond this do not count for limits, because their sums could overflow.
+/// Maximum magnitude of values for limits; larger sums could overflow.
 const MAX_MAGNITUDE: f64 = 1e30;
 
-/// One axis: its limits, and how many ticks it has if there is room.
+/// One axis: its limits and its maximum number of ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     /// The lower limit.
     pub low: f64,
     /// The upper limit.
     pub high: f64,
-    /// True if the axis is logarithmic; limits and ticks are then exponents of ten.
+    /// True if the axis is logarithmic. Its limits and ticks are then exponents of ten.
     pub log: bool,
     max_ticks: usize,
-    /// Names of the places 0, -1, -2, …, in place of numbers.
+    /// Names at the positions 0, -1, -2, … instead of numbers.
     names: Vec<String>,
 }
 
-/// The ticks of an axis, in its coordinate, each with its label.
+/// The ticks of an axis in its coordinate, with their labels.
 pub type Ticks = Vec<(f64, String)>;
 
 impl Axis {
-    /// Returns an axis with exactly these limits. Without ticks (0) it has no labels.
+    /// Returns an axis with exactly these limits. With 0 ticks it has no labels.
     #[must_use]
     pub fn exact(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
         Self { low, high, log: false, max_ticks, names: vec![] }
     }
 
-    /// Returns a vertical axis with a line for each name, at the places 0, -1, -2, … from the top down.
+    /// Returns a vertical axis with a line for each name, at the positions 0, -1, -2, … from the top down.
     #[must_use]
     pub fn of_names(names: impl IntoIterator<Item = String>) -> Self {
         let names: Vec<String> = names.into_iter().collect();
@@ -41,7 +41,7 @@ impl Axis {
         Self { names, ..Self::exact((low, 0.5), 0) }
     }
 
-    /// Returns an axis with a margin around the data. The upper margin is larger, for the marks of alarms.
+    /// Returns an axis with a margin around the data. The upper margin is larger for the marks of alarms.
     #[must_use]
     pub fn padded(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
@@ -63,31 +63,31 @@ impl Axis {
         Self { low, high, log: true, max_ticks: X_TICKS, names: vec![] }
     }
 
-    /// Returns the axis over these values, in their own coordinate.
+    /// Returns a linear or logarithmic axis over a range of values.
     #[must_use]
     pub fn over(range: (f64, f64), is_log: bool, max_ticks: usize) -> Self {
         if is_log { Self::log10(range) } else { Self::exact(range, max_ticks) }
     }
 
-    /// Returns all ticks that the axis has where there is room for their labels.
+    /// Returns the ticks without regard to the space for labels.
     #[must_use]
     pub fn all_ticks(&self) -> Ticks {
         self.ticks(|_| true)
     }
 
-    /// Returns a place within the limits, or that of the limit that is closer.
+    /// Returns a position limited to the axis.
     #[must_use]
     pub fn within(&self, place: f64) -> f64 {
         place.max(self.low).min(self.high)
     }
 
-    /// Returns `value` in the coordinate of the axis.
+    /// Converts a value to the coordinate of the axis.
     #[must_use]
     pub fn place(&self, value: f64) -> f64 {
         if self.log && value.is_finite() { if value > 0.0 { value.log10() } else { self.low - 1.0 } } else { value }
     }
 
-    /// Returns the ticks: as many as the axis has, or fewer until all labels fit.
+    /// Returns as many ticks as `fits` allows.
     pub fn ticks(&self, fits: impl Fn(&Ticks) -> bool) -> Ticks {
         if !self.names.is_empty() {
             return self.names.iter().enumerate().map(|(line, name)| (-(line as f64), name.clone())).collect();
@@ -102,7 +102,6 @@ impl Axis {
         fitting.map_or(vec![], |index| all[index].clone())
     }
 
-    /// Returns at most about `count` ticks of a linear axis, at round numbers.
     fn steps(&self, count: usize) -> Ticks {
         let step = nice_step((self.high - self.low) / count as f64);
         let first = (self.low / step - 1e-9).ceil();
@@ -110,7 +109,8 @@ impl Axis {
         (0..=count).map(|k| (first + k as f64) * step).map(|tick| (tick, self.label(tick, step))).collect()
     }
 
-    /// Returns the ticks of a logarithmic axis, the densest first: with less than three powers of ten, at 2 and 5 times them too.
+    /// Returns the possible ticks of a logarithmic axis, the densest first. Below three powers of ten they include 2
+    /// and 5 times each power.
     fn powers(&self) -> Vec<Ticks> {
         let of_step = |step: i32| -> Ticks {
             let (first, last) =
@@ -131,21 +131,19 @@ impl Axis {
         all
     }
 
-    /// Returns the label of a tick, with a typographic minus sign.
     fn label(&self, tick: f64, step: f64) -> String {
         let largest = self.low.abs().max(self.high.abs());
         if largest >= 1e6 || step < 1e-4 {
             return scientific(tick, step);
         }
         let decimals = (-step.log10() - 1e-9).ceil().clamp(0.0, 6.0) as usize;
-        // A step such as 2.5 needs one more decimal than its magnitude gives.
+        // A step such as 2.5 needs one decimal more than its magnitude.
         let scaled = step * 10_f64.powi(decimals as i32);
         let decimals = if (scaled - scaled.round()).abs() > 1e-6 { decimals + 1 } else { decimals };
         minus(&format!("{:.decimals$}", tick + 0.0))
     }
 }
 
-/// Returns the label of a tick of a logarithmic axis as a plain number.
 fn plain(tick: f64) -> String {
     let exponent = (tick + 1e-9).floor();
     if (-3.0..4.0).contains(&exponent) {
@@ -163,7 +161,8 @@ pub fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// Returns the quantiles at `1 - level` and `level` of the finite values, so that a few outliers do not set the axis.
+/// Returns the quantiles at `1 - level` and `level` of the finite values, so that a few outliers do not determine the
+/// axis.
 pub fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64) -> Option<(f64, f64)> {
     let mut kept: Vec<f64> = values.into_iter().filter(|v| v.abs() <= MAX_MAGNITUDE).collect();
     let last = kept.len().checked_sub(1)?;
@@ -174,7 +173,7 @@ pub fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64) -> Opt
     Some((low, high))
 }
 
-/// Returns the smallest range that contains both.
+/// Returns the smallest range that contains both ranges.
 pub fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64, f64)> {
     match (a, b) {
         (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
@@ -182,7 +181,7 @@ pub fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64, f64)>
     }
 }
 
-/// Returns finite, ordered limits that are wide enough for distinct numbers.
+/// Returns finite, increasing limits that are wide enough for distinct numbers.
 fn sane((low, high): (f64, f64)) -> (f64, f64) {
     if !(low.is_finite() && high.is_finite()) {
         return (0.0, 1.0);
@@ -197,7 +196,7 @@ fn sane((low, high): (f64, f64)) -> (f64, f64) {
     (low - half, high + half)
 }
 
-/// Returns the smallest of 1, 2, 2.5, 5, 10 times a power of ten that is not below `raw`.
+/// Returns the smallest of 1, 2, 2.5, 5, 10 times a power of ten that is at least `raw`.
 fn nice_step(raw: f64) -> f64 {
     let power = 10_f64.powi(raw.log10().floor() as i32);
     [1.0, 2.0, 2.5, 5.0].into_iter().map(|m| m * power).find(|&step| step >= raw * (1.0 - 1e-9)).unwrap_or(10.0 * power)
@@ -246,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_of_names_has_each_name_at_its_line_from_the_top_down() {
+    fn an_axis_of_names_lists_the_names_from_the_top_down() {
         let axis = Axis::of_names(["none".to_owned(), "cue".to_owned()]);
         assert_eq!((axis.low, axis.high), (-1.5, 0.5));
         assert_eq!(axis.all_ticks(), [(0.0, "none".to_owned()), (-1.0, "cue".to_owned())]);

@@ -1,11 +1,11 @@
-//! Reduces columns to the samples that are visible: the minimum and maximum in each interval. Figures and their descriptions use
-//! it, so that a peak is on every surface or on none.
+//! Reduces columns to their visible samples: the minimum and maximum in each interval. Figures and their descriptions
+//! both use it, so that all surfaces show the same peaks.
 
 use std::ops::Range;
 
-/// Returns the kept rows in ascending order: the first and the last row, and in each interval the rows where the column has its
-/// minimum, its maximum or a value that is not finite. The time within `detailed` (s) is divided into about `2 * intervals`
-/// intervals, the rest into `intervals`, so that at most about `6 * intervals` rows are kept.
+/// Returns the kept rows in ascending order: the first and the last row, and in each interval the rows with the
+/// column's minimum, its maximum and a value that is not finite. The time within `detailed` (s) has about
+/// `2 * intervals` intervals, the rest `intervals`, so at most about `6 * intervals` rows are kept.
 pub(crate) fn kept(time_s: &[f64], column: &[f64], detailed: &[(f64, f64)], intervals: usize) -> Vec<usize> {
     let rows = column.len().min(time_s.len());
     let is_detailed = |row: usize| detailed.iter().any(|(from, to)| (*from..=*to).contains(&time_s[row]));
@@ -35,7 +35,6 @@ pub(crate) fn kept(time_s: &[f64], column: &[f64], detailed: &[(f64, f64)], inte
     kept
 }
 
-/// Returns the rows of the minimum, of the maximum and of the first value that is not finite.
 fn extremes(rows: Range<usize>, column: &[f64]) -> [Option<usize>; 3] {
     let mut found = [None; 3];
     let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);

@@ -1,23 +1,19 @@
-//! A figure as data, from which others draw it: pages with `charts.js`, the Python package with matplotlib.
+//! A figure as data for other renderers: pages with `charts.js`, the Python package with matplotlib.
 
 use serde_json::{Value as Json, json};
 
 use super::{Axis, Color, Entry, Events, Figure, Panel, Point, Row, Sample, Stroke};
 use crate::digits::{Few, Fine};
 
-/// Number of intervals of a line for other programs.
 const INTERVALS: usize = 5000;
 
-/// How a description is written.
 struct Writer<'w> {
     color: fn(Color) -> String,
-    /// Writes the columns x and y of points. A place that is not finite is a gap.
+    /// Writes the columns x and y of points. A point that is not finite is a gap.
     points: &'w mut dyn FnMut(Vec<Point>) -> Json,
-    /// Number of intervals of which a line keeps the extremes.
+    /// Number of intervals per line; the extremes of each are kept.
     intervals: usize,
-    /// Whether more of them are around events.
     is_detailed: bool,
-    /// The legend of all panels.
     legend: &'w [Entry],
 }
 
@@ -38,7 +34,8 @@ impl Writer<'_> {
         json!({ "kind": kind, "style": style, "text": text })
     }
 
-    /// Returns a line, with its name in the legend. The only line of a panel has the name of the axis, others have none.
+    /// Returns a line with its name in the legend. The only line of a panel has the name of the axis; others without an
+    /// entry have no name.
     fn line(&mut self, panel: &Panel<'_>, points: Vec<Point>, stroke: &Stroke) -> Json {
         let is_of = |sample: &Sample| matches!(sample, Sample::Line(of) | Sample::Dot(of) if of == stroke);
         let entry = panel.legend.iter().chain(self.legend).find(|(sample, _)| is_of(sample));
@@ -95,7 +92,7 @@ fn axis(axis: &Axis, caption: &str) -> Json {
     json!({ "low": axis.low, "high": axis.high, "log": axis.log, "ticks": axis.all_ticks(), "caption": caption })
 }
 
-/// Returns the intervals (s) around the first events, in which a page shows more detail.
+/// Returns the intervals (s) around the first events that a page shows in more detail.
 fn detailed(events: &Events) -> Vec<(f64, f64)> {
     const BEFORE_S: f64 = 0.1;
     const AFTER_S: f64 = 0.6;
@@ -105,10 +102,10 @@ fn detailed(events: &Events) -> Vec<(f64, f64)> {
 }
 
 impl Figure<'_> {
-    /// The figure as data: `name`, `legend`, and `rows` of `panels` with their axes, lines, fills, levels, notes and events. An axis has its
-    /// ticks, each with its place and its label. Places are
-    /// in the coordinates of the axes, which are exponents of ten for a logarithmic one. A line with one point is a dot; `null` is a
-    /// gap. Long lines are reduced to the minima and maxima of 5000 intervals.
+    /// Returns the figure as data: `name`, `legend`, and `rows` of `panels` with their axes, lines, fills, levels,
+    /// notes and events. Each tick of an axis has its position and label. Positions are in the coordinates of the axes:
+    /// exponents of ten for a logarithmic axis. A line with one point is a dot; `null` is a gap. Long lines are reduced
+    /// to the minima and maxima of 5000 intervals.
     #[must_use]
     pub fn description(&self) -> Json {
         let mut points = |points: Vec<Point>| {
@@ -118,7 +115,8 @@ impl Figure<'_> {
         self.described(Color::hex, &mut points, INTERVALS, false)
     }
 
-    /// The same for a page: with the colours of its theme, five digits of each value, lines of `intervals`, and more around events.
+    /// Like `description`, for a page: theme colours, five digits per value, lines of `intervals`, and more detail
+    /// around events.
     pub fn for_page(&self, intervals: usize) -> Json {
         let mut points = |points: Vec<Point>| {
             let (x, y): (Vec<Fine>, Vec<Few>) = points.into_iter().map(|(x, y)| (Fine(x), Few(y))).unzip();
@@ -127,8 +125,8 @@ impl Figure<'_> {
         self.described(Color::css, &mut points, intervals, true)
     }
 
-    /// The same with the points apart, in `bytes`, as 32-bit floats, little endian: those of a line are the index of its first x in
-    /// `bytes` and their number; all x are before y.
+    /// Like `for_page`, with the points in `bytes` as little-endian 32-bit floats. A line then has the index of its
+    /// first x in `bytes` and its number of points; all x come before y.
     pub fn for_frame(&self, intervals: usize, bytes: &mut Vec<u8>) -> Json {
         let mut points = |points: Vec<Point>| {
             let start = bytes.len() / size_of::<f32>();

@@ -1,4 +1,4 @@
-//! A figure as data, apart from its size, its typeface and the format of its file.
+//! A figure as data, independent of size, typeface and file format.
 //!
 //! `trocar-report` draws it on paper, pages draw it with `charts.js`, and the Python package with matplotlib.
 
@@ -17,7 +17,7 @@ pub use style::*;
 
 use decimate::kept;
 
-/// A place: in the coordinates of a pair of axes, or on paper.
+/// A point in the coordinates of a pair of axes, or on paper.
 pub type Point = (f64, f64);
 
 /// A figure.
@@ -50,10 +50,10 @@ impl<'a> Row<'a> {
     }
 }
 
-/// What stands before the text of a legend entry.
+/// The sample before the text of a legend entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sample {
-    /// Nothing: the text is a title.
+    /// No sample: the text is a title.
     Title,
     /// A line.
     Line(Stroke),
@@ -70,12 +70,13 @@ pub enum Sample {
 /// One entry of a legend.
 pub type Entry = (Sample, String);
 
-/// A signal over the horizontal axis, in increasing order of x; values are multiplied by `scale` (1000 for millimetres).
+/// A signal over the horizontal axis, in increasing order of x. Values are multiplied by `scale` (1000 for
+/// millimetres).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series<'a> {
-    /// Places on the horizontal axis, in its coordinate.
+    /// Positions on the horizontal axis, in its coordinate.
     pub x: Cow<'a, [f64]>,
-    /// Values; one that is not finite leaves a gap.
+    /// Values. A value that is not finite leaves a gap.
     pub y: Cow<'a, [f64]>,
     /// Factor of the values.
     pub scale: f64,
@@ -89,17 +90,17 @@ impl<'a> Series<'a> {
         Self { x: x.into(), y: y.into(), scale: 1.0, stroke }
     }
 
-    /// Returns the series with another scale.
+    /// Sets the scale.
     #[must_use]
     pub fn times(self, scale: f64) -> Self {
         Self { scale, ..self }
     }
 }
 
-/// Events over time, drawn in every panel with the same time axis.
+/// Events over time, drawn in every panel with this time axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Events {
-    /// Start, end and meaning of each shaded interval, in order.
+    /// Start, end and kind of each shaded interval, in order.
     pub shades: Vec<(f64, f64, Shade)>,
     /// Times of the ruptures.
     pub ruptures: Vec<f64>,
@@ -118,25 +119,25 @@ pub struct Panel<'a> {
     pub x_caption: String,
     /// Quantity and unit of the vertical axis.
     pub y_caption: String,
-    /// Drawn above the axes.
+    /// The legend above the axes.
     pub legend: Vec<Entry>,
     /// Events.
     pub events: Events,
-    /// Filled outlines, in axis coordinates.
+    /// Filled outlines in axis coordinates.
     pub fills: Vec<(Vec<Point>, Color)>,
     /// Signals.
     pub series: Vec<Series<'a>>,
     /// Lines in axis coordinates; a line with one point is a dot.
     pub curves: Vec<(Vec<Point>, Stroke)>,
-    /// Horizontal lines, at values.
+    /// The values of horizontal lines.
     pub levels: Vec<(f64, Stroke)>,
-    /// Texts around places in axis coordinates.
+    /// Texts centred at points in axis coordinates.
     pub notes: Vec<(Point, String)>,
     /// True if the axes are invisible.
     pub is_bare: bool,
-    /// Name of the chart on a page; empty without a name.
+    /// Identifier of the chart on a page; empty if it has none.
     pub id: &'static str,
-    /// The value of each fill and of the rest of the panel, for the cursor of a page; empty without values.
+    /// The value of each fill and of the remaining panel, for the cursor of a page; empty without values.
     pub readings: Vec<String>,
 }
 
@@ -166,7 +167,8 @@ impl<'a> Panel<'a> {
         Self::new(time, "Time (s)", y, y_caption)
     }
 
-    /// Returns the visible samples of a series, in axis coordinates, reduced to intervals, and to shorter ones within `detailed` (s).
+    /// Returns the visible samples of a series in axis coordinates. They are reduced to the extremes of intervals,
+    /// which are shorter within `detailed` (s).
     pub fn samples<'t>(
         &'t self,
         series: &'t Series<'_>,
@@ -180,7 +182,8 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// Returns the samples of the increasing column `x` on `axis`, and one beyond each end for the lines that cross the edges.
+/// Returns the samples of the increasing column `x` within `axis`, and one beyond each end for lines that cross the
+/// edges.
 fn shown(x: &[f64], axis: &Axis) -> Range<usize> {
     let end = (x.partition_point(|&x| x <= axis.high) + 1).min(x.len());
     let start = x[..end].partition_point(|&x| x < axis.low).saturating_sub(1);

@@ -1,15 +1,15 @@
-//! What an interval of time is shaded for, and its colour.
+//! The kinds of shaded time intervals, and their colours.
 
 use super::{Color, GREY, ORANGE, SKY};
 
-/// What an interval of time is shaded for.
+/// The kind of a shaded time interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shade {
-    /// An event, during which the slave is frozen.
+    /// An event with a frozen slave.
     Frozen,
-    /// An event, during which a speed limit or a region holds the slave back.
+    /// An event in which a speed limit or a region restrains the slave.
     Held,
-    /// An event, during which the slave follows the hand.
+    /// An event in which the slave follows the hand.
     Event,
     /// The slave is re-engaging.
     Reengaging,
@@ -26,7 +26,7 @@ impl Shade {
     pub const ALL: [Self; 7] =
         [Self::Frozen, Self::Held, Self::Event, Self::Reengaging, Self::Insertion, Self::Hold, Self::Withdrawal];
 
-    /// Returns its name.
+    /// Returns the name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -40,7 +40,7 @@ impl Shade {
         }
     }
 
-    /// Returns its colour on white paper.
+    /// Returns the colour on white paper.
     #[must_use]
     pub fn color(self) -> Color {
         match self {
@@ -54,7 +54,7 @@ impl Shade {
         }
     }
 
-    /// Returns its colour as CSS for a page.
+    /// Returns the colour as CSS for a page.
     #[must_use]
     pub fn css(self) -> String {
         self.color().css()

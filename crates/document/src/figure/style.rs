@@ -1,7 +1,7 @@
 //! Sizes, colours and line styles, in points (1/72 in).
 //!
-//! The colours are those of Okabe and Ito, which differ for the common forms of colour blindness; lines also differ in width and
-//! dashes, for print without colour. A colour has one meaning in all figures:
+//! The colours are by Okabe and Ito, distinguishable for the common forms of colour blindness. Lines also differ in
+//! width and dashes, for print without colour. A colour has one meaning in all figures:
 //!
 //! | colour | meaning |
 //! |---|---|
@@ -15,13 +15,14 @@
 //! | grey, pale | an event without a hold |
 //! | grey | ruptures, guides |
 //!
-//! Where a figure compares more than two lines of one kind, such as detectors, [`LINES`] goes on through the other colours.
+//! If a figure compares more than two lines of one kind, for example detectors, [`LINES`] continues with the other
+//! colours.
 
-/// A colour, as red, green and blue.
+/// A colour as red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Color(pub u8, pub u8, pub u8);
 
-/// The colours by their names in the theme of a page, which has a light and a dark one of each.
+/// The named colours of a page's theme, which has a light and a dark version of each.
 pub const NAMES: [(&str, Color); 10] = [
     ("page", WHITE),
     ("grid", GRID),
@@ -36,13 +37,14 @@ pub const NAMES: [(&str, Color); 10] = [
 ];
 
 impl Color {
-    /// Returns the colour as red, green and blue in hexadecimal digits.
+    /// Returns the colour in hexadecimal digits.
     #[must_use]
     pub fn hex(self) -> String {
         format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
 
-    /// Returns the colour as CSS for a page: the theme's colour of its name, at its coverage. Other colours are the same in any theme.
+    /// Returns the colour as CSS for a page: the theme's colour with the coverage. Colours without a name are the same
+    /// in every theme.
     #[must_use]
     pub fn css(self) -> String {
         if let Some((name, _)) = NAMES.iter().find(|(_, color)| *color == self) {
@@ -55,7 +57,7 @@ impl Color {
         NAMES[2..].iter().find_map(pale).unwrap_or_else(|| self.hex())
     }
 
-    /// Returns the colour on white paper at this coverage, 0 to 1.
+    /// Returns the colour on white paper with a coverage of 0 to 1.
     #[must_use]
     pub const fn pale(self, coverage: f64) -> Self {
         const fn mix(channel: u8, coverage: f64) -> u8 {
@@ -89,11 +91,11 @@ pub const PURPLE: Color = Color(0xcc, 0x79, 0xa7);
 /// The style of a line. Dashes are `(on, off, on, off …)`, empty for a solid line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
-    /// Its colour.
+    /// The colour.
     pub color: Color,
-    /// Its width in points.
+    /// The width in points.
     pub width: f64,
-    /// Its dashes in points.
+    /// The dashes in points.
     pub dashes: &'static [f64],
 }
 
@@ -117,24 +119,24 @@ pub const FRAME: Stroke = Stroke::solid(BLACK, 0.6);
 pub const MESH: Stroke = Stroke::solid(GRID, 0.5);
 /// The tissue.
 pub const TISSUE: Stroke = Stroke::solid(SKY, 2.4);
-/// The hand: the master, and the force that the operator feels.
+/// The hand: the master, and the felt force.
 pub const HAND: Stroke = Stroke::dashed(GREEN, 1.3, &[1.5, 1.7]);
 /// The hand of another run in the same axes.
 pub const HAND_OF_CLASSICAL: Stroke = Stroke::dashed(GREEN, 0.9, &[5.0, 2.5]);
-/// A run by classical teleoperation.
+/// A run with classical teleoperation.
 pub const CLASSICAL: Stroke = Stroke::dashed(BLUE, 1.1, &[6.0, 1.8]);
-/// A run by augmented teleoperation.
+/// A run with augmented teleoperation.
 pub const AUGMENTED: Stroke = Stroke::solid(VERMILION, 1.2);
-/// A result of the estimator, of the detector or of the analysis.
+/// A result of the estimator, the detector or the analysis.
 pub const COMPUTED: Stroke = Stroke::solid(BLACK, 0.9);
 /// A limit or a threshold.
 pub const LIMIT: Stroke = Stroke::dashed(PURPLE, 1.1, &[7.0, 2.5, 1.2, 2.5]);
-/// A guide such as a zero line.
+/// A guide, for example a zero line.
 pub const GUIDE: Stroke = Stroke::solid(GREY, 0.6);
 /// A rupture.
 pub const RUPTURE: Stroke = Stroke::dashed(GREY, 0.8, &[2.2, 2.2]);
 
-/// A style per line of one kind in the same axes.
+/// Styles for lines of one kind in the same axes.
 pub const LINES: [Stroke; 12] = [
     CLASSICAL,
     AUGMENTED,
@@ -150,8 +152,8 @@ pub const LINES: [Stroke; 12] = [
     Stroke::solid(BLACK, 0.5),
 ];
 
-/// Returns the styles of runs in the same axes: the first classical and the first augmented run have their own, the others follow
-/// in the order of [`LINES`].
+/// Returns the styles of runs in the same axes. The first classical and the first augmented run have fixed styles; the
+/// other runs follow in the order of [`LINES`].
 pub fn of_runs(is_augmented: impl IntoIterator<Item = bool>) -> Vec<Stroke> {
     let mut seen = [false; 2];
     let mut others = LINES[2..].iter().cycle();
@@ -172,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_page_has_the_theme_s_colour_at_its_coverage() {
+    fn a_colour_on_a_page_is_the_themes_colour_with_its_coverage() {
         assert_eq!(VERMILION.css(), "var(--vermilion)");
         assert_eq!(WHITE.css(), "var(--page)");
         assert_eq!(ORANGE.pale(0.34).css(), "color-mix(in srgb, var(--orange) 34%, transparent)");

@@ -14,7 +14,7 @@ use trocar_core::time::nearest_ticks;
 const MAX_JITTER_TICKS: u64 = 100_000;
 
 trocar_core::settings! {
-    /// The random delays and losses of a link.
+    /// Random delays and losses of a link.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Irregularity in "channel." {
         /// Maximum extra random delay of each sample, in both directions; a sample that arrives after a later one is
@@ -22,13 +22,13 @@ trocar_core::settings! {
         ///
         /// Uniformly distributed, in whole ticks.
         jitter_s: f64 [NON_NEGATIVE] = 0.0,
-        /// Probability that a sample is lost, in both directions; the receiver holds the last one.
+        /// Probability that a sample is lost, in both directions; the receiver holds the last sample.
         loss: f64 [SHARE] = 0.0,
     }
 }
 
 impl Irregularity {
-    /// Checks the stated ranges of the fields, on ticks of `tick_s` (s).
+    /// Checks the ranges of the fields for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -38,13 +38,13 @@ impl Irregularity {
         require("channel.jitter_s", self.jitter_s, held, "at most 100000 ticks").map(drop)
     }
 
-    /// Maximum extra delay in ticks of `tick_s` (s).
+    /// The maximum extra delay in ticks of `tick_s`.
     #[must_use]
     pub fn jitter_ticks(&self, tick_s: f64) -> u64 {
         nearest_ticks(self.jitter_s, tick_s).min(MAX_JITTER_TICKS)
     }
 
-    /// Whether every sample arrives, with the same delay.
+    /// Returns true if every sample arrives with the same delay.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.jitter_s == 0.0 && self.loss == 0.0
@@ -58,11 +58,11 @@ struct Sent<L, const N: usize> {
     sample: [L; N],
 }
 
-/// One direction of an irregular link: of the samples that have arrived, the receiver holds the one sent last. A sample
+/// One direction of an irregular link. Of the samples that have arrived, the receiver holds the one sent last; a sample
 /// that arrives after a later one is dropped.
 #[derive(Debug, Clone)]
 pub(super) struct Irregular<L, const N: usize> {
-    /// The sample that arrives at each future tick; of several samples the one sent last.
+    /// The sample that arrives at each future tick; if several arrive, the one sent last.
     arriving: Box<[Sent<L, N>]>,
     held: Sent<L, N>,
     tick: u64,
@@ -72,7 +72,6 @@ pub(super) struct Irregular<L, const N: usize> {
     streams: Box<[ChaCha8Rng]>,
 }
 
-/// What is drawn for a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Draws {
     jitter_choices: f64,
@@ -84,17 +83,17 @@ impl Draws {
         Self { jitter_choices: (jitter_ticks + 1) as f64, loss: irregularity.loss }
     }
 
-    /// The extra delay of the next sample in ticks; `None` if it is lost.
+    /// Draws the extra delay of the next sample in ticks; `None` if it is lost.
     #[inline(always)]
     fn extra_ticks(&self, rng: &mut ChaCha8Rng) -> Option<u64> {
-        // Both are always drawn, so that one setting does not change the random numbers of the other.
+        // Both numbers are always drawn, so that one setting does not change the random numbers of the other.
         let (loss_draw, jitter_draw) = (rng.random::<f64>(), rng.random::<f64>());
         (loss_draw >= self.loss).then_some((jitter_draw * self.jitter_choices) as u64)
     }
 }
 
-/// The delays of one direction's samples, tick by tick, without the samples: those that a [`Delay`](super::Delay) of the
-/// same settings gives its first lane.
+/// The delays of one direction, tick by tick, equal to the delays of the first lane of a [`Delay`](super::Delay) with
+/// the same settings.
 #[derive(Debug, Clone)]
 pub struct SampleDelays {
     tick: u64,
@@ -105,7 +104,7 @@ pub struct SampleDelays {
 }
 
 impl SampleDelays {
-    /// The delays around `delay_ticks` on ticks of `tick_s` (s); `random` is `(seed, stream)`.
+    /// Creates the delays around `delay_ticks` for ticks of `tick_s`, with random `(seed, stream)`.
     #[must_use]
     pub fn new(
         (irregularity, schedule): (&Irregularity, &Schedule),
@@ -142,11 +141,10 @@ fn random_stream(seed: u64, stream: u64) -> ChaCha8Rng {
     rng
 }
 
-/// The stamp of an empty entry.
 const NEVER: f64 = -1.0;
 
 impl<L: Lane, const N: usize> Irregular<L, N> {
-    /// A link on ticks of `tick_s` (s); lane `i` uses stream `first_stream + i` of `seed`.
+    /// Creates a link on ticks of `tick_s`; lane `i` uses stream `first_stream + i` of `seed`.
     pub(super) fn new(
         (irregularity, schedule): (&Irregularity, &Schedule),
         (delay_ticks, tick_s): (u64, f64),
@@ -168,12 +166,11 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
         }
     }
 
-    /// Maximum delay in ticks of a sample that arrives.
     pub(super) fn longest_ticks(&self) -> u64 {
         self.arriving.len() as u64 - 1
     }
 
-    /// Sends a sample and returns the one that the receiver holds.
+    /// Sends a sample and returns the sample that the receiver holds.
     pub(super) fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
         let places = self.arriving.len() as u64;
         let stamp = self.tick as f64;
@@ -236,7 +233,7 @@ mod tests {
 
     use super::*;
 
-    /// The sample that the receiver holds at each tick, where tick `k` sends `k`; -7 before the first arrival.
+    /// The sample held at each tick if tick `k` sends `k`; -7 before the first arrival.
     fn held(jitter_s: f64, loss: f64, delay_ticks: u64, seed: u64) -> Vec<f64> {
         scheduled(Irregularity { jitter_s, loss }, &Schedule::default(), delay_ticks, seed)
     }
@@ -247,14 +244,14 @@ mod tests {
     }
 
     #[test]
-    fn without_irregularity_it_is_the_delay() {
+    fn without_irregularity_a_link_is_a_plain_delay() {
         let held = held(0.0, 0.0, 3, 1);
         assert_eq!(held[..5], [-7.0, -7.0, -7.0, 0.0, 1.0]);
         assert_eq!(held[19_999], 19_996.0);
     }
 
     #[test]
-    fn lost_samples_are_held_over_as_often_as_they_are_lost() {
+    fn the_receiver_holds_the_last_sample_as_often_as_samples_are_lost() {
         let held = held(0.0, 0.1, 2, 1);
         let over = held[10..].windows(2).filter(|pair| pair[0] == pair[1]).count();
         assert!((1850..=2150).contains(&over), "{over} of 19989 at 10 %");
@@ -262,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn jitter_delays_within_its_bounds_and_never_goes_back() {
+    fn jitter_stays_within_its_bounds_and_never_reorders_samples() {
         let held = held(5e-3, 0.0, 2, 1);
         for (tick, pair) in held.windows(2).enumerate().skip(20) {
             assert!(pair[1] >= pair[0], "an older sample was taken at {tick}");
@@ -274,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn delays_without_samples_are_those_of_the_samples() {
+    fn delays_without_samples_equal_the_delays_of_samples() {
         let uneven = Irregularity { jitter_s: 5e-3, loss: 0.2 };
         let logged = Schedule::new(Arc::from([6, 2, Schedule::LOST, 4]), std::iter::once(300..350).collect());
         for schedule in [Schedule::default(), dead(10..15), logged] {
@@ -307,16 +304,16 @@ mod tests {
     }
 
     #[test]
-    fn what_is_sent_in_an_outage_never_arrives() {
+    fn samples_sent_in_an_outage_never_arrive() {
         let outage = dead(10..15);
         let held = scheduled(Irregularity::default(), &outage, 3, 1);
-        // The sample of tick 9 is held until that of tick 15 arrives.
+        // The sample of tick 9 is held until the sample of tick 15 arrives.
         assert_eq!(held[11..19], [8.0, 9.0, 9.0, 9.0, 9.0, 9.0, 9.0, 15.0]);
         assert_eq!(held[19_999], 19_996.0);
     }
 
     #[test]
-    fn an_outage_does_not_change_what_happens_to_others() {
+    fn an_outage_does_not_change_the_delays_of_other_samples() {
         let uneven = Irregularity { jitter_s: 5e-3, loss: 0.2 };
         let (without, with) = (scheduled(uneven, &Schedule::default(), 2, 1), scheduled(uneven, &dead(500..800), 2, 1));
         assert_eq!(without[..502], with[..502]);
@@ -325,15 +322,16 @@ mod tests {
     }
 
     #[test]
-    fn logged_delays_are_kept_and_a_sample_that_was_overtaken_is_dropped() {
-        // 0 takes 6 ticks and is overtaken by 1, which takes 2; 2 is lost; 3 and 4 arrive together.
+    fn logged_delays_are_kept_and_an_overtaken_sample_is_dropped() {
+        // Sample 0 takes 6 ticks and is overtaken by sample 1, which takes 2. Sample 2 is lost; 3 and 4 arrive
+        // together.
         let logged = Schedule::new(Arc::from([6, 2, Schedule::LOST, 4, 3, 3]), Arc::default());
         let held = scheduled(Irregularity::default(), &logged, 0, 1);
         assert_eq!(held[..10], [-7.0, -7.0, -7.0, 1.0, 1.0, 1.0, 1.0, 4.0, 5.0, 6.0]);
     }
 
     #[test]
-    fn jitter_comes_on_top_of_logged_delays() {
+    fn jitter_is_added_to_logged_delays() {
         let logged = Schedule::new(Arc::from([10]), Arc::default());
         let held = scheduled(Irregularity { jitter_s: 5e-3, loss: 0.0 }, &logged, 0, 1);
         let ages: Vec<f64> = held.iter().zip(0..).map(|(&sent, tick)| f64::from(tick) - sent).skip(30).collect();
@@ -342,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dead_link_holds_the_start_and_seeds_differ() {
+    fn a_dead_link_holds_the_initial_sample_and_seeds_differ() {
         assert!(held(0.0, 1.0, 0, 1).iter().all(|&sample| sample == -7.0));
         assert_eq!(held(3e-3, 0.2, 1, 1), held(3e-3, 0.2, 1, 1));
         assert_ne!(held(3e-3, 0.2, 1, 1), held(3e-3, 0.2, 1, 2));

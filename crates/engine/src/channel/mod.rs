@@ -1,4 +1,4 @@
-//! The link between the sides. Each direction delays its samples by whole ticks; the engine steps the remaining
+//! The link between the sides. Each direction delays its samples by whole ticks; the plants handle the remaining
 //! fraction of a tick.
 
 mod irregular;
@@ -10,18 +10,17 @@ pub use schedule::Schedule;
 use irregular::Irregular;
 use trocar_core::lane::{Lane, Mask};
 
-/// Maximum number of lanes with different delays.
 const MAX_LANES: usize = trocar_core::lane::LANES;
 
 /// Longest delay in ticks.
 pub const MAX_DELAY_TICKS: u64 = 1_000_000;
 
 trocar_core::settings! {
-    /// The delays of the link.
+    /// Delays of the link.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DelaySettings in "channel." {
-        /// Delay each way, of any length. It replaces forward_delay_s and backward_delay_s of a base; beside them, in the
-        /// same file, they have priority.
+        /// Delay each way, of any length; replaces the forward_delay_s and backward_delay_s of a base, but has lower
+        /// priority than them in the same file.
         delay_s: f64 [NON_NEGATIVE] = 0.0,
         /// Delay from master to slave, of any length; a sampled controller reads the samples that have arrived by its
         /// tick.
@@ -41,43 +40,43 @@ impl DelaySettings {
         [("channel.forward_delay_s", self.forward_delay_s), ("channel.backward_delay_s", self.backward_delay_s)]
     }
 
-    /// Whether a key is the delay of one way.
+    /// Returns true if a key is the delay of one way.
     #[must_use]
     pub fn is_one_way(key: &str) -> bool {
         matches!(key, "channel.forward_delay_s" | "channel.backward_delay_s")
     }
 }
 
-/// What the receiver has at a tick: the last sample that has arrived, of `N` numbers.
+/// The receiver's state at a tick: the last sample that has arrived, of `N` numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Arrival<L: Lane, const N: usize> {
-    /// The sample.
+    /// The last sample that has arrived.
     pub sample: [L; N],
-    /// Whether it has arrived at this tick.
+    /// Lanes in which it has arrived at this tick.
     pub is_fresh: L::Mask,
 }
 
-/// One direction of the link, for samples of `N` numbers. Until the first one arrives, the receiver has the initial
-/// one.
+/// One direction of the link, for samples of `N` numbers. The receiver holds the initial sample until the first
+/// arrival.
 #[derive(Debug, Clone)]
 pub struct Delay<L: Lane, const N: usize> {
     line: Box<[[L; N]]>,
     next: usize,
-    /// The delay of each lane in ticks, if they differ: at least 1 and at most the length of the line.
+    /// Delay of each lane in ticks, if the lanes differ: from 1 to the length of the line.
     own_ticks: Option<Box<[usize]>>,
     irregular: Option<Box<Irregular<L, N>>>,
 }
 
 impl<L: Lane, const N: usize> Delay<L, N> {
-    /// A delay of `ticks` (0: the same tick; limited to [`MAX_DELAY_TICKS`]) holding `initial`.
+    /// Creates a delay of `ticks` (0: the same tick; limited to [`MAX_DELAY_TICKS`]) that holds `initial`.
     #[must_use]
     pub fn new(ticks: u64, initial: [L; N]) -> Self {
         let line = vec![initial; ticks.min(MAX_DELAY_TICKS) as usize].into_boxed_slice();
         Self { line, next: 0, own_ticks: None, irregular: None }
     }
 
-    /// Adds random and scheduled delays and losses, on ticks of `tick_s` (s). `random` is `(seed, first_stream)`: lane
-    /// `i` uses stream `first_stream + i` of the seed.
+    /// Adds random and scheduled delays and losses for ticks of `tick_s`. `random` is `(seed, first_stream)`; lane `i`
+    /// uses stream `first_stream + i`.
     #[must_use]
     pub fn irregular(
         mut self,
@@ -93,7 +92,7 @@ impl<L: Lane, const N: usize> Delay<L, N> {
         self
     }
 
-    /// Whether a sample arrives at the tick that sends it.
+    /// Returns true if a sample arrives at the tick that sends it.
     #[must_use]
     pub fn is_immediate(&self) -> bool {
         self.line.is_empty() && self.irregular.is_none()
@@ -105,7 +104,7 @@ impl<L: Lane, const N: usize> Delay<L, N> {
         self.irregular.as_ref().map_or(self.line.len() as u64, |link| link.longest_ticks())
     }
 
-    /// Sends a sample and returns the one that arrives.
+    /// Sends a sample and returns the sample that arrives.
     #[inline(always)]
     pub fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
         if let Some(link) = &mut self.irregular {
@@ -135,7 +134,7 @@ impl<L: Lane, const N: usize> Delay<L, N> {
 impl<const N: usize> trocar_core::lane::Gather for Delay<f64, N> {
     type Of<L: Lane> = Delay<L, N>;
 
-    /// Delays of at least one tick may differ: the line is then as long as the longest delay.
+    /// Lanes may have different delays of at least one tick; the line is then as long as the longest delay.
     fn gather<L: Lane>(all: [&Self; trocar_core::lane::LANES]) -> Option<Delay<L, N>> {
         use trocar_core::lane::Gather;
         let lengths = trocar_core::lane::of_each!(all, |one| one.line.len());
@@ -147,7 +146,7 @@ impl<const N: usize> trocar_core::lane::Gather for Delay<f64, N> {
             let line = Gather::gather(trocar_core::lane::of_each!(all, |one| &one.line))?;
             return Some(Delay { line, next: 0, own_ticks: None, irregular });
         }
-        // Nothing has been sent yet: every entry of a line is the initial sample.
+        // Nothing has been sent yet, so every entry of a line is the initial sample.
         let initial: [L; N] = Gather::gather(trocar_core::lane::of_each!(all, |one| one.line.first()?))?;
         let longest = lengths.into_iter().max().unwrap_or(0);
         let line = vec![initial; longest].into_boxed_slice();
@@ -198,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn every_number_of_a_sample_arrives_in_its_place() {
+    fn every_number_of_a_sample_arrives_at_its_position() {
         let mut delay = Delay::new(2, [0.1, 0.2, 0.3]);
         delay.exchange([1.0, 2.0, 3.0]);
         assert_eq!(delay.exchange([4.0, 5.0, 6.0]).sample, [0.1, 0.2, 0.3]);
@@ -207,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn the_delays_of_both_ways_have_their_keys() {
+    fn each_delay_has_its_key() {
         let settings = DelaySettings { delay_s: 0.0, forward_delay_s: 0.01, backward_delay_s: 0.02 };
         let ways = [("channel.forward_delay_s", 0.01), ("channel.backward_delay_s", 0.02)];
         assert_eq!(settings.of_each_way(), ways);
@@ -219,7 +218,7 @@ mod tests {
 
     #[cfg(target_arch = "x86_64")]
     #[test]
-    fn lanes_with_different_delays_receive_what_each_would_alone() {
+    fn lanes_with_different_delays_receive_the_same_samples_as_single_runs() {
         use crate::engine::{Avx2, InstructionSet};
         use trocar_core::lane::Gather;
         if !InstructionSet::Avx2.is_available() {

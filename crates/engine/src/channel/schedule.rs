@@ -16,33 +16,34 @@ impl Schedule {
     /// The delay of a sample that never arrives.
     pub const LOST: u32 = u32::MAX;
 
-    /// A schedule. `delays` is the delay in whole ticks of the sample of each tick (limited to [`MAX_DELAY_TICKS`]), or
-    /// [`Schedule::LOST`]. The last one applies to all later samples; without any, every sample has the link's delay.
-    /// Samples sent in an outage are lost; outages ascend and do not overlap.
+    /// Creates a schedule. `delays` holds the delay in whole ticks of the sample of each tick (limited to
+    /// [`MAX_DELAY_TICKS`]), or [`Schedule::LOST`]. The last delay applies to all later samples; without delays every
+    /// sample has the link's delay. Samples sent in an outage are lost. Outages must be ascending and must not overlap.
     #[must_use]
     pub fn new(delays: Arc<[u32]>, outages: Arc<[Range<u64>]>) -> Self {
         Self { delays, outages }
     }
 
-    /// Whether it has no effect.
+    /// Returns true if the schedule has no effect.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.delays.is_empty() && self.outages.is_empty()
     }
 
-    /// Whether it has delays of its own.
+    /// Returns true if the schedule contains delays.
     #[must_use]
     pub fn has_delays(&self) -> bool {
         !self.delays.is_empty()
     }
 
-    /// Whether it has outages.
+    /// Returns true if the schedule contains outages.
     #[must_use]
     pub fn has_outages(&self) -> bool {
         !self.outages.is_empty()
     }
 
-    /// The schedule of a link that goes on until `until` as it was from tick `from` to `to`: those delays repeat. Outages do not.
+    /// Extends the schedule to tick `until` by repeating the delays of the ticks `from` to `to`. Outages are not
+    /// repeated.
     #[must_use]
     pub fn repeating(&self, from: u64, to: u64, until: u64) -> Self {
         let Some(&last) = self.delays.last().filter(|_| from < to) else { return self.clone() };
@@ -53,14 +54,14 @@ impl Schedule {
         Self { delays: (0..until.max(to)).map(delay).collect(), outages: self.outages.clone() }
     }
 
-    /// Minimum and maximum age in ticks of the sample that the receiver holds, from the first arrival on: of the samples that
-    /// have arrived, the one sent last. `None` without scheduled delays, and if nothing bounds the age because the last
-    /// sample, and with it all later ones, is lost.
+    /// Minimum and maximum age in ticks of the sample that the receiver holds, from the first arrival on: of the
+    /// samples that have arrived, the one sent last. `None` without scheduled delays, and if the age is unbounded,
+    /// because the last sample and all later samples are lost.
     #[must_use]
     pub fn ages(&self) -> Option<(u64, u64)> {
         let last = arriving(*self.delays.last()?)?;
         let end = self.delays.len() + last as usize;
-        // The sample sent last of those that arrive at a tick.
+        // The last sent of the samples that arrive at each tick.
         let mut arrived = vec![None; end];
         for (sent, delay) in self.delays.iter().enumerate() {
             if let Some(place) = arriving(*delay).and_then(|delay| arrived.get_mut(sent + delay as usize)) {
@@ -68,7 +69,7 @@ impl Schedule {
             }
         }
         let mut held = None;
-        // From the end of the file on it is the last delay.
+        // After the end of the list the age is the last delay.
         let mut range = (last, last);
         for (tick, arrived) in arrived.into_iter().enumerate() {
             held = held.max(arrived);
@@ -80,18 +81,17 @@ impl Schedule {
         Some(range)
     }
 
-    /// The longest delay in ticks; `own` without scheduled delays.
+    /// The longest delay in ticks; the link's delay `own` without scheduled delays.
     pub(super) fn longest(&self, own: u64) -> u64 {
         self.delays.iter().filter_map(|&delay| arriving(delay)).max().unwrap_or(own)
     }
 }
 
-/// The ticks of a delay; `None` for a lost sample.
 fn arriving(delay: u32) -> Option<u64> {
     (delay != Schedule::LOST).then(|| u64::from(delay).min(MAX_DELAY_TICKS))
 }
 
-/// A schedule with its position, read tick by tick.
+/// A schedule that is read tick by tick.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Running {
     schedule: Schedule,
@@ -104,8 +104,8 @@ impl Running {
         Self { schedule, outage: 0 }
     }
 
-    /// The delay in ticks of the sample sent at `tick`, where the link's delay is `own`; `None` if the sample is lost.
-    /// `tick` must not decrease from call to call.
+    /// Returns the delay in ticks of the sample sent at `tick`, `None` if it is lost. `own` is the link's delay. `tick`
+    /// must not decrease from call to call.
     pub(super) fn delay(&mut self, tick: u64, own: u64) -> Option<u64> {
         let Schedule { delays, outages } = &self.schedule;
         while outages.get(self.outage).is_some_and(|outage| outage.end <= tick) {
@@ -128,21 +128,21 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_one_changes_nothing() {
+    fn an_empty_schedule_changes_nothing() {
         assert!(Schedule::default().is_empty());
         assert_eq!(delays(Schedule::default(), 3), [Some(7); 3]);
         assert_eq!(Schedule::default().longest(7), 7);
     }
 
     #[test]
-    fn an_outage_swallows_from_its_begin_to_before_its_end() {
+    fn an_outage_loses_samples_from_its_begin_to_before_its_end() {
         // Two adjacent outages, an empty one, and one that outlasts the run.
         let schedule = Schedule::new(Arc::default(), Arc::from([1..2, 2..3, 4..4, 5..99]));
         assert_eq!(delays(schedule, 7), [Some(7), None, None, Some(7), Some(7), None, None]);
     }
 
     #[test]
-    fn logged_delays_replace_the_links_own_and_the_last_holds_on() {
+    fn logged_delays_replace_the_links_delay_and_the_last_one_persists() {
         let schedule = Schedule::new(Arc::from([3, Schedule::LOST, 0]), Arc::default());
         assert_eq!(schedule.longest(7), 3);
         assert_eq!(delays(schedule, 5), [Some(3), None, Some(0), Some(0), Some(0)]);
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_that_goes_on_repeats_its_last_delays() {
+    fn a_continued_link_repeats_its_last_delays() {
         let outages: Arc<[Range<u64>]> = std::iter::once(1..2).collect();
         let schedule = Schedule::new(Arc::from([3, 4, 5, 6]), outages.clone()).repeating(1, 3, 8);
         assert_eq!(delays(schedule, 8), [3, 0, 5, 4, 5, 4, 5, 4].map(|delay| Some(delay).filter(|&delay| delay > 0)));
@@ -163,27 +163,27 @@ mod tests {
     }
 
     #[test]
-    fn a_link_repeats_from_the_first_tick_of_the_period_and_not_at_all_without_one() {
+    fn a_link_repeats_from_the_first_tick_of_the_period_and_not_without_a_period() {
         let schedule = Schedule::new(Arc::from([9, 1, 2, 3, 8]), Arc::default());
         assert_eq!(delays(schedule.repeating(1, 4, 9), 9), [9, 1, 2, 3, 1, 2, 3, 1, 2].map(Some));
         assert_eq!(schedule.repeating(2, 2, 9), schedule);
     }
 
     #[test]
-    fn ages_are_those_of_the_latest_sample_that_has_arrived() {
+    fn ages_are_the_ages_of_the_latest_sample_that_has_arrived() {
         let ages = |delays: &[u32]| Schedule::new(delays.into(), Arc::default()).ages();
         assert_eq!(ages(&[3]), Some((3, 3)));
         // The second sample overtakes the first; at tick 4 it is still the latest, 3 ticks old.
         assert_eq!(ages(&[6, 2, 4, 2, 2]), Some((2, 3)));
-        // A lost sample makes that before it older.
+        // A lost sample increases the age of the sample before.
         assert_eq!(ages(&[1, 1, Schedule::LOST, Schedule::LOST, 1]), Some((1, 3)));
-        // The delay after the end of the file counts too: the sample before is held until then.
+        // The delay after the end of the list counts too: until then the sample before is held.
         assert_eq!(ages(&[1, 5]), Some((1, 5)));
         assert_eq!((ages(&[1, Schedule::LOST]), ages(&[])), (None, None));
     }
 
     #[test]
-    fn a_schedule_tells_whether_it_has_delays_and_outages() {
+    fn a_schedule_reports_whether_it_has_delays_and_outages() {
         let has = |schedule: &Schedule| (schedule.has_delays(), schedule.has_outages(), schedule.is_empty());
         let outages: Arc<[Range<u64>]> = std::iter::once(1..2).collect();
         assert_eq!(has(&Schedule::default()), (false, false, true));

@@ -1,4 +1,4 @@
-//! A role that is played by a built-in part or by one of the user's own.
+//! A role that is filled by a built-in or a user-defined part.
 
 use super::{IntegrationError, MasterReading, Plants, SlaveReading};
 use crate::operator::Operator;
@@ -8,17 +8,17 @@ use trocar_core::augmentation::{AugmentedTick, ForceLaw, ModeChange, Modes, Moti
 use trocar_core::detector::{Decision, Detector, Evidence};
 use trocar_core::estimation::{Estimate, Estimator};
 
-/// A built-in part, whose code is within the tick, or another one of the same trait, which is called.
+/// A built-in part, which is inlined in the tick, or a user-defined part, which is called dynamically.
 pub enum BuiltInOr<B, D: ?Sized> {
     /// A built-in part.
     BuiltIn(B),
-    /// One of the user's own.
+    /// A user-defined part.
     Own(Box<D>),
 }
 
 trocar_core::variants!(each of BuiltInOr { BuiltIn, Own });
 
-/// Implements a trait for a built-in part or another one by the methods of the one that is there.
+/// Implements a trait by delegation to the contained part.
 macro_rules! by_the_part_that_is_there {
     ($Trait:ident { $(fn $name:ident($($reference:tt)+) ($($argument:ident: $Type:ty),*) $(-> $Result:ty)?;)* }) => {
         impl<B: $Trait<f64>> $Trait<f64> for BuiltInOr<B, dyn $Trait<f64> + Send> {
@@ -68,7 +68,7 @@ by_the_part_that_is_there!(Connection {
     fn limit_reference(&mut self)(reference_m: f64, slave: &AtSlave<f64>) -> f64;
     fn to_master(&mut self)(mode: Modes<f64>, slave: &AtSlave<f64>, master: &AtMaster<f64>) -> (Modes<f64>, f64);
     fn limit(&mut self)(force_n: f64, master: &AtMaster<f64>) -> f64;
-    fn apply_compliance(&self)(reference_m: f64, tissue_force_n: f64) -> f64;
+    fn deflection_m(&self)(tissue_force_n: f64) -> f64;
     fn report(&self)(index: usize) -> Option<LinkReport>;
 });
 
@@ -86,5 +86,5 @@ by_the_part_that_is_there!(ForceLaw {
 by_the_part_that_is_there!(Plants {
     fn master(&self)() -> MasterReading<f64>;
     fn slave(&self)() -> SlaveReading<f64>;
-    fn step(&mut self)(desired: f64, desired_next: f64, feedback: f64, reference: f64) -> Result<(), IntegrationError>;
+    fn step(&mut self)(desired: f64, desired_next: f64, feedback: f64, reference: f64, deflection: f64) -> Result<(), IntegrationError>;
 });

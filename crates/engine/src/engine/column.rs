@@ -1,17 +1,17 @@
 //! A column of a trace: its declaration and its values.
 
-/// A column of a trace.
+/// Declaration of a column of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TraceColumn {
-    /// Its name, also in files.
+    /// Name, also in files.
     pub name: &'static str,
-    /// Its unit; empty for codes.
+    /// Unit; empty for codes.
     pub unit: &'static str,
-    /// Its meaning, in one sentence.
+    /// Meaning, in one sentence.
     pub meaning: &'static str,
 }
 
-/// The values of a column, borrowed or owned.
+/// Values of a column, borrowed or owned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ColumnValues<Numbers, Codes> {
     /// Numbers in the column's unit.

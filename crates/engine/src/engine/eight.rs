@@ -1,14 +1,15 @@
 //! Eight lanes in the registers of an instruction set.
 //!
-//! Every operation is that of `f64`, lane by lane: no fused multiply-add, no reassociation, `min` and `max` with the
-//! same order of arguments. So the results are identical, bit for bit, to those of a single run.
+//! Every operation equals the operation of `f64`, lane by lane: no fused multiply-add, no reassociation, `min` and
+//! `max` with the same order of arguments. The results are therefore identical, bit for bit, to the results of a single
+//! run.
 
 use core::fmt::{self, Debug, Formatter};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use trocar_core::lane::{LANES, Lane, Mask};
 
-/// Defines a number and a mask of eight lanes by the operations of a module of intrinsics, in the listed parts.
+/// Defines a number and a mask of eight lanes by the intrinsics of a module, in the listed parts.
 macro_rules! eight {
     ($(#[$doc:meta])* $Number:ident, $Truth:ident, $arch:ident, $count:literal: $($part:literal)*) => {
         $(#[$doc])*
@@ -21,8 +22,8 @@ macro_rules! eight {
         pub struct $Truth([$arch::Truth; $count]);
 
         #[allow(unsafe_code, unused_unsafe, reason = "intrinsics; such a number is built only after a check for the instructions")]
-        // SAFETY, for the whole block: numbers of this kind are built only for packs of runs, in `trocar-studies`, after a check that the
-        // machine has the instructions. The intrinsics have no other condition.
+        // SAFETY, for the whole block: `trocar-studies` creates these numbers only for packs of runs, after a check
+        // that the machine has the instructions. The intrinsics have no other condition.
         const _: () = {
             impl $Number {
                 #[inline(always)]

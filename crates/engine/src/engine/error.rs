@@ -5,28 +5,28 @@ use thiserror::Error;
 use super::IntegrationError;
 use crate::tissue::TissueFailure;
 
-/// Why a run ends without a result.
+/// The reason why a run ends without a result.
 #[derive(Debug, Error)]
 pub enum EngineError {
     /// The numerical integration failed.
     #[error(transparent)]
     Integration(#[from] IntegrationError),
-    /// The tissue cannot go on.
+    /// The tissue has failed.
     #[error(transparent)]
     Tissue(#[from] TissueFailure),
-    /// A part of the user's own returned a number that is not finite.
+    /// A user-defined part returned a number that is not finite.
     #[error(transparent)]
     Part(#[from] InvalidPart),
 }
 
-/// A part of the user's own returned a number that is not finite.
+/// A user-defined part returned a number that is not finite.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("the {roles} of your own returned a number that is not finite at {time_s} s (tick {tick})")]
 pub struct InvalidPart {
-    /// The role, or those of which one is the cause.
+    /// The role of the part; several roles if any of them can be the cause.
     pub roles: String,
-    /// The tick.
+    /// Tick at which it happened.
     pub tick: u64,
-    /// Its time in s.
+    /// Time of the tick in s.
     pub time_s: f64,
 }

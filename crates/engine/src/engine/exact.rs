@@ -4,12 +4,12 @@ use super::{IntegrationError, MasterReading, Plants, SlaveReading};
 use crate::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 use trocar_core::lane::{Gather, LANES, Lane, by_index, of_each};
 
-/// Rows of the master's matrix: `x_h, v_h, x_a, v_a`; the force integral and, additionally, `F_h` at the next tick.
+/// Rows of the master's matrix: `x_h, v_h, x_a, v_a`; then the force integral and `F_h` at the next tick.
 const MOTION_ROWS: usize = MASTER_STATES - 1;
 const FORCE_ROWS: usize = 2;
 /// Columns: the states, `x_d` now and next, `F_ed`.
 const MASTER_COLUMNS: usize = MASTER_STATES + 3;
-/// Rows of the slave's matrix, an even number so that pairs fill a vector register; the last is 0.
+/// Rows of the slave's matrix. An even number, so that pairs fill a vector register; the last row is 0.
 const SLAVE_ROWS: usize = SLAVE_STATES + 1;
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
@@ -39,25 +39,25 @@ impl<L: Lane> Coefficient<L> for Shared {
 
 /// Both plants as two matrices, column by column, and their states.
 ///
-/// A tick reads mostly the matrices. If all lanes have the same machines the entries are [`Shared`], an eighth of the
-/// size. The alignment keeps each vector within a cache line. The order keeps the states apart: adjacent states would
-/// be written and read as one vector, with other bounds than at the tick before, and the reads would wait for the store
-/// buffer.
+/// A tick reads mostly the matrices. If all lanes have the same machines, the entries are [`Shared`], an eighth of the
+/// size. The alignment keeps each vector within a cache line. The field order separates the states: adjacent states
+/// would be written and read as one vector, with other bounds than at the tick before, and the reads would stall on the
+/// store buffer.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct ExactPlants<L, C = L> {
-    /// The master's rows for its motion.
+    /// Rows of the master for its motion.
     motion: [[C; MOTION_ROWS]; MASTER_COLUMNS],
     motion_state: [L; MOTION_ROWS],
     slave: [[C; SLAVE_ROWS]; SLAVE_COLUMNS],
     slave_state: [L; SLAVE_ROWS],
-    /// The master's other rows: the force integral and `F_h`.
+    /// Rows of the master for the force integral and `F_h`.
     forces: [[C; FORCE_ROWS]; MASTER_COLUMNS],
     force_state: [L; FORCE_ROWS],
 }
 
 impl<L: Lane> ExactPlants<L> {
-    /// Both plants at rest: master and arm at `master_m`, the slave at the reference `reference_m` (m).
+    /// Creates both plants at rest: master and arm at `master_m`, the slave at `reference_m`.
     #[must_use]
     pub fn new(master: &MasterStep, slave: &SlaveStep, master_m: f64, reference_m: f64) -> Self {
         let motion =
@@ -109,14 +109,12 @@ impl<L: Lane> ForceColumn<L> {
 }
 
 impl<L: Lane> ExactPlants<L> {
-    /// Adds the effect of a force (N) on the master.
     #[inline(always)]
     pub(super) fn add_force(&mut self, column: &ForceColumn<L>, force: L) {
         self.motion_state = by_index!(MOTION_ROWS, |i| self.motion_state[i] + column.motion[i] * force);
         self.force_state = by_index!(FORCE_ROWS, |i| self.force_state[i] + column.forces[i] * force);
     }
 
-    /// Adds the effect of a change of the reference (m) on the slave.
     #[inline(always)]
     pub(super) fn add_reference(&mut self, column: &[L; SLAVE_STATES], reference: L) {
         let [x_e, v_e, third] = by_index!(SLAVE_STATES, |i| self.slave_state[i] + column[i] * reference);
@@ -124,8 +122,8 @@ impl<L: Lane> ExactPlants<L> {
     }
 }
 
-/// `Σ_j columns[j] · inputs[j]` as two sums, over even and over odd `j`, added at the end: half the latency, in a fixed
-/// order.
+/// Returns `Σ_j columns[j] · inputs[j]` as two sums, over even and odd `j`, added at the end: half the latency, in a
+/// fixed order.
 #[inline(always)]
 pub(super) fn combine<L: Lane, C: Coefficient<L>, const ROWS: usize, const COLUMNS: usize>(
     columns: &[[C; ROWS]; COLUMNS],
@@ -158,15 +156,22 @@ impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
     }
 
     #[inline(always)]
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError> {
         let ([x_h, v_h, x_a, v_a], [integral, _]) = (self.motion_state, self.force_state);
         let inputs = [x_h, v_h, x_a, v_a, integral, desired, desired_next, feedback];
         self.motion_state = combine(&self.motion, inputs);
         self.force_state = combine(&self.forces, inputs);
         let [x_e, v_e, third, _] = self.slave_state;
-        self.slave_state = combine(&self.slave, [x_e, v_e, third, reference]);
+        self.slave_state = combine(&self.slave, [x_e, v_e, third, reference - deflection]);
         if L::WIDTH > 1 {
-            // Each row fills a register: the padding row need not be computed.
+            // The rows fill registers, so the padding row need not be computed.
             self.slave_state[SLAVE_STATES] = L::zero();
         }
         Ok(())
@@ -174,7 +179,7 @@ impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
 }
 
 impl ExactPlants<f64> {
-    /// Combines eight cases with the same machines; `None` if they differ in any bit.
+    /// Combines eight plants with the same machines; `None` if they differ in any bit.
     fn gather_alike<L: Lane>(all: [&Self; LANES]) -> Option<ExactPlants<L, Shared>> {
         fn same<const ROWS: usize, const COLUMNS: usize>(
             a: &[[f64; ROWS]; COLUMNS],
@@ -198,19 +203,19 @@ impl ExactPlants<f64> {
     }
 }
 
-/// The plants of eight cases. One type for both, so that an engine is compiled once: the branch in each tick costs less
-/// than a second copy of every run.
+/// The plants of eight cases. One type covers both kinds, so an engine is compiled once: the branch in each tick costs
+/// less than a second copy of every run.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "the machines of eight cases each are eight times as large")]
 pub enum GatheredPlants<L> {
     /// All cases have the same machines.
     Alike(ExactPlants<L, Shared>),
-    /// Each case has its own.
+    /// Each case has different machines.
     Different(ExactPlants<L>),
 }
 
 impl<L: Lane> GatheredPlants<L> {
-    /// The plants of eight cases, the first in lane 0.
+    /// Combines the plants of eight cases, the first in lane 0.
     pub fn gather(all: [&ExactPlants<f64>; LANES]) -> Option<Self> {
         ExactPlants::gather_alike(all).map(Self::Alike).or_else(|| ExactPlants::gather(all).map(Self::Different))
     }
@@ -234,10 +239,17 @@ impl<L: Lane> Plants<L> for GatheredPlants<L> {
     }
 
     #[inline(always)]
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError> {
         match self {
-            Self::Alike(plants) => plants.step(desired, desired_next, feedback, reference),
-            Self::Different(plants) => plants.step(desired, desired_next, feedback, reference),
+            Self::Alike(plants) => plants.step(desired, desired_next, feedback, reference, deflection),
+            Self::Different(plants) => plants.step(desired, desired_next, feedback, reference, deflection),
         }
     }
 }

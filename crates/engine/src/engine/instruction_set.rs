@@ -1,21 +1,21 @@
 //! The instruction set, chosen at run time.
 //!
-//! The same source is compiled for several instruction sets. All give the same bits: no fused multiply-add is enabled,
-//! and sums keep their order.
+//! The same source is compiled for several instruction sets. All give the same bits, because no fused multiply-add is
+//! enabled and sums keep their order.
 
 #[cfg(target_arch = "x86_64")]
 use super::{Avx2, Avx512};
 use super::{Engine, EngineError, EventObserver, Happening, Observer, Plants, Wiring};
 use trocar_core::lane::Lane;
 
-/// The instruction set for several cases. All give the same bits.
+/// The instruction set for several cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InstructionSet {
     /// Eight lanes, eight numbers in a register.
     Avx512,
     /// Eight lanes, four numbers in a register.
     Avx2,
-    /// One case after another, with the baseline instructions (SSE2 on x86-64), where lanes would not be faster.
+    /// One case after another, with the baseline instructions (SSE2 on x86-64), which lanes would not speed up.
     Baseline,
 }
 
@@ -23,7 +23,7 @@ impl InstructionSet {
     /// All instruction sets, the widest first.
     pub const ALL: [Self; 3] = [Self::Avx512, Self::Avx2, Self::Baseline];
 
-    /// Whether this machine supports it.
+    /// Returns true if this machine supports the instruction set.
     #[must_use]
     pub fn is_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]
@@ -42,14 +42,14 @@ impl InstructionSet {
         }
     }
 
-    /// The widest that this machine supports.
+    /// The widest instruction set that this machine supports.
     #[must_use]
     pub fn widest() -> Self {
         Self::ALL.into_iter().find(|set| set.is_available()).unwrap_or(Self::Baseline)
     }
 }
 
-/// Runs an engine in wider registers if the machine has them, compiled for its observer.
+/// Runs an engine, compiled for its observer, in wider registers if the machine has them.
 #[cfg_attr(target_arch = "x86_64", allow(unsafe_code, reason = "calls a function compiled for an instruction set"))]
 pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     engine: &mut Engine<P, W>,
@@ -63,7 +63,7 @@ pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     run_portably(engine, observer)
 }
 
-/// Runs an engine in the registers of every machine. The observer is called dynamically.
+/// Runs an engine in the registers that every machine has, with a dynamically called observer.
 #[inline(never)]
 pub(super) fn run_portably<P: Plants<W::Lane>, W: Wiring>(
     engine: &mut Engine<P, W>,
@@ -86,7 +86,7 @@ pub trait Wide: Lane {
     /// [`Engine::run`] in this instruction set.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     fn run<P: Plants<Self>, W: Wiring<Lane = Self>, O: Observer<Self>>(
         engine: &mut Engine<P, W>,
         observer: &mut O,
@@ -96,7 +96,7 @@ pub trait Wide: Lane {
     fn observe<O: EventObserver<Self>>(observer: &mut O, happening: &Happening<Self>);
 }
 
-/// An observer that is compiled for the instruction set of its lanes, wherever it is called from.
+/// An observer compiled for the instruction set of its lanes, for any caller.
 pub struct InSet<O>(pub O);
 
 impl<L: Wide, O: EventObserver<L>> EventObserver<L> for InSet<O> {

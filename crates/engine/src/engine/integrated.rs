@@ -1,7 +1,7 @@
-//! The plants integrated numerically between ticks (Dormand-Prince 8(5,3)), as an independent check on the exact step.
+//! The plants integrated numerically between ticks (Dormand-Prince 8(5,3)), as an independent check of the exact step.
 //!
-//! The equations use the paper's letters and coefficients and nothing of `lti`, so that an error in a realisation or a
-//! hold shows as a difference. About a hundred times slower than the exact step.
+//! The equations use the paper's letters and coefficients and no code of `lti`, so an error in a realisation or a hold
+//! shows as a difference. About a hundred times slower than the exact step.
 
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, SVector, System};
@@ -14,13 +14,12 @@ use crate::plant::{
 /// `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`, the slave in observer form `z_1 = x_e, z_2, z_3`, and `x_d`.
 type State = SVector<f64, 9>;
 
-/// The same, and the outputs `U_m` and `U_s` of motors with a lag.
+/// `State`, and the outputs `U_m` and `U_s` of motors with a lag.
 type LaggedState = SVector<f64, 11>;
 
 const RELATIVE_TOLERANCE: f64 = 1e-12;
 const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 
-/// The equations of both plants over one tick.
 #[derive(Debug, Clone)]
 struct Equations {
     master: MasterParameters,
@@ -42,8 +41,8 @@ struct Equations {
     held_slave_control: f64,
 }
 
-/// The equations with motors that follow the held commands with a lag. Separate, so that two more states do not affect
-/// the integrator's step size without a lag.
+/// The equations with motors that follow the held commands with a lag. A separate type, so that the two extra states do
+/// not affect the integrator's step size without a lag.
 struct Lagged<'a>(&'a Equations);
 
 impl Equations {
@@ -67,7 +66,6 @@ impl Equations {
         self.proportional_gain * (self.reference - s[5]) - self.velocity_gain * damped
     }
 
-    /// The derivatives of the states under the commands `motor` (N) and `control`.
     fn derivatives(&self, s: &State, motor: f64, control: f64, derivative: &mut State) {
         let hand_force = self.hand_force(s);
         let desired = s[8];
@@ -128,14 +126,16 @@ pub struct IntegratedPlants {
     equations: Equations,
     tick_s: f64,
     state: State,
-    /// Outputs of motors with a lag, `U_m` and `U_s`.
+    /// Outputs `U_m` and `U_s` of motors with a lag.
     actual: [f64; 2],
-    /// Arrival of the feedback force and of the reference within a tick, as fractions of the tick.
+    /// Times at which feedback force and reference arrive within a tick, as fractions of the tick.
     arrivals: [f64; 2],
+    /// Last received reference in m, without the deflection of the slave.
+    received: f64,
 }
 
 impl IntegratedPlants {
-    /// Both plants at rest: master and arm at `master_m`, the slave at the reference `reference_m` (m).
+    /// Creates both plants at rest: master and arm at `master_m`, the slave at `reference_m`.
     ///
     /// The parameters must be valid for `plant`.
     #[must_use]
@@ -176,18 +176,17 @@ impl IntegratedPlants {
             motor: 0.0,
             held_slave_control: control,
         };
-        Self { equations, tick_s, state, actual: [0.0; 2], arrivals: [0.0; 2] }
+        Self { equations, tick_s, state, actual: [0.0; 2], arrivals: [0.0; 2], received: reference_m }
     }
 
-    /// Lets the feedback force and the reference arrive within each tick, at fractions from 0 to 1 of it; until then
-    /// the previous ones are held. Requires continuous control: sampled control reads at the tick.
+    /// Lets the feedback force and the reference arrive within each tick, at fractions from 0 to 1; until then the
+    /// previous values are held. Requires continuous control, because sampled control reads at the tick.
     #[must_use]
     pub fn split(mut self, feedback_share: f64, reference_share: f64) -> Self {
         self.arrivals = [feedback_share, reference_share];
         self
     }
 
-    /// Integrates over a part of the tick.
     fn integrate(&mut self, duration_s: f64) -> Result<(), IntegrationError> {
         let ActuatorLimits { master_lag_s, slave_lag_s, .. } = self.equations.limits;
         if self.equations.timing == ControlTiming::Sampled && (master_lag_s > 0.0 || slave_lag_s > 0.0) {
@@ -204,7 +203,6 @@ impl IntegratedPlants {
         Ok(())
     }
 
-    /// Integrates over a part of the tick with motors that have a lag.
     fn integrate_lagged(&mut self, duration_s: f64) -> Result<(), IntegrationError> {
         let mut state = LaggedState::zeros();
         state.fixed_rows_mut::<9>(0).copy_from(&self.state);
@@ -221,8 +219,8 @@ impl IntegratedPlants {
         Ok(())
     }
 
-    /// Adds limits of range and rate and lags to the motors of plants at rest. Requires sampled control: continuous
-    /// control ignores limits.
+    /// Adds range limits, rate limits and lags to the motors of plants at rest. Requires sampled control, because
+    /// continuous control ignores limits.
     #[must_use]
     pub fn limited(mut self, limits: &ActuatorLimits) -> Self {
         let equations = &mut self.equations;
@@ -234,7 +232,7 @@ impl IntegratedPlants {
     }
 }
 
-/// The command of a motor over the next tick, limited to `±range` and in its change from the last command to `rate`.
+/// The command of a motor over the next tick, limited to `±range`, with its change limited to `rate · tick_s`.
 fn limited(wanted: f64, last: f64, range: f64, rate: Option<f64>, tick_s: f64) -> f64 {
     let within = wanted.clamp(-range, range);
     let Some(rate) = rate else { return within };
@@ -242,8 +240,7 @@ fn limited(wanted: f64, last: f64, range: f64, rate: Option<f64>, tick_s: f64) -
     if way.abs() > rate * tick_s { last + rate * tick_s * way.signum() } else { within }
 }
 
-/// The coefficients of a slave of degree 2 or 3 as those of degree 3, lowest power first, with the leading coefficient
-/// 1.
+/// Converts the coefficients of a slave of degree 2 or 3 to degree 3, lowest power first, with leading coefficient 1.
 fn third_order(numerator: &[f64], denominator: &[f64]) -> ([f64; 3], [f64; 2]) {
     let trim = |c: &[f64]| c.iter().copied().skip_while(|&v| v == 0.0).collect::<Vec<f64>>();
     let (mut numerator, mut denominator) = (trim(numerator), trim(denominator));
@@ -270,10 +267,19 @@ impl Plants<f64> for IntegratedPlants {
         SlaveReading { position_m: self.state[5], velocity_m_per_s: self.equations.slave_velocity(&self.state) }
     }
 
-    fn step(&mut self, desired: f64, next: f64, feedback: f64, reference: f64) -> Result<(), IntegrationError> {
+    fn step(
+        &mut self,
+        desired: f64,
+        next: f64,
+        feedback: f64,
+        reference: f64,
+        deflection: f64,
+    ) -> Result<(), IntegrationError> {
         self.state[8] = desired;
         self.equations.desired_velocity = (next - desired) / self.tick_s;
         let [feedback_share, reference_share] = self.arrivals;
+        // The last reference is held until the new one arrives; the deflection of the present tick acts throughout.
+        self.equations.reference = self.received - deflection;
         let mut past = 0.0;
         for share in [feedback_share.min(reference_share), feedback_share.max(reference_share)] {
             if share > past {
@@ -284,9 +290,10 @@ impl Plants<f64> for IntegratedPlants {
                 self.equations.feedback = feedback;
             }
             if share >= reference_share {
-                self.equations.reference = reference;
+                self.equations.reference = reference - deflection;
             }
         }
+        self.received = reference;
         let equations = &mut self.equations;
         let limits = equations.limits;
         let wanted = equations.motor(&self.state);

@@ -15,13 +15,13 @@ use trocar_core::lane::Lane;
 
 /// `x_h, v_h, x_a, v_a`.
 const MOTIONS: usize = MASTER_STATES - 1;
-/// The motions, `x_d` now and next, the command of `U_m`, and a column of zeros that makes the number even.
+/// The motions, `x_d` now and next, the command of `U_m`, and a zero column for an even number.
 const MASTER_COLUMNS: usize = MOTIONS + 4;
 /// The slave's states and the command of `U_s`.
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
-/// Both plants with sampled controllers whose outputs are clipped to a range and to a change per tick, and motors that follow
-/// them with a lag τ.
+/// Both plants with sampled controllers, whose outputs are clipped to a range and to a change per tick, and motors that
+/// follow them with a lag τ.
 ///
 /// ```text
 /// W_m = F_ed + K_i I,                     C_m = the last C_m, moved towards clip(W_m) by at most rate · T
@@ -29,9 +29,9 @@ const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 /// U(t) = C + (U_0 - C) exp(-t/τ) over the tick
 /// I += T (F_ed - F_h) unless C_m differs from W_m and this would increase the difference
 /// ```
-/// Conditional integration stops the integral while it could only wind up. The master then leaves the limit as soon as
-/// the error changes sign. It needs no extra gain and has no effect while no limit is reached. A lag is not a limit and
-/// does not stop the integral.
+/// Conditional integration stops the integral while it could only wind up, so the master leaves the limit as soon as
+/// the error changes sign. It needs no extra gain and has no effect below the limits. A lag is not a limit and does not
+/// stop the integral.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub struct LimitedPlants<L> {
@@ -50,8 +50,7 @@ pub struct LimitedPlants<L> {
 }
 
 impl<L: Lane> LimitedPlants<L> {
-    /// Both plants at rest: master and arm at `master_m`, the slave at the reference `reference_m` (m), on ticks
-    /// `tick_s` (s) apart.
+    /// Creates both plants at rest: master and arm at `master_m`, the slave at `reference_m`.
     ///
     /// # Errors
     /// [`PlantError`] for a parameter out of range or a computation that fails.
@@ -112,7 +111,14 @@ impl<L: Lane> Plants<L> for LimitedPlants<L> {
     }
 
     #[inline(always)]
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError> {
         let wanted_n = feedback + self.integral_gain * self.integral;
         let motor_n = self.master_motor.command(wanted_n);
         let error_n = feedback - self.hand_force_n;
@@ -129,7 +135,7 @@ impl<L: Lane> Plants<L> for LimitedPlants<L> {
 
         let [x_e, v_e, third] = self.slave_state;
         let [to_reference, to_position, to_velocity] = self.control;
-        let wanted = to_reference * reference + to_position * x_e + to_velocity * v_e;
+        let wanted = to_reference * (reference - deflection) + to_position * x_e + to_velocity * v_e;
         let command = self.slave_motor.command(wanted);
         self.slave_state = self.slave_motor.follow(combine(&self.slave, [x_e, v_e, third, command]));
         Ok(())

@@ -1,18 +1,19 @@
 //! One tick, N ticks, and their observers.
 //!
-//! The physics between ticks is linear and is stepped exactly; the two sides are coupled only by the sampled channel. A
-//! tick, at `k * tick_s`:
+//! The physics between ticks is linear and is stepped exactly. Only the sampled channel couples the two sides. A tick,
+//! at `k * tick_s`:
 //!
 //! 1. read both plants: `x_h, v_h, F_h`; `x_e, v_e`
 //! 2. tissue: `f_e`; sensors: the measured force `y`, position and velocity
 //! 3. estimator: `e_k`, then its parameters
 //! 4. detector: `s_k`, then `g_k` and the alarm
-//! 5. link, and supervisor on the slave's side, fed with the master's position as it arrives: mode, `x_ref`
-//! 6. link, and force law on the master's side, fed with force and mode as they arrive: `F_ed`
+//! 5. link, and supervisor on the slave's side, with the received master's position: mode, `x_ref`
+//! 6. link, and force law on the master's side, with the received force and mode: `F_ed`
 //! 7. both plants to tick `k + 1`
 //!
-//! [`Parts::tick`] implements this list; [`MasterSide`] and [`SlaveSide`] do the steps of one side. The combination of parts is the engine's wiring: it is chosen once, when a
-//! scenario is built ([`Wired`]), and the tick is compiled for each wiring.
+//! [`Parts::tick`] implements this list; [`MasterSide`] and [`SlaveSide`] implement the steps of one side. The
+//! combination of parts is the engine's wiring. It is chosen once, when a scenario is built ([`Wired`]), and the tick
+//! is compiled for each wiring.
 
 mod built_in_or;
 mod column;
@@ -72,12 +73,12 @@ pub struct Engine<P, W> {
     pub grid: TickGrid,
     /// The two machines.
     pub plants: P,
-    /// All other parts.
+    /// The other parts.
     pub parts: W,
 }
 
 impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
-    /// Runs every tick of the grid, or until the observer is done. Nothing is allocated during the run.
+    /// Runs every tick of the grid, or until the observer is done. Allocates nothing.
     ///
     /// # Errors
     /// [`EngineError`] if the plants are integrated numerically and the integrator fails, or if the tissue fails.
@@ -93,7 +94,7 @@ impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
             interrupt::check_at(tick);
             match self.parts.tick(tick, desired_m, &mut self.plants, observer) {
                 ControlFlow::Continue(next) => desired_m = next,
-                // Without a number from the tissue, the run ends in many ways, of which it is the reason.
+                // Report the tissue's failure as the cause, whatever else ended the run.
                 ControlFlow::Break(outcome) => return self.parts.tissue_outcome().and(outcome),
             }
         }
@@ -101,8 +102,8 @@ impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
     }
 }
 
-/// Combines eight engines into one, the first in lane 0; `None` if they differ in more than numbers. `plants` combines
-/// their machines.
+/// Combines eight engines, the first in lane 0; `None` if they differ in more than numbers. `plants` combines their
+/// machines.
 fn gather<L: trocar_core::lane::Lane, P, Q, W: Gather>(
     all: [&Engine<P, W>; LANES],
     plants: impl FnOnce([&P; LANES]) -> Option<Q>,

@@ -3,19 +3,16 @@
 use crate::plant::MotorStep;
 use trocar_core::lane::{Lane, by_index};
 
-/// The motor between a wanted command and the `N` states of a machine.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Motor<L, const N: usize> {
     range: L,
-    /// Maximum change from one tick to the next.
     change: L,
-    /// Held over the last tick.
     command: L,
-    /// `None` without a lag. The branch at every tick has the same result over a whole run.
+    /// `None` without a lag. The branch is always taken the same way in a run.
     lag: Option<Lag<L, N>>,
 }
 
-/// The part of a [`MotorStep`] for the motor's output, and that output.
+/// The part of a [`MotorStep`] that depends on the motor's output, and that output.
 #[derive(Debug, Clone, Copy)]
 struct Lag<L, const N: usize> {
     from_actual: [L; N],
@@ -25,8 +22,8 @@ struct Lag<L, const N: usize> {
 }
 
 impl<L: Lane, const N: usize> Motor<L, N> {
-    /// A motor settled at the command `at_rest`, with a range and a maximum change per tick (infinite without a limit),
-    /// for a machine with the first `N` states of its side.
+    /// Creates a motor settled at the command `at_rest`, with a range and a maximum change per tick (infinite without a
+    /// limit), for the first `N` states of its side.
     pub(super) fn new<const STATES: usize>(
         (range, change): (f64, f64),
         step: &MotorStep<STATES>,
@@ -42,7 +39,7 @@ impl<L: Lane, const N: usize> Motor<L, N> {
         Self { range: L::splat(range), change: L::splat(change), command, lag }
     }
 
-    /// The limited command over the next tick for a wanted one.
+    /// Limits the wanted command for the next tick.
     #[inline(always)]
     pub(super) fn command(&mut self, wanted: L) -> L {
         let within = wanted.clamp(-self.range, self.range);

@@ -5,23 +5,22 @@ use trocar_core::lane::Lane;
 
 /// Receives the signals of each tick.
 pub trait Observer<L: Lane> {
-    /// Receives the signals of a tick. The ticks of a run come in order, starting at 0.
+    /// Receives the signals of a tick, in order from tick 0.
     fn observe(&mut self, signals: &Signals<L>);
 
-    /// Whether the run may end at this tick.
+    /// Returns true if the run may end at this tick.
     #[inline(always)]
     fn is_done(&self) -> bool {
         false
     }
 }
 
-/// Ignores all signals: the tick alone.
+/// Ignores all signals.
 impl<L: Lane> Observer<L> for () {
     #[inline(always)]
     fn observe(&mut self, _signals: &Signals<L>) {}
 }
 
-/// A borrowed observer.
 impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<L>) {
@@ -34,18 +33,17 @@ impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     }
 }
 
-/// Receives what happens at each tick. It is called dynamically, so that the tick is compiled once for all of them.
+/// Receives the [`Happening`] of each tick. Called dynamically, so that the tick is compiled once for all of them.
 pub trait EventObserver<L: Lane> {
-    /// As [`Observer::observe`].
+    /// See [`Observer::observe`].
     fn observe(&mut self, happening: &Happening<L>);
 }
 
-/// Nothing is observed.
 impl<L: Lane> EventObserver<L> for () {
     fn observe(&mut self, _happening: &Happening<L>) {}
 }
 
-/// An observer of what happens at each tick, or none.
+/// An optional [`EventObserver`].
 pub struct Additional<'a, L: Lane>(pub Option<&'a mut dyn EventObserver<L>>);
 
 impl<L: Lane> Observer<L> for Additional<'_, L> {

@@ -9,7 +9,7 @@ use trocar_core::augmentation::{AnyForceLaw, ForceLaw, HeldReference, MotionLaw}
 use trocar_core::detector::{Detector, Distance};
 use trocar_core::estimation::{AnyEstimator, Estimator};
 
-/// The parts of an engine with user-defined parts: these are called dynamically, the others are within the tick.
+/// The parts of an engine with user-defined parts, which are called dynamically; built-in parts are inlined.
 pub type OwnWiring = Parts<
     f64,
     BuiltInOr<HumanOperator<f64>, dyn Operator<f64> + Send>,
@@ -29,10 +29,10 @@ pub type OwnPlants = BuiltInOr<ExactPlants<f64>, dyn Plants<f64> + Send>;
 pub type OwnEngine = Engine<OwnPlants, OwnWiring>;
 
 impl OwnEngine {
-    /// As [`Engine::run`], in the widest registers of the machine if they are faster.
+    /// [`Engine::run`] in the widest registers of the machine, if they are faster.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub fn run_wide(&mut self, mut observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
         self.run_compiled(&mut observer)
     }
@@ -40,13 +40,13 @@ impl OwnEngine {
     /// [`OwnEngine::run_wide`], compiled for the observer.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub fn run_compiled<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         instruction_set::run(self, observer)
     }
 }
 
-/// User-defined parts that replace those of a scenario. Parts that are not given are those of the scenario.
+/// User-defined parts that replace parts of a scenario.
 ///
 /// ```ignore
 /// use trocar::engine::OwnParts;
@@ -72,27 +72,27 @@ impl OwnEngine {
 /// ```
 #[derive(Default)]
 pub struct OwnParts {
-    /// The operator of one's own, if there is one.
+    /// User-defined operator.
     pub operator: Option<Box<dyn Operator<f64> + Send>>,
-    /// The tissue of one's own, if there is one.
+    /// User-defined tissue.
     pub tissue: Option<Box<dyn Tissue<f64> + Send>>,
-    /// The estimator of one's own, if there is one.
+    /// User-defined estimator.
     pub estimator: Option<Box<dyn Estimator<f64> + Send>>,
-    /// The detector of one's own, if there is one.
+    /// User-defined detector.
     pub detector: Option<Box<dyn Detector<f64> + Send>>,
-    /// The distance of the detector of one's own, if there is one.
+    /// User-defined distance of the scenario's detector.
     pub distance: Option<Box<dyn Distance<f64> + Send>>,
-    /// The architecture of one's own, if there is one.
+    /// User-defined architecture.
     pub architecture: Option<Box<dyn Architecture<f64> + Send>>,
-    /// The passivity scheme of one's own, if there is one.
+    /// User-defined passivity scheme.
     pub scheme: Option<Box<dyn PassivityScheme<f64> + Send>>,
-    /// The motion law of one's own, if there is one.
+    /// User-defined motion law.
     pub motion_law: Option<Box<dyn MotionLaw<f64> + Send>>,
-    /// The force law of one's own, if there is one.
+    /// User-defined force law.
     pub force_law: Option<Box<dyn ForceLaw<f64> + Send>>,
 }
 
-/// Defines a method per role that sets its part.
+/// Defines a setter per role.
 macro_rules! setters {
     ($($(#[$doc:meta])* $role:ident: $Role:ident,)*) => {
         impl OwnParts {
@@ -109,23 +109,23 @@ macro_rules! setters {
 }
 
 setters! {
-    /// The operator, who gives the desired position.
+    /// Sets the operator, who gives the desired position.
     operator: Operator,
-    /// The tissue, which gives the force on the needle.
+    /// Sets the tissue, which gives the force on the needle.
     tissue: Tissue,
-    /// The estimator of the tissue's parameters.
+    /// Sets the estimator of the tissue's parameters.
     estimator: Estimator,
-    /// The detector of ruptures. It replaces distance, CUSUM and arming.
+    /// Sets the detector of ruptures. It replaces distance, CUSUM and arming.
     detector: Detector,
-    /// The distance that the scenario's CUSUM accumulates; not used with a user-defined detector.
+    /// Sets the distance that the scenario's CUSUM accumulates. A user-defined detector ignores it.
     distance: Distance,
-    /// The architecture: what each side sends, and how it uses what arrives.
+    /// Sets the architecture: the message of each side, and its use by the receiver.
     architecture: Architecture,
-    /// The scheme that keeps the link passive.
+    /// Sets the scheme that keeps the link passive.
     scheme: PassivityScheme,
-    /// The law of the slave's reference in each mode.
+    /// Sets the law of the slave's reference in each mode.
     motion_law: MotionLaw,
-    /// The law of the feedback force while the slave is frozen.
+    /// Sets the law of the feedback force while the slave is frozen.
     force_law: ForceLaw,
 }
 
@@ -151,7 +151,6 @@ impl OwnParts {
 }
 
 impl std::fmt::Debug for OwnParts {
-    /// [`OwnParts::roles`].
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_set().entries(self.roles()).finish()
     }

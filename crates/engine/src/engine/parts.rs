@@ -24,8 +24,8 @@ pub trait Wiring {
     /// The desired position at tick 0 in m.
     fn begin(&mut self) -> Self::Lane;
 
-    /// Runs one tick with the desired position `desired_m` (m). Returns the desired position at the next tick, or the
-    /// outcome at the end of the run.
+    /// Runs one tick with the desired position `desired_m`. Returns the desired position at the next tick, or the
+    /// outcome of the run.
     fn tick<P: Plants<Self::Lane>, O: Observer<Self::Lane>>(
         &mut self,
         tick: u64,
@@ -34,22 +34,20 @@ pub trait Wiring {
         observer: &mut O,
     ) -> ControlFlow<Result<(), EngineError>, Self::Lane>;
 
-    /// Whether the tissue is able to go on. Not part of a tick: a failed tissue gives forces that are not numbers.
+    /// Reports a tissue that has failed. Not part of a tick: a failed tissue returns NaN forces.
     ///
     /// # Errors
     /// [`EngineError::Tissue`].
     fn tissue_outcome(&self) -> Result<(), EngineError>;
 
-    /// The report of the link in lane `index`; `None` for a link that passes everything on in the same tick.
+    /// Report of the link in lane `index`; `None` for a link that passes everything on in the same tick.
     fn link_report(&self, index: usize) -> Option<LinkReport>;
 
-    /// Takes the noise of `ticks` ticks from a bank, if it has it or has room. The numbers are the same as without a
-    /// bank.
+    /// Takes the noise of `ticks` ticks from a bank, if it has it or has room. The bank does not change the numbers.
     fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64);
 }
 
-/// The parts of an insertion besides the plants, one per role: operator, tissue, sensor, estimator, detector, link,
-/// motion law and force law.
+/// The parts of an insertion besides the plants, one per role.
 #[derive(Debug, Clone)]
 pub struct Parts<L: Lane, O, T, S, E, D, K, M = HeldReference<L>, F = AnyForceLaw<L>> {
     /// The operator, who gives the desired position.
@@ -66,7 +64,6 @@ pub struct Parts<L: Lane, O, T, S, E, D, K, M = HeldReference<L>, F = AnyForceLa
     pub link: K,
 }
 
-/// The master's measurements for the link.
 #[inline(always)]
 pub(super) fn of_master<L: Lane>(master: &MasterReading<L>) -> AtMaster<L> {
     AtMaster {
@@ -76,8 +73,8 @@ pub(super) fn of_master<L: Lane>(master: &MasterReading<L>) -> AtMaster<L> {
     }
 }
 
-/// The steps of a tick that belong to one side. Neither side reads what the other's steps change, so that each can run in
-/// a process of its own ([`MasterSide`](super::MasterSide), [`SlaveSide`](super::SlaveSide)).
+/// The steps of a tick that belong to one side. Neither side reads values that the other side changes in the same step,
+/// so each side can run in its own process ([`MasterSide`](super::MasterSide), [`SlaveSide`](super::SlaveSide)).
 impl<L, O, T, S, E, D, K, M, F> Parts<L, O, T, S, E, D, K, M, F>
 where
     L: Lane,
@@ -109,7 +106,7 @@ where
         Sensed { reaction, insight, at_slave }
     }
 
-    /// Step 5, after the hand's position has arrived: the mode and the reference.
+    /// Step 5, after the hand's position has arrived: mode and reference.
     #[inline(always)]
     pub(super) fn command_slave(&mut self, tick: u64, hand_m: L, sensed: &Sensed<L>) -> SlaveCommand<L> {
         let Sensed { insight, at_slave, .. } = sensed;
@@ -131,7 +128,7 @@ where
         FedBack { commanded_n, allowed_step_n, force_n: self.link.limit(commanded_n, at_master) }
     }
 
-    /// What the operator does at the tick of the desired position `desired_m` (m).
+    /// State of the operator at the tick of the desired position `desired_m`.
     #[inline(always)]
     pub(super) fn desired(&self, desired_m: L) -> Desired<L> {
         Desired {
@@ -141,7 +138,6 @@ where
         }
     }
 
-    /// The desired position at the next tick, in m.
     #[inline(always)]
     pub(super) fn next_desired_m(&mut self, tick: u64, arrived_mode: Modes<L>, master: &MasterReading<L>) -> L {
         self.operator.cue(self.supervisor.cue(arrived_mode));
@@ -197,8 +193,8 @@ where
 
         // 7. both plants to the next tick
         let desired_next_m = self.next_desired_m(tick, arrived_mode, &master);
-        let reference_m = self.link.apply_compliance(command.slave_reference_m, sensed.reaction.force_n);
-        match plants.step(desired_m, desired_next_m, fed_back.force_n, reference_m) {
+        let deflection_m = self.link.deflection_m(sensed.reaction.force_n);
+        match plants.step(desired_m, desired_next_m, fed_back.force_n, command.slave_reference_m, deflection_m) {
             Ok(()) => ControlFlow::Continue(desired_next_m),
             Err(error) => ControlFlow::Break(Err(error.into())),
         }

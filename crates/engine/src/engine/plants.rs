@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// The integrator failed, as it does when a run diverges.
+/// The integrator failed, for example because the run diverges.
 #[derive(Debug, Error)]
 #[error("the numerical integration failed within a tick: {0}; use simulation.engine = \"exact\"")]
 pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
@@ -33,12 +33,20 @@ pub trait Plants<L> {
     fn master(&self) -> MasterReading<L>;
     /// The present outputs of the slave side.
     fn slave(&self) -> SlaveReading<L>;
-    /// Steps to the next tick: the desired position is linear from `desired` to `desired_next` (m), the feedback force
-    /// (N) and the slave's reference (m) are held.
+    /// Steps to the next tick. The desired position is linear from `desired` to `desired_next` (m); the feedback force
+    /// (N) and the slave's reference (m) are held. The tissue deflects the slave from its reference by `deflection` (m)
+    /// for the whole tick, also if the reference arrives within it.
     ///
     /// # Errors
     /// [`IntegrationError`] if a numerical integrator fails.
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError>;
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError>;
 }
 
 impl<L, P: Plants<L> + ?Sized> Plants<L> for Box<P> {
@@ -50,7 +58,14 @@ impl<L, P: Plants<L> + ?Sized> Plants<L> for Box<P> {
         (**self).slave()
     }
 
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
-        (**self).step(desired, desired_next, feedback, reference)
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError> {
+        (**self).step(desired, desired_next, feedback, reference, deflection)
     }
 }

@@ -1,4 +1,4 @@
-//! The energies that pass the ports of a run.
+//! The energies that pass the ports during a run.
 
 use super::Signals;
 
@@ -10,7 +10,7 @@ use super::Signals;
 /// reference   Σ f_e Δx_ref   the reference moves at the ticks
 /// needle      ∫ f_e dx_e     by the trapezoidal rule: exact for a force that is linear in the position over a tick
 /// ```
-/// They are computed from displacements, so that the sums over a closed path have no error of the velocity.
+/// The sums use displacements, so that an error of the velocity does not accumulate over a closed path.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PortEnergies {
     /// Work of the hand on the master.
@@ -24,7 +24,6 @@ pub struct PortEnergies {
     last: Option<Last>,
 }
 
-/// What the last tick leaves for the next.
 #[derive(Debug, Clone, PartialEq)]
 struct Last {
     master_m: f64,

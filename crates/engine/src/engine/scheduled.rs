@@ -1,4 +1,4 @@
-//! Alarms at scheduled ticks, in addition to those of a detector.
+//! Scheduled alarms, in addition to the alarms of a detector.
 
 use std::sync::Arc;
 
@@ -46,7 +46,7 @@ impl<L: Lane, D: Detector<L>> Detector<L> for ScheduledAlarms<D> {
 impl<D: Gather> Gather for ScheduledAlarms<D> {
     type Of<L: Lane> = ScheduledAlarms<D::Of<L>>;
 
-    /// The ticks must be equal, as a scheduled alarm is raised in every lane.
+    /// The ticks must be equal, because a scheduled alarm is raised in every lane.
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
         let Self { tick, index, next, ref ticks, .. } = *all[0];
         let is_equal = |one: &&Self| one.ticks == *ticks && one.tick == tick;

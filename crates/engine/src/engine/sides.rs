@@ -1,7 +1,7 @@
-//! The two sides of an insertion, each stepped by itself, as in two processes.
+//! The two sides of an insertion, each stepped alone, as in two processes.
 //!
-//! A side runs the same steps as [`Parts`](super::Parts) in a tick of both: with the messages of the other side at the
-//! same ticks, its signals are the same bits. It has all parts and both machines, and uses its own.
+//! A side runs its steps of the tick of [`Parts`](super::Parts). With the other side's messages at the same ticks, its
+//! signals are the same bits. Each side contains all parts and both machines, but uses only its own.
 
 use super::parts::of_master;
 use super::signals::{AtMasterSide, AtSlaveSide, at_rest};
@@ -21,39 +21,38 @@ pub struct MasterSide {
 }
 
 impl MasterSide {
-    /// The master's side of an engine at tick 0; until a message arrives, it has the `initial` sample.
+    /// Creates the master's side of an engine at tick 0; `initial` is the sample before the first message.
     #[must_use]
     pub fn new(mut engine: SideEngine, initial: [f64; 5]) -> Self {
         let desired_m = engine.parts.begin();
         Self { engine, initial, at_rest: at_rest().1, desired_m, tick: 0 }
     }
 
-    /// The sample that counts as received before the first one: force (N), position (m), velocity (m/s), acceleration
-    /// (m/s²), mode.
+    /// The sample before the first message: force (N), position (m), velocity (m/s), acceleration (m/s²), mode.
     #[must_use]
     pub fn initial(&self) -> [f64; 5] {
         self.initial
     }
 
-    /// The number of the present tick.
+    /// Number of the present tick.
     #[must_use]
     pub fn tick(&self) -> u64 {
         self.tick
     }
 
-    /// Whether all ticks of the run are done.
+    /// Returns true if all ticks of the run are done.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.tick >= self.engine.grid.ticks()
     }
 
-    /// The first half of a tick: what the master sends. Call it once, before [`MasterSide::step`].
+    /// First half of a tick: returns the master's message. Must be called once before each [`MasterSide::step`].
     pub fn send(&mut self) -> ToSlave<f64> {
         self.engine.parts.link.master_sends(&of_master(&self.engine.plants.master()))
     }
 
-    /// The second half of a tick, with what has arrived: the signals of this side are observed, those of the other are 0,
-    /// and the master moves to the next tick.
+    /// Second half of a tick: receives a message, shows this side's signals to the observer (the other side's are 0),
+    /// and steps the master.
     ///
     /// # Errors
     /// [`EngineError`].
@@ -66,18 +65,18 @@ impl MasterSide {
         let desired = parts.desired(self.desired_m);
         observer.observe(&Signals::of_both(self.tick, &(desired, master, fed_back), &self.at_rest));
         let next_m = parts.next_desired_m(self.tick, mode, &master);
-        plants.step(self.desired_m, next_m, fed_back.force_n, 0.0)?;
+        plants.step(self.desired_m, next_m, fed_back.force_n, 0.0, 0.0)?;
         (self.desired_m, self.tick) = (next_m, self.tick + 1);
         Ok(())
     }
 
-    /// The energy of this side's port so far, in J: `Σ F_ed Δx_h`.
+    /// Energy of this side's port so far, in J: `Σ F_ed Δx_h`.
     #[must_use]
     pub fn energy_j(&self) -> f64 {
         self.engine.parts.link.master_energy_j()
     }
 
-    /// The energy in J that the passivity scheme promises not to exceed; `None` without a promise.
+    /// Bound in J that the passivity scheme promises for the energy; `None` without a promise.
     #[must_use]
     pub fn promised_j(&self) -> Option<f64> {
         self.engine.parts.link.promised_j()
@@ -93,33 +92,32 @@ pub struct SlaveSide {
 }
 
 impl SlaveSide {
-    /// The slave's side of an engine at tick 0; until a message arrives, it has the `initial` sample.
+    /// Creates the slave's side of an engine at tick 0; `initial` is the sample before the first message.
     #[must_use]
     pub fn new(engine: SideEngine, initial: [f64; 4]) -> Self {
         Self { engine, initial, at_rest: at_rest().0, tick: 0 }
     }
 
-    /// The sample that counts as received before the first one: position (m), velocity (m/s), acceleration (m/s²), hand
-    /// force (N).
+    /// The sample before the first message: position (m), velocity (m/s), acceleration (m/s²), hand force (N).
     #[must_use]
     pub fn initial(&self) -> [f64; 4] {
         self.initial
     }
 
-    /// The number of the present tick.
+    /// Number of the present tick.
     #[must_use]
     pub fn tick(&self) -> u64 {
         self.tick
     }
 
-    /// Whether all ticks of the run are done.
+    /// Returns true if all ticks of the run are done.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.tick >= self.engine.grid.ticks()
     }
 
-    /// A tick, with what has arrived: the signals of this side are observed, those of the other are 0, and the slave moves
-    /// to the next tick. Returns what the slave sends.
+    /// Runs a tick: receives a message, shows this side's signals to the observer (the other side's are 0), steps the
+    /// slave, and returns its message.
     ///
     /// # Errors
     /// [`EngineError`].
@@ -136,19 +134,19 @@ impl SlaveSide {
         let sent = parts.link.slave_sends(command.mode, &sensed.at_slave);
         observer.observe(&Signals::of_both(self.tick, &self.at_rest, &(slave, sensed, command)));
         parts.tissue_outcome()?;
-        let reference_m = parts.link.apply_compliance(command.slave_reference_m, sensed.reaction.force_n);
-        plants.step(0.0, 0.0, 0.0, reference_m)?;
+        let deflection_m = parts.link.deflection_m(sensed.reaction.force_n);
+        plants.step(0.0, 0.0, 0.0, command.slave_reference_m, deflection_m)?;
         self.tick += 1;
         Ok(sent)
     }
 
-    /// The energy in J that the passivity scheme promises not to exceed; `None` without a promise.
+    /// Bound in J that the passivity scheme promises for the energy; `None` without a promise.
     #[must_use]
     pub fn promised_j(&self) -> Option<f64> {
         self.engine.parts.link.promised_j()
     }
 
-    /// The energy of this side's port so far by the measured force, scaled to the master, in J: `∫ f_e dx_e`.
+    /// Energy of this side's port so far, from the measured force scaled to the master, in J: `∫ f_e dx_e`.
     #[must_use]
     pub fn energy_j(&self) -> f64 {
         self.engine.parts.link.slave_energy_j()

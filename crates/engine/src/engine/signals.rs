@@ -9,14 +9,14 @@ use trocar_core::detector::Decision;
 use trocar_core::estimation::Estimate;
 use trocar_core::lane::{Lane, Mask};
 
-/// Every signal of one tick.
+/// All signals of one tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Signals<L: Lane> {
-    /// The tick's number; its time is `k * tick_s`.
+    /// The tick's number `k`; its time is `k * tick_s`.
     pub tick: u64,
     /// `x_d` in m.
     pub desired_position_m: L,
-    /// `x_v` in m: the position of the master that the operator means to reach.
+    /// Position of the master that the operator intends, `x_v` in m.
     pub intended_position_m: L,
     /// `x_h` in m.
     pub master_position_m: L,
@@ -34,7 +34,7 @@ pub struct Signals<L: Lane> {
     pub tissue_force_n: L,
     /// `y` in N.
     pub measured_force_n: L,
-    /// `F_ed` as it arrives at the master, in N.
+    /// Feedback force `F_ed` at the master, in N.
     pub feedback_force_n: L,
     /// `K` in N/m.
     pub stiffness_n_per_m: L,
@@ -44,44 +44,44 @@ pub struct Signals<L: Lane> {
     pub extra_parameter: L,
     /// `e` in N.
     pub residual_n: L,
-    /// `s`, in the unit of the distance.
+    /// Distance `s`, in its unit.
     pub distance: L,
-    /// `g`, in the unit of the distance.
+    /// Decision function `g`, in the unit of the distance.
     pub decision: L,
     /// The mode of the supervisor.
     pub mode: Modes<L>,
-    /// Whether a layer ruptures at this tick: ground truth.
+    /// Lanes in which a layer ruptures at this tick (ground truth).
     pub ruptured: L::Mask,
-    /// Whether the operator notices a change of the felt force at this tick.
+    /// Lanes in which the operator notices a change of the felt force at this tick.
     pub noticed: L::Mask,
-    /// Whether the detector raises an alarm at this tick.
+    /// Lanes in which the detector raises an alarm at this tick.
     pub alarm: L::Mask,
-    /// Whether the supervisor acts on the alarm (with augmentation disabled: whether there is one).
+    /// Lanes in which the supervisor acts on an alarm; with augmentation disabled, lanes with an alarm.
     pub alarm_taken: L::Mask,
-    /// `F_ed` as the supervisor commands it, before the channel, in N.
+    /// Feedback force `F_ed` commanded by the supervisor, before the channel, in N.
     pub commanded_force_n: L,
     /// Largest change of the commanded force from the last tick that the active law allows, in N.
     pub allowed_force_step_n: L,
 }
 
-/// What happens at a tick, of its [`Signals`]: few, as every signal that an observer may receive stays live in every tick.
+/// A few of the [`Signals`] of a tick. Few, because every signal that an observer may receive stays live in every tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Happening<L: Lane> {
-    /// The tick.
+    /// The tick's number.
     pub tick: u64,
-    /// Position that the operator intends, in m.
+    /// Position of the master that the operator intends, in m.
     pub intended_position_m: L,
     /// `x_e` in m.
     pub slave_position_m: L,
     /// `e` in N.
     pub residual_n: L,
-    /// `g`, in the unit of the distance.
+    /// Decision function `g`, in the unit of the distance.
     pub decision: L,
     /// The mode of the supervisor.
     pub mode: Modes<L>,
-    /// Whether a layer ruptures at this tick.
+    /// Lanes in which a layer ruptures at this tick.
     pub ruptured: L::Mask,
-    /// Whether the detector raises an alarm at this tick.
+    /// Lanes in which the detector raises an alarm at this tick.
     pub alarm: L::Mask,
 }
 
@@ -101,7 +101,7 @@ impl<L: Lane> Happening<L> {
     }
 }
 
-/// What the operator does at a tick.
+/// Positions of the operator at a tick in m, and whether a change of the felt force is noticed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Desired<L: Lane> {
     pub(super) position_m: L,
@@ -109,7 +109,7 @@ pub(super) struct Desired<L: Lane> {
     pub(super) is_noticed: L::Mask,
 }
 
-/// The feedback force at a tick: as the force law commands it, its allowed change, and as the link limits it, in N.
+/// The feedback force at a tick in N: commanded by the force law, its allowed change, and limited by the link.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FedBack<L> {
     pub(super) commanded_n: L,
@@ -117,7 +117,6 @@ pub(super) struct FedBack<L> {
     pub(super) force_n: L,
 }
 
-/// What the slave's side senses at a tick.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sensed<L: Lane> {
     pub(super) reaction: Reaction<L>,
@@ -125,12 +124,10 @@ pub(super) struct Sensed<L: Lane> {
     pub(super) at_slave: AtSlave<L>,
 }
 
-/// The steps of a tick at the master.
 pub(super) type AtMasterSide<L> = (Desired<L>, MasterReading<L>, FedBack<L>);
-/// The steps of a tick at the slave.
 pub(super) type AtSlaveSide<L> = (SlaveReading<L>, Sensed<L>, SlaveCommand<L>);
 
-/// Both sides with zeros everywhere: a side of which nothing is known.
+/// Both sides with zeros everywhere, for a side whose values are unknown.
 pub(super) fn at_rest() -> (AtMasterSide<f64>, AtSlaveSide<f64>) {
     let desired = Desired { position_m: 0.0, intended_m: 0.0, is_noticed: false };
     let master = MasterReading { position_m: 0.0, velocity_m_per_s: 0.0, hand_force_n: 0.0 };
@@ -154,7 +151,6 @@ pub(super) fn at_rest() -> (AtMasterSide<f64>, AtSlaveSide<f64>) {
 }
 
 impl<L: Lane> Signals<L> {
-    /// The signals of a tick from what both sides have computed.
     #[inline(always)]
     pub(super) fn of_both(
         tick: u64,

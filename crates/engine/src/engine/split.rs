@@ -5,15 +5,17 @@ use super::{ExactPlants, IntegrationError, MasterReading, Plants, SlaveReading};
 use crate::plant::{MasterStep, SLAVE_STATES, SlaveStep};
 use trocar_core::lane::Lane;
 
-/// Both plants. They hold the last tick's feedback force and reference for the first part of each tick, and the present
-/// ones for the rest: the fraction 0.7 of a delay of 3.7 ticks.
+/// Both plants with a fractional delay (0.7 of a delay of 3.7 ticks). For the first part of each tick they hold the
+/// last tick's feedback force and reference, for the rest the present ones.
 ///
-/// The machines are linear, so a late sample adds the effect of its difference to the previous one over the rest of the
-/// tick:
+/// The machines are linear, so a late sample adds the effect of its difference to the previous sample over the rest of
+/// the tick:
 ///
 /// ```text
 /// x_{k+1} = Φ x_k + Γ(T) u_{k-1} + Γ((1-f) T) (u_k - u_{k-1}),   Γ(τ) = ∫₀^τ exp(A s) ds B
 /// ```
+///
+/// The slave's deflection by the tissue force is not sent: the slave's `u` excludes it, and `-Γ(T) d_k` is added.
 #[derive(Debug, Clone)]
 pub struct FractionalDelayPlants<L> {
     exact: ExactPlants<L>,
@@ -24,8 +26,8 @@ pub struct FractionalDelayPlants<L> {
 }
 
 impl<L: Lane> FractionalDelayPlants<L> {
-    /// Plants at rest without a feedback force, at the reference `reference_m` (m); `master` and `slave` are the steps
-    /// over the rest of a tick after the force or the reference arrives.
+    /// Creates plants at rest without a feedback force. `master` and `slave` are the steps over the rest of a tick
+    /// after the arrival of force or reference.
     #[must_use]
     pub fn new(exact: ExactPlants<L>, master: &MasterStep, slave: &SlaveStep, reference_m: f64) -> Self {
         Self {
@@ -50,8 +52,15 @@ impl<L: Lane> Plants<L> for FractionalDelayPlants<L> {
     }
 
     #[inline(always)]
-    fn step(&mut self, desired: L, desired_next: L, feedback: L, reference: L) -> Result<(), IntegrationError> {
-        self.exact.step(desired, desired_next, self.force_n, self.reference_m)?;
+    fn step(
+        &mut self,
+        desired: L,
+        desired_next: L,
+        feedback: L,
+        reference: L,
+        deflection: L,
+    ) -> Result<(), IntegrationError> {
+        self.exact.step(desired, desired_next, self.force_n, self.reference_m, deflection)?;
         self.exact.add_force(&self.late_force, feedback - self.force_n);
         self.exact.add_reference(&self.late_reference, reference - self.reference_m);
         (self.force_n, self.reference_m) = (feedback, reference);

@@ -6,8 +6,8 @@ use trocar_base::large_pages::with_capacity;
 use trocar_base::rows::AT_ONCE;
 use trocar_core::time::TickGrid;
 
-/// Records a run in a trace, which has all ticks once the recorder is gone. It appends some ticks at once, which takes less time than
-/// the trace itself as an observer.
+/// Records a run in a trace, which is complete when the recorder is dropped. It appends blocks of ticks, which is
+/// faster than the trace itself as an observer.
 pub struct TraceRecorder<'a> {
     trace: &'a mut Trace,
     ticks: Ticks,
@@ -20,23 +20,23 @@ impl Drop for TraceRecorder<'_> {
     }
 }
 
-/// Declares the columns of a trace in the order of its file: `name: f64 or u8, "unit" => how it is read;`. By default
-/// the column is the signal of the same name.
+/// Declares the columns of a trace in file order: `name: f64 or u8, "unit" => how it is read;`. By default the column
+/// is the signal of the same name.
 macro_rules! trace {
     ($(#[doc = $meaning:literal] $name:ident: $value:ident, $unit:literal $(=> $read:expr)?;)*) => {
-        /// The columns of a trace, in the order of its file.
+        /// The columns of a trace, in file order.
         pub const TRACE_COLUMNS: &[TraceColumn] = &[
             $(TraceColumn { name: stringify!($name), unit: $unit, meaning: $meaning.trim_ascii() },)*
         ];
 
-        /// The names of the columns of a trace, in the order of its file.
+        /// The column names of a trace, in file order.
         pub const COLUMNS: [&str; TRACE_COLUMNS.len()] = [$(stringify!($name)),*];
 
-        /// One run's signals, a vector per column, equal lengths, in the units of their names.
+        /// The signals of one run, one vector per column, of equal lengths, in the units of their names.
         #[derive(Debug, Clone, PartialEq)]
         pub struct Trace {
             $(#[doc = $meaning] pub $name: Vec<$value>,)*
-            /// The estimator's extra parameter: the column's name, and its values.
+            /// The estimator's extra parameter: column name and values.
             pub extra_parameter: Option<(&'static str, Vec<f64>)>,
             contact_m: Option<f64>,
             pub(crate) grid: TickGrid,
@@ -44,7 +44,7 @@ macro_rules! trace {
         }
 
         impl Trace {
-            /// An empty trace with room for every tick of the grid.
+            /// Creates an empty trace with room for every tick of the grid.
             #[must_use]
             pub fn new(grid: TickGrid) -> Self {
                 Self {
@@ -62,13 +62,12 @@ macro_rules! trace {
                 [$(trace!(@values $value &self.$name)),*]
             }
 
-            /// Takes the columns of [`COLUMNS`] and leaves them empty.
+            /// Moves the columns of [`COLUMNS`] out and leaves them empty.
             pub fn take_columns(&mut self) -> [ColumnValues<Vec<f64>, Vec<u8>>; COLUMNS.len()] {
                 [$(trace!(@values $value std::mem::take(&mut self.$name))),*]
             }
         }
 
-        /// How each column is read.
         struct Read;
 
         #[allow(non_upper_case_globals, reason = "named as the columns")]
@@ -86,7 +85,6 @@ macro_rules! trace {
             }
         }
 
-        /// Some ticks in a row of every column.
         struct Ticks {
             $($name: [$value; AT_ONCE],)*
             extra_parameter: [f64; AT_ONCE],
@@ -100,7 +98,7 @@ macro_rules! trace {
             fn observe(&mut self, s: &Signals<f64>) {
                 let Self { trace, ticks, count } = self;
                 trace.ports.add(s);
-                // The remainder is the number itself, and shows that it is within the block.
+                // The remainder is the number itself; it shows the compiler that the index is within the block.
                 let at = *count % AT_ONCE;
                 $(ticks.$name[at] = (Read::$name)(s, &trace.grid, &trace.ports);)*
                 ticks.extra_parameter[at] = s.extra_parameter;
@@ -140,15 +138,15 @@ trace! {
     master_velocity_m_per_s: f64, "m/s";
     /// Force of the hand on the master, F_h, positive when pushing in.
     operator_force_n: f64, "N";
-    /// Position that the slave is commanded to, x_ref.
+    /// Commanded position of the slave, x_ref.
     slave_reference_m: f64, "m";
-    /// Position of the slave, x_e; it increases into the tissue.
+    /// Position of the slave, x_e, increasing into the tissue.
     slave_position_m: f64, "m";
     /// Velocity of the slave, v_e.
     slave_velocity_m_per_s: f64, "m/s";
     /// Force of the tissue on the needle, f_e, positive when it resists insertion.
     tissue_force_n: f64, "N";
-    /// Force that the sensor measures, y.
+    /// Measured force, y.
     measured_force_n: f64, "N";
     /// Feedback force as it arrives at the master, F_ed.
     feedback_force_n: f64, "N";
@@ -160,7 +158,7 @@ trace! {
     residual_n: f64, "N";
     /// Distance, s; its unit follows detector.distance.
     distance: f64, "N²";
-    /// Decision, g: an alarm is raised above detector.threshold.
+    /// Decision function, g; an alarm is raised above detector.threshold.
     decision: f64, "N²";
     /// Mode of the supervisor: 0 teleoperation, 1 augmented, 2 re-engaging.
     mode: u8, "" => |s, _, _| s.mode.lane(0).code();
@@ -175,7 +173,7 @@ trace! {
 }
 
 impl Trace {
-    /// A recorder of a run in this trace.
+    /// Creates a recorder that writes to this trace.
     #[must_use]
     pub fn recorder(&mut self) -> TraceRecorder<'_> {
         TraceRecorder { trace: self, ticks: Ticks::NONE, count: 0 }
@@ -188,15 +186,15 @@ impl Trace {
         self
     }
 
-    /// Adds the contact of the estimator (m), which its trust needs.
+    /// Adds the contact position of the estimator (m), which [`Trace::trust`] requires.
     #[must_use]
     pub fn with_contact(mut self, contact_m: f64) -> Self {
         self.contact_m = Some(contact_m);
         self
     }
 
-    /// The trust in the estimates, tick by tick, computed from the other columns; `None` if the contact is not known. The depth is that
-    /// of the needle itself, not of the position sensor.
+    /// Confidence in the estimates, tick by tick, computed from the other columns; `None` without the contact position.
+    /// It uses the depth of the needle itself, not of the position sensor.
     #[must_use]
     pub fn trust(&self) -> Option<TrustColumns> {
         let motion = (&*self.slave_position_m, &*self.slave_velocity_m_per_s);
@@ -211,13 +209,13 @@ impl Trace {
         self.time_s.len()
     }
 
-    /// Whether there are no ticks.
+    /// Returns true if there are no ticks.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()
     }
 
-    /// The columns that hold numbers, in the order of [`COLUMNS`]: all but `mode`.
+    /// The columns of numbers, in the order of [`COLUMNS`]: all but `mode`.
     #[must_use]
     pub fn numbers(&self) -> Vec<&[f64]> {
         let numbers = |values| match values {

@@ -1,11 +1,11 @@
-//! The trust in the estimate, tick by tick, as further columns of a trace.
+//! Confidence in the estimate, tick by tick, as further columns of a trace.
 
 use super::column::{ColumnValues, TraceColumn};
 use trocar_base::large_pages::with_capacity;
 use trocar_base::rows::Rows;
 use trocar_core::estimation::Confidence;
 
-/// The columns of [`TrustColumns`], in the order of a trace's file.
+/// The columns of [`TrustColumns`], in file order.
 pub const TRUST_COLUMNS: [TraceColumn; 4] = [
     TraceColumn {
         name: "stiffness_std_n_per_m",
@@ -25,25 +25,25 @@ pub const TRUST_COLUMNS: [TraceColumn; 4] = [
     },
 ];
 
-/// The flag of a tick out of contact.
+/// Flag of a tick out of contact.
 const OUT_OF_CONTACT: u8 = 8;
 
-/// The trust in the estimate at each tick.
+/// Confidence in the estimate at each tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrustColumns {
     /// Standard error of K in N/m.
     pub stiffness_std_n_per_m: Vec<f64>,
     /// Standard error of B in N·s/m.
     pub damping_std_n_s_per_m: Vec<f64>,
-    /// The excitation, 0 to 1.
+    /// Excitation, 0 to 1.
     pub excitation: Vec<f64>,
-    /// The flags.
+    /// Sum of flags: [`Trust::flags`](trocar_core::estimation::Trust::flags), or 8 out of contact.
     pub estimate_flags: Vec<u8>,
 }
 
 impl TrustColumns {
-    /// The trust in the estimates of samples `tick_s` (s) apart, of a contact at `contact_m` (m): from positions (m) and velocities
-    /// (m/s), residuals (N), and estimates of K (N/m) and B (N·s/m), all of the same length.
+    /// Computes the confidence in the estimates `k` (N/m) and `b` (N·s/m) of samples `tick_s` apart. All slices have
+    /// the same length.
     #[must_use]
     pub fn of(
         (contact_m, tick_s): (f64, f64),
@@ -81,7 +81,7 @@ impl TrustColumns {
         ]
     }
 
-    /// The same, owned.
+    /// The columns of [`TRUST_COLUMNS`], owned.
     #[must_use]
     pub fn into_columns(self) -> [ColumnValues<Vec<f64>, Vec<u8>>; TRUST_COLUMNS.len()] {
         [

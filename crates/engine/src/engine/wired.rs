@@ -18,17 +18,17 @@ pub type PaperChain<L, O, T, S, K> = Parts<L, O, T, S, Rls<L>, CusumDetector<L, 
 /// Any built-in part in each role.
 pub type Any<L> = AnyChain<L, HumanOperator<L>, AnyTissue<L>, AnySensor<L>, Link<L>>;
 
-/// An engine with parts known at compile time: those of the most frequent experiments, and all others.
+/// An engine with parts known at compile time: the most frequent combinations, and any parts.
 ///
-/// All give the same bits; a tick is faster with fewer branches on the kind of a part.
+/// All give the same bits. Fewer branches on the kind of a part make a tick faster.
 #[derive(Debug, Clone)]
 #[expect(clippy::type_complexity, reason = "each variant names the parts for which the engine is compiled")]
 pub enum Wired<L: Lane, P> {
     /// The paper's experiment: recorded hand and force, a direct link, ideal sensors.
     Paper(Engine<P, PaperChain<L, Replay, RecordedForce, PerfectSensor, DirectLink<L>>>),
-    /// The same with a force sensor that is not ideal.
+    /// The paper's experiment with a non-ideal force sensor.
     NoisyRecording(Engine<P, PaperChain<L, Replay, RecordedForce, ForceSensor<L>, DirectLink<L>>>),
-    /// Layered tissue, with a force sensor that is not ideal and any built-in distance.
+    /// Layered tissue, with a non-ideal force sensor and any built-in distance.
     NoisyLayers(Engine<P, Parts<L, Replay, Layers<L>, ForceSensor<L>, Rls<L>, CusumDetector<L>, DirectLink<L>>>),
     /// A recording replayed by depth.
     Depth(Engine<P, PaperChain<L, Replay, DepthReplay<L>, PerfectSensor, DirectLink<L>>>),
@@ -41,27 +41,27 @@ pub enum Wired<L: Lane, P> {
 trocar_core::variants!(each of Wired { Paper, NoisyRecording, NoisyLayers, Depth, AnyDirect, Any });
 
 impl<L: Lane, P: Plants<L>> Wired<L, P> {
-    /// As [`Engine::run`], in the registers of every machine.
+    /// [`Engine::run`] in the registers that every machine has.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub fn run(&mut self, observer: &mut dyn Observer<L>) -> Result<(), EngineError> {
         each!(self, engine => instruction_set::run_portably(engine, observer))
     }
 
-    /// [`Wired::run`], compiled for the observer and for wider registers, if the machine has them: identical bit
-    /// for bit, faster, and longer to build by a copy of the tick for each wiring.
+    /// [`Wired::run`], compiled for the observer and, if available, for wider registers: the same bits, faster, but one
+    /// more copy of the tick per wiring to build.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub fn run_compiled<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         each!(self, engine => instruction_set::run(engine, observer))
     }
 
-    /// As [`Engine::run`], in the instruction set of the lanes.
+    /// [`Engine::run`] in the instruction set of the lanes.
     ///
     /// # Errors
-    /// As [`Engine::run`].
+    /// See [`Engine::run`].
     pub fn run_wide<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), EngineError>
     where
         L: instruction_set::Wide,
@@ -69,21 +69,21 @@ impl<L: Lane, P: Plants<L>> Wired<L, P> {
         each!(self, engine => L::run(engine, observer))
     }
 
-    /// As [`Wiring::link_report`].
+    /// See [`Wiring::link_report`].
     #[must_use]
     pub fn link_report(&self, index: usize) -> Option<LinkReport> {
         each!(self, engine => engine.parts.link_report(index))
     }
 
-    /// Takes the run's noise from a bank, if it has it or has room. The numbers are the same as without a bank.
+    /// See [`Wiring::share_noise`].
     pub fn share_noise(&mut self, bank: &mut NoiseBank) {
         each!(self, engine => engine.parts.share_noise(bank, engine.grid.ticks()));
     }
 }
 
 impl<P> Wired<f64, P> {
-    /// Combines eight engines of one wiring into one, the first in lane 0; `None` if they differ in more than
-    /// numbers. `plants` combines their machines.
+    /// Combines eight engines of one wiring, the first in lane 0; `None` if they differ in more than numbers. `plants`
+    /// combines their machines.
     pub fn gather<L: Lane, Q>(
         all: [&Self; LANES],
         plants: impl FnOnce([&P; LANES]) -> Option<Q>,

@@ -1,30 +1,29 @@
-//! A live hand, moved during a run.
+//! A live hand that is moved during a run.
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
-/// Rate at which the hand approaches its aim, in 1/s: aims are set 60 times a second, and the hand must not jump
+/// Rate at which the hand approaches its aim, in 1/s. Aims are set 60 times a second, and the hand must not jump
 /// between them.
 const APPROACH_PER_S: f64 = 60.0;
 
-/// Maximum speed of the hand in m/s: that of a stab, so that a jump of the pointer causes no impact.
+/// Maximum speed of the hand in m/s, the speed of a stab. It prevents an impact when the pointer jumps.
 const MAX_SPEED_M_PER_S: f64 = 0.5;
 
-/// The position and the aim of a hand in m, shared by the run and by the code that moves the hand.
+/// Position and aim of a hand in m, shared by the run and the code that moves the hand.
 #[derive(Debug)]
 pub struct Hand {
-    /// The bits of the numbers.
     position: AtomicU64,
     aim: AtomicU64,
 }
 
 impl Hand {
-    /// A hand at rest at a position in m.
+    /// Creates a hand at rest at a position in m.
     #[must_use]
     pub fn new(position_m: f64) -> Self {
         Self { position: AtomicU64::new(position_m.to_bits()), aim: AtomicU64::new(position_m.to_bits()) }
     }
 
-    /// Aims at a position in m; a position that is not finite is ignored.
+    /// Sets the aim in m; ignores a position that is not finite.
     pub fn aim(&self, position_m: f64) {
         if position_m.is_finite() {
             self.aim.store(position_m.to_bits(), Ordering::Relaxed);
@@ -37,7 +36,7 @@ impl Hand {
         f64::from_bits(self.position.load(Ordering::Relaxed))
     }
 
-    /// Moves towards the aim for `tick_s` (s): by a fraction of the distance, at most at the maximum speed.
+    /// Moves towards the aim by a fraction of the distance, at most at the maximum speed.
     pub fn step(&self, tick_s: f64) {
         let position = self.position_m();
         let way = f64::from_bits(self.aim.load(Ordering::Relaxed)) - position;
@@ -58,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hand_goes_where_it_aims_and_not_faster_than_hands_do() {
+    fn a_hand_moves_to_its_aim_at_no_more_than_the_maximum_speed() {
         let hand = Hand::new(0.0);
         hand.aim(0.05);
         let mut fastest = 0.0_f64;
@@ -75,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn near_its_aim_a_hand_moves_by_a_fraction_of_the_way() {
+    fn near_its_aim_a_hand_moves_by_a_fraction_of_the_distance() {
         let hand = Hand::new(0.1);
         hand.aim(0.104);
         hand.step(1e-3);

@@ -1,11 +1,11 @@
-//! The operator's motions by their words in scenarios, and their settings.
+//! Settings of the operator's motions, under their words in scenarios.
 
 use std::sync::Arc;
 
 use super::motion::{insertion_extraction, minimum_jerk, sine};
 
 trocar_core::settings! {
-    /// The start of a motion.
+    /// Start of a motion.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct StartSettings in "operator." {
         /// Start of a ramp or a movement, or centre of a sine.
@@ -14,7 +14,7 @@ trocar_core::settings! {
 }
 
 trocar_core::settings! {
-    /// The end of a motion.
+    /// End of a motion.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct EndSettings in "operator." {
         /// End of a ramp or a movement.
@@ -23,7 +23,7 @@ trocar_core::settings! {
 }
 
 trocar_core::settings! {
-    /// The duration of a motion.
+    /// Duration of a motion.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct MovementSettings in "operator." {
         /// Duration of a minimum-jerk movement or an insertion.
@@ -35,9 +35,9 @@ trocar_core::settings! {
     /// A constant speed.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RampSettings in "operator." {
-        /// Its start.
+        /// Start.
         start: StartSettings,
-        /// Its end.
+        /// End.
         end: EndSettings,
         /// Speed of a ramp.
         speed_m_per_s: f64 [POSITIVE] = 0.01,
@@ -48,11 +48,11 @@ trocar_core::settings! {
     /// Minimum jerk, from rest to rest.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct MinimumJerkSettings in "operator." {
-        /// Its start.
+        /// Start.
         start: StartSettings,
-        /// Its end.
+        /// End.
         end: EndSettings,
-        /// Its duration.
+        /// Duration.
         movement: MovementSettings,
     }
 }
@@ -61,9 +61,9 @@ trocar_core::settings! {
     /// An insertion in pushes, a rest, and a withdrawal.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct InsertionExtractionSettings in "operator." {
-        /// Its start.
+        /// Start.
         start: StartSettings,
-        /// Its depth.
+        /// Depth.
         end: EndSettings,
         /// Duration of the insertion.
         movement: MovementSettings,
@@ -80,7 +80,7 @@ trocar_core::settings! {
     /// A sine.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SineSettings in "operator." {
-        /// Its centre.
+        /// Centre.
         start: StartSettings,
         /// Amplitude of a sine.
         amplitude_m: f64 [ANY] = 0.002,
@@ -90,8 +90,8 @@ trocar_core::settings! {
 }
 
 trocar_core::choice! {
-    /// Desired position: that of the recording, a constant speed, a minimum-jerk movement, an insertion and extraction,
-    /// or a sine.
+    /// Desired position: the recording, a constant speed, a minimum-jerk movement, an insertion and extraction, or a
+    /// sine.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum MotionSettings at "operator.kind" = Recording {
         /// A recording.
@@ -108,7 +108,7 @@ trocar_core::choice! {
 }
 
 impl MinimumJerkSettings {
-    /// Positions in m at `ticks` ticks of `tick_s` (s).
+    /// Computes the positions in m at `ticks` ticks of `tick_s`.
     #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         minimum_jerk(self.start.start_m, self.end.end_m, self.movement.movement_s, tick_s, ticks)
@@ -116,7 +116,7 @@ impl MinimumJerkSettings {
 }
 
 impl InsertionExtractionSettings {
-    /// Positions in m at `ticks` ticks of `tick_s` (s).
+    /// Computes the positions in m at `ticks` ticks of `tick_s`.
     #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         let way_in = (self.movement.movement_s, self.pushes);
@@ -126,7 +126,7 @@ impl InsertionExtractionSettings {
 }
 
 impl SineSettings {
-    /// Positions in m at `ticks` ticks of `tick_s` (s).
+    /// Computes the positions in m at `ticks` ticks of `tick_s`.
     #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         sine(self.start.start_m, self.amplitude_m, self.frequency_hz, tick_s, ticks)

@@ -32,13 +32,13 @@ use std::sync::Arc;
 use trocar_core::error::{InvalidValue, finite};
 use trocar_core::lane::{Lane, Mask};
 
-/// Largest distance of the desired position from 0, in m. A run beyond it has diverged.
+/// Largest magnitude of the desired position in m. A run beyond it has diverged.
 pub const MAX_POSITION_M: f64 = 1.0;
 
-/// The kinds of motion. The desired position is linear between ticks.
+/// A motion of the operator. The desired position is linear between ticks.
 #[derive(Debug, Clone)]
 pub enum Motion<L> {
-    /// A recorded or computed motion, one position per tick; the last one is held after the end.
+    /// A recorded or computed motion, one position per tick. After the end the last one is held.
     Recording(Arc<[f64]>),
     /// A constant speed from a start to an end.
     Ramp(Ramp<L>),
@@ -48,15 +48,15 @@ pub enum Motion<L> {
 
 /// Gives the operator's desired position of the master.
 ///
-/// A user-defined operator implements this for `f64`; [`HumanOperator`] and [`Replay`] for any number of lanes.
+/// A user-defined operator implements this trait for `f64`; [`HumanOperator`] and [`Replay`] implement it for any
+/// number of lanes.
 pub trait Operator<L: Lane> {
-    /// The desired position at `tick` in m, given the felt force `felt_n` (N) at the tick before. Called once per tick,
-    /// starting at 0.
+    /// Returns the desired position at `tick` in m; `felt_n` is the felt force at the tick before. Called once per tick
+    /// from 0.
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L;
 
-    /// The position in m that the operator means to reach, at the tick of the last desired position `desired_m` (m).
-    ///
-    /// It is the desired position without what the hand does involuntarily, such as a tremor.
+    /// The intended position in m at the tick of the last desired position `desired_m`: without involuntary motion such
+    /// as a tremor.
     #[inline(always)]
     fn intended_position_m(&self, desired_m: L) -> L {
         desired_m
@@ -66,11 +66,11 @@ pub trait Operator<L: Lane> {
     #[inline(always)]
     fn master(&mut self, _position_m: L) {}
 
-    /// Receives whether a cue on the skin is on. Called before the desired position of the next tick.
+    /// Receives the state of a cue on the skin, before the desired position of the next tick.
     #[inline(always)]
     fn cue(&mut self, _is_on: L::Mask) {}
 
-    /// Whether the operator noticed a change of the felt force, at the tick of the last desired position.
+    /// The lanes in which the operator noticed a change of the felt force at the tick of the last desired position.
     #[inline(always)]
     fn notices(&self) -> L::Mask {
         L::Mask::splat(false)
@@ -104,7 +104,7 @@ impl<L: Lane, O: Operator<L> + ?Sized> Operator<L> for Box<O> {
     }
 }
 
-/// A motion known in advance: one position per tick in m; the last one is held after the end.
+/// A motion known in advance: one position per tick in m. After the end the last one is held.
 #[derive(Debug, Clone)]
 pub struct Replay(pub Arc<[f64]>);
 
@@ -123,7 +123,7 @@ impl trocar_core::lane::Gather for Replay {
     }
 }
 
-/// A human operator: the intended motion, the hand's tremor, its reflexes and grip, and the reaction to the felt force.
+/// A human operator: intended motion, tremor, stretch reflexes, grip, and the reaction to the felt force.
 #[derive(Debug, Clone)]
 pub struct HumanOperator<L: Lane> {
     motion: Motion<L>,
@@ -131,11 +131,11 @@ pub struct HumanOperator<L: Lane> {
     reaction: Option<Reaction<L>>,
     stretch: Option<Stretch<L>>,
     stiffening: Option<Stiffening<L>>,
-    /// The position at the last tick without what the hand does involuntarily.
+    /// Position at the last tick without involuntary motion, in m.
     intended_m: L,
-    /// How far the master was beyond it at the last tick, in m.
+    /// Distance of the master beyond the intended position at the last tick, in m.
     stretch_m: L,
-    /// Lanes in which it was less deep than at the tick before.
+    /// Lanes in which the intended position retreated in the last tick.
     withdraws: L::Mask,
 }
 
@@ -149,7 +149,7 @@ pub struct Ramp<L> {
 }
 
 impl<L: Lane> Ramp<L> {
-    /// A ramp from `start_m` at `speed_m_per_s` (either sign) to `end_m`, on ticks `tick_s` apart.
+    /// Creates a ramp from `start_m` at `speed_m_per_s` (either sign) to `end_m`, for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the argument that is not finite.
@@ -166,7 +166,7 @@ impl<L: Lane> Ramp<L> {
     }
 }
 
-/// The position of a recorded motion at `tick`, in m; the last one is held after the end.
+/// The recorded position at `tick` in m; after the end the last one.
 #[inline(always)]
 pub fn recorded<L: Lane>(positions: &[f64], tick: u64) -> L {
     let held = || positions.last().copied().unwrap_or(0.0);
@@ -174,7 +174,6 @@ pub fn recorded<L: Lane>(positions: &[f64], tick: u64) -> L {
 }
 
 impl<L: Lane> Motion<L> {
-    /// The desired position in m at a time of the motion in ticks.
     #[inline(always)]
     fn at(&self, ticks: L) -> L {
         match self {
@@ -186,7 +185,7 @@ impl<L: Lane> Motion<L> {
 }
 
 impl<L: Lane> HumanOperator<L> {
-    /// An operator without tremor who does not react to the felt force.
+    /// Creates an operator without tremor and reaction.
     #[must_use]
     pub fn new(motion: Motion<L>) -> Self {
         Self {
@@ -201,15 +200,14 @@ impl<L: Lane> HumanOperator<L> {
         }
     }
 
-    /// Adds a tremor: one displacement in m per tick, as from [`TremorSettings::displacements`].
+    /// Adds a tremor: one displacement in m per tick, from [`TremorSettings::displacements`].
     #[must_use]
     pub fn trembling(mut self, displacements_m: Arc<[L]>) -> Self {
         self.tremor = Some(displacements_m);
         self
     }
 
-    /// Adds stretch reflexes of an arm of the static stiffness `stiffness_n_per_m` (N/m), and a grip that stiffens, if the settings
-    /// have them; on ticks of `tick_s` (s).
+    /// Adds the configured stretch reflexes and grip, for an arm of the static stiffness `stiffness_n_per_m`.
     #[must_use]
     pub fn tensing(
         mut self,
@@ -223,8 +221,8 @@ impl<L: Lane> HumanOperator<L> {
         self
     }
 
-    /// Adds what the operator notices of the felt force, and the reaction to it, if the settings have one of them; lane `i`
-    /// uses stream `first_stream + i` of the seed, on ticks of `tick_s` (s).
+    /// Adds the configured perception of force drops and reaction to them. Lane `i` uses stream `first_stream + i` of
+    /// the seed.
     #[must_use]
     pub fn reacting(
         mut self,
@@ -240,8 +238,8 @@ impl<L: Lane> HumanOperator<L> {
 }
 
 impl HumanOperator<f64> {
-    /// Rests at the desired position of `tick`, which is the last one given. Stretch reflexes and grip go on: they answer to the
-    /// master's motion and belong to the loop.
+    /// Rests at the desired position of `tick`, which is the last one given. Stretch reflexes and grip continue,
+    /// because they respond to the master's motion and belong to the loop.
     pub fn rest(&mut self, tick: u64) {
         let displacement_m = self.tremor.take().and_then(|all| all.get(tick as usize).copied());
         self.intended_m += displacement_m.unwrap_or(0.0);
@@ -334,7 +332,7 @@ impl trocar_core::lane::Gather for Motion<f64> {
 mod tests {
     use super::*;
 
-    /// An operator that answers with everything it receives.
+    /// An operator that returns everything that it receives.
     #[derive(Default)]
     struct Echo {
         master_m: f64,
@@ -364,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn a_boxed_operator_is_the_operator_in_the_box() {
+    fn a_boxed_operator_behaves_like_the_operator_in_the_box() {
         let mut boxed: Box<dyn Operator<f64>> = Box::new(Echo::default());
         assert!(!Operator::<f64>::notices(&boxed));
         Operator::<f64>::master(&mut boxed, 7.0);
@@ -374,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_ends_where_it_should_in_either_direction() {
+    fn a_ramp_reaches_its_end_in_either_direction() {
         let at = |start, end, tick| {
             let ramp = Ramp::<f64>::new(start, end, 0.01, 1e-3).expect("valid");
             HumanOperator::new(Motion::Ramp(ramp)).desired_position_m(tick, 0.0)
@@ -386,13 +384,12 @@ mod tests {
         assert_eq!(at(0.02, 0.0, 5000), 0.0);
     }
 
-    /// A ramp of 10 mm/s from 0 to 20 mm, on ticks of 1 ms.
     fn ramp() -> HumanOperator<f64> {
         HumanOperator::new(Motion::Ramp(Ramp::new(0.0, 0.02, 0.01, 1e-3).expect("valid")))
     }
 
     #[test]
-    fn a_speed_has_no_sign_and_must_be_finite() {
+    fn the_sign_of_a_speed_is_ignored_and_a_speed_must_be_finite() {
         let backwards = Ramp::<f64>::new(0.0, 0.02, -0.01, 1e-3).expect("valid");
         let position = HumanOperator::new(Motion::Ramp(backwards)).desired_position_m(500, 0.0);
         assert!((position - 0.005).abs() < 1e-15);
@@ -428,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn reflexes_and_grip_answer_to_how_far_the_master_is_beyond_the_intended_position() {
+    fn reflexes_and_grip_respond_to_the_stretch_beyond_the_intended_position() {
         let stretch = StretchSettings {
             long_gain_n_per_m: 100.0,
             long_delay_s: 0.0,
@@ -440,12 +437,12 @@ mod tests {
             let mut operator = ramp().tensing(stretch, stiffening, 500.0, 1e-3);
             operator.desired_position_m(100, 0.0);
             operator.master(0.003);
-            // 2 mm beyond 1 mm; felt 1 N.
+            // 2 mm beyond 1 mm; the felt force is 1 N.
             operator.desired_position_m(101, 1.0) - 1.01e-3
         };
         let none = (StretchSettings::default(), StiffeningSettings::default());
         assert!(shift(&none.0, &none.1).abs() < 1e-15);
-        // 100 N/m of 2 mm through 500 N/m: back by 0.4 mm. Half as stiff again: back by 1 mm.
+        // The reflex: 100 N/m times 2 mm over 500 N/m shifts back by 0.4 mm. The grip, stiffer by half: back by 1 mm.
         assert!((shift(&stretch, &none.1) + 4e-4).abs() < 1e-15, "{}", shift(&stretch, &none.1));
         assert!((shift(&none.0, &stiffening) + 1e-3).abs() < 1e-15, "{}", shift(&none.0, &stiffening));
         assert!((shift(&stretch, &stiffening) + 1.4e-3).abs() < 1e-15);
@@ -462,7 +459,7 @@ mod tests {
     }
 
     #[test]
-    fn an_operator_who_stops_pauses_a_reaction_time_after_the_drop_and_goes_on() {
+    fn an_operator_who_stops_pauses_a_reaction_time_after_the_drop_and_continues() {
         let positions = after_a_drop(reacting(Reflex::Stop));
         assert!((positions[601] - 6.01e-3).abs() < 1e-12, "{}", positions[601]);
         assert!((602..=1101).all(|tick| positions[tick] == positions[601]), "0.5 s");
@@ -472,7 +469,7 @@ mod tests {
     }
 
     #[test]
-    fn an_operator_who_withdraws_goes_back() {
+    fn an_operator_who_withdraws_moves_back() {
         let positions = after_a_drop(reacting(Reflex::Withdraw { distance_m: 0.002, speed_m_per_s: 0.02 }));
         let deepest = positions[601];
         assert!((positions[651] - (deepest - 1e-3)).abs() < 1e-12, "20 mm/s for 50 ms: {}", positions[651]);
@@ -480,7 +477,7 @@ mod tests {
     }
 
     #[test]
-    fn an_operator_tells_when_a_drop_is_noticed() {
+    fn an_operator_reports_that_a_drop_is_noticed() {
         let mut operator = reacting(Reflex::Stop);
         let mut noticed = vec![];
         for tick in 0..1500 {
@@ -506,7 +503,7 @@ mod tests {
     }
 
     #[test]
-    fn the_positions_of_a_motion_are_those_of_its_settings() {
+    fn the_positions_of_a_motion_follow_from_its_settings() {
         let (start, end) = (StartSettings { start_m: 0.01 }, EndSettings { end_m: 0.03 });
         let movement = MovementSettings { movement_s: 0.5 };
         let jerk = MinimumJerkSettings { start, end, movement }.positions_m(1e-3, 600);
@@ -532,7 +529,7 @@ mod tests {
                 noticed.push(tick);
             }
         }
-        // Half of it is taken up after ln 2 of the 50 ms.
+        // Half of the cue is integrated after ln 2 of the 50 ms.
         assert_eq!(noticed, [234]);
     }
 }

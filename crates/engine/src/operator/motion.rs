@@ -1,9 +1,9 @@
-//! Motions in closed form, computed before a run, so that the tick needs no transcendental function.
+//! Motions in closed form, computed before a run, so the tick needs no transcendental function.
 
 use std::sync::Arc;
 
-/// A movement from `start_m` to `end_m` (m) in `movement_s` (s, above 0) with minimum jerk, then rest; one position per
-/// tick for `ticks` ticks of `tick_s` (s).
+/// A movement from `start_m` to `end_m` in `movement_s` (above 0) with minimum jerk, then rest: one position per tick
+/// for `ticks` ticks of `tick_s`.
 ///
 /// `x = start + (end - start) (10 τ³ - 15 τ⁴ + 6 τ⁵)`, `τ = t / movement` (Flash and Hogan 1985).
 #[must_use]
@@ -15,8 +15,8 @@ pub fn minimum_jerk(start_m: f64, end_m: f64, movement_s: f64, tick_s: f64, tick
     (0..ticks).map(position).collect()
 }
 
-/// An insertion and a withdrawal: from `start_m` to `end_m` (m) in a number of equal pushes that take `movement_s` (s)
-/// in total, a rest of `hold_s`, and back in one movement of `withdrawal_s`; then rest. One position per tick.
+/// An insertion from `start_m` to `end_m` in equal pushes that take `movement_s` in total, a rest of `hold_s`, a
+/// withdrawal in one movement of `withdrawal_s`, then rest: one position per tick.
 ///
 /// Each push and the withdrawal are minimum-jerk movements. The pushes are chosen here: the speed rises and falls, as
 /// in manual insertions.
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn an_insertion_goes_in_by_pushes_rests_and_comes_back() {
+    fn an_insertion_advances_in_pushes_rests_and_returns() {
         let way = insertion_extraction((-0.01, 0.03), (2.0, 4), (0.5, 1.0), 1e-3, 4001);
         for (tick, position) in [(0, -0.01), (500, 0.0), (1000, 0.01), (2000, 0.03), (2500, 0.03), (3500, -0.01)] {
             assert!((way[tick] - position).abs() < 1e-12, "{tick}: {}", way[tick]);
@@ -83,14 +83,14 @@ mod tests {
     }
 
     #[test]
-    fn a_sine_swings_about_its_centre() {
+    fn a_sine_oscillates_about_its_centre() {
         let way = sine(0.01, 0.002, 5.0, 1e-3, 401);
         assert_eq!(way[0], 0.01);
         assert!((way[50] - 0.012).abs() < 1e-12 && (way[150] - 0.008).abs() < 1e-12 && (way[400] - 0.01).abs() < 1e-12);
     }
 
     #[test]
-    fn a_minimum_jerk_movement_is_its_polynomial() {
+    fn a_minimum_jerk_movement_follows_its_polynomial() {
         let way = minimum_jerk(0.01, 0.03, 0.8, 1e-3, 900);
         for tick in [0, 100, 200, 333, 700, 800, 899] {
             let tau = (tick as f64 * 1e-3 / 0.8).min(1.0);

@@ -1,4 +1,4 @@
-//! Noticing a drop of the felt force as a psychometric decision.
+//! Perception of a drop of the felt force as a psychometric decision.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -8,24 +8,24 @@ use rand_distr::{Distribution, StandardNormal};
 use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::nearest_ticks;
 
-/// Number of criteria drawn; then they repeat.
+/// Number of criteria drawn in advance; after the last they repeat.
 const DRAWN: usize = 64;
 
-/// Separates these random numbers from others with the same seed.
+/// Separates these random numbers from other random numbers with the same seed.
 const DOMAIN: u64 = 0x7065_7263_6569;
 
-/// Evidence in units of the internal noise above which a change is in progress, so that the criterion is kept.
+/// Evidence, in units of the internal noise, above which a change is in progress and the criterion is kept.
 const IN_PROGRESS: f64 = 0.5;
 
-/// Share of a lasting cue that the integration must have taken up for the cue to be noticed.
+/// Share of a lasting cue that must be integrated before the cue is noticed.
 const CUE_TAKEN_UP: f64 = 0.5;
 
 trocar_core::choice! {
-    /// How the operator notices a drop of the felt force: by the fixed threshold of the reaction, or by a psychometric
+    /// Let the operator notice a drop of the felt force by the fixed threshold of the reaction, or by a psychometric
     /// decision.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum Perception at "perception.kind" = None {
-        /// By the fixed threshold of the reaction; without a reaction nothing is noticed.
+        /// By the fixed threshold of the reaction. Without a reaction nothing is noticed.
         "none" => None,
         /// By a decision in internal noise.
         "psychometric" => Psychometric(PerceptionSettings),
@@ -35,36 +35,36 @@ trocar_core::choice! {
 trocar_core::settings! {
     /// A decision in internal noise.
     ///
-    /// The noise is that of the just noticeable difference, at which d' is 1: about 7 % of the force, for 2.5 to 10 N in
-    /// tasks with one interval (Pang, Tan and Durlach 1991), and 7 % for the elbow (Jones 1989). Lapses are usually below
-    /// 6 % (Wichmann and Hill 2001). Reaction times to vibration on the hand are of the order of 0.2 s and differ by 20 to
-    /// 300 ms between conditions (Bao et al. 2019). The other defaults are chosen here.
+    /// The noise corresponds to the just noticeable difference, at which d' is 1: about 7 % of the force, for 2.5 to 10
+    /// N in tasks with one interval (Pang, Tan and Durlach 1991), and 7 % for the elbow (Jones 1989). Lapses are
+    /// usually below 6 % (Wichmann and Hill 2001). Reaction times to vibration on the hand are of the order of 0.2 s
+    /// and differ by 20 to 300 ms between conditions (Bao et al. 2019). The other defaults are chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct PerceptionSettings in "perception." {
         /// Standard deviation of the internal noise, as a fraction of the felt force.
         ///
         /// Weber fraction at d' = 1.
         weber_fraction: f64 [POSITIVE_SHARE] = 0.07,
-        /// Force that is added to the felt force in Weber's law, so that small forces have an absolute threshold.
+        /// Force added to the felt force in Weber's law, which gives small forces an absolute threshold.
         absolute_force_n: f64 [NON_NEGATIVE] = 0.3,
         /// Criterion of the decision, in standard deviations of the internal noise.
         ///
-        /// A sudden drop by `criterion · weber_fraction` of the force is noticed in half of the trials, and per interval without a
-        /// drop a share of Φ(-criterion) is noticed falsely.
+        /// A sudden drop by `criterion · weber_fraction` of the force is noticed in half of the trials. Per interval
+        /// without a drop, the share Φ(-criterion) is noticed falsely.
         criterion: f64 [NON_NEGATIVE] = 2.5,
-        /// Share of the changes that go unnoticed, whatever their size.
+        /// Share of the changes that remain unnoticed, independent of their size.
         lapse_rate: f64 [SHARE] = 0.02,
         /// Time constant over which the felt force is integrated.
         integration_s: f64 [POSITIVE] = 0.05,
-        /// Time constant of the memory of the felt force, with which it is compared.
+        /// Time constant of the memory that the felt force is compared with.
         memory_s: f64 [POSITIVE] = 0.5,
-        /// Time after which the internal noise is drawn anew.
+        /// Time after which the internal noise is drawn again.
         interval_s: f64 [POSITIVE] = 0.5,
         /// Mean of the time from noticing to the reaction.
         reaction_mean_s: f64 [NON_NEGATIVE] = 0.2,
         /// Standard deviation of the time to the reaction.
         reaction_std_s: f64 [NON_NEGATIVE] = 0.04,
-        /// Minimum time to the reaction.
+        /// Minimum time from noticing to the reaction.
         reaction_min_s: f64 [NON_NEGATIVE] = 0.1,
     }
     where memory_s: |s| s.memory_s > s.integration_s, "above perception.integration_s";
@@ -82,7 +82,7 @@ impl Perception {
 }
 
 impl PerceptionSettings {
-    /// Reaction times in ticks of `tick_s` (s): normal, not below the minimum.
+    /// Draws reaction times in ticks of `tick_s`: normally distributed, not below the minimum.
     pub(super) fn reaction_ticks<const N: usize>(&self, seed: u64, stream: u64, tick_s: f64) -> [f64; N] {
         let mut rng = rng(seed ^ 1, stream);
         std::array::from_fn(|_| {
@@ -106,7 +106,7 @@ fn rng(seed: u64, stream: u64) -> ChaCha8Rng {
     rng
 }
 
-/// The state of the decision.
+/// State of the decision.
 ///
 /// ```text
 /// S = F_h + exp(-T/τ_i) (S - F_h)        integrated force
@@ -114,9 +114,10 @@ fn rng(seed: u64, stream: u64) -> ChaCha8Rng {
 /// x = (L - S) / (h w (L₀ + F_a))         evidence in units of the noise
 /// noticed:  x >= c + z,  z normal with mean 0 and standard deviation 1
 /// ```
-/// `h` is the largest share of a sudden drop that `L - S` reaches, so that a sudden drop by `ΔF` gives a largest `x` of
-/// `ΔF / w (F + F_a)` and is noticed with the probability `(1 - λ) Φ(x - c)`. `L₀` is the memory when the change began. `z`
-/// is drawn once per interval, and kept while a change is in progress; with the probability `λ` it is infinite: a lapse.
+/// `h` is the largest share of a sudden drop that `L - S` reaches. A sudden drop by `ΔF` therefore gives a largest `x`
+/// of `ΔF / w (F + F_a)` and is noticed with the probability `(1 - λ) Φ(x - c)`. `L₀` is the memory when the change
+/// began. `z` is drawn once per interval, and kept while a change is in progress; with the probability `λ` it is
+/// infinite (a lapse).
 #[derive(Debug, Clone)]
 pub(super) struct Noticing<L: Lane> {
     keep_integrated: L,
@@ -139,7 +140,7 @@ pub(super) struct Noticing<L: Lane> {
 }
 
 impl<L: Lane> Noticing<L> {
-    /// Before the first tick; lane `i` uses stream `first_stream + i` of the seed.
+    /// Creates the state before the first tick; lane `i` uses stream `first_stream + i` of the seed.
     pub(super) fn new(settings: &PerceptionSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
         let mut criteria = [L::zero(); DRAWN];
         for lane in 0..L::WIDTH {
@@ -172,8 +173,8 @@ impl<L: Lane> Noticing<L> {
         }
     }
 
-    /// Processes the felt force (N) and the cue at a tick. Returns the lanes whose evidence reaches the criterion. In lanes whose
-    /// operator withdraws, a falling force is expected and no evidence.
+    /// Processes the felt force (N) and the cue at a tick. Returns the lanes whose evidence reaches the criterion.
+    /// While an operator withdraws, a falling force is expected and is no evidence.
     #[inline(always)]
     pub(super) fn step(&mut self, now: L, felt: L, cue: L::Mask, withdraws: L::Mask) -> L::Mask {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -186,7 +187,7 @@ impl<L: Lane> Noticing<L> {
         self.memory = L::select(self.is_first, felt, felt + self.keep_memory * (self.memory - felt));
         self.is_first = L::Mask::splat(false);
         self.reference = L::select(in_progress, self.reference, self.memory);
-        // Without an absolute threshold, nothing is felt at no force.
+        // Prevents a division by 0 at no force without an absolute threshold.
         let scale = (self.reference.abs() + self.absolute).max(L::splat(f64::MIN_POSITIVE));
         self.evidence = L::select(withdraws, zero, self.gain * (self.memory - self.integrated) / scale);
         let aim = L::select(cue, one, zero);
@@ -197,13 +198,13 @@ impl<L: Lane> Noticing<L> {
         (self.evidence.ge(self.criterion) & !withdraws) | (feels_cue & attends)
     }
 
-    /// Uses the cue up where it is noticed.
+    /// Prevents a noticed cue from being noticed again.
     #[inline(always)]
     pub(super) fn use_cue(&mut self, noticed: L::Mask) {
         self.cue_is_used = self.cue_is_used | noticed;
     }
 
-    /// Compares with the present force from now on, in the lanes that have reacted.
+    /// Restarts the comparison from the present force, in the lanes that have reacted.
     #[inline(always)]
     pub(super) fn restart(&mut self, lanes: L::Mask, now: L, felt: L) {
         self.integrated = L::select(lanes, felt, self.integrated);
@@ -212,7 +213,6 @@ impl<L: Lane> Noticing<L> {
         self.next_draw = L::select(lanes, now, self.next_draw);
     }
 
-    /// Draws the criterion of the next interval.
     #[cold]
     #[inline(never)]
     fn draw(&mut self, draws: L::Mask, now: L) {
@@ -234,7 +234,7 @@ trocar_core::lane::gather!(Noticing {
 mod tests {
     use super::*;
 
-    /// Whether each of `trials` sudden drops by a share of the force is noticed, within one interval.
+    /// The share of `trials` sudden drops, by a share of the force, that is noticed within one interval.
     fn noticed(settings: &PerceptionSettings, drop: f64, trials: u64) -> f64 {
         let is_noticed = |seed: &u64| {
             let mut person = Noticing::<f64>::new(settings, *seed, 0, 1e-3);
@@ -249,11 +249,12 @@ mod tests {
     }
 
     #[test]
-    fn ten_thousand_trials_have_the_threshold_and_the_slope_put_in() {
+    fn ten_thousand_trials_reproduce_the_configured_threshold_and_slope() {
         use trocar_base::quantiles::normal_quantile;
         for (weber_fraction, criterion, lapse_rate) in [(0.07, 2.5, 0.02), (0.1, 2.0, 0.0)] {
             let settings = PerceptionSettings { weber_fraction, criterion, lapse_rate, ..settings() };
-            // The probits of five drops, weighted by their precision, lie on a line with slope 1 / w through the threshold.
+            // The probits of five drops, weighted by their precision, lie on a line with slope 1 / w through the
+            // threshold.
             let (mut sums, each) = ([0.0; 5], 2000);
             for step in -2..=2 {
                 let drop = weber_fraction * (criterion + 0.6 * f64::from(step));
@@ -273,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn lapses_bound_what_is_noticed_and_the_criterion_what_is_noticed_falsely() {
+    fn lapses_limit_the_noticed_share_and_the_criterion_limits_false_notices() {
         let lapsing = PerceptionSettings { lapse_rate: 0.2, ..settings() };
         assert!((noticed(&lapsing, 0.9, 4000) - 0.8).abs() < 0.02);
         // Φ(-1) = 0.159 in an interval without a drop.
@@ -300,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn reaction_times_have_their_mean_and_spread_and_minimum() {
+    fn reaction_times_have_the_configured_mean_spread_and_minimum() {
         let times = settings().reaction_ticks::<4000>(1, 0, 1e-3);
         let mean = times.iter().sum::<f64>() / 4000.0;
         let std = (times.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / 4000.0).sqrt();
@@ -308,20 +309,19 @@ mod tests {
         assert!(times.iter().all(|&time| time >= 100.0));
     }
 
-    /// A person without lapses whose criterion varies.
     fn person() -> Noticing<f64> {
         Noticing::new(&PerceptionSettings { lapse_rate: 0.0, interval_s: 0.1, ..settings() }, 5, 0, 1e-3)
     }
 
     #[test]
-    fn the_criterion_is_drawn_anew_after_each_interval_and_kept_while_a_change_is_in_progress() {
+    fn the_criterion_is_drawn_again_after_each_interval_and_kept_during_a_change() {
         let mut person = person();
         let drawn = person.criteria;
         for tick in 0..1000 {
             person.step(f64::from(tick), 4.0, false, false);
             assert_eq!(person.criterion, drawn[tick as usize / 100], "{tick}");
         }
-        // A slow loss of force: evidence all the time.
+        // A slow loss of force, which gives evidence all the time.
         let mut force = 4.0;
         let mut kept = None;
         for tick in 1000..1400 {
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_reaction_the_present_force_is_the_one_to_compare_with() {
+    fn after_a_reaction_the_evidence_refers_to_the_present_force() {
         let (mut person, mut other) = (person(), person());
         for tick in 0..300 {
             let force = if tick < 200 { 4.0 } else { 1.0 };
@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn an_operator_who_withdraws_takes_a_falling_force_for_no_evidence() {
+    fn for_an_operator_who_withdraws_a_falling_force_is_no_evidence() {
         let mut person = person();
         let noticed =
             (0..900).any(|tick| person.step(f64::from(tick), if tick < 50 { 4.0 } else { 0.1 }, false, tick > 40));

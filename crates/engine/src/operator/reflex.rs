@@ -10,21 +10,22 @@ use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::nearest_ticks;
 
-/// Number of reaction times drawn; then they repeat.
+/// Number of reaction times drawn in advance; after the last they repeat.
 const DRAWN: usize = 16;
 
 /// Separates the reaction times from other random numbers with the same seed.
 const DOMAIN: u64 = 0x7265_666c_6578;
 
 trocar_core::choice! {
-    /// The operator's reaction, one reaction time after a drop of the felt force: none, pause, or pause and withdraw.
+    /// Let the operator react, one reaction time after a drop of the felt force: not at all, by a pause, or by a pause
+    /// and a withdrawal.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum Reflex at "perception.reflex" = None {
         /// No reaction.
         "none" => None,
-        /// Stops for the pause.
+        /// The operator stops for the pause.
         "stop" => Stop,
-        /// Stops and withdraws during the pause.
+        /// The operator stops and withdraws during the pause.
         "withdraw" => Withdraw in "perception.reflex_withdraw_" {
             /// Distance of the withdrawal.
             distance_m: f64 at "perception.reflex_withdraw_m" [NON_NEGATIVE] = 0.005,
@@ -34,21 +35,21 @@ trocar_core::choice! {
     }
 }
 
-/// With any reaction, as its keys: every kind after the first, none.
+/// Applies to keys that have an effect only with a reaction: every kind after the first, `none`.
 const WHEN_REACTING: ActsFor = ActsFor::new(Reflex::KEY.path, Reflex::WORDS.split_at(1).1);
-/// With a reaction to a fixed threshold, which a psychometric decision replaces.
+/// Applies to keys of the fixed threshold, which a psychometric decision replaces.
 const WITH_A_THRESHOLD: ActsFor = WHEN_REACTING.only_with(Perception::KEY.path, Perception::None.word());
 
 trocar_core::settings! {
-    /// When the operator notices a drop, how fast they react, and for how long.
+    /// When the operator notices a drop, the reaction time, and the duration of the reaction.
     ///
     /// A drop is noticed when the felt force is below `1 - weber_fraction` times its recent level. The discrimination
     /// threshold for forces of 2.5 to 10 N is about 7 % (Pang, Tan and Durlach 1991); the default of 15 % for a moving
-    /// hand is chosen here. Each reaction draws a reaction time from a uniform distribution; its default range of 150
-    /// to 250 ms, the memory, the pause and the minimum force are chosen here, too.
+    /// hand is chosen here. The reaction time is uniformly distributed. Its default range, the memory, the pause and
+    /// the minimum force are chosen here, too.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ReflexSettings in "perception.reflex_" {
-        /// The kind of reaction.
+        /// Kind of reaction.
         reflex: Reflex [kinds last],
         /// Fraction of its recent level by which the felt force must drop to be noticed.
         ///
@@ -70,13 +71,13 @@ trocar_core::settings! {
 }
 
 impl ReflexSettings {
-    /// Whether the operator reacts at all.
+    /// Returns true if the operator reacts at all.
     #[must_use]
     pub fn reacts(&self) -> bool {
         self.reflex != Reflex::None
     }
 
-    /// Checks the stated ranges of the fields, if the operator reacts.
+    /// Checks the ranges of the fields, if the operator reacts.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -85,15 +86,14 @@ impl ReflexSettings {
     }
 }
 
-/// The state of the reaction: its time, and its effect on the motion.
+/// State of the reaction: its time, and its effect on the motion.
 ///
 /// ```text
 /// level_k = F_h + exp(-T/τ) (level_{k-1} - F_h)
 /// noticed:  F_h < (1 - w) level_{k-1},  level_{k-1} >= minimum force,  no reaction pending
 /// ```
-/// One reaction time after the drop is noticed, the time of the motion stops for the pause; then the motion continues.
-/// No other drop is noticed until the end of the pause. With a psychometric decision, that decides what is noticed, and the
-/// reaction time is its own.
+/// One reaction time after the drop is noticed, the motion pauses; after the pause it continues. No other drop is
+/// noticed until the end of the pause. A psychometric decision replaces this rule and its reaction time.
 #[derive(Debug, Clone)]
 pub(super) struct Reaction<L: Lane> {
     keep: L,
@@ -103,24 +103,23 @@ pub(super) struct Reaction<L: Lane> {
     withdraw_step: L,
     withdraw_m: L,
     reaction_ticks: [L; DRAWN],
-    /// The level; -∞ before the first tick.
+    /// Recent level of the felt force in N; -∞ before the first tick.
     level: L,
     /// Tick of the reaction; infinite while none is pending.
     due: L,
     reactions: L,
-    /// The time of the motion in ticks.
+    /// Time of the motion in ticks.
     clock: L,
     withdrawn: L,
     withdrawn_before: L,
-    /// The lanes that noticed a drop at the last tick.
     noticed: L::Mask,
     noticing: Option<Noticing<L>>,
-    /// 1 where a cue is on.
+    /// 1 in lanes with a cue.
     cue: L,
 }
 
 impl<L: Lane> Reaction<L> {
-    /// A reaction before the first tick; lane `i` uses stream `first_stream + i` of the seed.
+    /// Creates the state before the first tick; lane `i` uses stream `first_stream + i` of the seed.
     pub(super) fn new(
         settings: &ReflexSettings,
         perception: &Perception,
@@ -170,7 +169,7 @@ impl<L: Lane> Reaction<L> {
         }
     }
 
-    /// Processes the felt force at the tick before `tick`, in lanes of which some withdraw; returns the time of the motion at `tick` in ticks, and the
+    /// Processes the felt force at the tick before `tick`. Returns the time of the motion at `tick` in ticks, and the
     /// withdrawn distance in m.
     #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, felt: L, withdraws: L::Mask) -> (L, L) {
@@ -208,19 +207,16 @@ impl<L: Lane> Reaction<L> {
         (self.clock, self.withdrawn)
     }
 
-    /// Receives whether a cue is on.
     #[inline(always)]
     pub(super) fn cue(&mut self, is_on: L::Mask) {
         self.cue = L::select(is_on, L::splat(1.0), L::zero());
     }
 
-    /// The lanes that noticed a drop at the last tick.
     #[inline(always)]
     pub(super) fn has_noticed(&self) -> L::Mask {
         self.noticed
     }
 
-    /// Sets the tick of the reaction in the lanes that notice a drop.
     #[cold]
     #[inline(never)]
     fn notice(&mut self, notices: L::Mask, now: L) {
@@ -290,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_drop_nobody_reacts() {
+    fn without_a_drop_there_is_no_reaction() {
         for force in [&(|_| 2.0) as &dyn Fn(u64) -> f64, &|k| 2.0 - 0.05 * (k % 3) as f64, &|k| 1e-3 * k as f64] {
             assert_eq!(react_to(&settings(), 1, force).last().expect("reaction").0, 2999.0);
         }
@@ -302,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_withdrawal_goes_as_far_and_as_fast_as_it_says() {
+    fn a_withdrawal_has_the_configured_distance_and_speed() {
         let reflex = Reflex::Withdraw { distance_m: 0.004, speed_m_per_s: 0.05 };
         let reaction = react_to(&ReflexSettings { reflex, ..settings() }, 1, drop_at(1000));
         let fastest = reaction.windows(2).map(|pair| pair[1].1 - pair[0].1).fold(0.0, f64::max);
@@ -311,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_that_cannot_be_are_refused() {
+    fn impossible_settings_are_refused() {
         assert!(settings().validate().is_ok());
         for bad in [
             ReflexSettings { weber_fraction: 1.0, ..settings() },
@@ -323,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn each_reaction_draws_a_time_of_its_own() {
+    fn each_reaction_draws_a_new_reaction_time() {
         let mut reaction = Reaction::<f64>::new(&settings(), &Perception::None, (3, 0), 1e-3);
         let drawn = reaction.reaction_ticks;
         let (mut noticed_at, mut waits, mut before) = (None, vec![], 0.0);

@@ -3,33 +3,33 @@
 use trocar_core::lane::Lane;
 
 trocar_core::settings! {
-    /// How the arm stiffens under load.
+    /// The rise of the arm's stiffness under load.
     ///
-    /// The stiffness of a hand rises with the force of its grip (Hasser and Cutkosky 2002), and who meets a force grips harder. Rate,
-    /// limit and time constant are chosen here.
+    /// The stiffness of a hand rises with its grip force (Hasser and Cutkosky 2002), and a person grips harder against
+    /// a force. Rate, limit and time constant are chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct StiffeningSettings in "operator.stiffening_" {
         /// Share by which the static stiffness of the arm rises per newton of the felt force.
         ///
-        /// 0: it does not.
+        /// With 0 it does not rise.
         per_n: f64 [NON_NEGATIVE] = 0.0,
-        /// Largest share by which it rises.
+        /// Largest share by which the stiffness rises.
         limit: f64 [NON_NEGATIVE] = 1.0,
-        /// Time constant with which it follows the force.
+        /// Time constant with which the stiffness follows the force.
         time_s: f64 [NON_NEGATIVE] = 0.1,
     }
 }
 
 impl StiffeningSettings {
-    /// Whether it does.
+    /// Returns true if the grip stiffens.
     #[must_use]
     pub fn acts(&self) -> bool {
         self.per_n > 0.0 && self.limit > 0.0
     }
 }
 
-/// The state of the grip: `σ` follows `min(limit, rate |F_h|)` with its time constant, and the position towards which the arm
-/// pulls shifts by `σ (x_intended - x_h)`. A master at rest then meets `1 + σ` times the arm's static stiffness.
+/// State of the grip. `σ` follows `min(limit, rate |F_h|)` with its time constant, and the position towards which the
+/// arm pulls shifts by `σ (x_intended - x_h)`. A master at rest then meets `1 + σ` times the arm's static stiffness.
 #[derive(Debug, Clone)]
 pub(super) struct Stiffening<L> {
     per_n: L,
@@ -39,7 +39,7 @@ pub(super) struct Stiffening<L> {
 }
 
 impl<L: Lane> Stiffening<L> {
-    /// A relaxed grip before the first tick of `tick_s` (s); `None` for one that does not stiffen.
+    /// Creates a relaxed grip; `None` if it does not stiffen.
     pub(super) fn new(settings: &StiffeningSettings, tick_s: f64) -> Option<Self> {
         let keep = if settings.time_s > 0.0 { libm::exp(-tick_s / settings.time_s) } else { 0.0 };
         settings.acts().then(|| Self {
@@ -50,7 +50,7 @@ impl<L: Lane> Stiffening<L> {
         })
     }
 
-    /// Takes the felt force (N) and the stretch (m) of a tick, and returns the shift at the next one in m.
+    /// Processes the felt force (N) and the stretch (m) of a tick. Returns the shift at the next tick in m.
     #[inline(always)]
     pub(super) fn step(&mut self, felt: L, stretch_m: L) -> L {
         let wanted = (self.per_n * felt.abs()).min(self.limit);
@@ -69,7 +69,7 @@ mod tests {
     fn the_share_follows_the_force_up_to_its_limit() {
         let settings = StiffeningSettings { per_n: 0.2, limit: 0.5, time_s: 0.1 };
         let mut grip = Stiffening::<f64>::new(&settings, 1e-3).expect("it stiffens");
-        // 1 N: a share of 0.2, after 50 ms that of a lag.
+        // 1 N: a share of 0.2, reached with the lag; here after 50 ms.
         let shifts: Vec<f64> = (0..50).map(|_| grip.step(-1.0, 0.01)).collect();
         assert!((shifts[49] + 0.01 * 0.2 * (1.0 - (-0.5_f64).exp())).abs() < 1e-15, "{}", shifts[49]);
         for _ in 0..5000 {

@@ -1,4 +1,4 @@
-//! Stretch reflexes of the arm: muscles that are stretched pull back, after the delay of their nerves.
+//! Stretch reflexes of the arm: stretched muscles pull back, after the delay of their nerves.
 
 use trocar_core::lane::Lane;
 use trocar_core::time::nearest_ticks;
@@ -6,39 +6,39 @@ use trocar_core::time::nearest_ticks;
 trocar_core::settings! {
     /// The stretch reflexes of short and long latency.
     ///
-    /// The delays are those of the muscles of the wrist, about 25 ms for the short and 60 ms for the long latency (Schuurmans et
-    /// al. 2009, <https://doi.org/10.1007/s00221-008-1647-7>). People change the gains with the task, those of the long
-    /// latency by a factor of 4 to 10 (reviewed there); no default other than 0 is right for all. That the short one answers to
-    /// velocity and the long one to displacement, and the lag of the muscle, are chosen here.
+    /// The delays are typical of the muscles of the wrist, about 25 ms for the short and 60 ms for the long latency
+    /// (Schuurmans et al. 2009, <https://doi.org/10.1007/s00221-008-1647-7>). People change the gains with the task,
+    /// the long-latency gain by a factor of 4 to 10 (reviewed there), so no default other than 0 suits all tasks.
+    /// Chosen here: the short latency responds to velocity, the long one to displacement, and the lag of the muscle.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct StretchSettings in "operator.stretch_" {
         /// Force per speed of the stretch, at the short latency.
         ///
-        /// 0: no reflex.
+        /// With 0 there is no reflex.
         short_gain_n_s_per_m: f64 [NON_NEGATIVE] = 0.0,
         /// Delay of the short latency, at most 1 s.
         short_delay_s: f64 [SHARE] = 0.025,
         /// Force per stretch, at the long latency.
         ///
-        /// 0: no reflex.
+        /// With 0 there is no reflex.
         long_gain_n_per_m: f64 [NON_NEGATIVE] = 0.0,
         /// Delay of the long latency, at most 1 s.
         long_delay_s: f64 [SHARE] = 0.06,
-        /// Time constant with which the muscle follows.
+        /// Time constant with which the muscle follows the reflex.
         activation_s: f64 [NON_NEGATIVE] = 0.03,
     }
 }
 
 impl StretchSettings {
-    /// Whether there is a reflex.
+    /// Returns true if there is a reflex.
     #[must_use]
     pub fn acts(&self) -> bool {
         self.short_gain_n_s_per_m > 0.0 || self.long_gain_n_per_m > 0.0
     }
 }
 
-/// The state of the reflexes. They act through the arm, as a shift of the position towards which it pulls: a shift `u` changes
-/// the force on a master at rest by `K u`, with the arm's static stiffness `K`.
+/// State of the reflexes. They act through the arm, by a shift of the position towards which it pulls. A shift `u`
+/// changes the force on a master at rest by `K u`, with the arm's static stiffness `K`.
 ///
 /// ```text
 /// e = x_h - x_intended
@@ -47,11 +47,10 @@ impl StretchSettings {
 /// ```
 #[derive(Debug, Clone)]
 pub(super) struct Stretch<L> {
-    /// `G_s / (K T)`, without a unit, and `G_l / K`.
+    /// `G_s / (K T)` and `G_l / K`, both without a unit.
     short: L,
     long: L,
     keep: L,
-    /// The last stretches in m, the newest at `at`.
     history_m: Box<[L]>,
     at: usize,
     short_ticks: usize,
@@ -60,8 +59,7 @@ pub(super) struct Stretch<L> {
 }
 
 impl<L: Lane> Stretch<L> {
-    /// Reflexes of an arm of the static stiffness `stiffness_n_per_m` (N/m) before the first tick of `tick_s` (s); `None` without
-    /// one.
+    /// Creates the reflexes of an arm of the static stiffness `stiffness_n_per_m`; `None` without a reflex.
     pub(super) fn new(settings: &StretchSettings, stiffness_n_per_m: f64, tick_s: f64) -> Option<Self> {
         // An arm without stiffness cannot pull.
         if !settings.acts() || stiffness_n_per_m <= 0.0 {
@@ -82,14 +80,13 @@ impl<L: Lane> Stretch<L> {
         })
     }
 
-    /// The stretch of so many ticks ago.
     #[inline(always)]
     fn ago(&self, ticks: usize) -> L {
         let length = self.history_m.len();
         self.history_m[(self.at + length - ticks) % length]
     }
 
-    /// Takes the stretch of a tick (m), and returns the shift at the next one in m.
+    /// Processes the stretch of a tick (m). Returns the shift at the next tick in m.
     #[inline(always)]
     pub(super) fn step(&mut self, stretch_m: L) -> L {
         self.at = (self.at + 1) % self.history_m.len();
@@ -121,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_is_answered_after_the_delays_as_the_closed_form() {
+    fn a_ramp_is_answered_after_the_delays_as_in_the_closed_form() {
         let settings =
             StretchSettings { short_gain_n_s_per_m: 20.0, long_gain_n_per_m: 100.0, ..StretchSettings::default() };
         // A stretch of 0.1 m/s from tick 100 on.
@@ -134,13 +131,13 @@ mod tests {
             let expected = -20.0 * speed / STIFFNESS_N_PER_M * (1.0 - (-(n as f64 + 1.0) * TICK_S / 0.03).exp());
             assert!((shifts[126 + n] - expected).abs() < 1e-15, "{n}");
         }
-        // Much later the long one follows the ramp, late by its delay and about the lag of the muscle.
+        // Much later the long latency follows the ramp, late by its delay and about the lag of the muscle.
         let slope = (shifts[900] - shifts[800]) / 0.1;
         assert!((slope + 100.0 * speed / STIFFNESS_N_PER_M).abs() < 1e-6, "{slope}");
     }
 
     #[test]
-    fn a_stretch_that_stays_is_answered_by_the_long_latency_alone() {
+    fn a_constant_stretch_is_answered_only_by_the_long_latency() {
         let settings = StretchSettings { short_gain_n_s_per_m: 20.0, ..StretchSettings::default() };
         let short = shifts(&settings, |tick| if tick < 10 { 0.0 } else { 0.01 });
         assert!(short[999].abs() < 1e-12 && short[36] < 0.0);

@@ -10,38 +10,37 @@ use rand_chacha::rand_core::SeedableRng;
 use trocar_core::error::{InvalidValue, require};
 use trocar_core::lane::Lane;
 
-/// Number of sines of a tremor.
 const SINES: usize = 8;
 
-/// Time over which the tremor grows from 0, in s, so that a motion starts at its intended position.
+/// Time over which the tremor grows from 0, in s. A motion therefore starts at its intended position.
 const GROWTH_S: f64 = 0.25;
 
-/// Separates the tremor's random numbers from others with the same seed.
+/// Separates the tremor's random numbers from other random numbers with the same seed.
 const DOMAIN: u64 = 0x7472_656d_6f72;
 
 trocar_core::settings! {
     /// The tremor of the hand.
     ///
-    /// Physiological tremor of the hand lies between 8 and 12 Hz; that of surgeons' hands is of the order of 50 to 200 µm in
-    /// the root mean square (both as reviewed in <https://pmc.ncbi.nlm.nih.gov/articles/PMC3989364>).
+    /// Physiological tremor of the hand lies between 8 and 12 Hz; surgeons' hands have a root mean square of the order
+    /// of 50 to 200 µm (both reviewed in <https://pmc.ncbi.nlm.nih.gov/articles/PMC3989364>).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct TremorSettings in "operator.tremor_" {
         /// Root mean square of the hand's tremor, usually tens to hundreds of micrometres.
         ///
-        /// 0: no tremor.
+        /// With 0 there is no tremor.
         amplitude_m: f64 [NON_NEGATIVE] = 0.0,
         /// Lower end of the tremor's band.
         low_hz: f64 [POSITIVE] = 8.0,
         /// Upper end of the tremor's band.
         ///
-        /// Above the lower end and below half the tick's rate.
+        /// Above the lower end and below half the tick rate.
         high_hz: f64 [POSITIVE] = 12.0,
     }
     where high_hz: |s| s.high_hz > s.low_hz, "above operator.tremor_low_hz";
 }
 
 impl TremorSettings {
-    /// Checks the stated ranges of the fields, on ticks of `tick_s` (s).
+    /// Checks the ranges of the fields for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -51,7 +50,7 @@ impl TremorSettings {
         require("operator.tremor_high_hz", self.high_hz, is_sampled, "below half the rate of the ticks").map(drop)
     }
 
-    /// Bounds of the displacement in m and of its speed in m/s: all sines at their peak.
+    /// Bounds of the displacement (m) and its speed (m/s): all sines at their peak.
     #[must_use]
     pub fn largest(&self) -> [f64; 2] {
         let displacement_m = SINES as f64 * self.size_m();
@@ -64,7 +63,7 @@ impl TremorSettings {
         self.amplitude_m * (2.0 / SINES as f64).sqrt()
     }
 
-    /// The tremor in m, one displacement per tick; lane `i` uses stream `first_stream + i` of the seed.
+    /// Computes the tremor in m, one displacement per tick; lane `i` uses stream `first_stream + i` of the seed.
     ///
     /// A sum of sines of equal amplitude, one in each eighth of the band, with random frequency and phase.
     #[must_use]
@@ -82,7 +81,8 @@ impl TremorSettings {
     }
 }
 
-/// The sines of a tremor. Each is a vector that rotates by a fixed angle per tick, without transcendental functions.
+/// The sines of a tremor. Each is a vector that rotates by a fixed angle per tick, which needs no transcendental
+/// function.
 struct SineSum {
     size_m: f64,
     /// Cosine and sine of the phase, and of the angle per tick.
@@ -124,8 +124,7 @@ mod tests {
         settings.displacements::<f64>(seed, 0, TICK_S, ticks).to_vec()
     }
 
-    /// The fraction of the power of the last 40 s between two frequencies (Hz), relative to the power from 0.5 to 30
-    /// Hz.
+    /// The power of the last 40 s between two frequencies (Hz), as a fraction of the power from 0.5 to 30 Hz.
     fn share_between(signal: &[f64], low_hz: f64, high_hz: f64) -> f64 {
         let tail = &signal[signal.len() - 40_000..];
         let power = |bin: usize| {
@@ -139,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn it_lies_in_its_band_and_has_its_size() {
+    fn a_tremor_lies_in_its_band_and_has_its_amplitude() {
         let signal = tremor(3, 60_000);
         assert!(share_between(&signal, 7.8, 12.2) > 0.98, "{}", share_between(&signal, 7.8, 12.2));
         let rms = (signal[1000..].iter().map(|x| x * x).sum::<f64>() / 59_000.0).sqrt();
@@ -148,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn it_belongs_to_seed_and_stream() {
+    fn a_tremor_depends_on_seed_and_stream() {
         assert_eq!(tremor(1, 500), tremor(1, 500));
         assert_ne!(tremor(1, 500), tremor(2, 500));
         let settings = TremorSettings { amplitude_m: 1e-4, ..TremorSettings::default() };
@@ -157,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn bands_that_cannot_be_are_refused() {
+    fn impossible_bands_are_refused() {
         let good = TremorSettings { amplitude_m: 1e-4, ..TremorSettings::default() };
         assert!(good.validate_on_ticks(TICK_S).is_ok());
         for bad in [
@@ -170,10 +169,10 @@ mod tests {
     }
 
     #[test]
-    fn it_grows_from_rest_and_keeps_within_its_bounds() {
+    fn a_tremor_grows_from_rest_and_stays_within_its_bounds() {
         let settings = TremorSettings { amplitude_m: 1e-4, low_hz: 8.0, high_hz: 12.0 };
         let [displacement_m, speed_m_per_s] = settings.largest();
-        // Eight sines of the amplitude √2/√8 of the root mean square, all at their peaks.
+        // Eight sines, each with √2/√8 of the root mean square, all at their peaks.
         assert!((displacement_m - 8.0 * 0.5 * 1e-4).abs() < 1e-15, "{displacement_m}");
         assert!((speed_m_per_s - displacement_m * (TAU * 12.0 + 1.5 / 0.25)).abs() < 1e-12, "{speed_m_per_s}");
         for tick_s in [1e-3, 5e-4] {
@@ -182,7 +181,7 @@ mod tests {
                 assert!(signal.iter().all(|x| x.abs() <= displacement_m));
                 assert!(signal.windows(2).all(|pair| (pair[1] - pair[0]).abs() <= speed_m_per_s * tick_s));
             }
-            // Over the first quarter of a second it is the same sum of sines, scaled by 3 s² - 2 s³.
+            // During the first quarter of a second it is the same sum of sines, scaled by 3 s² - 2 s³.
             let mut sines = SineSum::new(&settings, 7, 1, tick_s);
             for (tick, displacement) in growing.iter().enumerate() {
                 let share = (tick as f64 * tick_s / 0.25).min(1.0);

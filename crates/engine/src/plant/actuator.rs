@@ -4,24 +4,24 @@ use super::{PlantError, on};
 use trocar_lti::{Continuous, StateSpace, lagged_input};
 
 trocar_core::settings! {
-    /// Limits on the motors' response to the controllers' commands, the same in both directions. `None` is no limit, a
-    /// lag of 0 no lag.
+    /// Limits on the motors' response to the controllers' commands, the same in both directions. `None` means no limit,
+    /// a lag of 0 no lag.
     ///
-    /// A command is clipped to the range, then limited in its change from the last one. It is held until the next tick,
-    /// and the motor follows it with the lag in continuous time.
+    /// A command is clipped to the range, then its change from the last command is limited. It is held until the next
+    /// tick, and the motor follows it with the lag in continuous time.
     ///
     /// The limits act on the held output of a controller that runs on the tick
     /// ([`ControlTiming::Sampled`](super::ControlTiming)). A continuous controller would saturate at unknown times
-    /// between ticks, so that no exact step exists.
+    /// between ticks, so no exact step would exist.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ActuatorLimits in "actuator." {
         /// Maximum force U_m of the master's motor, in both directions; no limit when not given.
         master_force_n: Option<f64> at "actuator.master_force_limit_n" [POSITIVE],
-        /// Maximum command U_s to the slave, in both directions, in its own unit; no limit when not given.
+        /// Maximum command U_s to the slave, in both directions, in the command's unit; no limit when not given.
         slave_command: Option<f64> at "actuator.slave_command_limit" [POSITIVE],
         /// Maximum rate of the commanded force of the master's motor; no limit when not given.
         master_force_rate_n_per_s: Option<f64> at "actuator.master_force_rate_limit_n_per_s" [POSITIVE],
-        /// Maximum rate of the command to the slave, in its unit per s; no limit when not given.
+        /// Maximum rate of the command to the slave, in the command's unit per s; no limit when not given.
         slave_command_rate_per_s: Option<f64> at "actuator.slave_command_rate_limit_per_s" [POSITIVE],
         /// Time constant of the first-order lag of the master's motor; 0: no lag.
         master_lag_s: f64 [NON_NEGATIVE] = 0.0,
@@ -34,7 +34,7 @@ impl ActuatorLimits {
     /// Ideal motors.
     pub const NONE: Self = Self::DEFAULT;
 
-    /// Whether there is no limit and no lag.
+    /// Returns true if there is no limit and no lag.
     #[must_use]
     pub fn are_none(&self) -> bool {
         *self == Self::NONE
@@ -52,13 +52,13 @@ impl ActuatorLimits {
         self.slave_command.unwrap_or(f64::INFINITY)
     }
 
-    /// Maximum change of the commanded `U_m` in N from one tick to the next, infinite without a limit.
+    /// Maximum change of the commanded `U_m` per tick in N, infinite without a limit.
     #[must_use]
     pub fn max_master_change_n(&self, tick_s: f64) -> f64 {
         self.master_force_rate_n_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
     }
 
-    /// Maximum change of the commanded `U_s` from one tick to the next, infinite without a limit.
+    /// Maximum change of the commanded `U_s` per tick, infinite without a limit.
     #[must_use]
     pub fn max_slave_change(&self, tick_s: f64) -> f64 {
         self.slave_command_rate_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
@@ -74,14 +74,15 @@ pub struct MotorStep<const STATES: usize> {
     pub from_actual: [f64; STATES],
     /// Effect of the command.
     pub from_command: [f64; STATES],
-    /// Fraction of the initial output that remains at the end.
+    /// Fraction of the output that remains after a tick.
     pub kept: f64,
-    /// Fraction of the command that is reached at the end.
+    /// Fraction of the command that is reached after a tick.
     pub gained: f64,
 }
 
 impl<const STATES: usize> MotorStep<STATES> {
-    /// The motor at input `input` of a side without its controller; effects on states beyond those of the side are 0.
+    /// Computes the step of the motor at input `input` of a side without its controller, padded by 0 beyond the side's
+    /// states.
     pub(super) fn new(
         (side, system): (&'static str, &StateSpace<Continuous>),
         input: usize,
@@ -105,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_limit_that_is_not_given_is_infinite_and_a_rate_is_a_change_per_tick() {
+    fn a_missing_limit_is_infinite_and_a_rate_is_a_change_per_tick() {
         let none = ActuatorLimits::NONE;
         assert!(none.are_none());
         let infinite = [

@@ -9,12 +9,12 @@ use trocar_lti::{
 };
 
 trocar_core::choice! {
-    /// Whether the hand acts on the master; as printed it does not, and the loop is unstable.
+    /// Action of the hand on the master; as printed there is none, and the loop is unstable.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Coupling at "master.coupling" = Physical {
         /// The hand pushes the master and the motor resists: `m x_h'' + b x_h' = F_h - U_m`.
         "physical" => Physical,
-        /// Eq. 28 to the letter, `X_h = G_m U_m`: the hand does not act on the master. Unstable, a pole at +41.961.
+        /// Eq. 28 as printed, `X_h = G_m U_m`: the hand does not act on the master. Unstable, with a pole at +41.961.
         "as-printed" => AsPrinted,
     }
 }
@@ -23,18 +23,18 @@ trocar_core::settings! {
     /// The master (eq. 28) and its controller (eq. 29).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct MasterParameters in "master." given (is_fed_positions: bool = false) {
-        /// Mass.
+        /// Mass of the master.
         mass_kg: f64 [MASS] = 0.245,
-        /// Damping.
+        /// Damping of the master.
         damping_n_s_per_m: f64 [NON_NEGATIVE] = 4.1,
         /// Integral gain K_i of the force controller, in 1/s.
         ///
-        /// A spring to the slave's position is not a force to be tracked: the integral of the difference would not
-        /// converge.
+        /// It is 0 if positions are fed back: a spring to the slave's position is not a force to be tracked, and the
+        /// integral of the difference would not converge.
         force_integral_gain: f64 [NON_NEGATIVE]
             => "12, as in the paper; 0 if positions are fed back to the master"
             if is_fed_positions { 0.0 } else { 12.0 },
-        /// Whether the hand acts on the master.
+        /// Equation of the master.
         coupling: Coupling,
     }
 }
@@ -49,9 +49,9 @@ trocar_core::settings! {
     /// ```
     /// Eliminating `x_a` gives eq. 32. At rest its stiffness is `k_a k_h / (k_a + k_h)` = 698.845 N/m.
     ///
-    /// Stiffness and damping of a hand rise with the force of its grip (Hasser and Cutkosky 2002). The factors are
-    /// chosen here: both stiffnesses change by a factor of 2 and both dampings by its square root, so that the damping
-    /// ratios and the mass are unchanged.
+    /// Stiffness and damping of a hand rise with its grip force (Hasser and Cutkosky 2002). The factors are chosen
+    /// here: both stiffnesses change by a factor of 2 and both dampings by its square root, which keeps the damping
+    /// ratios and the mass.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmParameters in "arm." given (grip: Grip = Grip::Paper, roles: ArmRoles = ArmRoles::AsPrinted) {
         /// Stiffness between arm and master.
@@ -75,7 +75,7 @@ trocar_core::choice! {
     /// Grip of the hand: as identified in the paper, half as stiff, or twice as stiff.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Grip at "arm.grip" = Paper {
-        /// As the paper identified it (eq. 32-35).
+        /// As identified in the paper (eq. 32-35).
         "paper" => Paper,
         /// Half as stiff.
         "relaxed" => Relaxed,
@@ -85,15 +85,16 @@ trocar_core::choice! {
 }
 
 trocar_core::choice! {
-    /// Which of the arm's two springs is at the master.
+    /// Choose which of the arm's two springs is at the master.
     ///
-    /// In de Vlugt et al. the stiff pair is the grip between hand and handle, and the soft pair the arm behind the hand.
-    /// Eq. 32 with the printed values has them the other way round.
+    /// In de Vlugt et al. the stiff pair is the grip between hand and handle, and the soft pair the arm behind the
+    /// hand. Eq. 32 with the printed values exchanges them.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum ArmRoles at "arm.roles" = AsPrinted {
         /// The soft pair at the master, as in eq. 32 with the printed values.
         "as-printed" => AsPrinted,
-        /// The stiff pair at the master, as in de Vlugt et al.: a higher stability limit without delay, a lower one with delay.
+        /// The stiff pair at the master, as in de Vlugt et al.: the stability limit is higher without delay and lower
+        /// with delay.
         "de-vlugt" => DeVlugt,
     }
 }
@@ -116,7 +117,6 @@ impl Grip {
         }
     }
 
-    /// The square root of the stiffness factor.
     const fn damping_factor(self) -> f64 {
         match self {
             Self::Paper => 1.0,
@@ -127,7 +127,7 @@ impl Grip {
 }
 
 impl ArmParameters {
-    /// The static force in N per m between the master and the desired position: `k_a k_h / (k_a + k_h)`.
+    /// The static stiffness between the master and the desired position in N/m: `k_a k_h / (k_a + k_h)`.
     #[must_use]
     pub fn static_stiffness_n_per_m(&self) -> f64 {
         self.k_a_n_per_m * self.k_h_n_per_m / (self.k_a_n_per_m + self.k_h_n_per_m)
@@ -136,9 +136,9 @@ impl ArmParameters {
 
 /// The master side in continuous time.
 ///
-/// Inputs: `x_d` (m), its derivative (m/s), and `F_ed` (N); outputs: `F_h` (N) and `F_ed - F_h` (N). States:
-/// `x_h, v_h, x_a, v_a` and, with continuous control, `∫(F_ed - F_h)`. With sampled control the third input is `U_m`
-/// itself, and the second output `U_m - F_h`.
+/// Inputs: `x_d` (m), its derivative (m/s), and `F_ed` (N). Outputs: `F_h` (N) and `F_ed - F_h` (N). States:
+/// `x_h, v_h, x_a, v_a` and, with continuous control, `∫(F_ed - F_h)`. With sampled control the third input is `U_m`,
+/// and the second output `U_m - F_h`.
 ///
 /// # Errors
 /// [`PlantError`] for a parameter out of range or a computation that fails.
@@ -193,7 +193,7 @@ fn build(
 /// The master side's exact step over a tick.
 ///
 /// `x_{k+1} = transition · x_k + desired_now · x_d(k) + desired_next · x_d(k+1) + feedback · F_ed(k)` with `x_d` linear
-/// over the tick and `F_ed` held; states `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
+/// over the tick and `F_ed` held. States: `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MasterStep {
     /// Transition matrix, row by row.
@@ -204,15 +204,15 @@ pub struct MasterStep {
     pub desired_next: [f64; MASTER_STATES],
     /// Effect of the feedback force.
     pub feedback: [f64; MASTER_STATES],
-    /// `F_h` from the states.
+    /// Row that gives `F_h` from the states.
     pub hand_force: [f64; MASTER_STATES],
 }
 
 impl MasterStep {
-    /// The step over `tick_s` (s).
+    /// Computes the step over `tick_s`.
     ///
     /// # Errors
-    /// As [`master_system`], and where the step's matrices overflow.
+    /// See [`master_system`]; also if the step's matrices overflow.
     pub fn new(
         master: &MasterParameters,
         arm: &ArmParameters,
@@ -226,20 +226,20 @@ impl MasterStep {
         Ok(step)
     }
 
-    /// The step of the machine alone, without its controller: `feedback` is then the effect of a held `U_m`, and the
+    /// Computes the step of the machine without its controller. `feedback` is then the effect of a held `U_m`, and the
     /// force integral does not change.
     ///
     /// # Errors
-    /// As [`MasterStep::new`].
+    /// See [`MasterStep::new`].
     pub fn of_machine(master: &MasterParameters, arm: &ArmParameters, tick_s: f64) -> Result<Self, PlantError> {
         Self::open(master, arm, ControlTiming::Sampled, tick_s)
     }
 
-    /// The step of the machine's motor over a tick, following its command with a lag of `lag_s` (s, at least 0);
-    /// without a lag, the `feedback` of [`MasterStep::of_machine`].
+    /// Computes the step of the machine's motor over a tick with a lag of `lag_s` (at least 0). Without a lag it equals
+    /// the `feedback` of [`MasterStep::of_machine`].
     ///
     /// # Errors
-    /// As [`MasterStep::new`].
+    /// See [`MasterStep::new`].
     pub fn of_motor(
         master: &MasterParameters,
         arm: &ArmParameters,
@@ -251,7 +251,7 @@ impl MasterStep {
         MotorStep::new(("master", &system), MOTOR_FORCE, tick_s, lag_s)
     }
 
-    /// The step before a sampled controller closes the loop.
+    /// Computes the step without closing the loop of a sampled controller.
     fn open(
         master: &MasterParameters,
         arm: &ArmParameters,
@@ -303,7 +303,6 @@ mod tests {
         assert!((ArmParameters::default().static_stiffness_n_per_m() - 698.845).abs() < 5e-4);
     }
 
-    /// The side's poles, the least negative first.
     fn poles(coupling: Coupling) -> Vec<(f64, f64)> {
         let master = MasterParameters { coupling, ..MasterParameters::default() };
         let system = master_system(&master, &ArmParameters::default(), ControlTiming::Continuous).expect("valid");
@@ -313,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn the_physical_side_has_the_five_poles_of_the_independent_computation() {
+    fn the_physical_side_has_the_five_independently_computed_poles() {
         let expected = [
             (-12.62462369, 0.0),
             (-21.02629518, 0.0),
@@ -334,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sampled_step_tends_to_the_continuous_one() {
+    fn the_sampled_step_converges_to_the_continuous_one() {
         let (master, arm) = (MasterParameters::default(), ArmParameters::default());
         let step = |timing, tick| MasterStep::new(&master, &arm, timing, tick).expect("valid");
         let difference = |tick| {
@@ -355,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn a_firm_grip_is_twice_as_stiff_at_the_same_damping_ratio_and_roles_exchange_the_springs() {
+    fn a_firm_grip_doubles_the_stiffness_at_the_same_damping_ratio_and_roles_exchange_the_springs() {
         use std::f64::consts::SQRT_2;
         assert_eq!(Grip::Firm.stiffness_factor() / Grip::Paper.stiffness_factor(), 2.0);
         assert_eq!(Grip::Relaxed.stiffness_factor() / Grip::Paper.stiffness_factor(), 0.5);
@@ -367,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn the_force_of_the_hand_is_that_of_the_spring_and_the_damper_between_arm_and_master() {
+    fn the_force_of_the_hand_is_the_force_of_spring_and_damper_between_arm_and_master() {
         let step =
             MasterStep::new(&MasterParameters::default(), &ArmParameters::default(), ControlTiming::Continuous, 1e-3)
                 .expect("valid");
@@ -375,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn a_held_motor_without_a_lag_is_the_feedback_of_the_machine() {
+    fn a_held_motor_without_a_lag_equals_the_feedback_of_the_machine() {
         let (master, arm) = (MasterParameters::default(), ArmParameters::default());
         let machine = MasterStep::of_machine(&master, &arm, 1e-3).expect("valid");
         let motor = MasterStep::of_motor(&master, &arm, 1e-3, 0.0).expect("valid");

@@ -1,7 +1,7 @@
 //! The machines: the master with the operator's arm, and the slave, each with its controller (eq. 28-35).
 //!
 //! Each side is built from the paper's transfer functions by interconnection, then stepped exactly over a tick. Where
-//! the printed appendix cannot be what the authors simulated, a plausible reading is the default and the printed one
+//! the authors cannot have simulated the printed appendix, a plausible reading is the default and the printed one
 //! remains selectable.
 
 mod actuator;
@@ -20,21 +20,21 @@ use trocar_lti as lti;
 /// Number of states of the master side: `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
 pub const MASTER_STATES: usize = 5;
 
-/// Number of states of the slave side: `x_e, v_e` and one without a physical meaning.
+/// Number of states of the slave side: `x_e, v_e` and one state without a physical meaning.
 pub const SLAVE_STATES: usize = 3;
 
 trocar_core::choice! {
-    /// Controllers in continuous time, or on the tick with held outputs.
+    /// Timing of the controllers: continuous, or on the tick with held outputs.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum ControlTiming at "simulation.control" = Continuous {
-        /// In continuous time, as the appendix writes them.
+        /// In continuous time, as in the appendix.
         "continuous" => Continuous,
         /// On the tick, with held outputs, as a real digital controller would.
         "sampled" => Sampled,
     }
 }
 
-/// The error of a side that cannot be built.
+/// Error of a side that cannot be built.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlantError {
     /// A parameter is out of range.
@@ -43,9 +43,9 @@ pub enum PlantError {
     /// The computation of the side's system failed.
     #[error("the {side} side cannot be built: {source}")]
     Build {
-        /// Which side.
+        /// Name of the side.
         side: &'static str,
-        /// The error of the computation.
+        /// Error of the computation.
         source: lti::Error,
     },
     /// The slave's transfer function has no position and velocity, or too many states.

@@ -7,12 +7,12 @@ use trocar_lti::{
 };
 
 trocar_core::choice! {
-    /// The signal that K_v acts on: the velocity, or as printed the position.
+    /// Signal that K_v acts on: the velocity, or as printed the position.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Damping at "slave.damping" = Velocity {
         /// On the velocity: `U_s = K_p (x_ref - x_e) - K_v x_e'`.
         "velocity" => Velocity,
-        /// On the position, as eq. 31 is printed: barely damped, static gain 1300/1315.
+        /// On the position, as eq. 31 is printed: barely damped, with static gain 1300/1315.
         "as-printed" => AsPrinted,
     }
 }
@@ -29,7 +29,7 @@ trocar_core::settings! {
         proportional_gain: f64 [NON_NEGATIVE] = 1300.0,
         /// Velocity gain K_v.
         velocity_gain: f64 [NON_NEGATIVE] = 15.0,
-        /// The signal that `K_v` acts on.
+        /// Signal that `K_v` acts on.
         damping: Damping,
     }
 }
@@ -50,7 +50,7 @@ impl SlaveParameters {
     /// The command `U_s` of a slow motion per m/s and per m/s²: the first terms of `U_s / X_e` in powers of `s`.
     ///
     /// # Errors
-    /// [`PlantError`] as [`slave_system`], and for a numerator whose last coefficient is 0, which allows no slow
+    /// [`PlantError`] as in [`slave_system`], and for a numerator whose last coefficient is 0, which allows no slow
     /// motion.
     pub fn slow_motion(&self) -> Result<(f64, f64), PlantError> {
         self.machine()?;
@@ -66,7 +66,7 @@ impl SlaveParameters {
         Ok((drag, inertia))
     }
 
-    /// `U_s` as gains on `(x_ref, x_e, v_e)`.
+    /// Returns `U_s` as gains on `(x_ref, x_e, v_e)`.
     #[must_use]
     pub fn control(&self) -> [f64; 3] {
         let (k_p, k_v) = (self.proportional_gain, self.velocity_gain);
@@ -77,7 +77,7 @@ impl SlaveParameters {
     }
 }
 
-/// The slave side in continuous time: input `x_ref` (m) (with sampled control: `U_s`), outputs and first states `x_e`
+/// The slave side in continuous time: input `x_ref` (m), or `U_s` with sampled control; outputs and first states `x_e`
 /// (m) and `v_e` (m/s).
 ///
 /// # Errors
@@ -102,19 +102,19 @@ pub fn slave_system(slave: &SlaveParameters, timing: ControlTiming) -> Result<St
 /// The slave side's exact step over a tick: `x_{k+1} = transition · x_k + reference · x_ref(k)`, `x_ref` held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlaveStep {
-    /// Transition matrix, row by row; a slave with two states has a third that is always 0.
+    /// Transition matrix, row by row. A slave with two states has a third that is always 0.
     pub transition: [[f64; SLAVE_STATES]; SLAVE_STATES],
     /// Effect of the reference.
     pub reference: [f64; SLAVE_STATES],
-    /// The states at rest per metre of constant reference.
+    /// States at rest per metre of constant reference.
     pub rest: [f64; SLAVE_STATES],
 }
 
 impl SlaveStep {
-    /// The step over `tick_s` (s).
+    /// Computes the step over `tick_s`.
     ///
     /// # Errors
-    /// As [`slave_system`], and where the step's matrices overflow.
+    /// See [`slave_system`]; also if the step's matrices overflow.
     pub fn new(slave: &SlaveParameters, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
         let mut step = Self::open(slave, timing, tick_s)?;
         if timing == ControlTiming::Sampled {
@@ -130,26 +130,26 @@ impl SlaveStep {
         Ok(step)
     }
 
-    /// The step of the machine alone, without its controller: `reference` is then the effect of a held `U_s`; `rest` is
-    /// that with the controller.
+    /// Computes the step of the machine without its controller. `reference` is then the effect of a held `U_s`; `rest`
+    /// includes the controller.
     ///
     /// # Errors
-    /// As [`SlaveStep::new`].
+    /// See [`SlaveStep::new`].
     pub fn of_machine(slave: &SlaveParameters, tick_s: f64) -> Result<Self, PlantError> {
         Self::open(slave, ControlTiming::Sampled, tick_s)
     }
 
-    /// The step of the machine's motor over a tick, following its command with a lag of `lag_s` (s, at least 0);
-    /// without a lag, the `reference` of [`SlaveStep::of_machine`].
+    /// Computes the step of the machine's motor over a tick with a lag of `lag_s` (at least 0). Without a lag it equals
+    /// the `reference` of [`SlaveStep::of_machine`].
     ///
     /// # Errors
-    /// As [`SlaveStep::new`].
+    /// See [`SlaveStep::new`].
     pub fn of_motor(slave: &SlaveParameters, tick_s: f64, lag_s: f64) -> Result<MotorStep<SLAVE_STATES>, PlantError> {
         let system = slave_system(slave, ControlTiming::Sampled)?;
         MotorStep::new(("slave", &system), 0, tick_s, lag_s)
     }
 
-    /// The step before a sampled controller closes the loop.
+    /// Computes the step without closing the loop of a sampled controller.
     fn open(slave: &SlaveParameters, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
         let system = slave_system(slave, timing)?;
         let step = exact_step(&system, tick_s, &[InputHold::Held]).map_err(on("slave"))?;
@@ -164,7 +164,7 @@ impl SlaveStep {
     }
 }
 
-/// The steady states under a unit reference; position 1 alone if there is no steady state.
+/// The steady states under a unit reference; without a steady state only position 1.
 fn rest(system: &StateSpace<Continuous>) -> [f64; SLAVE_STATES] {
     let settled = system.a().clone().lu().solve(&(-system.b()));
     let settled = settled.filter(|state| state.iter().all(|value| value.is_finite()));
@@ -199,20 +199,20 @@ mod tests {
     }
 
     #[test]
-    fn a_slave_without_a_steady_state_rests_at_its_reference() {
+    fn a_slave_without_a_steady_state_starts_at_its_reference() {
         use nalgebra::{DMatrix, dmatrix};
         let system = |a: DMatrix<f64>| {
             let (b, c, d) = (dmatrix![0.0; 0.0; 4.0], dmatrix![1.0, 0.0, 0.0], dmatrix![0.0]);
             StateSpace::new(a, b, c, d, Continuous).expect("sizes agree")
         };
-        // x' = v, v' = w, w' = 4 r: it drifts for ever.
+        // x' = v, v' = w, w' = 4 r: a permanent drift.
         assert_eq!(rest(&system(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; 0.0, 0.0, 0.0])), [1.0, 0.0, 0.0]);
         // x' = v, v' = w, w' = 4 r - 2 x: x = 2 r, v = 0, w = 0.
         assert_eq!(rest(&system(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -2.0, 0.0, 0.0])), [2.0, 0.0, 0.0]);
     }
 
     #[test]
-    fn both_readings_have_the_poles_of_the_independent_computation() {
+    fn both_readings_have_the_independently_computed_poles() {
         for (damping, real, pair) in [
             (Damping::Velocity, -109.79934886, (-55.48532557, 68.47096846)),
             (Damping::AsPrinted, -93.44011474, (-5.32994263, 95.93539974)),
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_motion_takes_the_first_terms_of_the_inverse_transfer_function() {
+    fn the_command_of_a_slow_motion_is_the_first_terms_of_the_inverse_transfer_function() {
         // (2 s² + 6 s + 3) / (2 s + 4) = 3/4 + (6 - 2 · 3/4)/4 s + (2 - 2 (6 - 2 · 3/4)/4)/4 s² + ...
         let slave = |numerator: &[f64], denominator: &[f64]| SlaveParameters {
             numerator: numerator.into(),

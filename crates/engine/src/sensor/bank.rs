@@ -6,29 +6,29 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Standard normal numbers of streams drawn before. A sweep runs every seed at all of its points, and drawing a number
-/// costs as much as a tick.
+/// Standard normal numbers of streams that were drawn before. A sweep runs every seed at all of its points, and drawing
+/// a number costs as much as a tick.
 #[derive(Debug)]
 pub struct NoiseBank {
     kept: HashMap<Stream, Drawn>,
-    /// How many more numbers may be kept.
+    /// Number of numbers for which there is still room.
     room: usize,
 }
 
 /// A seed, its stream, and the count of numbers.
 type Stream = ([u8; 32], u64, usize);
 
-/// The numbers, and the state of the generator after them.
+/// Drawn numbers, and the state of the generator after them.
 type Drawn = (Arc<[f64]>, ChaCha8Rng);
 
 impl NoiseBank {
-    /// A bank for `max_numbers` (8 bytes each). When it is full, each run draws its other streams itself.
+    /// Creates a bank for `max_numbers` (8 bytes each). When it is full, runs draw further streams themselves.
     #[must_use]
     pub fn new(max_numbers: usize) -> Self {
         Self { kept: HashMap::new(), room: max_numbers }
     }
 
-    /// The next `count` numbers of a generator, if there is room for them.
+    /// Returns the next `count` numbers of a generator, if they are stored or there is room for them.
     pub(super) fn numbers(&mut self, rng: &ChaCha8Rng, count: usize) -> Option<Drawn> {
         let stream = (rng.get_seed(), rng.get_stream(), count);
         if let Some(drawn) = self.kept.get(&stream) {

@@ -1,4 +1,4 @@
-//! The bandwidth of a transducer: a first-order lag with an exact step.
+//! Bandwidth of a transducer: a first-order lag with an exact step.
 
 use trocar_core::lane::Lane;
 
@@ -8,8 +8,8 @@ use trocar_core::lane::Lane;
 /// y_k = a y_{k-1} + b_0 u_{k-1} + b_1 u_k
 /// a = exp(-T/τ),  q = (1 - a) τ/T,  b_0 = q - a,  b_1 = 1 - q
 /// ```
-/// A force that changes between ticks is closer to a line than to a step. For a large bandwidth the linear input also
-/// tends to a sensor without lag, whereas a held input would leave a delay of one tick. Initially settled.
+/// A force between ticks is closer to a line than to a step. A large bandwidth then approaches a sensor without lag,
+/// whereas a held input would leave a delay of one tick. Initially settled.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lag<L> {
     keep: L,
@@ -20,7 +20,7 @@ pub(super) struct Lag<L> {
 }
 
 impl<L: Lane> Lag<L> {
-    /// The lag of `bandwidth_hz` (Hz, above 0) on ticks `tick_s` (s) apart, settled at `input`.
+    /// Creates the lag of `bandwidth_hz` (above 0) for ticks of `tick_s`, settled at `input`.
     pub(super) fn new(bandwidth_hz: f64, tick_s: f64, input: f64) -> Self {
         let ticks = std::f64::consts::TAU * bandwidth_hz * tick_s;
         let keep = libm::exp(-ticks);
@@ -35,7 +35,6 @@ impl<L: Lane> Lag<L> {
         }
     }
 
-    /// The output at the tick of `input`.
     #[inline(always)]
     pub(super) fn update(&mut self, input: L) -> L {
         self.output = self.keep * self.output + self.before * self.input + self.now * input;
@@ -57,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_is_followed_as_the_closed_form_says() {
+    fn a_ramp_is_followed_as_in_the_closed_form() {
         let tau = time_constant_s(40.0);
         let mut lag = Lag::<f64>::new(40.0, TICK_S, 0.0);
         for k in 0..100 {
@@ -68,10 +67,10 @@ mod tests {
     }
 
     #[test]
-    fn after_a_step_the_rest_decays_with_the_time_constant() {
+    fn after_a_step_the_error_decays_with_the_time_constant() {
         let tau = time_constant_s(25.0);
         let mut lag = Lag::<f64>::new(25.0, TICK_S, 0.0);
-        // The input rises over the tick before the first one; after it the exact response is exponential.
+        // The input rises during the tick before the first output. Afterwards the exact response is exponential.
         let first = lag.update(1.0);
         assert!((first - (1.0 - tau / TICK_S * (1.0 - (-TICK_S / tau).exp()))).abs() < 1e-15);
         for k in 1..200 {
@@ -81,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wide_band_reads_as_it_is_and_a_narrow_one_not_at_all() {
+    fn a_wide_band_passes_the_input_and_a_zero_band_blocks_it() {
         let (mut wide, mut narrow) = (Lag::<f64>::new(1e12, TICK_S, 0.0), Lag::<f64>::new(1e-300, TICK_S, 2.0));
         for k in 0..50 {
             let input = (f64::from(k) * 0.7).sin();
@@ -91,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_swing_at_the_bandwidth_comes_through_at_half_its_power() {
+    fn an_oscillation_at_the_bandwidth_passes_at_half_its_power() {
         // At 1/1000 of the tick rate the line between samples equals the sine to 2e-6.
         let mut lag = Lag::<f64>::new(1.0, TICK_S, 0.0);
         let outputs = (0..8000).map(|k| lag.update((std::f64::consts::TAU * f64::from(k) * TICK_S).sin()));

@@ -5,9 +5,9 @@
 //! ```text
 //! y = clip(quantise(lag(f + bias) + noise))
 //! ```
-//! The bias is that of the transducer (mounting, drift): it passes through the lag and has settled before a run begins.
-//! The noise is that of the amplifier and is white at any bandwidth. The codes of the converter are limited to its
-//! range, so clipping is last and no reading exceeds the range.
+//! The bias belongs to the transducer (mounting, drift): it passes through the lag and has settled before a run begins.
+//! The noise belongs to the amplifier and is white at any bandwidth. The converter limits its codes to its range, so
+//! clipping is last and no reading exceeds the range.
 
 mod bank;
 mod lag;
@@ -37,7 +37,7 @@ trocar_core::settings! {
         force_resolution_n: f64 [NON_NEGATIVE] = 0.0,
         /// Maximum force reading, in both directions: readings beyond it are clipped; no limit when not given.
         force_range_n: Option<f64> [POSITIVE],
-        /// Whether the sensor is at the tip, so that it does not measure the friction on the shaft.
+        /// Places the sensor at the tip, so that it does not measure the friction on the shaft.
         at_tip: bool = false,
         /// Step of the slave's encoder; above 0 the velocity is estimated by a Kalman filter.
         ///
@@ -49,14 +49,14 @@ trocar_core::settings! {
 }
 
 impl SensorSettings {
-    /// Whether the force reading is ideal.
+    /// Returns true if the force reading is ideal.
     #[must_use]
     pub fn reads_force_exactly(&self) -> bool {
         let Self { force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n, force_range_n, .. } = *self;
         [force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n] == [0.0; 4] && force_range_n.is_none()
     }
 
-    /// Whether the position reading is ideal.
+    /// Returns true if the position reading is ideal.
     #[must_use]
     pub fn reads_position_exactly(&self) -> bool {
         self.position_resolution_m == 0.0
@@ -83,17 +83,17 @@ impl<L: Lane> Quantiser<L> {
 
 /// Measures the needle's force and motion.
 pub trait Sensor<L: Lane> {
-    /// The reading of a force (N), a position (m) and a velocity (m/s). Called once per tick.
+    /// Measures a force (N), a position (m) and a velocity (m/s). Called once per tick.
     fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L>;
 
-    /// Whether the force is that on the tip alone, without the friction on the shaft.
+    /// Returns true if the measured force excludes the friction on the shaft.
     #[inline(always)]
     fn excludes_shaft(&self) -> bool {
         false
     }
 
-    /// Takes the noise of `ticks` readings from a bank, if it has them or has room. The numbers are the same as without
-    /// a bank.
+    /// Takes the noise of `ticks` readings from a bank, if it has them or has room. The bank does not change the
+    /// numbers.
     fn share_noise(&mut self, _bank: &mut NoiseBank, _ticks: u64) {}
 }
 
@@ -128,8 +128,8 @@ impl trocar_core::lane::Gather for PerfectSensor {
     }
 }
 
-/// Reads the force with all imperfections of the settings, and position and velocity exactly. Lane `i` draws its noise
-/// from stream `first_stream + i` of the seed, independent of the other lanes.
+/// Reads the force with all configured imperfections, and position and velocity exactly. Lane `i` draws its noise from
+/// stream `first_stream + i` of the seed, independent of the other lanes.
 #[derive(Debug, Clone)]
 pub struct ForceSensor<L> {
     bias_n: Option<L>,
@@ -141,7 +141,7 @@ pub struct ForceSensor<L> {
 }
 
 impl<L: Lane> ForceSensor<L> {
-    /// A sensor read every `tick_s` (s), with the noise of `seed`, starting at stream `first_stream`.
+    /// Creates a sensor with the noise of `seed`, starting at stream `first_stream`.
     #[must_use]
     pub fn new(settings: &SensorSettings, tick_s: f64, seed: u64, first_stream: u64) -> Self {
         let SensorSettings { force_bias_n, force_bandwidth_hz, force_noise_std_n, .. } = *settings;
@@ -155,12 +155,12 @@ impl<L: Lane> ForceSensor<L> {
         }
     }
 
-    /// Reads without noise from here on.
+    /// Disables the noise.
     pub(crate) fn silence(&mut self) {
         self.noise = None;
     }
 
-    /// The force as measured, in N.
+    /// The measured force, in N.
     #[inline(always)]
     pub fn read_force(&mut self, force_n: L) -> L {
         let mut read = force_n;
@@ -194,8 +194,8 @@ impl<L: Lane> Sensor<L> for ForceSensor<L> {
     }
 }
 
-/// Reads force and position with all imperfections of the settings. If the position is quantised, the velocity is
-/// estimated from it.
+/// Reads force and position with all configured imperfections. If the position is quantised, the velocity is estimated
+/// from it.
 #[derive(Debug, Clone)]
 pub struct AnySensor<L> {
     force: ForceSensor<L>,
@@ -205,7 +205,7 @@ pub struct AnySensor<L> {
 }
 
 impl<L: Lane> AnySensor<L> {
-    /// Sensors as in [`ForceSensor::new`].
+    /// Creates sensors like [`ForceSensor::new`].
     ///
     /// # Errors
     /// [`InvalidValue`] if the velocity filter cannot be built.
@@ -221,7 +221,7 @@ impl<L: Lane> AnySensor<L> {
         })
     }
 
-    /// Reads without noise from here on.
+    /// Disables the noise.
     pub fn silence(&mut self) {
         self.force.silence();
     }
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bias_is_the_mean_of_what_noise_scatters() {
+    fn a_bias_is_the_mean_of_noisy_readings() {
         let settings = SensorSettings { force_bias_n: 0.3, force_noise_std_n: 0.05, ..Default::default() };
         let count = 40_000;
         let mean = readings(&settings, (0..count).map(|_| -1.0)).iter().sum::<f64>() / f64::from(count);
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn any_imperfection_ends_exactness_and_none_keeps_it() {
+    fn a_sensor_is_exact_only_without_any_imperfection() {
         let exact = |settings: SensorSettings| settings.reads_force_exactly() && settings.reads_position_exactly();
         assert!(exact(SensorSettings::default()));
         assert!(!exact(SensorSettings { force_bias_n: -0.1, ..Default::default() }));
@@ -354,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ideal_sensor_reads_what_is_there() {
+    fn an_ideal_sensor_reads_the_true_values() {
         for mut sensor in [
             Box::new(PerfectSensor) as Box<dyn Sensor<f64>>,
             Box::new(AnySensor::<f64>::new(&SensorSettings::default(), TICK_S, (0, 0)).expect("valid")),
@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn with_an_encoder_the_velocity_is_that_of_its_filter() {
+    fn with_an_encoder_the_velocity_comes_from_its_filter() {
         let settings = SensorSettings { position_resolution_m: 1e-5, ..Default::default() };
         let mut sensor = AnySensor::<f64>::new(&settings, TICK_S, (0, 0)).expect("valid");
         let mut filter = VelocityFilter::<f64>::new(TICK_S, 1e-5, settings.acceleration_std_m_per_s2).expect("valid");

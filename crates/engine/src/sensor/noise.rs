@@ -9,13 +9,13 @@ use rand_distr::{Distribution, StandardNormal};
 use super::bank::NoiseBank;
 use trocar_core::lane::Lane;
 
-/// Size of a block: numbers of each lane drawn at once.
+/// Numbers of each lane that are drawn at once.
 const BLOCK: usize = 64;
 
-/// Standard normal numbers; lane `i` uses stream `first_stream + i` of a seed, independent of the other lanes.
+/// Standard normal numbers. Lane `i` uses stream `first_stream + i` of a seed, independent of the other lanes.
 ///
-/// They are drawn in blocks, so that most ticks only read the next number of a list, without the generator's code and
-/// state. The numbers are the same as when drawn one by one.
+/// They are drawn in blocks, so most ticks only read the next number, without the generator's code and state. The
+/// numbers are the same as when drawn one by one.
 #[derive(Debug, Clone)]
 pub(super) struct WhiteNoise<L> {
     streams: Box<[Stream]>,
@@ -23,11 +23,10 @@ pub(super) struct WhiteNoise<L> {
     next: usize,
 }
 
-/// The source of a lane's numbers.
 #[derive(Debug, Clone)]
 struct Stream {
     rng: ChaCha8Rng,
-    /// Numbers before those of the generator, in whole blocks, and how many of them are used.
+    /// Numbers from a bank in whole blocks, which precede the generator's numbers, and how many of them are used.
     drawn: Option<(Arc<[f64]>, usize)>,
 }
 
@@ -41,11 +40,11 @@ impl<L: Lane> WhiteNoise<L> {
         Self { streams: (0..L::WIDTH).map(stream).collect(), block: Box::new([L::zero(); BLOCK]), next: BLOCK }
     }
 
-    /// Takes the first `count` numbers from a bank, if it has room.
+    /// Takes the first `count` numbers from a bank that has them or has room.
     pub(super) fn take_from(&mut self, bank: &mut NoiseBank, count: u64) {
         let whole_blocks = usize::try_from(count).ok().and_then(|count| count.checked_next_multiple_of(BLOCK));
         for stream in &mut self.streams {
-            // After the first draw the numbers of the bank are in the past.
+            // After the first draw it is too late for the bank's numbers.
             if stream.rng.get_word_pos() == 0
                 && let Some((numbers, rng)) = whole_blocks.and_then(|count| bank.numbers(&stream.rng, count))
             {
@@ -54,7 +53,6 @@ impl<L: Lane> WhiteNoise<L> {
         }
     }
 
-    /// The next number of each lane.
     #[inline(always)]
     pub(super) fn draw(&mut self) -> L {
         if self.next >= BLOCK {
@@ -67,8 +65,8 @@ impl<L: Lane> WhiteNoise<L> {
     }
 }
 
-/// Draws the next block. It does not get the sensor itself, so that the tick need not reload the sensor's state after
-/// the call.
+/// Draws the next block. A free function without access to the sensor, so that the tick need not reload the sensor's
+/// state after the call.
 #[cold]
 #[inline]
 fn refill<L: Lane>(streams: &mut [Stream], block: &mut [L; BLOCK]) {
@@ -92,7 +90,7 @@ impl trocar_core::lane::Gather for WhiteNoise<f64> {
     type Of<L: Lane> = WhiteNoise<L>;
 
     fn gather<L: Lane>(all: [&Self; trocar_core::lane::LANES]) -> Option<WhiteNoise<L>> {
-        // Only before the first draw, when no block holds unused numbers.
+        // Possible only before the first draw, because no block may hold unused numbers.
         let is_fresh = all.iter().all(|one| one.next == BLOCK);
         is_fresh.then(|| WhiteNoise {
             streams: all.iter().flat_map(|one| one.streams.iter().cloned()).collect(),
@@ -107,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_block_holds_what_one_by_one_would_draw() {
+    fn a_block_contains_the_same_numbers_as_single_draws() {
         let mut rng = ChaCha8Rng::seed_from_u64(7);
         rng.set_stream(3);
         let mut noise = WhiteNoise::<f64>::new(7, 3);
@@ -121,7 +119,7 @@ mod tests {
     fn a_bank_changes_no_number() {
         let mut bank = NoiseBank::new(10 * BLOCK);
         for seed in [7, 8, 7, 9, 8] {
-            // There is no room for the third seed. All streams continue after the bank's numbers.
+            // The third seed finds no room. All streams continue after the bank's numbers.
             let mut own = WhiteNoise::<f64>::new(seed, 3);
             let mut shared = own.clone();
             shared.take_from(&mut bank, 5 * BLOCK as u64 - 3);

@@ -21,29 +21,29 @@ pub struct AtSlave<L> {
     pub position_m: L,
     /// `v_e` in m/s.
     pub velocity_m_per_s: L,
-    /// The measured force in N.
+    /// Measured force in N.
     pub force_n: L,
 }
 
-/// The link's totals at the end of a run, in one lane.
+/// Totals of the link at the end of a run, in one lane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkReport {
-    /// Number of outages, both directions together.
+    /// Number of outages in both directions.
     pub outages: u64,
     /// Length of the longest outage in ticks.
     pub longest_outage_ticks: f64,
-    /// The tick at which the slave stopped following the link (`channel.recovery = "give-up"`).
+    /// Tick at which the slave stopped following the link (`channel.recovery = "give-up"`).
     pub given_up_tick: Option<f64>,
-    /// `∫ F_ed dx_h` in J: energy from the master into the link.
+    /// Energy from the master into the link in J, `∫ F_ed dx_h`.
     pub master_port_j: f64,
-    /// `∫ f_e dx_e` in J: energy from the needle into the tissue, by the measured force.
+    /// Energy from the needle into the tissue in J, `∫ f_e dx_e`, from the measured force.
     pub slave_port_j: f64,
-    /// The largest energy in J that both ports together have delivered beyond what they have received, at any tick: the
-    /// maximum of `E_s - E_m`, with the slave's energy scaled to the master.
+    /// Maximum of `E_s - E_m` in J, with the slave's energy scaled to the master: the largest energy that both ports
+    /// have delivered beyond the received energy.
     pub generated_j: f64,
-    /// The energy in J that the passivity scheme promises not to exceed; `None` without a promise.
+    /// Bound in J that the passivity scheme promises for the generated energy; `None` without a promise.
     pub promised_j: Option<f64>,
-    /// Distance in m by which the slave is deeper than the master, on the slave's scale; 0 if it is not.
+    /// Distance in m by which the slave is deeper than the master, on the slave's scale; otherwise 0.
     pub left_behind_m: f64,
     /// Energy that the passivity scheme dissipated at the master, in J.
     pub master_dissipated_j: f64,
@@ -51,33 +51,32 @@ pub struct LinkReport {
     pub slave_refused_j: f64,
 }
 
-/// The connection of master and slave. A tick calls [`to_slave`](Connection::to_slave),
-/// [`limit_reference`](Connection::limit_reference), [`to_master`](Connection::to_master) and [`limit`](Connection::limit)
-/// once each, in this order.
+/// Connects master and slave. A tick calls [`to_slave`](Connection::to_slave),
+/// [`limit_reference`](Connection::limit_reference), [`to_master`](Connection::to_master) and
+/// [`limit`](Connection::limit) once each, in this order.
 pub trait Connection<L: Lane> {
-    /// Slave motion per master motion.
+    /// The slave motion per master motion.
     fn position_scale(&self) -> L;
 
-    /// Feedback force per measured force.
+    /// The feedback force per measured force.
     fn force_scale(&self) -> L;
 
-    /// From the master to the slave: the target of the slave's reference, in m.
+    /// Transmits to the slave. Returns the target of its reference, in m.
     fn to_slave(&mut self, master: &AtMaster<L>, slave: &AtSlave<L>) -> L;
 
-    /// The slave's reference (m), given the supervisor's `reference_m`.
+    /// Limits the supervisor's `reference_m`. Returns the slave's reference (m).
     fn limit_reference(&mut self, reference_m: L, slave: &AtSlave<L>) -> L;
 
-    /// From the slave, in `mode`, to the master: the received mode, and the feedback force (N) before the force law.
+    /// Transmits to the master. Returns the received mode, and the feedback force (N) before the force law.
     fn to_master(&mut self, mode: Modes<L>, slave: &AtSlave<L>, master: &AtMaster<L>) -> (Modes<L>, L);
 
-    /// The feedback force (N), given the force law's `force_n`.
+    /// Limits the force law's `force_n`. Returns the feedback force (N).
     fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L;
 
-    /// The slave's reference (m), shifted by the slave's compliance under the tissue force (N).
-    fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L;
+    /// The deflection (m) of the slave from its reference by the tissue force.
+    fn deflection_m(&self, tissue_force_n: L) -> L;
 
-    /// The totals so far in lane `index`; `None` for a direct link (no delay, no architecture or scheme that changes
-    /// the signals).
+    /// The totals so far in lane `index`; `None` for a direct link.
     fn report(&self, index: usize) -> Option<LinkReport>;
 }
 
@@ -106,8 +105,8 @@ impl<L: Lane, K: Connection<L> + ?Sized> Connection<L> for Box<K> {
         (**self).limit(force_n, master)
     }
 
-    fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L {
-        (**self).apply_compliance(reference_m, tissue_force_n)
+    fn deflection_m(&self, tissue_force_n: L) -> L {
+        (**self).deflection_m(tissue_force_n)
     }
 
     fn report(&self, index: usize) -> Option<LinkReport> {

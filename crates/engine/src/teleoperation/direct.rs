@@ -4,8 +4,8 @@ use super::connection::{AtMaster, AtSlave, Connection, LinkReport};
 use trocar_core::augmentation::Modes;
 use trocar_core::lane::Lane;
 
-/// Position and force arrive in the tick that sends them, scaled. Identical, bit for bit, to a [`Link`](super::Link)
-/// that [`is_direct`](super::Link::is_direct), but stateless.
+/// Transmits scaled position and force in the same tick. Identical, bit for bit, to a [`Link`](super::Link) that
+/// [`is_direct`](super::Link::is_direct), but stateless.
 #[derive(Debug, Clone, Copy)]
 pub struct DirectLink<L> {
     pub(super) position_scale: L,
@@ -13,7 +13,7 @@ pub struct DirectLink<L> {
 }
 
 impl<L: Lane> DirectLink<L> {
-    /// Slave motion per master motion, and feedback force per measured force.
+    /// Creates a link with these scales.
     #[must_use]
     pub fn new(position_scale: f64, force_scale: f64) -> Self {
         Self { position_scale: L::splat(position_scale), force_scale: L::splat(force_scale) }
@@ -52,8 +52,8 @@ impl<L: Lane> Connection<L> for DirectLink<L> {
     }
 
     #[inline(always)]
-    fn apply_compliance(&self, reference_m: L, _tissue_force_n: L) -> L {
-        reference_m
+    fn deflection_m(&self, _tissue_force_n: L) -> L {
+        L::zero()
     }
 
     fn report(&self, _index: usize) -> Option<LinkReport> {
@@ -80,7 +80,7 @@ mod tests {
             link.to_master(Modes::splat(Mode::Augmented), &slave, &master),
             (Modes::splat(Mode::Augmented), 7.5)
         );
-        assert_eq!((link.limit(0.7, &master), link.apply_compliance(0.7, 5.0)), (0.7, 0.7));
+        assert_eq!((link.limit(0.7, &master), link.deflection_m(5.0)), (0.7, 0.0));
         assert!(link.report(0).is_none());
     }
 }

@@ -12,15 +12,15 @@ use trocar_core::augmentation::Modes;
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
-/// What the master sends: its position, velocity, acceleration and hand force.
+/// Line of the master's position, velocity, acceleration and hand force.
 pub type FromMaster<L> = Delay<L, 4>;
-/// What the slave sends: the force scaled to the master, its position, velocity and acceleration, and the mode.
+/// Line of the slave's force scaled to the master, position, velocity, acceleration and mode.
 pub type FromSlave<L> = Delay<L, 5>;
-/// What a passivity scheme adds to the samples of a direction.
+/// Line of a passivity scheme's payloads in one direction.
 pub type PayloadLine<L> = Delay<L, PAYLOAD>;
 
-/// The lines of both directions. A payload arrives with its sample, so both lines of a direction have the same delays and
-/// losses; a link without a scheme leaves those of the payloads alone.
+/// The lines of both directions. A payload arrives with its sample, so both lines of a direction have the same delays
+/// and losses. Without a scheme the payload lines are unused.
 #[derive(Debug, Clone)]
 pub struct Lines<L: Lane> {
     /// From the master to the slave.
@@ -33,7 +33,7 @@ pub struct Lines<L: Lane> {
     pub backward_payload: PayloadLine<L>,
 }
 
-/// What an end sends at a tick: a sample, and what the passivity scheme adds to it.
+/// Message of a side at a tick: a sample, and the passivity scheme's payload.
 #[derive(Debug, Clone, Copy)]
 pub struct Message<L, const N: usize> {
     /// The sample.
@@ -42,20 +42,19 @@ pub struct Message<L, const N: usize> {
     pub payload: Payload<L>,
 }
 
-/// What the master sends: its position (m), velocity (m/s), acceleration (m/s²) and hand force (N).
+/// Message of the master: position (m), velocity (m/s), acceleration (m/s²) and hand force (N).
 pub type ToSlave<L> = Message<L, 4>;
-/// What the slave sends: the force scaled to the master (N), its position (m), velocity (m/s) and acceleration (m/s²), and
-/// the mode.
+/// Message of the slave: force scaled to the master (N), position (m), velocity (m/s), acceleration (m/s²) and mode.
 pub type ToMaster<L> = Message<L, 5>;
 
-/// What an end has at a tick: the last message that has arrived.
+/// The last message that has arrived at a side.
 #[derive(Debug, Clone, Copy)]
 pub struct Received<L: Lane, const N: usize> {
-    /// Its sample.
+    /// Sample.
     pub sample: [L; N],
-    /// Its payload.
+    /// Payload of the scheme.
     pub payload: Payload<L>,
-    /// Whether it has arrived at this tick.
+    /// Lanes in which it has arrived at this tick.
     pub is_fresh: L::Mask,
 }
 
@@ -71,14 +70,13 @@ impl<L: Lane, const N: usize> Received<L, N> {
     }
 }
 
-/// Both directions of the link, the architecture, the passivity scheme and a receiver on each side. The type parameters
-/// default to the built-in parts.
+/// Both directions of the link, the architecture, the passivity scheme and a receiver on each side.
 #[derive(Debug, Clone)]
 pub struct Link<L: Lane, A = AnyArchitecture<L>, P = AnyScheme<L>> {
     lines: Lines<L>,
     architecture: A,
     scheme: P,
-    /// Whether position and force are transmitted unchanged, as in the paper.
+    /// True if position and force are transmitted unchanged, as in the paper.
     is_plain: bool,
     scales: DirectLink<L>,
     energy_scale: L,
@@ -87,12 +85,12 @@ pub struct Link<L: Lane, A = AnyArchitecture<L>, P = AnyScheme<L>> {
     forces: Receiver<L>,
     master_port: Port<L>,
     slave_port: Port<L>,
-    /// The largest excess of what the ports have delivered over what they have received, in J.
+    /// Largest excess of the ports' delivered energy over their received energy, in J.
     generated_j: L,
 }
 
 impl<L: Lane> Link<L> {
-    /// A link at rest, the master at `start_m` (m), for a slave with this step over a tick of `tick_s` (s).
+    /// Creates a link at rest, with the master at `start_m`, for a slave with this step.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -143,13 +141,13 @@ impl<L: Lane> Link<L> {
 }
 
 impl<L: Lane, A, P> Link<L, A, P> {
-    /// This link, at rest, with another architecture.
+    /// Replaces the architecture of a link at rest.
     #[must_use]
     pub fn with_architecture<B: Architecture<L>>(self, architecture: B) -> Link<L, B, P> {
         self.with(|_, scheme| (architecture, scheme))
     }
 
-    /// This link, at rest, with another passivity scheme.
+    /// Replaces the passivity scheme of a link at rest.
     #[must_use]
     pub fn with_scheme<Q: PassivityScheme<L>>(self, scheme: Q) -> Link<L, A, Q> {
         self.with(|architecture, _| (architecture, scheme))
@@ -175,7 +173,7 @@ impl<L: Lane, A, P> Link<L, A, P> {
         }
     }
 
-    /// Whether positions and forces arrive without delay and unchanged.
+    /// Returns true if positions and forces arrive without delay and unchanged.
     #[must_use]
     pub fn is_direct(&self) -> bool {
         self.is_plain && self.lines.forward.is_immediate() && self.lines.backward.is_immediate()
@@ -202,10 +200,10 @@ impl<L: Lane, A, P> Link<L, A, P> {
     }
 }
 
-/// What each end does at a tick. An end reads and changes only its own state, so that both may run in processes of their
-/// own, each with a link of which it uses its end; [`Connection`] does both, with the lines between them.
+/// The steps of each side at a tick. A side reads and changes only its own state, so each can run in its own process,
+/// with a link of which it uses one side. [`Connection`] runs both, with the lines between them.
 impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
-    /// At the master: what it sends.
+    /// Master: returns its message.
     #[inline(always)]
     pub fn master_sends(&mut self, master: &AtMaster<L>) -> ToSlave<L> {
         let payload = self.scheme.master_sends(self.master_port.moved(master.position_m));
@@ -214,7 +212,7 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         Message { sample: [position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n], payload }
     }
 
-    /// At the slave: the target of its reference (m), from what has arrived.
+    /// Slave: returns the target of its reference (m), from the received message.
     #[inline(always)]
     pub fn slave_receives(&mut self, received: &Received<L, 4>, slave: &AtSlave<L>) -> L {
         let [position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n] = received.sample;
@@ -230,7 +228,7 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         self.positions.update(target_m, received.is_fresh, None)
     }
 
-    /// At the slave, after its reference: what it sends in `mode`.
+    /// Slave, after its reference: returns its message in `mode`.
     #[inline(always)]
     pub fn slave_sends(&mut self, mode: Modes<L>, slave: &AtSlave<L>) -> ToMaster<L> {
         let payload = self.scheme.slave_sends();
@@ -239,7 +237,7 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         Message { sample: [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode.codes()], payload }
     }
 
-    /// At the master: the received mode and the feedback force (N) before the force law, from what has arrived.
+    /// Master: returns the received mode and the feedback force (N) before the force law.
     #[inline(always)]
     pub fn master_receives(&mut self, received: &Received<L, 5>, master: &AtMaster<L>) -> (Modes<L>, L) {
         let [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode] = received.sample;
@@ -258,19 +256,19 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         (mode, self.forces.update(force_n, received.is_fresh, Some(L::zero())))
     }
 
-    /// The energy of the master's port so far, in J: `Σ F_ed Δx_h`.
+    /// Energy of the master's port so far, in J: `Σ F_ed Δx_h`.
     #[must_use]
     pub fn master_energy_j(&self) -> L {
         self.master_port.energy_j
     }
 
-    /// The energy of the slave's port so far by the measured force, scaled to the master, in J: `∫ f_e dx_e`.
+    /// Energy of the slave's port so far, from the measured force, scaled to the master, in J: `∫ f_e dx_e`.
     #[must_use]
     pub fn slave_energy_j(&self) -> L {
         self.energy_scale * self.slave_port.energy_j
     }
 
-    /// The energy in J that the scheme promises not to exceed; `None` without a promise.
+    /// Bound in J that the scheme promises for the energy; `None` without a promise.
     #[must_use]
     pub fn promised_j(&self) -> Option<L> {
         self.scheme.energies().promised_j
@@ -333,8 +331,8 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
     }
 
     #[inline(always)]
-    fn apply_compliance(&self, reference_m: L, tissue_force_n: L) -> L {
-        reference_m - self.compliance * tissue_force_n
+    fn deflection_m(&self, tissue_force_n: L) -> L {
+        self.compliance * tissue_force_n
     }
 
     fn report(&self, index: usize) -> Option<LinkReport> {

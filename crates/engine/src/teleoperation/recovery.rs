@@ -4,32 +4,32 @@ use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::nearest_ticks;
 
 trocar_core::choice! {
-    /// After an outage the slave catches up with the hand, keeps the offset, or stays where it is.
+    /// Let the slave catch up with the hand after an outage, keep the offset, or stop.
     ///
     /// During an outage the last sample is held.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Recovery at "channel.recovery" = Ramp {
         /// The reference catches up with the target at no more than the recovery speed.
         "ramp" => Ramp,
-        /// The reference continues from its position; the offset from the hand's motion during the outage remains.
+        /// The reference continues from its position and keeps the offset that the hand opened during the outage.
         "hold" => Hold,
-        /// The slave stays where it is until the end; the run reports the time. A master without samples gives up too:
-        /// the force goes to 0.
+        /// The slave stops until the end, and the run reports the time. A master without samples gives up too: the
+        /// force goes to 0.
         "give-up" => GiveUp,
     }
 }
 
 trocar_core::settings! {
-    /// What counts as an outage, and what happens after it.
+    /// Duration of an outage, and the recovery after it.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RecoverySettings in "channel.recovery_" {
         /// Time without a sample that counts as an outage.
         outage_s: f64 at "channel.outage_s" [NON_NEGATIVE] = 0.1,
-        /// How the slave resumes.
+        /// Policy of the recovery.
         policy: Recovery,
         /// Maximum speed of the slave's reference while it catches up with the hand.
         speed_m_per_s: f64 [POSITIVE] for Recovery::Ramp = 0.03,
-        /// Maximum rate of the feedback force while it returns to the received one.
+        /// Maximum rate of the feedback force while it returns to the received force.
         force_rate_n_per_s: f64 [POSITIVE] = 50.0,
     }
 }
@@ -42,30 +42,30 @@ impl RecoverySettings {
     }
 }
 
-/// One receiver, of positions or of forces.
+/// A receiver of positions or of forces.
 ///
 /// ```text
 /// live        y = target + gap
-/// lost        y is held, once no sample has come for the outage's length
+/// lost        y is held, after no sample has come for the outage's length
 /// recovering  y moves to target + gap by at most a step per tick
 /// ```
 /// The gap is 0 except for [`Recovery::Hold`], where it is the offset after the outage.
 ///
-/// A receiver that [keeps to the pace](Receiver::keeping_pace) of its target recovers no faster than the target has moved, as
-/// an average over about the outage's length, the motion in the outage included.
+/// A receiver that [keeps pace](Receiver::keeping_pace) recovers no faster than its target has moved so far, on average
+/// over about the outage's length, including the motion during the outage.
 #[derive(Debug, Clone)]
 pub(super) struct Receiver<L: Lane> {
     policy: Recovery,
     outage_ticks: L,
-    /// The tick from which on missing samples count even before the first sample.
+    /// Tick from which missing samples count even before the first sample.
     expected_tick: L,
     step: L,
     keeps_pace: bool,
-    /// The last target that has arrived, its averaged distance per tick, and the largest so far.
+    /// Last received target, its average distance per tick, and the largest such average so far.
     received: L,
     pace: L,
     max_pace: L,
-    /// Ticks since the last fresh sample; counting begins with the first sample or at the expected tick.
+    /// Ticks since the last fresh sample, counted from the first sample or the expected tick.
     silent: L,
     has_begun: L::Mask,
     is_lost: L::Mask,
@@ -82,7 +82,7 @@ pub(super) struct Receiver<L: Lane> {
 const NEVER: f64 = -1.0;
 
 impl<L: Lane> Receiver<L> {
-    /// A receiver that holds `initial`, with a tick of `tick_s` (s), and recovers at `speed` per second.
+    /// Creates a receiver that holds `initial`, for ticks of `tick_s`, and recovers at `speed` per second.
     pub(super) fn new(settings: &RecoverySettings, speed: f64, tick_s: f64, initial: L) -> Self {
         let nowhere = L::Mask::splat(false);
         Self {
@@ -107,19 +107,19 @@ impl<L: Lane> Receiver<L> {
         }
     }
 
-    /// Expects the first sample within `ticks`. A link that is down from the start is then an outage too; without this
+    /// Expects the first sample within `ticks`. A link that is down from the start then counts as an outage; otherwise
     /// its first sample would make the output jump.
     pub(super) fn expecting_within(mut self, ticks: u64) -> Self {
         self.expected_tick = L::splat(ticks as f64);
         self
     }
 
-    /// Recovers no faster than the target has moved so far: tissue that resists speed then resists no more than before.
+    /// Recovers no faster than the target has moved so far. Tissue that resists speed then resists no more than before.
     pub(super) fn keeping_pace(self, keeps_pace: bool) -> Self {
         Self { keeps_pace, ..self }
     }
 
-    /// Notes a target that has arrived `ticks` after the last one.
+    /// Records a target that has arrived `ticks` after the last one.
     #[inline(always)]
     fn note_pace(&mut self, target: L, ticks: L) {
         let moved = (target - self.received).abs();
@@ -128,8 +128,8 @@ impl<L: Lane> Receiver<L> {
         self.max_pace = self.max_pace.max(self.pace);
     }
 
-    /// The output for the latest sample's target; `given_up` is the final value after giving up, by default the held
-    /// one.
+    /// Returns the output for the latest sample's target. `given_up` is the final value after giving up, by default the
+    /// held value.
     #[inline(always)]
     pub(super) fn update(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
         if (is_fresh & !(self.is_lost | self.is_recovering)).all() {
@@ -138,14 +138,14 @@ impl<L: Lane> Receiver<L> {
         self.recover(target, is_fresh, given_up)
     }
 
-    /// Withholds a part of the output (of a slave's reference, by a scheme) for as long as nothing is received: a slave that was
-    /// held back does not go on to where the hand was before the outage.
+    /// Withholds a part of the output (of a slave's reference, by a scheme) during an outage. A slave that was held
+    /// back then does not continue to the position of the hand before the outage.
     #[inline(always)]
     pub(super) fn withhold(&mut self, part: L) {
         self.last = L::select(self.is_lost, self.last - part, self.last);
     }
 
-    /// The fast path: every lane has a fresh sample and is neither lost nor recovering.
+    /// Fast path: every lane has a fresh sample and is neither lost nor recovering.
     #[inline(always)]
     fn receive(&mut self, target: L) -> L {
         if self.keeps_pace {
@@ -161,7 +161,6 @@ impl<L: Lane> Receiver<L> {
         self.last
     }
 
-    /// The general path.
     #[inline(always)]
     fn recover(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -213,7 +212,7 @@ impl<L: Lane> Receiver<L> {
         self.last
     }
 
-    /// Number of outages, length of the longest in ticks, and the tick of giving up, in lane `index`.
+    /// The number of outages, the length of the longest in ticks, and the tick of giving up, in lane `index`.
     pub(super) fn outages(&self, index: usize) -> (f64, f64, Option<f64>) {
         let given_up = self.given_up_at.lane(index);
         (self.outages.lane(index), self.longest.lane(index), (given_up >= 0.0).then_some(given_up))
@@ -232,7 +231,7 @@ mod tests {
 
     const TICK_S: f64 = 1e-3;
 
-    /// A hand at 10 mm/s whose samples are missing from tick 100 to 399.
+    /// Runs a receiver with a hand at 10 mm/s whose samples are missing from tick 100 to 399.
     fn through_an_outage(policy: Recovery) -> (Vec<f64>, Receiver<f64>) {
         let settings = RecoverySettings { policy, ..RecoverySettings::DEFAULT };
         let mut receiver = Receiver::new(&settings, settings.speed_m_per_s, TICK_S, 0.0);
@@ -249,24 +248,24 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_runs_to_the_hand_at_its_speed_and_no_faster() {
+    fn a_ramp_catches_up_with_the_hand_at_its_speed_and_no_faster() {
         let (out, receiver) = through_an_outage(Recovery::Ramp);
         assert!(out[99..400].iter().all(|&x| x == out[99]));
         let fastest = out.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
         assert!(fastest <= 3e-5 + 1e-18, "{fastest}");
-        // 3 mm at 30 mm/s towards a hand that moves on at 10 mm/s: 150 ms.
+        // 3 mm at 30 mm/s towards a hand that continues at 10 mm/s take 150 ms.
         assert!((out[548] - 5.48e-3).abs() > 1e-6 && (out[552] - 5.52e-3).abs() < 1e-15, "{}", out[552]);
         assert_eq!(receiver.outages(0), (1.0, 300.0, None));
     }
 
     #[test]
-    fn a_receiver_that_keeps_pace_recovers_no_faster_than_its_target_has_moved() {
+    fn a_receiver_that_keeps_pace_recovers_no_faster_than_its_target_moved() {
         let recover = |is_still: bool| {
             let mut receiver = Receiver::new(&RecoverySettings::DEFAULT, 0.03, TICK_S, 0.0).keeping_pace(true);
             let mut hand = 0.0;
             let out: Vec<f64> = (0..1500)
                 .map(|tick| {
-                    // 10 mm/s until the outage ends, or only in it; then the hand rests.
+                    // 10 mm/s until the outage ends, or only during it; then the hand rests.
                     let moves = if is_still { (100..400).contains(&tick) } else { tick < 400 };
                     hand += if moves { 1e-5 } else { 0.0 };
                     receiver.update(hand, !(100..400).contains(&tick), None)
@@ -277,13 +276,13 @@ mod tests {
             fastest
         };
         assert!(recover(false) <= 1e-5 * (1.0 + 1e-12));
-        // What it moved unseen counts too: otherwise the slave would never follow.
+        // The motion during the outage counts too: otherwise the slave would never follow.
         let fastest = recover(true);
         assert!((5e-6..=1e-5).contains(&fastest), "{fastest}");
     }
 
     #[test]
-    fn what_is_withheld_in_an_outage_stays_withheld() {
+    fn a_withheld_part_stays_withheld_during_an_outage() {
         let mut receiver = Receiver::new(&RecoverySettings::DEFAULT, 0.03, TICK_S, 0.0);
         let mut out = 0.0;
         for tick in 0..400 {
@@ -299,21 +298,21 @@ mod tests {
     }
 
     #[test]
-    fn holding_keeps_what_has_opened() {
+    fn holding_keeps_the_offset() {
         let (out, _) = through_an_outage(Recovery::Hold);
         assert!((out[400] - out[99]).abs() < 1e-18);
         assert!((out[999] - (out[99] + 5.99e-3)).abs() < 1e-15);
     }
 
     #[test]
-    fn a_receiver_that_gave_up_stays_where_it_is() {
+    fn a_receiver_that_gave_up_stops() {
         let (out, receiver) = through_an_outage(Recovery::GiveUp);
         assert!(out[200..].iter().all(|&x| x == out[99]));
         assert_eq!(receiver.outages(0).2, Some(199.0));
     }
 
     #[test]
-    fn a_link_that_is_dead_from_the_start_ends_with_a_ramp_and_no_jump() {
+    fn a_link_that_is_dead_from_the_start_recovers_by_a_ramp_without_a_jump() {
         let settings = RecoverySettings::DEFAULT;
         let start = |expected_within| {
             let receiver = Receiver::new(&settings, settings.speed_m_per_s, TICK_S, 0.0);
@@ -324,13 +323,13 @@ mod tests {
         let (out, outages) = start(20);
         assert!(out.windows(2).all(|pair| pair[1] - pair[0] <= 3e-5 + 1e-18) && out[499] == 5e-3, "{}", out[499]);
         assert_eq!(outages, (1.0, 280.0, None));
-        // A link that is expected to be that slow is not down: the first sample is used unchanged.
+        // A link whose expected delay is that long is not down: the first sample is used unchanged.
         let (out, outages) = start(300);
         assert_eq!((out[300], outages), (5e-3, (0.0, 0.0, None)));
     }
 
     #[test]
-    fn the_wait_for_the_first_sample_is_no_outage() {
+    fn waiting_for_the_first_sample_is_not_an_outage() {
         let settings = RecoverySettings { policy: Recovery::GiveUp, ..RecoverySettings::DEFAULT };
         let mut receiver = Receiver::new(&settings, settings.speed_m_per_s, TICK_S, 0.5);
         for _ in 0..1000 {
@@ -354,7 +353,7 @@ mod tests {
             for (index, (ticks, speed)) in phases.into_iter().enumerate() {
                 for _ in 0..ticks {
                     hand += speed * TICK_S;
-                    // An evenly spread sequence: reproducible, and random enough here.
+                    // A low-discrepancy sequence, which is reproducible and random enough here.
                     spread = (spread + 0.618_033_988_749_895).fract();
                     let is_fresh = index % 2 == 1 && spread < fresh_share;
                     sample = if is_fresh { hand } else { sample };

@@ -1,4 +1,4 @@
-//! Settings of a link besides its two directions.
+//! Settings of a link besides its two lines.
 
 use super::recovery::RecoverySettings;
 use super::{AnyArchitecture, ControllerKind, ControllerSettings, PassivitySettings, Scheme};
@@ -25,21 +25,21 @@ trocar_core::settings! {
     }
 }
 
-/// All settings of a link except its two directions.
+/// All settings of a link except its two lines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkSettings {
-    /// The architecture.
+    /// Architecture.
     pub controller: ControllerSettings,
-    /// What its gains depend on.
+    /// Properties of the machines that the gains depend on.
     pub machines: Machines,
-    /// What happens after an outage.
+    /// Recovery after an outage.
     pub recovery: RecoverySettings,
-    /// What keeps it passive.
+    /// Passivity scheme.
     pub passivity: PassivitySettings,
 }
 
 impl LinkSettings {
-    /// Checks what a link of these settings would refuse, on ticks of `tick_s` (s).
+    /// Checks the settings for a link on ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first setting out of range.
@@ -47,7 +47,6 @@ impl LinkSettings {
         self.architecture::<f64>(tick_s).map(drop)
     }
 
-    /// The checked architecture, on ticks of `tick_s` (s).
     pub(super) fn architecture<L: Lane>(&self, tick_s: f64) -> Result<AnyArchitecture<L>, InvalidValue> {
         self.controller.validate()?;
         self.recovery.validate()?;
@@ -55,21 +54,25 @@ impl LinkSettings {
         AnyArchitecture::new(&self.controller, &self.machines, tick_s)
     }
 
-    /// Whether it is the paper's: position and force are transmitted unchanged.
+    /// Returns true if no architecture and no passivity scheme changes position and force.
+    #[must_use]
+    pub fn forwards_samples(&self) -> bool {
+        self.controller.kind == ControllerKind::PositionForce && self.passivity.scheme == Scheme::None
+    }
+
+    /// Returns true for the paper's link: unchanged position and force, and a slave without compliance.
     #[must_use]
     pub fn is_baseline(&self) -> bool {
-        self.controller.kind == ControllerKind::PositionForce
-            && self.passivity.scheme == Scheme::None
-            && self.machines.compliance_m_per_n == 0.0
+        self.forwards_samples() && self.machines.compliance_m_per_n == 0.0
     }
 }
 
-/// What the gains of an architecture depend on.
+/// Properties of the machines that the gains of an architecture depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Machines {
     /// Mass of the master in kg.
     pub master_mass_kg: f64,
-    /// Its damping in N·s/m.
+    /// Damping of the master in N·s/m.
     pub master_damping_n_s_per_m: f64,
     /// `K_p` of the slave.
     pub proportional_gain: f64,
@@ -103,7 +106,7 @@ impl Machines {
 
     /// Energy at the master per energy at the slave: force scale over position scale, 1 for an open loop.
     ///
-    /// A loop that a scale of 0 opens has no common energy.
+    /// If a scale of 0 opens the loop, there is no common energy.
     #[must_use]
     pub fn energy_scale(&self) -> f64 {
         if self.position_scale == 0.0 { 1.0 } else { self.force_scale / self.position_scale }

@@ -1,4 +1,4 @@
-//! The link: what arrives where, scaled, delayed and limited.
+//! The link: what each receiver gets, scaled, delayed and limited.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ const MACHINES: Machines = Machines {
     force_scale: 3.0,
 };
 
-/// A link of the paper's architecture with delays in ticks.
+/// Creates a link of the paper's architecture with delays in ticks.
 fn link(change: impl Fn(&mut LinkSettings), [forward, backward]: [u64; 2], outage: std::ops::Range<u64>) -> Link<f64> {
     let mut settings = LinkSettings {
         controller: ControllerSettings::DEFAULT,
@@ -53,7 +53,7 @@ fn slave(tick: u64) -> AtSlave<f64> {
 }
 
 #[test]
-fn positions_and_forces_arrive_after_their_delays_on_the_scale_of_the_receiver() {
+fn positions_and_forces_arrive_after_their_delays_scaled_for_the_receiver() {
     let mut link = link(|_| {}, [3, 2], 0..0);
     assert!(!link.is_direct() && link.as_direct().is_none());
     for tick in 0..50 {
@@ -74,11 +74,11 @@ fn positions_and_forces_arrive_after_their_delays_on_the_scale_of_the_receiver()
 }
 
 #[test]
-fn the_report_has_the_energies_of_both_ports_the_largest_excess_and_the_needle_left_behind() {
+fn the_report_contains_both_energies_the_largest_excess_and_the_distance_left_behind() {
     let mut link = link(|_| {}, [1, 1], 0..0);
     let (mut e_m, mut e_s, mut generated, mut held) = (0.0, 0.0, 0.0_f64, 0.0);
     for tick in 0..60 {
-        // The needle goes in and comes back by a third; the hand comes back all the way.
+        // The needle goes in and returns by a third; the hand returns completely.
         let turn = |tick: u64| if tick < 40 { tick as f64 } else { 80.0 - tick as f64 };
         let (mut m, mut s) = (master(tick), slave(tick));
         m.position_m = 1e-4 * turn(tick);
@@ -101,7 +101,7 @@ fn the_report_has_the_energies_of_both_ports_the_largest_excess_and_the_needle_l
     assert!((report.master_port_j - e_m).abs() < 1e-12 && (link.master_energy_j() - e_m).abs() < 1e-12, "{report:?}");
     assert!((report.slave_port_j - e_s).abs() < 1e-12 && (link.slave_energy_j() - 6.0 * e_s).abs() < 1e-12);
     assert!((report.generated_j - generated).abs() < 1e-12 && generated > 0.0, "{report:?} {generated}");
-    // Both at tick 59: 21 steps of 0.1 mm by half, against the needle.
+    // At tick 59 both have moved: 21 steps of 0.1 mm, halved, against the needle.
     let needle = 5e-5 * 21.0_f64.max(30.0 - 29.0 / 60.0);
     assert!((report.left_behind_m - (needle - 0.5 * 1e-4 * 21.0)).abs() < 1e-12, "{report:?}");
     assert_eq!((report.outages, report.longest_outage_ticks, report.given_up_tick), (0, 0.0, None));
@@ -155,9 +155,9 @@ fn a_plain_link_without_a_delay_is_direct() {
 }
 
 #[test]
-fn the_slave_gives_way_by_its_compliance() {
+fn the_slave_yields_by_its_compliance() {
     let link = link(|settings| settings.machines.compliance_m_per_n = 2e-3, [0, 0], 0..0);
-    assert!((link.apply_compliance(0.03, 5.0) - 0.02).abs() < 1e-15);
+    assert!((link.deflection_m(5.0) - 0.01).abs() < 1e-15);
 }
 
 #[test]
@@ -180,8 +180,8 @@ fn settings_out_of_range_are_refused() {
 }
 
 #[test]
-fn what_a_scheme_withholds_in_an_outage_stays_withheld() {
-    // The scheme has no energy for a way of 100 mm against 1 kN, and the link is down meanwhile.
+fn the_part_that_a_scheme_withholds_in_an_outage_stays_withheld() {
+    // The scheme has not enough energy for 100 mm against 1 kN, and the link is down meanwhile.
     let mut link = link(|settings| settings.passivity.scheme = Scheme::TimeDomain, [2, 2], 100..2000);
     let mut target = 0.0;
     let still = |position_m: f64, force_n: f64| AtSlave { position_m, velocity_m_per_s: 0.0, force_n };
@@ -200,7 +200,7 @@ fn what_a_scheme_withholds_in_an_outage_stays_withheld() {
 
 #[cfg(target_arch = "x86_64")]
 #[test]
-fn links_with_any_architecture_and_scheme_run_side_by_side_as_alone() {
+fn links_with_any_architecture_and_scheme_run_side_by_side_as_they_do_alone() {
     use crate::engine::{Avx2, InstructionSet};
     use trocar_core::lane::{Gather, Lane as _};
     if !InstructionSet::Avx2.is_available() {

@@ -1,4 +1,4 @@
-//! A recorded force replayed by depth, so that the force on a frozen needle is constant.
+//! A recorded force replayed by depth, so the force on a frozen needle is constant.
 
 use std::sync::Arc;
 
@@ -9,13 +9,13 @@ use trocar_core::lane::{Lane, Mask};
 /// Depth between two entries of the tables, in m.
 const STEP_M: f64 = 1e-5;
 
-/// Distance in m over which the rise of a recorded force is measured.
+/// Distance in m over which the slope of a recorded force is measured.
 pub const RISE_M: f64 = 5e-4;
 
-/// Maximum number of entries of a table: 10 m of depth.
+/// Maximum number of entries of a table, for 10 m of depth.
 const MAX_ENTRIES: usize = 1_000_000;
 
-/// Force over depth on a regular grid, linear between entries; outside the grid the nearest entry applies.
+/// Force over depth on a regular grid, linear between entries. Outside the grid the nearest entry applies.
 #[derive(Debug, Clone, PartialEq)]
 struct Curve {
     from_m: f64,
@@ -23,8 +23,8 @@ struct Curve {
 }
 
 impl Curve {
-    /// The force when each depth is first reached. Depths that are never reached have the force of the nearest reached
-    /// depth.
+    /// Computes the force at the first passage of each depth. Depths that are never reached have the force of the
+    /// nearest reached depth.
     fn of_first_passages(samples: impl Iterator<Item = (f64, f64)>, from_m: f64, entries: usize) -> Self {
         let mut force_n: Vec<f64> = Vec::with_capacity(entries);
         let mut last: Option<(f64, f64)> = None;
@@ -67,7 +67,8 @@ pub struct DepthCurves {
 }
 
 impl DepthCurves {
-    /// The curves of samples of position (m) and force (N) in time order. `out` is limited to `in`.
+    /// Computes the curves from samples in time order. The force of the withdrawal is limited to the force of the
+    /// insertion.
     ///
     /// # Errors
     /// [`InvalidValue`] for a recording that spans more than 10 m.
@@ -87,8 +88,7 @@ impl DepthCurves {
         Ok(Self { way_in, way_out })
     }
 
-    /// The steepest rise of the force of the insertion over [`RISE_M`], in N/m: over shorter distances the noise of the
-    /// recording has slopes of its own.
+    /// Steepest rise of the insertion's force over [`RISE_M`], in N/m. Over shorter distances noise dominates.
     #[must_use]
     pub fn steepest_rise_n_per_m(&self) -> f64 {
         let entries = (RISE_M / STEP_M).round() as usize;
@@ -106,15 +106,15 @@ impl DepthCurves {
 
 /// A recording as a tissue: the recorded force at each depth, during insertion and withdrawal.
 ///
-/// At a new maximum depth, the force is that of the insertion. During a retreat it changes, over `presliding_m` of
-/// travel, to that of the withdrawal, and back along the same path until the needle reaches a new maximum depth:
+/// At a new maximum depth the force is the force of the insertion. During a retreat it changes, over `presliding_m` of
+/// travel, to the force of the withdrawal, and back along the same path until the needle reaches a new maximum depth:
 ///
 /// ```text
 /// f = out(x) + s (min(in(x), in(D)) - out(x)),  s = max(1 - (D - x) / presliding, 0),  D the largest x so far
 /// ```
-/// `out` never exceeds `in`. So a retreat never returns more energy than the insertion took, and the tissue dissipates
-/// energy over any closed motion. Beyond the recorded depth the last force applies. The force does not depend on time:
-/// the relaxation around a needle at rest is not reproduced.
+/// `out` never exceeds `in`. A retreat therefore never returns more energy than the insertion took, and the tissue
+/// dissipates energy over any closed motion. Beyond the recorded depth the last force applies. The force does not
+/// depend on time, so the relaxation around a needle at rest is not reproduced.
 #[derive(Debug, Clone)]
 pub struct DepthReplay<L> {
     curves: Arc<DepthCurves>,
@@ -124,8 +124,8 @@ pub struct DepthReplay<L> {
 }
 
 impl<L: Lane> DepthReplay<L> {
-    /// A tissue from a recording's curves, with layers that rupture at given depths (m), and the travel over which the
-    /// force changes to that of the withdrawal (m, above 0). The needle starts at `start_m`.
+    /// Creates a tissue with layers that rupture at the given depths. `presliding_m` (above 0) is the travel over which
+    /// the force changes to the force of the withdrawal. The needle starts at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] for a presliding out of range.
@@ -183,7 +183,7 @@ impl trocar_core::lane::Gather for DepthReplay<f64> {
 mod tests {
     use super::*;
 
-    /// An insertion to 10 mm with 100 N/m and a rupture at 6 mm, and a withdrawal with a pull of 0.2 N.
+    /// Returns an insertion to 10 mm with 100 N/m and a rupture at 6 mm, and a withdrawal with a pull of 0.2 N.
     fn recording() -> (Vec<f64>, Vec<f64>) {
         let way_in = (0..=100).map(|k| 1e-4 * f64::from(k));
         let way_out = (0..100).rev().map(|k| 1e-4 * f64::from(k));
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_in_is_that_of_the_recording_and_a_frozen_needle_feels_a_held_force() {
+    fn the_force_of_the_insertion_is_the_recorded_one_and_constant_on_a_frozen_needle() {
         let mut tissue = tissue();
         for k in 0..59 {
             let depth = 1e-4 * f64::from(k);
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_retreat_goes_over_to_the_way_out_and_back() {
+    fn a_retreat_changes_to_the_force_of_the_withdrawal_and_back() {
         let mut tissue = tissue();
         let deep = tissue.react(0, 5e-3, 0.0).force_n;
         let half = tissue.react(0, 4.5e-3, 0.0).force_n;
@@ -231,14 +231,14 @@ mod tests {
     }
 
     #[test]
-    fn beyond_the_recording_its_last_force_holds() {
+    fn beyond_the_recording_the_last_force_applies() {
         assert!((tissue().react(0, 0.5, 0.0).force_n - 0.4).abs() < 1e-9);
         assert!((tissue().react(0, -0.5, 0.0).force_n + 0.2).abs() < 1e-9, "a retreat from the start is a way out");
     }
 
     #[test]
     fn the_steepest_rise_is_over_half_a_millimetre() {
-        // 1 N over 2 mm, with a step of 0.1 N in it.
+        // 1 N over 2 mm, with a step of 0.1 N in between.
         let position: Vec<f64> = (0..=200).map(|k| 1e-5 * f64::from(k)).collect();
         let force: Vec<f64> = position.iter().map(|p| 500.0 * p + if *p > 1e-3 { 0.1 } else { 0.0 }).collect();
         let curves = DepthCurves::new(&position, &force).expect("valid");
@@ -247,16 +247,16 @@ mod tests {
     }
 
     #[test]
-    fn the_tables_have_the_force_when_each_depth_is_first_reached() {
+    fn the_tables_contain_the_force_at_the_first_passage_of_each_depth() {
         // In to 3 steps, back by 2, in to 5; then out with half of the force.
         let position = [0.0, 1e-5, 3e-5, 1e-5, 5e-5, 0.0];
         let force = [1.0, 2.0, 4.0, 9.0, 8.0, 0.5];
         let curves = DepthCurves::new(&position, &force).expect("valid");
         let [way_in, way_out] = curves.tables_n();
         let is_close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
-        // 4 and 5 steps are reached on the way from 3 steps at 4 N to 5 at 8 N.
+        // Depths 4 and 5 are reached between 3 steps at 4 N and 5 steps at 8 N.
         assert!(is_close(&way_in[..6], &[1.0, 2.0, 3.0, 4.0, 6.0, 8.0]), "{way_in:?}");
-        // On the way out each depth is left last between 5 steps at 8 N and 0 at 0.5 N, and not above the way in.
+        // On the way out each depth is last passed between 5 steps at 8 N and 0 at 0.5 N, limited to the way in.
         assert!(is_close(&way_out[..6], &[0.5, 2.0, 3.0, 4.0, 6.0, 8.0]), "{way_out:?}");
     }
 

@@ -1,8 +1,8 @@
-//! A tissue that cannot go on.
+//! Failure of a tissue.
 
 use thiserror::Error;
 
-/// Why a tissue cannot go on, as one that is computed by code of others.
+/// The reason why a tissue cannot continue, for example an error of third-party code.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{message}")]
 pub struct TissueFailure {
@@ -10,7 +10,7 @@ pub struct TissueFailure {
 }
 
 impl TissueFailure {
-    /// A failure, described by a sentence.
+    /// Creates a failure, described by a sentence.
     #[must_use]
     pub fn new(message: impl Into<Box<str>>) -> Self {
         Self { message: message.into() }

@@ -1,4 +1,4 @@
-//! A tissue in a functional mock-up unit (FMI 2.0 or 3.0, co-simulation), made by others.
+//! A tissue in a third-party functional mock-up unit (FMI 2.0 or 3.0, co-simulation).
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,26 +15,29 @@ trocar_core::settings! {
     /// Settings of a tissue in a functional mock-up unit.
     #[derive(Debug, Clone, PartialEq)]
     pub struct FmuSettings in "tissue.fmu." no const {
-        /// Functional mock-up unit of the tissue: FMI 2.0 or 3.0, co-simulation. A run executes its code: run trusted units only.
+        /// Functional mock-up unit of the tissue: FMI 2.0 or 3.0, co-simulation. A run executes its code, so use only
+        /// trusted units.
         file: Option<String> [FILE],
         /// Communication step, a whole number of ticks. The force is held between the steps.
         step_s: Option<f64> [POSITIVE] => "simulation.tick_s",
-        /// Name of the input for the needle's position, in m, growing into the tissue.
+        /// Name of the input for the needle's position, in m, increasing into the tissue.
         position: String = "needle.position_m",
-        /// Name of the input for the needle's velocity, in m/s; without it needle.velocity_m_per_s, where the unit has that input.
+        /// Name of the input for the needle's velocity, in m/s; when not given, needle.velocity_m_per_s if the unit has
+        /// that input.
         velocity: Option<String>,
         /// Name of the output with the force on the needle, in N, positive when it resists insertion.
         force: String = "reaction.force_n",
-        /// Name of the output that turns true, or from 0 to another number, where a layer ruptures; without it reaction.ruptured, where
-        /// the unit has that output, or no rupture is known.
+        /// Name of the output that becomes true, or changes from 0 to another number, when a layer ruptures; when not
+        /// given, reaction.ruptured if the unit has that output, otherwise no rupture is known.
         ruptured: Option<String>,
-        /// Values of the unit's parameters, as in "stiffness = 300; damping = 4", in the unit's own units; true is 1.
+        /// Values of the unit's parameters, as in "stiffness = 300; damping = 4", in the units of the parameters; true
+        /// is 1.
         parameters: Option<String>,
     }
 }
 
-/// The names in units that trocar exports, for keys without a value, and of an output without a key: the part of the force that acts on
-/// the shaft.
+/// Names in units that trocar exports. The inputs and outputs are used if their keys have no value; the shaft force,
+/// which has no key, is the part of the force that acts on the shaft.
 const VELOCITY: &str = "needle.velocity_m_per_s";
 const SHAFT_FORCE: &str = "reaction.shaft_force_n";
 const RUPTURED: &str = "reaction.ruptured";
@@ -47,41 +50,41 @@ const NEWTON: (&str, [i32; 8]) = ("N", [1, 1, -2, 0, 0, 0, 0, 0]);
 /// A setting that does not fit its unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnfitUnit {
-    /// The key of the setting.
+    /// Key of the setting.
     pub key: &'static str,
-    /// What is wrong.
+    /// Problem of the setting.
     pub problem: UnitProblem,
 }
 
-/// What is wrong with a setting of a unit.
+/// Problem of a setting of a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub enum UnitProblem {
-    /// With the unit itself, or one of its variables.
+    /// The unit itself, or one of its variables.
     Unit(FmuError),
-    /// With the setting, as a sentence that follows the key.
+    /// The setting, as a sentence that follows the key.
     Setting(String),
 }
 
-/// A tissue in a unit: the unpacked unit with what is set and read.
+/// The unpacked unit of a tissue, with its inputs, outputs and parameters.
 #[derive(Debug, Clone)]
 pub struct UnitTissue {
     unit: Arc<Unit>,
     tick_s: f64,
     step_s: f64,
     step_ticks: u64,
-    /// The inputs: the position, and the velocity if it has one.
+    /// Inputs: the position, and the velocity if the unit has that input.
     inputs: Vec<u32>,
-    /// The outputs: the force, and that on the shaft if it has one.
+    /// Outputs: the force, and the force on the shaft if the unit has that output.
     outputs: Vec<u32>,
     ruptured: Option<Variable>,
     parameters: Vec<(Variable, f64)>,
 }
 
 impl UnitTissue {
-    /// The tissue of a unit's file on ticks of `tick_s` (s). Nothing of the unit is executed.
+    /// Opens the unit's file for ticks of `tick_s`. Executes nothing of the unit.
     ///
     /// # Errors
-    /// [`UnfitUnit`] for a file that is no unit, a variable that it does not have, or a step that is not possible.
+    /// [`UnfitUnit`] for a file that is not a unit, a missing variable, or an impossible step.
     pub fn open(path: &Path, settings: &FmuSettings, tick_s: f64) -> Result<Self, UnfitUnit> {
         const KEYS: [&str; 7] = {
             let mut paths = [""; 7];
@@ -132,19 +135,19 @@ impl UnitTissue {
         Ok(Self { unit, tick_s, step_s, step_ticks, inputs, outputs, ruptured, parameters })
     }
 
-    /// The key of the unit's file.
+    /// Key of the unit's file.
     #[must_use]
     pub fn file_key() -> &'static str {
         FmuSettings::KEYS[0].path
     }
 
-    /// The key of the communication step.
+    /// Key of the communication step.
     #[must_use]
     pub fn step_key() -> &'static str {
         FmuSettings::KEYS[1].path
     }
 
-    /// Loads the unit's library, which executes code of it.
+    /// Loads the unit's library, which executes its code.
     ///
     /// # Errors
     /// [`FmuError::Library`].
@@ -152,13 +155,13 @@ impl UnitTissue {
         self.unit.load()
     }
 
-    /// The unit's file.
+    /// Path of the unit's file.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.unit.path()
     }
 
-    /// The SHA-256 of the unit's file.
+    /// SHA-256 of the unit's file.
     #[must_use]
     pub fn sha256(&self) -> [u8; 32] {
         self.unit.sha256()
@@ -169,7 +172,7 @@ impl UnitTissue {
     }
 }
 
-/// The same unit with the same settings.
+/// Compares the unit's file and the settings.
 impl PartialEq for UnitTissue {
     fn eq(&self, other: &Self) -> bool {
         self.sha256() == other.sha256()
@@ -179,13 +182,11 @@ impl PartialEq for UnitTissue {
     }
 }
 
-/// Whether a step is a whole number of other steps.
 fn is_multiple(step_s: f64, of_s: f64) -> bool {
     let count = step_s / of_s;
     count > 0.5 && (count - count.round()).abs() <= 1e-6 * count
 }
 
-/// An output of any type that can be read.
 fn readable(unit: &Unit, name: &str) -> Result<Variable, FmuError> {
     let variable = unit.description().variable(name, Causality::Output)?;
     let refuse = |problem: &str| Err(FmuError::Variable { name: name.into(), problem: problem.into() });
@@ -196,7 +197,6 @@ fn readable(unit: &Unit, name: &str) -> Result<Variable, FmuError> {
     }
 }
 
-/// A parameter and its value, as written.
 fn parameter(unit: &Unit, written: &str) -> Result<(Variable, f64), UnitProblem> {
     let wrong = || UnitProblem::Setting(format!("has {:?}, must be name = number; name = number", written.trim()));
     let (name, value) = written.rsplit_once('=').ok_or_else(wrong)?;
@@ -211,11 +211,11 @@ fn parameter(unit: &Unit, written: &str) -> Result<(Variable, f64), UnitProblem>
     }
 }
 
-/// A running tissue in a unit, an instance for each lane.
+/// A running tissue in a unit, with an instance for each lane.
 ///
-/// At every tick that begins a step, the inputs are the needle's position and velocity at that tick; the unit steps from there, and
-/// its outputs after the step act from this tick on, until the next step. So there is no tick of delay: where a unit integrates, the
-/// force is that of the end of the step under held inputs.
+/// At every tick that begins a step, the inputs are the needle's position and velocity at that tick. The unit steps
+/// from there, and its outputs after the step act from this tick on, until the next step. There is therefore no delay
+/// of a tick: if a unit integrates, the force belongs to the end of the step under held inputs.
 #[derive(Debug)]
 pub struct Fmu<L: Lane> {
     tissue: Arc<UnitTissue>,
@@ -231,7 +231,6 @@ struct RunningUnit {
     was_ruptured: bool,
 }
 
-/// What a step of an instance gives.
 struct Step {
     force_n: f64,
     shaft_n: f64,
@@ -239,13 +238,13 @@ struct Step {
 }
 
 impl<L: Lane> Fmu<L> {
-    /// The tissue of a unit before its first tick, at which it is instantiated.
+    /// Creates the tissue; the unit is instantiated at the first tick.
     #[must_use]
     pub fn new(tissue: Arc<UnitTissue>) -> Self {
         Self { tissue, instances: vec![], force_n: L::zero(), shaft_n: L::zero(), failure: None }
     }
 
-    /// Instantiates and steps the unit of a lane.
+    /// Instantiates the unit of a lane at the first step, and steps it.
     fn step(&mut self, lane: usize, tick: u64, inputs: [f64; 2]) -> Result<Step, TissueFailure> {
         let tissue = &*self.tissue;
         let time_s = tick as f64 * tissue.tick_s;
@@ -277,7 +276,7 @@ impl<L: Lane> Fmu<L> {
     }
 }
 
-/// What failed, after "the unit".
+/// Describes the failure, as a continuation of "the unit".
 fn sentence(error: &FmuError) -> String {
     match error {
         FmuError::Call { .. } | FmuError::Variable { .. } => format!("stopped: {error}"),
@@ -291,7 +290,7 @@ impl<L: Lane> Tissue<L> for Fmu<L> {
         if tick.is_multiple_of(self.tissue.step_ticks) && self.failure.is_none() {
             for lane in 0..L::WIDTH {
                 let inputs = [position_m.lane(lane), velocity_m_per_s.lane(lane)];
-                // A run that has diverged is an outcome of its own, and not one of the unit.
+                // A diverged run is a separate outcome, not a failure of the unit.
                 let step = if inputs.iter().all(|input| input.is_finite()) {
                     self.step(lane, tick, inputs)
                 } else {
@@ -323,7 +322,7 @@ impl<L: Lane> Tissue<L> for Fmu<L> {
     }
 }
 
-/// A copy that has not run. The state of a running unit is not copied: such a copy fails.
+/// Copies a tissue that has not run. The state of a running unit cannot be copied, so such a copy fails.
 impl<L: Lane> Clone for Fmu<L> {
     fn clone(&self) -> Self {
         let mut copy = Self::new(Arc::clone(&self.tissue));
@@ -335,7 +334,6 @@ impl<L: Lane> Clone for Fmu<L> {
     }
 }
 
-/// Units run one by one.
 impl<L: Lane> Model for Fmu<L> {
     type Settings = FmuSettings;
 
@@ -343,7 +341,7 @@ impl<L: Lane> Model for Fmu<L> {
         Err(NEEDS_FILE)
     }
 
-    /// The file is checked where it is read.
+    /// The file is checked when it is read.
     fn check(_settings: &FmuSettings, _tick_s: f64, _start_m: f64) -> Result<(), InvalidValue> {
         Ok(())
     }
@@ -362,7 +360,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_is_a_multiple_of_the_internal_one_within_a_millionth_of_it() {
+    fn a_step_is_a_multiple_of_the_internal_step_within_a_millionth_of_it() {
         assert!([(1e-3, 1e-3), (3e-3, 1e-3), (1.0, 1e-4), (0.3, 0.1)].iter().all(|&(step, of)| is_multiple(step, of)));
         assert!(
             [(1.5e-3, 1e-3), (1e-3, 2e-3), (0.5, 1.0), (1e-3, 1.0), (1e-7, 1.0)]
@@ -374,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn the_keys_of_file_and_step_are_those_of_the_settings() {
+    fn the_keys_of_file_and_step_are_the_keys_of_the_settings() {
         assert_eq!([UnitTissue::file_key(), UnitTissue::step_key()], ["tissue.fmu.file", "tissue.fmu.step_s"]);
     }
 

@@ -10,7 +10,7 @@ use trocar_core::lane::{Lane, Mask};
 /// Maximum number of depths at which coefficients are given.
 pub const MAX_DEPTHS: usize = 16;
 
-/// A coefficient over depth: `value + Σ slope_j clamp(p - from_j, 0, width_j)`, linear between the depths where it is given.
+/// A coefficient over depth: `value + Σ slope_j clamp(p - from_j, 0, width_j)`, linear between the given depths.
 #[derive(Debug, Clone, Copy)]
 struct Profile<L> {
     value: L,
@@ -37,9 +37,9 @@ trocar_core::settings! {
     /// Settings of a spring and a damper whose coefficients vary with depth.
     #[derive(Debug, Clone, PartialEq)]
     pub struct GeneralisedSettings in "tissue." no const {
-        /// Its surface.
+        /// Surface of the tissue.
         surface: Surface,
-        /// Its power.
+        /// Power of the depth.
         power: PowerSettings,
         /// Depths below the surface at which the coefficients of generalised are given: 1 to 16, ascending; linear
         /// between them.
@@ -53,11 +53,10 @@ trocar_core::settings! {
 
 /// `f = K p + B v` for `p > 0`, 0 otherwise, with `K = μ(p) pⁿ⁻¹` and `B = λ(p) pⁿ` (eq. 3-4, in this crate's sign).
 ///
-/// The paper leaves open how its coefficients vary with position, velocity and time. Here μ and λ are functions of the
-/// depth `p = x_e - contact` alone, linear between the given depths and constant beyond the first and the last. The
-/// static force is then a function of the position, so that the work of a closed motion is exactly the energy that λ
-/// dissipates. With one depth it is Hunt-Crossley's model. The layered tissue models the dependence on time and
-/// history.
+/// The paper does not state how its coefficients vary with position, velocity and time. Here μ and λ are functions of
+/// the depth `p = x_e - contact` alone, linear between the given depths and constant outside. The static force is then
+/// a function of the position, so the work of a closed motion is exactly the energy dissipated by λ. With one depth it
+/// is Hunt-Crossley's model. The layered tissue models the dependence on time and history.
 #[derive(Debug, Clone, Copy)]
 pub struct Generalised<L: Lane> {
     mu: Profile<L>,
@@ -70,7 +69,7 @@ pub struct Generalised<L: Lane> {
 }
 
 impl<L: Lane> Generalised<L> {
-    /// The tissue of the settings.
+    /// Creates the tissue of the settings.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.
@@ -154,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn its_coefficients_are_linear_between_the_depths() {
+    fn the_coefficients_are_linear_between_the_depths() {
         let settings = settings(&[0.01, 0.02, 0.04], &[100.0, 300.0, 0.0], &[0.0, 10.0, 10.0], 1.0, 5e-3);
         let mut tissue = Generalised::<f64>::new(&settings).expect("valid");
         for (p, mu, lambda) in
@@ -167,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn with_one_depth_it_is_hunt_crossley() {
+    fn with_one_depth_the_model_is_hunt_crossley() {
         let settings = settings(&[0.0], &[2000.0], &[200.0], 1.5, 1e-3);
         let mut general = Generalised::<f64>::new(&settings).expect("valid");
         let (surface, power) = (settings.surface, settings.power);
@@ -180,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn its_slopes_are_those_of_its_force() {
+    fn the_slopes_are_the_slopes_of_the_force() {
         for (mus, power) in [(vec![100.0, 300.0, 50.0], 1.0), (vec![2000.0, 1000.0, 1000.0], 1.5), (vec![5.0; 3], 0.5)]
         {
             let settings = settings(&[0.0, 0.01, 0.02], &mus, &[0.0; 3], power, 5e-3);
@@ -200,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn lists_that_do_not_fit_are_named() {
+    fn lists_of_different_lengths_are_named() {
         let refused = |depths: &[f64], mus: &[f64]| {
             Generalised::<f64>::new(&settings(depths, mus, &[0.0, 0.0], 1.0, 0.0)).expect_err("refused").name
         };
@@ -211,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn lists_that_cannot_be_are_refused() {
+    fn impossible_lists_are_refused() {
         let refused = |depths_m: &[f64], mus: &[f64], lambdas: &[f64]| {
             Generalised::<f64>::new(&settings(depths_m, mus, lambdas, 1.0, 0.0)).err().map(|error| error.name)
         };
@@ -226,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn its_surface_is_that_of_its_settings() {
+    fn the_surface_is_the_configured_surface() {
         assert_eq!(Generalised::<f64>::surface_m(&settings(&[0.0], &[1.0], &[1.0], 1.0, 0.013)), Some(0.013));
     }
 }

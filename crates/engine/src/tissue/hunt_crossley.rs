@@ -11,20 +11,20 @@ trocar_core::settings! {
     /// Settings of a spring and a damper that stiffen with depth.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct HuntCrossleySettings in "tissue." {
-        /// Its surface.
+        /// Surface of the tissue.
         surface: Surface,
         /// μ of hunt-crossley, in N/m^n.
         mu: f64 [NON_NEGATIVE] = 2000.0,
         /// λ of hunt-crossley, in N·s/m^(n+1).
         lambda: f64 [NON_NEGATIVE] = 200.0,
-        /// Its power.
+        /// Power of the depth.
         power: PowerSettings,
     }
 }
 
 /// `f = μ pⁿ + λ pⁿ v` for `p > 0`, 0 otherwise, with `p = x_e - contact` (eq. 2, in this crate's sign).
 ///
-/// The power is a multiple of 0.25 from 0 to 7.75, so that the tick needs no transcendental function.
+/// The power is a multiple of 0.25 from 0 to 7.75, so the tick needs no transcendental function.
 #[derive(Debug, Clone, Copy)]
 pub struct HuntCrossley<L: Lane> {
     stiffness: L,
@@ -34,7 +34,7 @@ pub struct HuntCrossley<L: Lane> {
 }
 
 impl<L: Lane> HuntCrossley<L> {
-    /// The tissue of the settings.
+    /// Creates the tissue of the settings.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_eq_2_for_every_power_it_takes() {
+    fn the_force_is_eq_2_for_every_allowed_power() {
         for quarters in 0..=31 {
             let power = 0.25 * f64::from(quarters);
             let mut tissue = tissue(300.0, 20.0, power, 1e-3).expect("valid");
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn its_spring_stiffens_from_the_surface_down_to_the_depth() {
+    fn the_spring_stiffens_from_the_surface_down_to_the_depth() {
         let settings = HuntCrossleySettings { mu: 500.0, power: PowerSettings { power: 2.0 }, ..Default::default() };
         let Some(Springs::ToDepth((low, high))) = HuntCrossley::<f64>::springs(&settings, Some(0.02)) else {
             panic!("a depth is known")

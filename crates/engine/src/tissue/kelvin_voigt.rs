@@ -14,7 +14,7 @@ trocar_core::settings! {
         stiffness_n_per_m: f64 [NON_NEGATIVE] = 200.0,
         /// Damping B of kelvin-voigt.
         damping_n_s_per_m: f64 [NON_NEGATIVE] = 5.0,
-        /// Its surface.
+        /// Surface of the tissue.
         surface: Surface,
     }
 }
@@ -28,7 +28,7 @@ pub struct KelvinVoigt<L> {
 }
 
 impl<L: Lane> KelvinVoigt<L> {
-    /// The tissue of the settings.
+    /// Creates the tissue of the settings.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_reacts_only_in_contact() {
+    fn the_tissue_reacts_only_in_contact() {
         let mut tissue = KelvinVoigt::<f64>::new(&KelvinVoigtSettings {
             stiffness_n_per_m: 200.0,
             damping_n_s_per_m: 5.0,
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_a_spring_and_a_damper_at_any_depth() {
+    fn the_tissue_is_a_spring_and_a_damper_at_any_depth() {
         let settings = KelvinVoigtSettings {
             stiffness_n_per_m: 123.0,
             damping_n_s_per_m: 4.5,

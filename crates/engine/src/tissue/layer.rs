@@ -1,14 +1,13 @@
-//! One layer that gives way at a force: its parameters, their keys and ranges.
+//! Parameters of a layer that ruptures at a force, with their keys and ranges.
 //!
 //! # Sources of the numbers
-//! The form is that of Simone (*Modeling of needle insertion forces for percutaneous therapies*, 2002) and of Okamura,
-//! Simone and O'Leary (2004) for the liver: a nonlinear spring until the capsule gives way, then a constant cutting
-//! force and friction along the shaft. The measured values of each quantity and its range are in
-//! [`literature`](super::literature). Barbé et al. (2007) state, for one needle in vivo, the total over all layers: up
-//! to 1.45 N with a pull of 0.37 N on direct access to a pig's liver, up to 5.69 N with a pull of 2.45 N through the
-//! skin, most of it from skin, fat and muscle (3.2.1, 3.2.2). How these totals are divided among the layers is chosen
-//! here: a layer bulges by millimetres before it gives way, as figure 1 and the 9 mm lurch of 5.2 show, and relaxes
-//! within hundredths of a second.
+//! The form is from Simone (*Modeling of needle insertion forces for percutaneous therapies*, 2002) and from Okamura,
+//! Simone and O'Leary (2004) for the liver: a nonlinear spring until the capsule ruptures, then a constant cutting
+//! force and friction along the shaft. The measured values and ranges are in [`literature`](super::literature). Barbé
+//! et al. (2007) state, for one needle in vivo, the total over all layers: up to 1.45 N with a pull of 0.37 N on direct
+//! access to a pig's liver, and up to 5.69 N with a pull of 2.45 N through the skin, most of it from skin, fat and
+//! muscle (3.2.1, 3.2.2). The division of these totals among the layers is chosen here. A layer bulges by millimetres
+//! before it ruptures, as figure 1 and the 9 mm lurch of 5.2 show, and relaxes within hundredths of a second.
 //!
 //! | default | skin | fat | muscle | capsule | organ | measured |
 //! |---|---|---|---|---|---|---|
@@ -33,34 +32,34 @@ use trocar_core::error::{InvalidValue, require};
 pub const MAX_RELAXATION_S: f64 = 10.0;
 
 trocar_core::settings! {
-    /// The parameters of a layer that gives way at a force.
+    /// Parameters of a layer that ruptures at a force.
     ///
-    /// Its loading law is `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)`: a polynomial of the deflection `d >= 0`, as Okamura
-    /// et al. use for the capsule, and a damping proportional to it, as in Hunt-Crossley's model (eq. 2 with
-    /// `λ = c μ`), so that the force starts without a step and never pulls.
+    /// The loading law is `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)`: a polynomial of the deflection `d >= 0`, which
+    /// Okamura et al. use for the capsule, with a proportional damping as in Hunt-Crossley's model (eq. 2 with
+    /// `λ = c μ`). The force therefore starts without a step and never pulls.
     ///
-    /// The fields that [`TearingLayer`](super::TearingLayer) has too are the same keys, with the same defaults.
+    /// Keys shared with [`TearingLayer`](super::TearingLayer) have the same defaults.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct LayerParameters in "tissue.layer.*." {
-        /// Thickness.
+        /// Thickness of the layer.
         thickness_m: f64 [POSITIVE] = 0.1,
-        /// a_1 of the loading law a_1 d + a_2 d², with the deflection d; of a layer that tears k_0, the stiffness of a fast
-        /// deflection.
+        /// a_1 of the loading law a_1 d + a_2 d², with the deflection d; for a layer that tears k_0, the stiffness of a
+        /// fast deflection.
         stiffness_n_per_m: f64 [STIFFNESS_N_PER_M.range()] = 250.0,
-        /// a_2: the force has a part a_2 d² of the deflection d.
+        /// a_2 of the loading law, which adds a_2 d² to the force at the deflection d.
         ///
         /// `a₁` or `a₂` is above 0.
         stiffening_n_per_m2: f64 [STIFFENING_N_PER_M2.range()] = 0.0,
         /// Force at which the layer ruptures, median 1.22 (van Gerwen et al. 2012); at least the cutting force.
         rupture_force_n: f64 [RUPTURE_FORCE_N.range()] = 0.3,
-        /// Force at which the needle cuts through it after the rupture, median 0.95 (van Gerwen et al. 2012).
+        /// Force at which the needle cuts through the layer after the rupture, median 0.95 (van Gerwen et al. 2012).
         cutting_force_n: f64 [CUTTING_FORCE_N.range()] = 0.3,
-        /// Time constant of its relaxation, after the rupture and after the last cut: 0 (immediate), or from one tick
-        /// to 10.
+        /// Time constant of the layer's relaxation, after the rupture and after the last cut: 0 (immediate), or from
+        /// one tick to 10.
         ///
-        /// In s, from the rupture force to the cutting force and, once cut through, to 0.
+        /// In s, from the rupture force to the cutting force and, when cut through, to 0.
         relaxation_s: f64 [NON_NEGATIVE] = 0.02,
-        /// c: the force is (1 + c v) times that of the loading law.
+        /// c: the force is (1 + c v) times the force of the loading law.
         damping_s_per_m: f64 [DAMPING_S_PER_M.range()] = 2.0,
         /// Friction on the shaft per length in the layer; 11 to 12 in liver (Okamura et al. 2004).
         friction_n_per_m: f64 [FRICTION_N_PER_M.range()] = 10.0,
@@ -75,7 +74,7 @@ trocar_core::settings! {
 }
 
 impl LayerParameters {
-    /// The layers where a scenario lists none, from the surface down, with their names.
+    /// The default layers with their names, from the surface down.
     pub const DEFAULT_LIST: [(&str, Self); 5] = [
         (
             "skin",
@@ -129,15 +128,15 @@ impl LayerParameters {
         Self::DEFAULT_LIST.iter().map(|(name, layer)| (*name, values(layer))).collect()
     }
 
-    /// True if the force drops where the layer gives way.
+    /// Returns true if the force drops when the layer gives way.
     #[must_use]
     pub fn ruptures(&self) -> bool {
         self.rupture_force_n > self.cutting_force_n
     }
 
-    /// `d >= 0` in m with `a₁ d + a₂ d² = force_n`.
+    /// Returns `d >= 0` in m with `a₁ d + a₂ d² = force_n`.
     ///
-    /// The form avoids cancellation for small `a₂`.
+    /// This form avoids cancellation for small `a₂`.
     #[must_use]
     pub fn deflection_m(&self, force_n: f64) -> f64 {
         let (a1, a2) = (self.stiffness_n_per_m, self.stiffening_n_per_m2);
@@ -145,13 +144,13 @@ impl LayerParameters {
         if a1 + root > 0.0 { 2.0 * force_n / (a1 + root) } else { f64::INFINITY }
     }
 
-    /// The slope in N/m of the loading law where its force is `force_n`: `√(a₁² + 4 a₂ f)`.
+    /// Slope in N/m of the loading law at the force `force_n`: `√(a₁² + 4 a₂ f)`.
     #[must_use]
     pub fn slope_n_per_m(&self, force_n: f64) -> f64 {
         (self.stiffness_n_per_m.powi(2) + 4.0 * self.stiffening_n_per_m2 * force_n).sqrt()
     }
 
-    /// Checks the fields, on ticks of `tick_s` (s).
+    /// Checks the fields for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
@@ -163,7 +162,6 @@ impl LayerParameters {
         require("tissue.layer.*.relaxation_s", relaxation, resolved, requirement).map(drop)
     }
 
-    /// The keys with values and ranges of measurements.
     pub(super) fn measured(&self) -> [(&'static str, f64, &'static Bounds); 8] {
         [
             ("tissue.layer.*.thickness_m", self.thickness_m, &THICKNESS_M),
@@ -247,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_of_both_kinds_of_layers_is_declared_alike() {
+    fn a_key_shared_by_both_kinds_of_layers_has_one_declaration() {
         let mut shared = 0;
         for key in LayerParameters::KEYS {
             let Some(other) = TearingLayer::KEYS.iter().find(|other| other.path == key.path) else { continue };

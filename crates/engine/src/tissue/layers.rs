@@ -1,4 +1,4 @@
-//! Layers that bulge, give way, are cut through, and exert friction on the shaft.
+//! Layers that bulge, rupture, are cut through, and exert friction on the shaft.
 
 use trocar_core::settings::{Key, KeySource, count, joined};
 
@@ -13,26 +13,26 @@ use super::{Reaction, Tissue};
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 
-/// Start of a layer that the needle has not reached, in m: deeper than any run.
+/// Start of a layer that the needle has not reached, in m. Deeper than any run.
 const FAR_M: f64 = 1e9;
 
-/// Additional decrease of a yield deflection per tick, in m. It is negligible, but makes the exponential relaxation
-/// end, without ever smaller (subnormal, slow) numbers.
+/// Additional decrease of a yield deflection per tick, in m. It is negligible, but ends the exponential relaxation
+/// before the numbers become subnormal, which is slow.
 const MIN_FALL_M: f64 = 1e-15;
 
-/// The parameters of a layered tissue.
+/// Parameters of a layered tissue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayersParameters {
-    /// The surface of the undeformed tissue, in m.
+    /// Surface of the undeformed tissue, in m.
     pub contact_m: f64,
-    /// The layers by name, from the surface down.
+    /// Layers by name, from the surface down.
     pub layers: Vec<Named<LayerParameters>>,
-    /// The shaft's friction.
+    /// Friction on the shaft.
     pub shaft: ShaftParameters,
 }
 
 impl LayersParameters {
-    /// Its keys, except those of the layers.
+    /// The keys, except the keys of the layers.
     pub const KEYS: &'static [Key] = &joined::<{ count(Self::GROUPS) }>(Self::GROUPS);
 
     const GROUPS: &'static [&'static [Key]] = &[Surface::KEYS, ShaftParameters::KEYS];
@@ -47,7 +47,7 @@ impl LayersParameters {
         Ok(Self { contact_m, layers, shaft: ShaftParameters::read(source)? })
     }
 
-    /// Checks everything that is independent of the tick.
+    /// Checks all conditions that do not depend on the tick.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
@@ -57,7 +57,7 @@ impl LayersParameters {
         self.shaft.validate()
     }
 
-    /// Checks every layer and the shaft, on ticks of `tick_s`.
+    /// Checks every layer and the shaft for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
@@ -87,16 +87,16 @@ impl Default for LayersParameters {
 /// f     = (a₁ d + a₂ d²) max(1 + c v, 0)
 /// front = max(front, x - y)
 /// ```
-/// The target is `d_r`, where the spring reaches the rupture force, while the layer is intact; then `d_c`, where it
-/// reaches the cutting force; and 0 once the front has reached the layer's bottom. So the force on a needle at rest
-/// relaxes and is then constant; a retreat unloads the spring, which never pulls. A cut remains. Fronts and relaxation
-/// only reduce the deflection of springs, so every layer dissipates energy.
+/// The target of an intact layer is `d_r`, where the spring reaches the rupture force; then `d_c`, where it reaches the
+/// cutting force; and 0 when the front has reached the layer's bottom. The force on a needle at rest therefore relaxes
+/// to a constant. A retreat unloads the spring, which never pulls. A cut remains. Fronts and relaxation only reduce the
+/// deflection of springs, so every layer dissipates energy.
 ///
-/// A layer begins to bulge at the needle's position when the layer above is cut through: until then the two move
-/// together, and only the upper one acts on the tip. The forces add up: of the layer above, relaxing, of the layer
-/// being cut, and the friction of all layers around the shaft (see [`ShaftParameters`]). The kinetic bound of the
-/// friction is the sum of each layer's grip and of its friction times the length in it. That length is measured from
-/// the dragged surface, displaced by `F/σ` inward or, during withdrawal, outward: the tissue then pulls, and the needle
+/// A layer begins to bulge at the needle's position when the layer above is cut through. Until then the two move
+/// together, and only the upper one acts on the tip. The force is the sum of the relaxing layer above, the layer being
+/// cut, and the friction of all layers around the shaft (see [`ShaftParameters`]). The kinetic bound of the friction is
+/// the sum over the layers of the grip and the friction times the length in the layer. This length is measured from the
+/// dragged surface, displaced by `F/σ` inward or, during withdrawal, outward: the tissue then pulls, and the needle
 /// leaves it outside of the first contact.
 ///
 /// The model is a map of position and velocity, exact for any tick. A relaxation faster than a tick cannot be
@@ -105,15 +105,15 @@ impl Default for LayersParameters {
 #[derive(Debug, Clone)]
 pub struct Layers<L: Lane> {
     layers: Box<[Layer<L>]>,
-    /// Layers before this one are cut through and relaxed, in every lane.
+    /// Index of the first layer that is not cut through and relaxed in every lane.
     first: usize,
-    /// Layers from this one on have not been reached, in any lane.
+    /// Index of the first layer that has not been reached in any lane.
     begun: usize,
-    /// Start of the last layer reached, and the friction of the layers above it once the tip is beyond.
+    /// Start of the last layer reached, and the friction of the layers above it when the tip is beyond.
     last_start: L,
     above: ShaftContact<L>,
     shaft: Shaft<L>,
-    /// The friction on the shaft after the last tick.
+    /// Friction on the shaft after the last tick.
     held: ShaftContact<L>,
     friction: L,
 }
@@ -129,7 +129,7 @@ struct Layer<L: Lane> {
     stiffness: L,
     stiffening: L,
     damping: L,
-    /// Front at which the layer gives way or is cut through; infinite after that.
+    /// Front at which the layer gives way or is cut through; afterwards infinite.
     next_event: L,
     start: L,
     bottom: L,
@@ -137,7 +137,7 @@ struct Layer<L: Lane> {
     grip: L,
     thickness: L,
     cut_deflection: L,
-    /// Whether giving way is a rupture: the rupture force is above the cutting force.
+    /// Lanes in which giving way is a rupture: the rupture force is above the cutting force.
     ruptures: L::Mask,
 }
 
@@ -167,7 +167,6 @@ impl<L: Lane> Layer<L> {
         }
     }
 
-    /// Starts the layer at `start` where the mask holds.
     #[inline(always)]
     fn begin(&mut self, mask: L::Mask, start: L) {
         self.front = L::select(mask, start, self.front);
@@ -176,7 +175,7 @@ impl<L: Lane> Layer<L> {
         self.next_event = L::select(mask, start, self.next_event);
     }
 
-    /// Relaxes the layer, cuts where it yields, and returns the force on the tip in N.
+    /// Relaxes the layer and cuts where it yields. Returns the force on the tip in N.
     #[inline(always)]
     fn force_on_tip_n(&mut self, position: L, velocity: L) -> L {
         let relaxed = self.target + (self.yields_at - self.target) * self.decay;
@@ -187,7 +186,7 @@ impl<L: Lane> Layer<L> {
         (d * viscous) * (self.stiffness + self.stiffening * d)
     }
 
-    /// Adds the friction of the layer on a shaft with its tip at `tip_m` to that of the layers above.
+    /// Adds the layer's friction on a shaft with its tip at `tip_m` to the friction of the layers above.
     #[inline(always)]
     fn add_friction(&self, above: ShaftContact<L>, tip_m: L) -> ShaftContact<L> {
         let length_m = (tip_m - self.start).clamp(L::zero(), self.front.min(self.bottom) - self.start);
@@ -195,13 +194,13 @@ impl<L: Lane> Layer<L> {
     }
 
     /// Handles the events of the layer at this tick: from intact to cut, from cut to cut through. Returns the lanes in
-    /// which it ruptured and those in which it is cut through.
+    /// which the layer ruptures and the lanes in which it is cut through.
     #[inline(always)]
     fn handle_events(&mut self) -> (L::Mask, L::Mask) {
         let gives_way = self.front.gt(self.next_event) & self.next_event.lt(self.bottom);
         self.target = L::select(gives_way, self.cut_deflection, self.target);
         self.next_event = L::select(gives_way, self.bottom, self.next_event);
-        // With a fast needle the layer gives way and is cut through in one tick.
+        // A fast needle can make the layer give way and cut it through in one tick.
         let is_through = self.front.gt(self.next_event);
         self.target = L::select(is_through, L::zero(), self.target);
         self.next_event = L::select(is_through, L::splat(f64::INFINITY), self.next_event);
@@ -220,10 +219,10 @@ fn friction_of<L: Lane>(layers: &[Layer<L>], tip_m: L) -> ShaftContact<L> {
 }
 
 impl<L: Lane> Layers<L> {
-    /// An undeformed tissue on ticks of `tick_s`, with the needle at `start_m` (m).
+    /// Creates an undeformed tissue, with the needle at `start_m`.
     ///
     /// # Errors
-    /// [`InvalidValue`] as [`LayersParameters::validate`], or for a needle that starts inside.
+    /// [`InvalidValue`] as in [`LayersParameters::validate`], or for a needle that starts inside.
     pub fn new(parameters: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::check(parameters, tick_s, start_m)?;
         let mut layers: Box<[Layer<L>]> =
@@ -241,11 +240,11 @@ impl<L: Lane> Layers<L> {
         })
     }
 
-    /// Updates the friction on the shaft for the next tick. The two ticks' computations do not wait for each other.
+    /// Updates the friction on the shaft for the next tick, independently of this tick's force.
     #[inline(always)]
     fn update_shaft_contact(&mut self, position: L) {
         let tip = position - self.shaft.drag_m();
-        // A layer starts where the one above is cut through, so a tip in the last one has passed all others.
+        // A layer starts when the one above is cut through, so a tip in the last layer has passed all others.
         self.held = if tip.ge(self.last_start).all() {
             self.layers[self.begun - 1].add_friction(self.above, tip)
         } else {
@@ -253,7 +252,7 @@ impl<L: Lane> Layers<L> {
         };
     }
 
-    /// Handles the events of all layers at this tick. Returns the lanes in which one ruptured.
+    /// Handles the events of all layers at this tick. Returns the lanes in which a layer ruptures.
     #[cold]
     #[inline]
     fn handle_events(&mut self, position: L) -> L::Mask {
@@ -333,8 +332,8 @@ impl<L: Lane> Model for Layers<L> {
         Some(settings.contact_m)
     }
 
-    /// From 0, of a layer that the needle cuts, to the slope of the stiffest layer just before it ruptures or while it is cut.
-    /// The shaft adds its stiffness as soon as a layer with friction is cut: after each reversal it sticks.
+    /// From 0, for a layer that is being cut, to the slope of the stiffest layer just before its rupture or during
+    /// cutting. The shaft adds its stiffness after a layer with friction is cut, because it sticks after each reversal.
     fn springs(settings: &LayersParameters, _depth_m: Option<f64>) -> Option<Springs> {
         let mut highest: f64 = 0.0;
         let mut of_shaft = 0.0;

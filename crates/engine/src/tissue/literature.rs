@@ -1,19 +1,19 @@
 //! Measurements of needles in tissue, and the ranges of the layers' parameters.
 //!
 //! Okamura, Simone and O'Leary (*Force modeling for needle insertion into soft tissue*, IEEE TBME 51(10), 2004) and
-//! Simone and Okamura (ICRA 2002) inserted a bevelled needle of 1.27 mm into bovine liver ex vivo; DiMaio and Salcudean
-//! (*Needle insertion modeling and simulation*, IEEE TRA 19(5), 2003) a 17 gauge one into PVC, of one layer and of two;
-//! van Gerwen, Dankelman and van den Dobbelsteen (*Needle-tissue interaction forces*, Med. Eng. Phys. 34, 2012) survey
-//! 99 works. Their numbers are from notes on these papers that were checked against them, number by number
-//! (github.com/Yuming-007/Needle-Tissue-Simulation, `docs/literature`, 05 to 08); that of Khasawneh, Abu El-Rub and
-//! Allouh (Folia Morphol. 82(1), 2023) is from their abstract. Ratios of static to kinetic friction are those of the
+//! Simone and Okamura (ICRA 2002) inserted a bevelled needle of 1.27 mm into bovine liver ex vivo. DiMaio and Salcudean
+//! (*Needle insertion modeling and simulation*, IEEE TRA 19(5), 2003) inserted a 17 gauge needle into PVC of one and of
+//! two layers. Van Gerwen, Dankelman and van den Dobbelsteen (*Needle-tissue interaction forces*, Med. Eng. Phys.
+//! 34, 2012) survey 99 works. The numbers are from notes that were checked against these papers number by number
+//! (github.com/Yuming-007/Needle-Tissue-Simulation, `docs/literature`, 05 to 08); the number of Khasawneh, Abu El-Rub
+//! and Allouh (Folia Morphol. 82(1), 2023) is from their abstract. Ratios of static to kinetic friction are ratios of
 //! means.
 //!
-//! The ranges are wider than the measurements, as tissues, needles and species differ: van Gerwen et al. cite a pig's
-//! liver two to six times as stiff in vivo as ex vivo. No source was found for the stiffness, friction or damping of
-//! skin, fat and muscle alone, nor for a relaxation, a damping `c` or a stiffness of the shaft's drag of any layer:
-//! these are chosen here. On speed, the force rises more steeply for a faster needle (Mahvash and Dupont, ICRA 2009),
-//! and skin and muscle hardly depend on it (Schneider, Peck and Melvin, UM-HSRI-78-23, 1978).
+//! The ranges are wider than the measurements, because tissues, needles and species differ: van Gerwen et al. cite a
+//! pig's liver two to six times as stiff in vivo as ex vivo. No source was found for the stiffness, friction or damping
+//! of skin, fat and muscle alone, nor for a relaxation, a damping `c` or a stiffness of the shaft's drag of any layer;
+//! these are chosen here. The force rises more steeply for a faster needle (Mahvash and Dupont, ICRA 2009); skin and
+//! muscle hardly depend on the speed (Schneider, Peck and Melvin, UM-HSRI-78-23, 1978).
 
 use std::borrow::Cow;
 
@@ -21,7 +21,7 @@ use trocar_core::settings::Range;
 
 use super::named_layers::{Measurable, path_in_layer};
 
-/// A range of measurements and its reason. A value outside is allowed, as for a phantom, and a warning.
+/// A range of measurements and its reason. A value outside is allowed, for example for a phantom, but causes a warning.
 #[derive(Debug, PartialEq)]
 pub struct Bounds {
     /// Lower bound, included.
@@ -33,13 +33,13 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Whether a value is within the bounds.
+    /// Returns true if a value is within the bounds.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
 
-    /// The range of a key: everything that has a meaning, from 0 on if the bounds begin there.
+    /// The range of a key: all meaningful values, from 0 on if the bounds begin at 0.
     #[must_use]
     pub const fn range(&self) -> Range {
         if self.low == 1.0 {
@@ -55,15 +55,14 @@ impl Bounds {
 /// A value outside the range of the measurements.
 #[derive(Debug, Clone)]
 pub struct Outside {
-    /// The path of its key.
+    /// Path of the value's key.
     pub key: Cow<'static, str>,
-    /// The value.
+    /// Value of the key.
     pub value: f64,
-    /// The range.
+    /// Range of the measurements.
     pub bounds: &'static Bounds,
 }
 
-/// Those of keys with their values and ranges that are outside.
 pub(super) fn outside<'a>(of: impl IntoIterator<Item = Measurable<'a>>) -> Vec<Outside> {
     of.into_iter()
         .filter(|(_, _, value, bounds)| !bounds.contains(*value))
@@ -146,9 +145,9 @@ pub struct Measured {
     pub low: f64,
     /// Maximum, in the unit of the quantity.
     pub high: f64,
-    /// The source.
+    /// Source of the measurement.
     pub source: &'static str,
-    /// The range beyond which a value is a warning.
+    /// Range outside which a value causes a warning.
     pub bounds: &'static Bounds,
 }
 
@@ -218,7 +217,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_that_was_measured_is_in_its_range() {
+    fn every_measurement_is_in_its_range() {
         for Measured { quantity, low, high, bounds, .. } in &MEASURED {
             assert!(low <= high && bounds.contains(*low) && bounds.contains(*high), "{quantity}");
             assert!(bounds.range().contains(bounds.low) && bounds.range().contains(2.0 * bounds.high), "{quantity}");
@@ -226,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stiffest_springs_reach_any_rupture_within_a_millimetre_and_the_softest_drag_is_no_longer_than_a_needle() {
+    fn the_stiffest_springs_reach_any_rupture_within_1_mm_and_the_softest_drag_is_no_longer_than_a_needle() {
         let d = 1e-3;
         for (force_n, max_ratio) in [(STIFFNESS_N_PER_M.high * d, 2.0), (STIFFENING_N_PER_M2.high * d * d, 2.0)] {
             let by_rupture = force_n / RUPTURE_FORCE_N.high;
@@ -238,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_outside_is_listed_with_its_range() {
+    fn values_outside_are_listed_with_their_ranges() {
         let inside = ("a", None, 19.2, &RUPTURE_FORCE_N);
         let found =
             outside([inside, ("*.b", Some("dura"), 19.3, &RUPTURE_FORCE_N), ("c", None, 4e-4, &RUPTURE_FORCE_N)]);

@@ -51,28 +51,28 @@ use trocar_core::settings::{ActsFor, Key, acting, count_distinct, distinct};
 /// A tissue's reaction at one tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Reaction<L: Lane> {
-    /// `f_e` in N, positive when it resists insertion.
+    /// Tissue force `f_e` in N, positive when the tissue resists insertion.
     pub force_n: L,
-    /// Whether a layer ruptures at this tick: ground truth, for metrics only.
+    /// Lanes in which a layer ruptures at this tick (ground truth, for metrics only).
     pub ruptured: L::Mask,
 }
 
 /// Gives the tissue force for a position and velocity of the needle.
 ///
-/// A user-defined tissue implements this for `f64`; the built-in ones for any number of lanes. A built-in tissue is one
-/// file of this folder and one row of the registry below.
+/// A user-defined tissue implements this trait for `f64`, the built-in tissues for any number of lanes. A built-in
+/// tissue is one file of this folder and one row of the registry below.
 pub trait Tissue<L: Lane> {
-    /// The reaction at `tick` to a needle at `position_m` (m) moving at `velocity_m_per_s` (m/s). Called once per tick,
+    /// Returns the reaction at `tick` to a needle at `position_m` moving at `velocity_m_per_s`. Called once per tick,
     /// starting at 0.
     fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L>;
 
-    /// The part in N of the last reaction's force that acts on the shaft, not on the tip.
+    /// The part in N of the last reaction's force that acts on the shaft and not on the tip.
     #[inline(always)]
     fn shaft_force_n(&self) -> L {
         L::zero()
     }
 
-    /// Why the tissue cannot go on, if it cannot: its forces are then not numbers, and the run ends with this error.
+    /// Returns the failure of the tissue, if it has failed. Its forces are then NaN, and the run ends with this error.
     fn failure(&self) -> Option<&TissueFailure> {
         None
     }
@@ -95,8 +95,8 @@ impl<L: Lane, T: Tissue<L> + ?Sized> Tissue<L> for Box<T> {
 }
 
 trocar_core::registry! {
-    /// The recording's force, or a spring and damper, linear (eq. 1), stiffening (eq. 2) or varying with depth (eq.
-    /// 3-4), or layers that rupture at a force, or by the energy that a crack releases, or the tissue of an FMU.
+    /// Tissue: the recording's force; a spring and damper, linear (eq. 1), stiffening (eq. 2) or varying with depth
+    /// (eq. 3-4); layers that rupture at a force, or by the energy that a crack releases; or an FMU.
     #[derive(Debug, Clone, PartialEq)]
     pub enum TissueSettings at "tissue.kind" = Recording no const;
     /// Any of the built-in tissues, without motion of the organs.
@@ -112,7 +112,7 @@ trocar_core::registry! {
 }
 
 impl TissueSettings {
-    /// The keys of a layer in the list of layers, with a `*` for the layer.
+    /// Keys of a layer in the list of layers, with a `*` for the layer.
     pub const LIST_KEYS: &'static [Key] = {
         const GROUPS: &[&[Key]] = &of_kind!([WORD, Part] => {
             const LIST: &[Key] = <Part<f64> as Model>::LIST_KEYS;
@@ -122,7 +122,7 @@ impl TissueSettings {
         &distinct::<{ count_distinct(GROUPS) }>(GROUPS)
     };
 
-    /// The layers of the kind with this word where none are listed. Empty for a kind without layers.
+    /// The default layers of the kind with this word; empty for a kind without layers.
     #[must_use]
     pub fn default_layers(word: &str) -> Vec<DefaultLayer> {
         let all = of_kind!([WORD, Part] => (WORD, <Part<f64> as Model>::default_layers as fn() -> Vec<DefaultLayer>));
@@ -135,7 +135,7 @@ impl TissueSettings {
         of_kind!(self, Part(own) => Part::<f64>::layers(own))
     }
 
-    /// The surface of the undeformed tissue in m; `None` for a recording and a unit.
+    /// The surface of the undeformed tissue in m; `None` for a recording and an FMU.
     #[must_use]
     pub fn surface_m(&self) -> Option<f64> {
         of_kind!(self, Part(own) => Part::<f64>::surface_m(own))
@@ -147,13 +147,13 @@ impl TissueSettings {
         of_kind!(self, Part(own) => Part::<f64>::springs(own, depth_m))
     }
 
-    /// Its properties outside the range of the measurements.
+    /// The properties outside the range of the measurements.
     #[must_use]
     pub fn outside_measured(&self) -> Vec<Outside> {
         of_kind!(self, Part(own) => Part::<f64>::outside_measured(own))
     }
 
-    /// Checks what [`TissueSettings::build`] would refuse, without a tissue.
+    /// Checks the settings for [`TissueSettings::build`] without building a tissue.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.
@@ -161,11 +161,11 @@ impl TissueSettings {
         of_kind!(self, Part(own) => Part::<f64>::check(own, tick_s, start_m))
     }
 
-    /// The tissue on ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
+    /// Creates the tissue, with the needle tip at `start_m`.
     ///
     /// # Errors
-    /// [`InvalidValue`] naming the setting out of range; also for a recording and for a unit, whose tissues need
-    /// their file.
+    /// [`InvalidValue`] naming the setting out of range; also for a recording and an FMU, whose tissues need their
+    /// file.
     pub fn build<L: Lane>(&self, tick_s: f64, start_m: f64) -> Result<StillTissue<L>, InvalidValue> {
         of_kind!(self, Part(own) => Part::build(own, tick_s, start_m).map(StillTissue::<L>::from))
     }

@@ -4,46 +4,46 @@ use super::literature::Outside;
 use trocar_core::error::InvalidValue;
 use trocar_core::settings::Key;
 
-/// The error of a tissue that is not built from its settings alone.
+/// Error for a tissue that cannot be built from its settings alone.
 pub(super) const NEEDS_FILE: InvalidValue =
     InvalidValue { name: "tissue.kind", value: 0.0, requirement: "built with its file", item: None };
 
-/// The springs, in a linear loop, that a tissue shows between its ruptures. Ranges are the smallest and the largest slope of the
-/// force over the position, in N/m, without damping and sliding friction.
+/// The springs that a tissue shows to a linear loop between its ruptures. Ranges are the smallest and the largest slope
+/// of the force over the position, in N/m, without damping and sliding friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Springs {
-    /// The tissue is a spring (N/m) and a damper (N·s/m).
+    /// A spring (N/m) and a damper (N·s/m).
     SpringDamper(f64, f64),
-    /// The slopes of a tissue without layers, down to a depth.
+    /// Slopes of a tissue without layers, down to a depth.
     ToDepth((f64, f64)),
-    /// The slopes of layers, which end where they rupture.
+    /// Slopes of layers, which end at their ruptures.
     Layers((f64, f64)),
 }
 
-/// A layer of a list that no scenario gives: its name, and the values of those keys that differ from the defaults.
+/// A default layer: its name, and the values of the keys that differ from the defaults.
 pub type DefaultLayer = (&'static str, Vec<(&'static str, f64)>);
 
-/// A layer of a tissue, as its settings state it.
+/// Properties of a layer, from its settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatedLayer<'a> {
-    /// Its name.
+    /// Name of the layer.
     pub name: &'a str,
-    /// Its thickness in m.
+    /// Thickness in m.
     pub thickness_m: f64,
-    /// True if it ruptures; other layers are cut without a rupture.
+    /// True if the layer ruptures. Other layers are cut without a rupture.
     pub ruptures: bool,
-    /// Its deflection at its rupture, in m.
+    /// Deflection at the rupture, in m.
     pub deflection_m: f64,
 }
 
-/// What the registry needs of a tissue besides the trait.
+/// Requirements of the registry besides the trait.
 pub trait Model: Sized {
-    /// Its settings.
+    /// Settings of the tissue.
     type Settings;
-    /// Its keys of a layer in the list of layers.
+    /// Keys of a layer in the list of layers.
     const LIST_KEYS: &'static [Key] = &[];
 
-    /// The tissue of the settings on ticks of `tick_s` (s), with the needle tip initially at `start_m` (m).
+    /// Creates the tissue, with the needle tip at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range; also if the tissue needs a file.
@@ -52,17 +52,17 @@ pub trait Model: Sized {
     /// Checks the settings for [`Model::build`]. A tissue that needs memory checks them without building.
     ///
     /// # Errors
-    /// As [`Model::build`].
+    /// See [`Model::build`].
     fn check(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
         Self::build(settings, tick_s, start_m).map(drop)
     }
 
-    /// The layers where a scenario lists none.
+    /// The layers of a scenario that lists none.
     fn default_layers() -> Vec<DefaultLayer> {
         vec![]
     }
 
-    /// Its layers, from the surface down: each ruptures at most once, and in this order.
+    /// Returns the layers, from the surface down. Each ruptures at most once, and in this order.
     fn layers(_settings: &Self::Settings) -> Vec<StatedLayer<'_>> {
         vec![]
     }
@@ -72,13 +72,12 @@ pub trait Model: Sized {
         None
     }
 
-    /// The springs that it shows down to a depth in m below the surface; `None` if they are unknown, or depend on an
-    /// unknown depth.
+    /// The springs down to a depth in m below the surface; `None` if they are unknown, or depend on an unknown depth.
     fn springs(_settings: &Self::Settings, _depth_m: Option<f64>) -> Option<Springs> {
         None
     }
 
-    /// Its properties outside the range of the measurements.
+    /// The properties outside the range of the measurements.
     fn outside_measured(_settings: &Self::Settings) -> Vec<Outside> {
         vec![]
     }

@@ -1,4 +1,4 @@
-//! Breathing and heartbeat: the motion of the tissue's surface.
+//! Motion of the tissue's surface by breathing and heartbeat.
 
 use core::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use super::{AnyTissue, Reaction, StillTissue, Tissue, TissueFailure, TissueSetti
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
-/// The tissues that move: all but a recording, whose force has its motion in it.
+/// Applies to the tissues that can move: all but a recording, whose force includes the motion.
 const MOVES: ActsFor = match TissueSettings::WORDS {
     [_recording, models @ ..] => ActsFor::new(TissueSettings::KEY.path, models),
     [] => ActsFor::new(TissueSettings::KEY.path, &[]),
@@ -20,11 +20,12 @@ trocar_core::settings! {
     /// The periods are chosen here: 15 breaths and 70 beats a minute.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct OrganMotion in "tissue." {
-        /// Distance by which breathing moves the tissue away from the needle and back; 0: it does not.
+        /// Distance by which breathing moves the tissue away from the needle and back; with 0 there is no such motion.
         breathing_amplitude_m: f64 [NON_NEGATIVE] for (MOVES) = 0.0,
         /// Period of breathing.
         breathing_period_s: f64 [POSITIVE] for (MOVES) = 4.0,
-        /// Distance by which the heartbeat moves the tissue away from the needle and back; 0: it does not.
+        /// Distance by which the heartbeat moves the tissue away from the needle and back; with 0 there is no such
+        /// motion.
         heartbeat_amplitude_m: f64 [NON_NEGATIVE] for (MOVES) = 0.0,
         /// Period of the heartbeat.
         heartbeat_period_s: f64 [POSITIVE] for (MOVES) = 0.857,
@@ -32,13 +33,13 @@ trocar_core::settings! {
 }
 
 impl OrganMotion {
-    /// Whether the tissue moves.
+    /// Returns true if the tissue moves.
     #[must_use]
     pub fn moves(&self) -> bool {
         self.breathing_amplitude_m > 0.0 || self.heartbeat_amplitude_m > 0.0
     }
 
-    /// A tissue that moves, on ticks of `tick_s` (s); a tissue at rest is unchanged.
+    /// Lets a tissue move, for ticks of `tick_s`. A tissue at rest is unchanged.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.
@@ -53,7 +54,7 @@ impl OrganMotion {
     }
 }
 
-/// One periodic motion: its phase φ advances by a rotation, without transcendental functions in a tick.
+/// A periodic motion whose phase φ advances by a rotation, without transcendental functions in a tick.
 #[derive(Debug, Clone, Copy)]
 struct Cycle<L> {
     amplitude: L,
@@ -78,18 +79,16 @@ impl<L: Lane> Cycle<L> {
         }
     }
 
-    /// `(1 - cos φ)/2`, from 0 to 1, and `sin φ`.
+    /// Returns `(1 - cos φ)/2`, from 0 to 1, and `sin φ`.
     #[inline(always)]
     fn share_and_sine(&self) -> (L, L) {
         (L::splat(0.5) * (L::splat(1.0) - self.cos), self.sin)
     }
 
-    /// Stops the motion at its present displacement.
     fn stop(&mut self) {
         (self.rate, self.step_cos, self.step_sin) = (L::zero(), L::splat(1.0), L::zero());
     }
 
-    /// Advances by a tick.
     #[inline(always)]
     fn advance(&mut self) {
         (self.cos, self.sin) =
@@ -103,10 +102,10 @@ impl<L: Lane> Cycle<L> {
 /// ```text
 /// s = A_b ((1 - cos φ)/2)² + A_h (1 - cos ψ)/2
 /// ```
-/// Breathing follows Lujan et al. (*A method for incorporating organ motion due to breathing into 3D dose calculations*,
-/// Med. Phys. 26, 1999), whose `cos⁴` rests at the end of exhalation, where the run begins. That the heartbeat is a
-/// sine, and that both act along the needle, is chosen here. The tissue's own forces follow from the needle's position
-/// and velocity relative to it. A moving tissue gives energy to the needle, as a patient does.
+/// Breathing follows Lujan et al. (*A method for incorporating organ motion due to breathing into 3D dose
+/// calculations*, Med. Phys. 26, 1999), whose `cos⁴` rests at the end of exhalation, where the run begins. Chosen here:
+/// the heartbeat is a sine, and both motions act along the needle. The tissue's forces follow from the needle's
+/// position and velocity relative to it. A moving tissue gives energy to the needle, like a patient.
 #[derive(Debug, Clone)]
 pub struct Moving<L: Lane> {
     tissue: StillTissue<L>,
@@ -156,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_needle_at_rest_in_a_moving_spring_gets_the_motion_as_force() {
+    fn a_needle_at_rest_in_a_moving_spring_receives_the_motion_as_force() {
         let settings = KelvinVoigtSettings { stiffness_n_per_m: 1000.0, damping_n_s_per_m: 1.0, ..Default::default() };
         let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&settings).expect("valid"));
         let motion = OrganMotion {
@@ -181,14 +180,14 @@ mod tests {
     }
 
     #[test]
-    fn without_amplitudes_the_tissue_is_itself() {
+    fn without_amplitudes_the_tissue_is_unchanged() {
         let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
         let tissue = OrganMotion::DEFAULT.applied_to(spring, 1e-3).expect("valid");
         assert!(matches!(tissue, AnyTissue::Still(StillTissue::KelvinVoigt(_))));
     }
 
     #[test]
-    fn organs_that_are_stopped_stay_where_they_are() {
+    fn stopped_organs_keep_their_displacement() {
         let settings = KelvinVoigtSettings { stiffness_n_per_m: 1000.0, damping_n_s_per_m: 1.0, ..Default::default() };
         let spring = StillTissue::<f64>::from(KelvinVoigt::new(&settings).expect("valid"));
         let motion = OrganMotion { breathing_amplitude_m: 4e-3, heartbeat_amplitude_m: 3e-4, ..OrganMotion::DEFAULT };
@@ -212,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moving_tissue_has_the_shaft_force_and_the_failure_of_the_tissue_in_it() {
+    fn a_moving_tissue_reports_the_shaft_force_and_the_failure_of_the_tissue_in_it() {
         let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
         let motion = OrganMotion { breathing_amplitude_m: 4e-3, ..OrganMotion::DEFAULT };
         let tissue = motion.applied_to(spring, 1e-3).expect("valid");

@@ -9,16 +9,16 @@ use trocar_core::settings::{Key, KeySource};
 use super::TissueSettings;
 use super::literature::Bounds;
 
-/// The list of the layers in scenarios, from the surface down: `[[tissue.layer]]` with a `name` each.
+/// List of the layers in scenarios, from the surface down: `[[tissue.layer]]`, each with a `name`.
 pub const LAYER_LIST: &str = "tissue.layer";
 
-/// The keys of a layer, with a `*` for its name.
+/// Keys of a layer, with a `*` for its name.
 pub const LAYER_KEYS: &[Key] = TissueSettings::LIST_KEYS;
 
 /// A layer's name and its parameters.
 pub type Named<T> = (Arc<str>, T);
 
-/// A property of a tissue with the range of the measurements. A property of a layer has the layer's name.
+/// A property of a tissue and its measured range. A layer's property includes the layer's name.
 pub(super) type Measurable<'a> = (&'static str, Option<&'a str>, f64, &'static Bounds);
 
 /// The path of a key with the name of a layer in place of the `*`.
@@ -27,7 +27,6 @@ pub fn path_in_layer(path: &'static str, layer: Option<&str>) -> Cow<'static, st
     layer.map_or(Cow::Borrowed(path), |name| Cow::Owned(path.replacen('*', name, 1)))
 }
 
-/// Reads every layer of the list.
 pub(super) fn read_layers<S: KeySource, T>(
     source: &mut S,
     mut read: impl FnMut(&mut S) -> Result<T, S::Error>,
@@ -40,7 +39,7 @@ pub(super) fn read_layers<S: KeySource, T>(
     Ok(layers)
 }
 
-/// Checks every layer; an error has the index of the layer.
+/// Checks every layer. An error contains the index of the layer.
 pub(super) fn check_layers<T>(
     layers: &[Named<T>],
     check: impl Fn(&T) -> Result<(), InvalidValue>,
@@ -49,7 +48,6 @@ pub(super) fn check_layers<T>(
     layers.iter().enumerate().try_for_each(|(index, (_, layer))| check(layer).map_err(|error| error.of_item(index)))
 }
 
-/// The properties of all layers.
 pub(super) fn measured_layers<T, const N: usize>(
     layers: &[Named<T>],
     measured: impl Fn(&T) -> [(&'static str, f64, &'static Bounds); N],
@@ -65,13 +63,13 @@ mod tests {
     use trocar_core::error::positive;
 
     #[test]
-    fn the_path_of_a_layers_key_has_its_name() {
+    fn the_path_of_a_layers_key_contains_its_name() {
         assert_eq!(path_in_layer("tissue.layer.*.grip_n", Some("dura")), "tissue.layer.dura.grip_n");
         assert_eq!(path_in_layer("tissue.static_ratio", None), "tissue.static_ratio");
     }
 
     #[test]
-    fn the_first_wrong_layer_is_named_by_its_index_and_no_layer_is_an_error() {
+    fn the_first_wrong_layer_is_reported_by_index_and_an_empty_list_is_an_error() {
         let check = |value: &f64| positive("tissue.layer.*.x", *value).map(drop);
         let layers = |values: &[f64]| values.iter().map(|value| ("a".into(), *value)).collect::<Vec<_>>();
         assert_eq!(check_layers(&layers(&[1.0, 2.0]), check), Ok(()));

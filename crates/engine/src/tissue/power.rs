@@ -12,17 +12,17 @@ trocar_core::settings! {
     }
 }
 
-/// Maximum number of quarters: all parts.
+/// Maximum number of quarters, with all parts.
 const MAX_QUARTERS: f64 = 31.0;
 
-/// Depth in m above which the slope of a power is not computed: with n below 1 it has no bound at the surface.
+/// Smallest depth in m at which the slope of a power is computed. With n below 1 it is unbounded at the surface.
 const MIN_DEPTH_M: f64 = 5e-4;
 
 /// Number of depths at which the slope is computed.
 const DEPTHS: u32 = 1000;
 
-/// The smallest and the largest slope in N/m of the force `μ(p) pⁿ` over the depth `p`, down to `depth_m` (m); `mu` returns μ and
-/// its derivative. The range begins with 0 where the needle leaves the surface without a step of the slope, with n above 1.
+/// Returns the smallest and the largest slope in N/m of the force `μ(p) pⁿ` down to `depth_m`; `mu` returns μ and its
+/// derivative. With n above 1 the slope begins at 0 at the surface, so the range does too.
 pub(super) fn slopes_n_per_m(mu: impl Fn(f64) -> (f64, f64), power: f64, depth_m: f64) -> (f64, f64) {
     let slope = |p: f64| {
         let (mu, change) = mu(p);
@@ -41,12 +41,12 @@ pub(super) fn slopes_n_per_m(mu: impl Fn(f64) -> (f64, f64), power: f64, depth_m
 /// same bits on every machine and in every lane. The price: n = 1.3 must be rounded to 1.25.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct QuarterPower<L: Lane> {
-    /// Whether 1/4, 1/2, 1, 2 and 4 are part of the power.
+    /// Lanes in which 1/4, 1/2, 1, 2 and 4 are part of the power.
     parts: [L::Mask; 5],
 }
 
 impl<L: Lane> QuarterPower<L> {
-    /// The power of the settings.
+    /// Creates the power of the settings.
     ///
     /// # Errors
     /// [`InvalidValue`] unless it is a multiple of 0.25 from 0 to 7.75.
@@ -59,7 +59,7 @@ impl<L: Lane> QuarterPower<L> {
         Ok(Self { parts: std::array::from_fn(|bit| L::Mask::splat(bits >> bit & 1 == 1)) })
     }
 
-    /// `depthⁿ` of a depth of at least 0.
+    /// Returns `depthⁿ`, for a depth of at least 0.
     #[inline(always)]
     pub(super) fn of(&self, depth: L) -> L {
         let half = depth.sqrt();
@@ -103,12 +103,12 @@ mod tests {
     }
 
     #[test]
-    fn the_slopes_are_those_of_the_derivative_down_to_the_depth() {
+    fn the_slopes_are_the_extremes_of_the_derivative_down_to_the_depth() {
         let is_close =
             |(a, b): (f64, f64), (c, d): (f64, f64)| (a - c).abs() < 1e-9 * c.abs() + 1e-12 && (b - d).abs() < 1e-9 * d;
         // μ p²: from 0 to 2 μ p.
         assert!(is_close(slopes_n_per_m(|_| (500.0, 0.0), 2.0, 0.02), (0.0, 20.0)));
-        // μ p: everywhere μ, and 0 nowhere.
+        // μ p: the constant μ, and nothing at the surface.
         assert!(is_close(slopes_n_per_m(|_| (500.0, 0.0), 1.0, 0.02), (500.0, 500.0)));
         // √p: steepest half a millimetre below the surface.
         let steepest = 0.5 * 3.0 / MIN_DEPTH_M.sqrt();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{Reaction, Tissue};
 use trocar_core::lane::{Lane, Mask};
 
-/// A force for each tick, and the ticks at which the recording's labels place a rupture.
+/// A force for each tick, and the ticks of the ruptures labelled in the recording.
 ///
 /// The replay is independent of the slave's motion, as in the paper's simulation (5.2), so the loop is open. After the
 /// end the last force is held.
@@ -20,8 +20,8 @@ pub struct RecordedForce {
 }
 
 impl RecordedForce {
-    /// A replay of `force_n` (N, one per tick, positive when it resists insertion) with ruptures at `rupture_ticks`
-    /// (ascending). An empty recording gives a force of 0.
+    /// Creates a replay of one `force_n` per tick, with ruptures at the ascending `rupture_ticks`. An empty recording
+    /// gives a force of 0.
     #[must_use]
     pub fn new(force_n: Arc<[f64]>, rupture_ticks: Arc<[u64]>) -> Self {
         let last_force_n = force_n.last().copied().unwrap_or(0.0);
@@ -29,7 +29,7 @@ impl RecordedForce {
         Self { force_n, last_force_n, rupture_ticks, ruptures: 0, next_rupture }
     }
 
-    /// The force after the end. Out of line, so that the other ticks do not pay for it.
+    /// Force after the end. Out of line, so that the other ticks do not pay for it.
     #[cold]
     #[inline]
     fn held(&self) -> f64 {
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_replays_by_the_tick_and_holds_the_end() {
+    fn the_force_is_replayed_by_tick_and_held_after_the_end() {
         let mut tissue = RecordedForce::new(Arc::from([1.0, 2.0, 3.0]), Arc::from([1]));
         let reactions: Vec<(f64, bool)> =
             (0..5).map(|k| Tissue::<f64>::react(&mut tissue, k, 0.0, 0.0)).map(|r| (r.force_n, r.ruptured)).collect();
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn every_labelled_rupture_is_told_once() {
+    fn every_labelled_rupture_is_reported_once() {
         let mut tissue = RecordedForce::new(Arc::from([0.0; 10]), Arc::from([0, 3, 4, 12]));
         let ruptures: Vec<u64> = (0..20).filter(|&k| Tissue::<f64>::react(&mut tissue, k, 0.0, 0.0).ruptured).collect();
         assert_eq!(ruptures, [0, 3, 4, 12]);

@@ -9,21 +9,21 @@ trocar_core::settings! {
     /// Settings of a replayed recording.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ReplaySettings in "tissue." {
-        /// The index of the replay.
+        /// Index of the replay.
         index: ReplayIndex,
     }
 }
 
 trocar_core::choice! {
-    /// Replay by time, or by depth: the force on a frozen slave is then constant.
+    /// Replay the recording by time, or by depth, which makes the force on a frozen slave constant.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum ReplayIndex at "tissue.index" = Time {
         /// By time, independent of the slave.
         "time" => Time,
         /// By the slave's position.
         "depth" => Depth in "tissue." {
-            /// Travel over which the force changes to that of the withdrawal when the needle retreats, in a replay by
-            /// depth.
+            /// Travel over which the force changes to the force of the withdrawal when the needle retreats, in a replay
+            /// by depth.
             presliding_m: f64 [POSITIVE] = 2e-3,
         },
     }
@@ -45,7 +45,7 @@ impl<L: Lane> Model for Recording<L> {
         Err(NEEDS_FILE)
     }
 
-    /// The file is checked where it is read.
+    /// The file is checked when it is read.
     fn check(_settings: &ReplaySettings, _tick_s: f64, _start_m: f64) -> Result<(), InvalidValue> {
         Ok(())
     }

@@ -5,15 +5,15 @@ use super::named_layers::Measurable;
 use trocar_core::lane::{Lane, Mask};
 
 trocar_core::settings! {
-    /// The friction on the shaft.
+    /// Friction on the shaft.
     ///
     /// Kim and Lee (2016) find that the friction of a needle in porcine tissue rises with the displacement up to a
-    /// kinetic friction, as in Dahl's model, with a viscous part; Simone (2002) and Okamura et al. (2004) take
-    /// Karnopp's model, where the shaft sticks until a larger static friction is overcome. This model combines both.
-    /// The measured values and the ranges are in [`literature`](super::literature). The defaults are chosen here: a
-    /// drag of the skin by a few millimetres; a static friction of 1.1 times the kinetic one (bovine liver ex vivo: 1.5
-    /// to 1.7); a small viscous friction, as Barbé et al. find in a pig's liver in vivo (3.2.1) (bovine liver ex vivo:
-    /// 212 to 293 N·s/m²).
+    /// kinetic friction, as in Dahl's model, with a viscous part. Simone (2002) and Okamura et al. (2004) use Karnopp's
+    /// model, where the shaft sticks until a larger static friction is overcome. This model combines both. The measured
+    /// values and the ranges are in [`literature`](super::literature). The defaults are chosen here: a drag of the skin
+    /// by a few millimetres; a static friction of 1.1 times the kinetic one (bovine liver ex vivo: 1.5 to 1.7); a small
+    /// viscous friction, as Barbé et al. find in a pig's liver in vivo (3.2.1) (bovine liver ex vivo: 212 to 293
+    /// N·s/m²).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ShaftParameters in "tissue." {
         /// σ of layers: stiffness with which the shaft drags the tissue before it slides.
@@ -30,7 +30,6 @@ trocar_core::settings! {
 }
 
 impl ShaftParameters {
-    /// The keys with values and ranges of measurements.
     pub(super) fn measured(&self) -> [Measurable<'static>; 4] {
         [
             ("tissue.shaft_stiffness_n_per_m", None, self.stiffness_n_per_m, &SHAFT_STIFFNESS_N_PER_M),
@@ -62,7 +61,6 @@ pub(super) struct Shaft<L: Lane> {
 }
 
 impl<L: Lane> Shaft<L> {
-    /// A shaft at rest and without force at `start_m`.
     pub(super) fn new(parameters: &ShaftParameters, start_m: f64) -> Self {
         Self {
             stiffness: L::splat(parameters.stiffness_n_per_m),
@@ -76,13 +74,13 @@ impl<L: Lane> Shaft<L> {
         }
     }
 
-    /// The displacement of the dragged tissue in m, positive into the tissue.
+    /// Displacement of the dragged tissue in m, positive into the tissue.
     #[inline(always)]
     pub(super) fn drag_m(&self) -> L {
         self.force * self.compliance
     }
 
-    /// The friction in N at a position, a velocity, a kinetic bound and a length in the tissue.
+    /// The friction in N at a position (m), a velocity (m/s), a kinetic bound (N) and a length in the tissue (m).
     #[inline(always)]
     pub(super) fn friction_n(&mut self, position: L, velocity: L, kinetic_n: L, length_m: L) -> L {
         let trial = self.force + self.stiffness * (position - self.position);
@@ -109,7 +107,7 @@ mod tests {
     };
 
     #[test]
-    fn the_shaft_drags_the_tissue_until_it_slips_at_the_static_and_slides_at_the_kinetic_friction() {
+    fn the_shaft_drags_the_tissue_until_it_slips_at_the_static_friction_and_slides_at_the_kinetic_friction() {
         let mut shaft = Shaft::<f64>::new(&PARAMETERS, 0.01);
         let mut at = |position| shaft.friction_n(position, 0.01, 2.0, 0.0);
         assert!((at(0.015) - 2.0).abs() < 1e-12, "400 N/m over 5 mm");
@@ -120,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reversal_sticks_again_and_slides_the_other_way() {
+    fn after_a_reversal_the_shaft_sticks_and_then_slides_the_other_way() {
         let mut shaft = Shaft::<f64>::new(&PARAMETERS, 0.0);
         for step in 1..=20 {
             shaft.friction_n(1e-3 * f64::from(step), 0.01, 2.0, 0.0);
@@ -152,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn each_parameter_has_its_own_range_of_measurements() {
+    fn each_parameter_has_its_measured_range() {
         let measured = PARAMETERS.measured();
         assert_eq!(measured.map(|(_, _, value, _)| value), [400.0, 1.5, 1e-3, 0.0]);
         let keys = ["shaft_stiffness_n_per_m", "static_ratio", "stick_speed_m_per_s", "shaft_damping_n_s_per_m2"];

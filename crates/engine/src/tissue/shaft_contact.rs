@@ -1,8 +1,8 @@
-//! The friction that layers exert on the shaft in them.
+//! Friction of the layers around the shaft.
 
 use trocar_core::lane::Lane;
 
-/// The friction on the shaft: its kinetic bound in N, and the shaft's length in the tissue in m.
+/// Friction on the shaft: its kinetic bound in N, and the shaft's length in the tissue in m.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ShaftContact<L> {
     pub(super) kinetic_n: L,
@@ -10,7 +10,6 @@ pub(super) struct ShaftContact<L> {
 }
 
 impl<L: Lane> ShaftContact<L> {
-    /// No layer.
     pub(super) fn none() -> Self {
         Self { kinetic_n: L::zero(), length_m: L::zero() }
     }
@@ -30,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_friction_of_layers_adds_up_and_one_without_length_has_no_grip() {
+    fn the_friction_of_layers_adds_up_and_a_layer_without_length_has_no_grip() {
         let contact = ShaftContact::<f64>::none().and(10.0, 0.5, 0.02).and(30.0, 0.25, 0.01).and(99.0, 9.0, 0.0);
         assert!((contact.kinetic_n - (0.2 + 0.5 + 0.3 + 0.25)).abs() < 1e-12, "{contact:?}");
         assert!((contact.length_m - 0.03).abs() < 1e-15);

@@ -8,7 +8,7 @@ trocar_core::settings! {
     pub struct Surface in "tissue." {
         /// Position of the surface, for every tissue except a recording and an FMU.
         ///
-        /// In m; a deeper needle is in contact.
+        /// In m. A deeper needle is in contact.
         contact_m: f64 [ANY] = 0.0,
     }
 }

@@ -1,4 +1,4 @@
-//! Layers that relax, creep and tear: rupture by energy release against toughness.
+//! Layers that relax, creep and tear: they rupture when the released energy reaches the toughness.
 
 use trocar_core::settings::{Key, KeySource, count, joined};
 
@@ -14,14 +14,14 @@ use super::{Reaction, Tissue};
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 
-/// Start of a layer that the needle has not reached, in m: deeper than any run.
+/// Start of a layer that the needle has not reached, in m. Deeper than any run.
 const FAR_M: f64 = 1e9;
 
 trocar_core::settings! {
-    /// The crack that the needle makes in layers that tear.
+    /// The needle's crack in layers that tear.
     ///
-    /// Both defaults are chosen here: the diameter of a common needle, and a speed at which a rupture takes some 30 ms,
-    /// as in the paper's recordings.
+    /// Both defaults are chosen here: the diameter of a common needle, and a speed at which a rupture takes about 30
+    /// ms, as in the paper's recordings.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Crack in "tissue." {
         /// w: width of the crack that the needle cuts in layers that tear.
@@ -31,21 +31,21 @@ trocar_core::settings! {
     }
 }
 
-/// The parameters of layers that tear.
+/// Parameters of layers that tear.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TearingSettings {
-    /// The surface of the undeformed tissue.
+    /// Surface of the undeformed tissue.
     pub surface: Surface,
-    /// The crack.
+    /// Crack of the needle.
     pub crack: Crack,
-    /// The shaft's friction.
+    /// Friction on the shaft.
     pub shaft: ShaftParameters,
-    /// The layers by name, from the surface down.
+    /// Layers by name, from the surface down.
     pub layers: Vec<Named<TearingLayer>>,
 }
 
 impl TearingSettings {
-    /// Its keys, except those of the layers.
+    /// The keys, except the keys of the layers.
     pub const KEYS: &'static [Key] = &joined::<{ count(Self::GROUPS) }>(Self::GROUPS);
 
     const GROUPS: &'static [&'static [Key]] = &[Surface::KEYS, Crack::KEYS, ShaftParameters::KEYS];
@@ -60,7 +60,7 @@ impl TearingSettings {
         Ok(Self { surface, crack, shaft, layers })
     }
 
-    /// Checks everything that is independent of the tick.
+    /// Checks all conditions that do not depend on the tick.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
@@ -71,7 +71,7 @@ impl TearingSettings {
         check_layers(&self.layers, TearingLayer::validate)
     }
 
-    /// Checks everything, on ticks of `tick_s` (s).
+    /// Checks all conditions for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`InvalidValue`] naming the first key out of range.
@@ -92,45 +92,45 @@ impl Default for TearingSettings {
 
 /// A needle in layers that relax, creep and tear.
 ///
-/// Each layer is a viscoelastic solid (see `viscoelastic.rs`). `front` is the depth to which its crack reaches, in the
-/// layer's undeformed length, and `d = x - front` the deflection under a needle at `x` that touches. An intact layer has
-/// its front at its surface. The energy release rate of a crack of area `A`, which is faster than any relaxation, is
-/// that of the unrelaxed compliance `C = 1/k₀`; it is `ℓ w` of crack that doubles it. The unrelaxed force `f_1`, that of
-/// the Maxwell branch, acts closer to the tip of the crack than the relaxed one:
+/// Each layer is a viscoelastic solid (see `viscoelastic.rs`). `front` is the depth of its crack, in the layer's
+/// undeformed length, and `d = x - front` the deflection by a touching needle at `x`. An intact layer has its front at
+/// its surface. A crack of area `A` is faster than any relaxation, so its energy release rate depends on the unrelaxed
+/// compliance `C = 1/k₀`; a crack of area `ℓ w` doubles the compliance. The unrelaxed force `f_1` of the Maxwell branch
+/// acts closer to the tip of the crack than the relaxed force:
 ///
 /// ```text
 /// J = f (f + χ f_1)/2 · dC/dA,   dC/dA = 1/(k₀ w ℓ)
 /// ```
-/// The layer ruptures where `J` reaches the toughness `R`. For a slow insertion this is at `f² = 2 k₀ w ℓ R`. From then
-/// on the crack advances, at most at the crack speed, while the force is above `R w`, the force of steady cutting:
+/// The layer ruptures when `J` reaches the toughness `R`, for a slow insertion at `f² = 2 k₀ w ℓ R`. From then on the
+/// crack advances, at most at the crack speed, while the force is above the force of steady cutting, `R w`:
 ///
 /// ```text
-/// front ← max(front, min(x - d_c, front + c_r T)),   d_c the deflection of the force R w; of 0 once at the bottom
+/// front ← max(front, min(x - d_c, front + c_r T)),   d_c the deflection at the force R w; at 0 after the bottom
 /// ```
-/// The tissue never pulls: where the needle retreats faster than the layer recovers, it leaves the layer, whose free
-/// surface recovers alone. A crack does not heal. Fronts, dampers and the shaft only dissipate energy.
+/// The tissue never pulls: if the needle retreats faster than the layer recovers, it loses contact, and the free
+/// surface of the layer recovers alone. A crack does not heal. Fronts, dampers and the shaft only dissipate energy.
 ///
-/// As in [`Layers`](super::Layers), a layer begins at the needle's position when the layer above is cut through, and the
-/// forces add up: of the layer above, the layer being cut, and the friction on the shaft.
+/// As in [`Layers`](super::Layers), a layer begins at the needle's position when the layer above is cut through, and
+/// the forces of the layer above, the layer being cut, and the friction on the shaft add up.
 ///
 /// The model follows Mahvash and Dupont (*Mechanics of dynamic needle insertion into a biological material*, IEEE TBME
-/// 57(4), 2010): a rupture is a sudden extension of a crack at which the release rate of strain energy exceeds the
-/// toughness, after a viscoelastic deflection. They find that a faster insertion lowers the rupture force if it raises
-/// the release rate, and that deflection and work at the rupture fall to a minimum. The cutting force `R w` is that of
+/// 57(4), 2010): a rupture is a sudden extension of a crack, when the release rate of strain energy exceeds the
+/// toughness after a viscoelastic deflection. They find that a faster insertion lowers the rupture force if it raises
+/// the release rate, and that deflection and work at the rupture fall to a minimum. The cutting force `R w` is from
 /// Azar and Hayward (ISBMS 2008). The form of `J` with `χ` is chosen here.
 #[derive(Debug, Clone)]
 pub struct Tearing<L: Lane> {
     layers: Box<[Layer<L>]>,
-    /// Layers before this one are cut through and exert no force on the tip, in every lane.
+    /// Index of the first layer that still exerts a force on the tip in any lane.
     first: usize,
-    /// Layers from this one on have not been reached, in any lane.
+    /// Index of the first layer that has not been reached in any lane.
     begun: usize,
     /// Maximum advance of a crack per tick, in m.
     reach_m: L,
     shaft: Shaft<L>,
-    /// The friction on the shaft after the last tick.
+    /// Friction on the shaft after the last tick.
     held: ShaftContact<L>,
-    /// That friction at the last tick, in N.
+    /// Friction on the shaft at the last tick, in N.
     friction_n: L,
 }
 
@@ -142,20 +142,20 @@ struct Layer<L: Lane> {
     start: L,
     bottom: L,
     thickness: L,
-    /// Force at which the crack advances: that of cutting, and 0 once the layer is cut through.
+    /// Force at which the crack advances: the cutting force, and 0 when the layer is cut through.
     cutting_n: L,
-    /// `2 k₀ w ℓ R`.
+    /// Squared rupture force of a slow insertion in N², `2 k₀ w ℓ R`.
     rupture_n2: L,
     concentration: L,
     friction: L,
     grip: L,
     ruptures: L::Mask,
-    /// Whether the needle has reached the layer.
+    /// Lanes in which the needle has reached the layer.
     is_begun: L::Mask,
-    /// Whether its crack may advance.
+    /// Lanes in which the crack may advance.
     is_open: L::Mask,
     is_through: L::Mask,
-    /// Whether it is cut through and unloaded, and exerts no force any more.
+    /// Lanes in which the layer is cut through and unloaded, so it exerts no force.
     is_done: L::Mask,
 }
 
@@ -183,7 +183,6 @@ impl<L: Lane> Layer<L> {
         }
     }
 
-    /// Starts the layer at `start` where the mask holds.
     #[inline(always)]
     fn begin(&mut self, mask: L::Mask, start: L) {
         self.front = L::select(mask, start, self.front);
@@ -194,7 +193,7 @@ impl<L: Lane> Layer<L> {
     }
 
     /// Advances the crack and deflects the layer. Returns the force on the tip in N, the lanes in which the layer
-    /// ruptures, and those in which it is cut through at this tick.
+    /// ruptures, and the lanes in which it is cut through at this tick.
     #[inline(always)]
     fn react(&mut self, position: L, reach_m: L) -> (L, L::Mask, L::Mask) {
         let zero = L::zero();
@@ -216,7 +215,7 @@ impl<L: Lane> Layer<L> {
         (force_n, gives_way, is_through)
     }
 
-    /// Adds the friction of the layer on a shaft with its tip at `tip_m` to that of the layers above.
+    /// Adds the layer's friction on a shaft with its tip at `tip_m` to the friction of the layers above.
     #[inline(always)]
     fn add_friction(&self, above: ShaftContact<L>, tip_m: L) -> ShaftContact<L> {
         let length_m = (tip_m - self.start).clamp(L::zero(), self.front.min(self.bottom) - self.start);
@@ -225,10 +224,10 @@ impl<L: Lane> Layer<L> {
 }
 
 impl<L: Lane> Tearing<L> {
-    /// An undeformed tissue on ticks of `tick_s`, with the needle at `start_m` (m).
+    /// Creates an undeformed tissue, with the needle at `start_m`.
     ///
     /// # Errors
-    /// [`InvalidValue`] as [`TearingSettings::validate`], or for no layer, or a needle that starts inside.
+    /// [`InvalidValue`] as in [`TearingSettings::validate`], or for no layer, or a needle that starts inside.
     pub fn new(settings: &TearingSettings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::check(settings, tick_s, start_m)?;
         let contact_m = settings.surface.contact_m;
@@ -302,8 +301,8 @@ impl<L: Lane> Model for Tearing<L> {
         Some(settings.surface.contact_m)
     }
 
-    /// From 0, of a layer that the needle cuts, to the slope of a fast deflection of the stiffest layer just before it
-    /// ruptures or while it is cut. The shaft adds its stiffness as soon as a layer with friction is cut.
+    /// From 0, for a layer that is being cut, to the slope of a fast deflection of the stiffest layer just before its
+    /// rupture or during cutting. The shaft adds its stiffness after a layer with friction is cut.
     fn springs(settings: &TearingSettings, _depth_m: Option<f64>) -> Option<Springs> {
         let width_m = settings.crack.crack_width_m;
         let mut highest: f64 = 0.0;

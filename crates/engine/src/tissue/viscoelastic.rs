@@ -1,15 +1,15 @@
-//! A standard linear solid with a stiffening spring: the tissue under the needle's tip, before and between cuts.
+//! A standard linear solid with a stiffening spring: the tissue under the needle tip, before and between cuts.
 
 use trocar_core::lane::Lane;
 
-/// The force of a deflection `d`, with the viscous deflection `d_v` of its Maxwell branch:
+/// The force at a deflection `d`, with the viscous deflection `d_v` of the Maxwell branch:
 ///
 /// ```text
 /// f = k∞ d + a₂ d² + k₁ (d - d_v),   τ d_v' = d - d_v,   k∞ = relaxed_share · k₀,  k₁ = k₀ - k∞
 /// ```
-/// `k₀` is the stiffness of a fast deflection, `k∞` that of a slow one. With `a₂ = 0` it is the standard linear solid:
-/// a held deflection relaxes with τ, and under a held force the deflection creeps with `τ k₀/k∞`. The deflection is
-/// linear within a tick (a first-order hold); for such a motion the update has no discretisation error:
+/// `k₀` is the stiffness of a fast deflection, `k∞` of a slow one. With `a₂ = 0` it is the standard linear solid: a
+/// held deflection relaxes with τ, and under a held force the deflection creeps with `τ k₀/k∞`. The deflection is
+/// linear within a tick (a first-order hold). For such a motion the update has no discretisation error:
 ///
 /// ```text
 /// d_v ← e d_v + (c - e) d_before + (1 - c) d,   e = exp(-T/τ),  c = (1 - e) τ/T
@@ -17,7 +17,7 @@ use trocar_core::lane::Lane;
 /// The stored energy is `k∞ d²/2 + a₂ d³/3 + k₁ (d - d_v)²/2`. The damper only dissipates.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Viscoelastic<L> {
-    /// `k∞ + k₁ c`: the slope of the force over the deflection at the end of a tick, at `d = 0`.
+    /// `k∞ + k₁ c`: slope of the force over the deflection at the end of a tick, at `d = 0`.
     tick_stiffness: L,
     stiffening: L,
     /// `k₁`.
@@ -29,15 +29,15 @@ pub(super) struct Viscoelastic<L> {
     viscous_m: L,
 }
 
-/// The state at the end of a tick, as a function of the deflection that it ends with.
+/// State at the end of a tick, as a function of the final deflection.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TickEnd<L> {
-    /// The viscous deflection that does not depend on the new deflection.
+    /// Part of the viscous deflection that does not depend on the new deflection.
     inherited_m: L,
 }
 
 impl<L: Lane> Viscoelastic<L> {
-    /// An undeflected solid on ticks of `tick_s`: `k₀` in N/m, `a₂` in N/m², the share `k∞/k₀`, and τ in s.
+    /// Creates an undeflected solid for ticks of `tick_s`: `k₀` in N/m, `a₂` in N/m², the share `k∞/k₀`, and τ in s.
     pub(super) fn new(
         stiffness_n_per_m: f64,
         stiffening_n_per_m2: f64,
@@ -59,7 +59,7 @@ impl<L: Lane> Viscoelastic<L> {
         }
     }
 
-    /// What the state at the end of this tick inherits from the tick before.
+    /// Computes the part of the state at the end of this tick that follows from the tick before.
     #[inline(always)]
     pub(super) fn tick_end(&self) -> TickEnd<L> {
         let inherited_m = self.decay * self.viscous_m + (self.ramp_share - self.decay) * self.deflection_m;
@@ -68,7 +68,7 @@ impl<L: Lane> Viscoelastic<L> {
 
     /// The deflection in m at which the force at the end of the tick is `force_n`, at least 0.
     ///
-    /// For a force of 0 it is the deflection of the free surface, which recovers without the needle.
+    /// At a force of 0 it is the deflection of the free surface, which recovers without the needle.
     #[inline(always)]
     pub(super) fn deflection_at(&self, end: TickEnd<L>, force_n: L) -> L {
         let load = force_n + self.branch_stiffness * end.inherited_m;
@@ -76,7 +76,7 @@ impl<L: Lane> Viscoelastic<L> {
         L::splat(2.0) * load / (self.tick_stiffness + root)
     }
 
-    /// Ends the tick with a deflection. Returns the force in N, and the part of the Maxwell branch in it.
+    /// Ends the tick with a deflection. Returns the force in N, and the Maxwell branch's part of it.
     #[inline(always)]
     pub(super) fn deflect(&mut self, end: TickEnd<L>, deflection_m: L) -> (L, L) {
         let force_n = (self.tick_stiffness + self.stiffening * deflection_m) * deflection_m
@@ -115,7 +115,7 @@ mod tests {
         let (d, a2) = (8e-3, 4e3);
         let mut solid = solid(a2);
         let k1 = K0 * (1.0 - SHARE);
-        // The deflection rises within the first tick; the closed form is that of a ramp of this length.
+        // The deflection rises within the first tick; the closed form is for a ramp of this length.
         let from = k1 * d * TAU_S / TICK_S * -(-TICK_S / TAU_S).exp_m1();
         for tick in 0..5000 {
             let (force, _) = solid.deflect(solid.tick_end(), d);
@@ -135,7 +135,7 @@ mod tests {
             let d = solid.deflection_at(end, force);
             let (exerted, _) = solid.deflect(end, d);
             assert!((exerted - force).abs() < 1e-12, "{exerted}");
-            // Without force at the start, the deflection at once is F/k₀ up to what creeps in the first tick.
+            // Without force at the start, the immediate deflection is F/k₀ apart from the creep in the first tick.
             let first = *at_first.get_or_insert(d);
             let creep = (-TICK_S * f64::from(tick) * SHARE / TAU_S).exp();
             let expected = relaxed + (first - relaxed) * creep;

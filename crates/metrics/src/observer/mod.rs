@@ -1,4 +1,4 @@
-//! The observer that computes the metrics from ticks.
+//! Computes the metrics from the ticks of a run.
 
 mod open_windows;
 
@@ -17,10 +17,11 @@ use trocar_engine::operator::OperatorTraits;
 /// Maximum number of ruptures, events and alarms of a run that are recorded individually.
 const MAX_RECORDED: usize = 4096;
 
-/// Measured force in N beyond which a run has diverged: over a million times a needle's forces. NaN counts as beyond.
+/// A run diverges when the measured force exceeds this bound in N, or is NaN. It is over a million times a needle's
+/// forces.
 const DIVERGED_N: f64 = 1e9;
 
-/// The signals of a tick that are needed only of a run's first and last tick.
+/// The signals that are needed only of a run's first and last tick.
 #[derive(Debug, Clone, Copy)]
 struct Last<L> {
     slave_m: L,
@@ -50,7 +51,6 @@ impl<L: Lane> Last<L> {
     }
 }
 
-/// The summands of a tick.
 #[inline(always)]
 fn sample<L: Lane>(s: &Signals<L>) -> Sample<L> {
     Sample {
@@ -63,8 +63,8 @@ fn sample<L: Lane>(s: &Signals<L>) -> Sample<L> {
     }
 }
 
-/// A copy of the signals for an event tick, without the estimates, which it does not use: fewer values stay live in
-/// every tick.
+/// Copies the signals for an event tick without the estimates, which an event tick does not use. This keeps fewer
+/// values live in every tick.
 #[inline(always)]
 fn without_estimates<L: Lane>(s: &Signals<L>) -> Signals<L> {
     let zero = L::zero();
@@ -72,7 +72,6 @@ fn without_estimates<L: Lane>(s: &Signals<L>) -> Signals<L> {
     Signals { distance: zero, decision: zero, ..nothing }
 }
 
-/// What an event tick knows of the operator's intention.
 #[derive(Debug, Clone, Copy)]
 struct Intent {
     /// The gap between needle and intended position in m.
@@ -81,11 +80,11 @@ struct Intent {
     withdraws: bool,
 }
 
-/// The events of one lane; separate from the sums because they change rarely.
+/// The events of one lane. They are separate from the sums because they change rarely.
 #[derive(Debug, Clone)]
 struct History {
     ruptures: Vec<RuptureWindow>,
-    /// Windows before this one are closed.
+    /// Index of the first rupture whose window may be open.
     first_open: usize,
     events: Vec<EventWindow>,
     is_event_open: bool,
@@ -98,7 +97,6 @@ struct History {
     mode_switches: u64,
     step_excess_n: f64,
     diverged_at: Option<u64>,
-    /// The last tick before the divergence.
     last_valid: Option<Last<f64>>,
 }
 
@@ -126,7 +124,6 @@ impl History {
         self.first_open < self.ruptures.len() || self.is_event_open
     }
 
-    /// An event tick: something happens, or a window is open.
     #[inline(always)]
     fn observe(&mut self, s: &Signals<f64>, force_step_n: f64, grid: &TickGrid, intent: &Intent) {
         while self.ruptures.get(self.first_open).is_some_and(|rupture| !rupture.contains(s.tick)) {
@@ -135,14 +132,14 @@ impl History {
         for rupture in &mut self.ruptures[self.first_open..] {
             rupture.observe(s, intent.gap_m);
         }
-        // Before the alarms: an alarm at the tick of a rupture is its detection.
+        // Precedes the alarms: an alarm at the tick of a rupture is its detection.
         if s.ruptured && self.ruptures.len() < MAX_RECORDED {
             self.ruptures.push(RuptureWindow::open(s, *grid, intent.gap_m));
         }
         let mut is_false = true;
         if s.alarm_taken {
-            // The latest rupture first: an alarm belongs to the most recent one.
-            let matched = self.ruptures[self.first_open..].iter_mut().rev().any(|rupture| rupture.claim(s.tick));
+            // An alarm belongs to the latest rupture that can claim it.
+            let matched = self.ruptures[self.first_open..].iter_mut().rev().any(|rupture| rupture.claim(s));
             self.false_alarms += u64::from(!matched);
             is_false = !matched;
             if self.alarms.len() < MAX_RECORDED {
@@ -158,7 +155,6 @@ impl History {
         }
     }
 
-    /// Attributes what the operator notices to the rupture and the event within whose horizon it is.
     fn attribute_notice(&mut self, tick: u64, intent: &Intent) {
         let horizon_ticks = intent.horizon_ticks;
         let rupture = self.ruptures.last_mut().filter(|rupture| tick - rupture.tick <= horizon_ticks);
@@ -179,7 +175,7 @@ impl History {
             self.step_excess_n = self.step_excess_n.max(step - s.allowed_force_step_n);
         }
         if mode == Mode::Augmented && self.mode == Mode::Teleoperation && self.events.len() < MAX_RECORDED {
-            // A matched alarm is of the latest rupture.
+            // A matched alarm belongs to the latest rupture.
             let first_rupture = if is_false { self.ruptures.len() } else { self.ruptures.len().saturating_sub(1) };
             self.events.push(EventWindow::open(s, step, Beginning { first_rupture, is_false, gap_m: intent.gap_m }));
             self.is_event_open = true;
@@ -203,7 +199,7 @@ fn intent_of<L: Lane>(pursuit: &Pursuit<L>, lane: usize) -> Intent {
     Intent { gap_m: pursuit.gap_m(lane), horizon_ticks: pursuit.horizon_ticks(), withdraws: pursuit.withdraws(lane) }
 }
 
-/// Ends the horizon of a lane at `tick` if it is due, and opens that of a rupture at this tick.
+/// Closes the horizon of a lane at `tick` if it is due, and opens the horizon of a rupture at this tick.
 #[cold]
 #[inline(never)]
 fn update_horizon<L: Lane>(
@@ -227,23 +223,22 @@ pub struct MetricsObserver<L: Lane> {
     ticks: u64,
     sums: Sums<L>,
     first: Last<L>,
-    /// The last event tick and its signals, which the sums hold masked.
+    /// The last event tick and its signals. The sums hold these signals masked.
     last_event_tick: (u64, Last<L>),
     histories: Vec<History>,
-    /// The open windows of several lanes; `None` for one lane.
+    /// The open windows over several lanes; `None` for one lane.
     windows: Option<Box<OpenWindows<L>>>,
-    /// Lanes that have not diverged.
     running: usize,
-    /// Whether the next tick is an event tick in any case: the first, and while a window is open.
+    /// True if the next tick is always an event tick: at the first tick, and while a window is open.
     next_is_event: bool,
     last_commanded_n: L,
     pursuit: Pursuit<L>,
-    /// Whether the horizon of a rupture ends at this tick.
+    /// True if the horizon of a rupture ends at this tick.
     is_horizon_due: bool,
 }
 
 impl<L: Lane> MetricsObserver<L> {
-    /// An observer with capacity for an expected number of ruptures; more need an allocation.
+    /// Creates an observer with capacity for an expected number of ruptures; more ruptures cause an allocation.
     #[must_use]
     pub fn new(grid: TickGrid, expected_ruptures: usize) -> Self {
         let zero = L::zero();
@@ -264,15 +259,15 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    /// Sets what is known of the operator of each lane: without it, no metric refers to an intended motion or to what an
-    /// operator notices.
+    /// Sets the known traits of the operator of each lane. Without them, metrics of the intended motion and of noticed
+    /// changes are undefined.
     #[must_use]
     pub fn of_operators(mut self, traits: impl Fn(usize) -> OperatorTraits) -> Self {
         self.pursuit.set_operators(traits);
         self
     }
 
-    /// The metrics of lane `index`.
+    /// Returns the metrics of lane `index`.
     #[must_use]
     pub fn metrics(&self, index: usize) -> Metrics {
         let mut history = std::borrow::Cow::Borrowed(&self.histories[index]);
@@ -336,13 +331,12 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    /// The last of the first `ticks` ticks.
     fn last(&self, ticks: u64) -> Last<L> {
         let (tick, last) = self.last_event_tick;
         if tick + 1 >= ticks { last } else { Last::of(&self.sums.recent(ticks - 1)) }
     }
 
-    /// [`MetricsObserver::observe_event`] of several lanes, inline: a call would spill their registers.
+    /// [`MetricsObserver::observe_event`] for several lanes. It is inlined because a call would spill their registers.
     #[inline(always)]
     fn observe_side_by_side(&mut self, signals: Signals<L>) {
         let s = &signals;
@@ -397,7 +391,7 @@ impl<L: Lane> MetricsObserver<L> {
         self.update_horizons(s, running);
     }
 
-    /// Ends and opens the horizons of ruptures, of the lanes that are `running`.
+    /// Closes and opens the horizons of ruptures in the `running` lanes.
     #[inline(always)]
     fn update_horizons(&mut self, s: &Signals<L>, running: L::Mask) {
         if (s.ruptured | s.alarm_taken).any() {
@@ -410,7 +404,6 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    /// The lanes that have diverged.
     #[inline(always)]
     fn ended(&self) -> L::Mask {
         match &self.windows {
@@ -419,7 +412,6 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    /// Adds a quiet tick of several lanes to the sums; some lanes may have diverged.
     #[inline(always)]
     fn push_side_by_side(&mut self, s: &Signals<L>) {
         let sample = match &self.windows {
@@ -429,7 +421,7 @@ impl<L: Lane> MetricsObserver<L> {
         self.sums.push(s.tick, sample);
     }
 
-    /// An event tick: something happens, a window is open, or it is the first.
+    /// Processes an event tick: the first tick, or a tick with an event of any kind or an open window.
     #[cold]
     #[inline]
     fn observe_event(&mut self, s: Signals<L>) {
@@ -473,7 +465,7 @@ impl<L: Lane> Observer<L> for MetricsObserver<L> {
     #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
         // Fast path: most ticks only add to the sums. All other ticks take the general path, out of line. `bound` is
-        // below 1 only far from divergence; the general path distinguishes the rest.
+        // below 1 only far from divergence; the general path checks the exact bounds.
         let bound = (s.master_position_m.abs() + s.slave_position_m.abs()) * L::splat(1.0 / DIVERGED_M)
             + s.measured_force_n.abs() * L::splat(1.0 / DIVERGED_N);
         let quiet = s.mode.is_teleoperation() & bound.lt(L::splat(1.0));

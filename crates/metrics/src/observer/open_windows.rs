@@ -1,8 +1,9 @@
 //! The open windows of several lanes.
 //!
-//! A lane's [`History`] changes rarely: a rupture, an alarm, a change of mode, the end of a window. In between, an open
-//! window updates a few extremes per tick, which are held here over lanes. At a tick that needs the history, the lane's
-//! values are stored to it, it observes the tick as in a single run, and the values are loaded again.
+//! A lane's [`History`] changes rarely: at a rupture, an alarm, a change of mode or the end of a window. At other ticks
+//! an open window only updates a few extremes, which are held here over lanes. At a tick that needs the history, the
+//! lane's values are stored to the history, the history observes the tick as in a single run, and the values are loaded
+//! again.
 
 use super::{History, RuptureWindow};
 use crate::FALLEN_SHARE;
@@ -12,16 +13,15 @@ use trocar_core::augmentation::{Mode, Modes};
 use trocar_core::lane::{Lane, Mask};
 use trocar_engine::engine::Signals;
 
-/// Maximum open ruptures of a lane that are held over lanes; a lane with more observes every tick by its history.
+/// Maximum number of a lane's open ruptures held here. With more, the lane's history observes every tick.
 const SLOTS: usize = 4;
 
-/// Stands for "no tick".
 const NEVER: f64 = f64::INFINITY;
 
-/// An open rupture in each lane, or none.
+/// At most one open rupture per lane.
 #[derive(Debug, Clone, Copy)]
 struct Slot<L> {
-    /// The next tick that needs the history: the travel is read, or the window closes.
+    /// The next tick that needs the history, because the travel is read or the window closes.
     next_tick: L,
     travel_tick: L,
     /// Levels at or below which a force counts as fallen.
@@ -42,7 +42,7 @@ impl<L: Lane> Slot<L> {
         }
     }
 
-    /// The lanes whose tick needs the history instead of [`Slot::follow`].
+    /// Returns the lanes whose tick needs the history instead of [`Slot::follow`].
     #[inline(always)]
     fn needs_history(&self, now: L, s: &Signals<L>) -> L::Mask {
         now.ge(self.next_tick)
@@ -50,13 +50,12 @@ impl<L: Lane> Slot<L> {
             | s.operator_force_n.le(self.felt_fallen_n)
     }
 
-    /// [`RuptureWindow::observe`] of a tick that does not need the history.
+    /// [`RuptureWindow::observe`] for a tick that does not need the history.
     #[inline(always)]
     fn follow(&mut self, now: L, s: &Signals<L>) {
         self.extremes.observe(s, now.le(self.travel_tick));
     }
 
-    /// Loads a window into lane `lane`.
     fn load(&mut self, lane: usize, window: &RuptureWindow) {
         let travel_tick = window.tick + window.travel_ticks;
         let next_tick = if window.observed_ticks < window.travel_ticks {
@@ -75,44 +74,40 @@ impl<L: Lane> Slot<L> {
         self.extremes = self.extremes.with_lane(lane, &window.extremes);
     }
 
-    /// Removes lane `lane`'s window.
     fn clear(&mut self, lane: usize) {
         self.next_tick = self.next_tick.with_lane(lane, NEVER);
         self.feedback_fallen_n = self.feedback_fallen_n.with_lane(lane, f64::NEG_INFINITY);
         self.felt_fallen_n = self.felt_fallen_n.with_lane(lane, f64::NEG_INFINITY);
     }
 
-    /// Stores lane `lane`'s values up to a tick to its window.
     fn store(&self, lane: usize, window: &mut RuptureWindow, tick: u64) {
         window.observed_ticks = tick - window.tick;
         window.extremes = self.extremes.lane(lane);
     }
 }
 
-/// The lanes' open windows and events.
 #[derive(Debug, Clone)]
 pub(super) struct OpenWindows<L: Lane> {
     slots: [Slot<L>; SLOTS],
-    /// Open windows of each lane; more than [`SLOTS`] if its history observes every tick.
+    /// Number of open windows of each lane; more than [`SLOTS`] if its history observes every tick.
     in_use: Vec<usize>,
-    /// The maximum over the lanes, at most [`SLOTS`].
+    /// The maximum of `in_use` over the lanes, at most [`SLOTS`].
     max_in_use: usize,
-    /// The tick from which on the values are held here.
+    /// The tick since which each lane's values are held here.
     since: Vec<u64>,
     /// 1 if the lane has not diverged.
     runs: L,
-    /// 1 if a window or an event is open.
+    /// 1 if the lane has an open window or event.
     is_open: L,
-    /// 1 if there are more windows than slots.
+    /// 1 if the lane has more windows than slots.
     is_crowded: L,
     mode: Modes<L>,
-    /// Values of the open event; only those of the present mode are valid.
+    /// Values of the open event; only the values of the present mode are valid.
     event: EventExtremes<L>,
     step_excess_n: L,
 }
 
 impl<L: Lane> OpenWindows<L> {
-    /// Lanes in teleoperation without open windows.
     pub(super) fn new() -> Self {
         let zero = L::zero();
         Self {
@@ -129,19 +124,17 @@ impl<L: Lane> OpenWindows<L> {
         }
     }
 
-    /// The lanes that have not diverged.
     #[inline(always)]
     pub(super) fn running(&self) -> L::Mask {
         self.runs.gt(L::splat(0.5))
     }
 
-    /// Whether a window or an event is open in any lane.
     #[inline(always)]
     pub(super) fn any_open(&self) -> bool {
         self.is_open.gt(L::splat(0.5)).any()
     }
 
-    /// The lanes whose histories must observe a tick; `eventful`: the lanes with an event.
+    /// Returns the lanes whose histories must observe a tick; `eventful` are the lanes with an event at it.
     #[inline(always)]
     pub(super) fn needs_history(&self, now: L, s: &Signals<L>, eventful: L::Mask) -> L::Mask {
         let half = L::splat(0.5);
@@ -152,7 +145,7 @@ impl<L: Lane> OpenWindows<L> {
         needs_history & (eventful | self.is_open.gt(half))
     }
 
-    /// Updates the values of all lanes; those of a lane that needs the history are overwritten by the next load.
+    /// Updates the values of all lanes. A lane that needs the history overwrites its values at the next load.
     #[inline(always)]
     pub(super) fn follow(&mut self, now: L, s: &Signals<L>, force_step_n: L) {
         for slot in &mut self.slots[..self.max_in_use] {
@@ -186,7 +179,6 @@ impl<L: Lane> OpenWindows<L> {
         }
     }
 
-    /// Stores lane `lane`'s values up to `tick` to its history.
     pub(super) fn store(&self, lane: usize, history: &mut History, tick: u64) {
         let ticks = tick.saturating_sub(self.since[lane]);
         if ticks == 0 || self.is_open.lane(lane) == 0.0 && history.mode == Mode::Teleoperation {
@@ -205,7 +197,6 @@ impl<L: Lane> OpenWindows<L> {
         }
     }
 
-    /// Ends lane `lane`.
     pub(super) fn end(&mut self, lane: usize) {
         self.runs = self.runs.with_lane(lane, 0.0);
         self.is_open = self.is_open.with_lane(lane, 0.0);

@@ -1,13 +1,11 @@
-//! Reads numbers out of bytes of either order, without going beyond their end.
+//! Reads numbers in either byte order, with bounds checks.
 
-/// The order of the bytes of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
     Little,
     Big,
 }
 
-/// The type of a stored number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scalar {
     I8,
@@ -23,7 +21,6 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// Its bytes.
     pub(super) const fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -33,7 +30,7 @@ impl Scalar {
         }
     }
 
-    /// The number at the start of `bytes`; `None` if they are too few.
+    /// The number at the start of `bytes`; `None` if there are too few bytes.
     pub(super) fn read(self, bytes: &[u8], order: Order) -> Option<f64> {
         macro_rules! number {
             ($type:ty) => {{
@@ -58,17 +55,15 @@ impl Scalar {
         })
     }
 
-    /// All numbers of `bytes`; an incomplete one at the end is left out.
+    /// All numbers of `bytes`, without an incomplete one at the end.
     pub(super) fn read_all(self, bytes: &[u8], order: Order) -> Vec<f64> {
         bytes.chunks_exact(self.size()).filter_map(|number| self.read(number, order)).collect()
     }
 }
 
-/// The bytes from a place on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
-    /// The place of the next byte.
     pub(super) at: usize,
     pub(super) order: Order,
 }
@@ -78,12 +73,10 @@ impl<'a> Cursor<'a> {
         Self { bytes, at: 0, order }
     }
 
-    /// The bytes that are left.
     pub(super) fn rest(&self) -> &'a [u8] {
         self.bytes.get(self.at..).unwrap_or_default()
     }
 
-    /// Takes `count` bytes; `None` if there are fewer.
     pub(super) fn take(&mut self, count: usize) -> Option<&'a [u8]> {
         let taken = self.rest().get(..count)?;
         self.at += count;
@@ -106,7 +99,6 @@ impl<'a> Cursor<'a> {
         })
     }
 
-    /// A number as an index or a count.
     pub(super) fn index(&mut self) -> Option<usize> {
         usize::try_from(self.u32()?).ok()
     }

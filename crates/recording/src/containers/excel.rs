@@ -1,7 +1,7 @@
-//! Spreadsheets: a signal `Sheet1!B` per column with numbers. Its header, if it has one, names it too.
+//! Spreadsheets: a signal `Sheet1!B` per column with numbers, which its header, if any, also names.
 //!
-//! The numbers begin below the last of the first rows that has texts only. That row has the names of the columns; if it has a
-//! known unit, it has their units, and the row above the names.
+//! The numbers begin below the last of the first rows that contain only texts. That row contains the names of the
+//! columns. If it contains a known unit, it is the row of units, and the names are in the row above.
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
@@ -13,12 +13,11 @@ use crate::Limits;
 use crate::error::{Problem, Row, excerpt};
 use crate::signals::is_known_unit;
 
-/// Rows that are searched for the names of the columns.
+/// Maximum number of rows searched for the names of the columns.
 const HEAD_ROWS: u32 = 200;
 
 const SECONDS_PER_DAY: f64 = 86_400.0;
 
-/// The content of a cell.
 enum Cell {
     Number(f64),
     /// A time, in s.
@@ -26,7 +25,6 @@ enum Cell {
     Text(Box<str>),
 }
 
-/// The cells of a sheet by column, then row, both from 0.
 type Sheet = BTreeMap<u32, BTreeMap<u32, Cell>>;
 
 struct Stored {
@@ -135,7 +133,8 @@ fn letters(column: u32) -> String {
     if column < 26 { last.to_string() } else { format!("{}{last}", letters(column / 26 - 1)) }
 }
 
-/// Checks that what a compressed file holds is within the limit, by decompressing it: its own statements of sizes can be wrong.
+/// Checks that the decompressed content of a file is within the limit. It decompresses the file, because the stated
+/// sizes can be wrong.
 fn check_archive(bytes: &[u8], limits: &Limits) -> Result<(), Problem> {
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
     let mut left = limits.max_bytes;

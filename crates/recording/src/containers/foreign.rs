@@ -8,13 +8,13 @@ use super::Format;
 use crate::error::Problem;
 
 thread_local! {
-    /// Whether a panic of this thread is an error of a file.
+    /// True while a panic of this thread counts as an error of a file.
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a part of a foreign library; its panic is the error of a damaged file, and prints nothing.
+/// Runs code of another library. A panic becomes the error of a damaged file, and prints nothing.
 ///
-/// The library must keep no state that a panic can leave half-changed and that is used afterwards: what it has opened is dropped
+/// The library must not continue to use state that a panic can leave inconsistent: everything that it opened is dropped
 /// with the error.
 pub(crate) fn guarded<T, E: From<Problem>>(format: Format, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
     static QUIET_HOOK: Once = Once::new();

@@ -1,6 +1,6 @@
-//! HDF5 files: a signal `/group/dataset` per dataset of numbers, and `/group/table.field` per field of a compound one. MATLAB 7.3
-//! files too, named as earlier versions are: `scope.signals[0].values`. The library does the reading; [`guarded`] makes its panics
-//! errors.
+//! HDF5 files: a signal `/group/dataset` per dataset of numbers, and `/group/table.field` per field of a compound
+//! dataset. MATLAB 7.3 files are also read, with the names of earlier versions: `scope.signals[0].values`. A library
+//! reads the files; [`guarded`] converts its panics to errors.
 
 use std::rc::Rc;
 
@@ -11,19 +11,16 @@ use super::{Array, Container, Fault, Format, check_size, guarded};
 use crate::Limits;
 use crate::error::Problem;
 
-/// Maximum depth of groups within groups, which may contain themselves.
+/// Maximum depth of nested groups; links can form cycles.
 const MAX_DEPTH: usize = 16;
 
-/// Maximum number of groups, datasets and references.
 const MAX_OBJECTS: usize = 100_000;
 
-/// Attributes with a unit.
 const UNITS: [&str; 4] = ["units", "unit", "Units", "Unit"];
 
-/// Datasets of a MATLAB structure with a text about its arrays.
+/// Datasets of a MATLAB structure that describe its arrays.
 const LABELS: [&str; 3] = ["label", "title", "name"];
 
-/// A field of a compound dataset.
 struct Field {
     offset: usize,
     scalar: Scalar,
@@ -41,7 +38,7 @@ pub(super) struct Hdf5 {
     limits: Limits,
     is_matlab: bool,
     objects: usize,
-    /// The names in each of the groups that contain the present one.
+    /// The names in each group that contains the present one.
     outer: Vec<Vec<String>>,
 }
 
@@ -84,14 +81,15 @@ impl Hdf5 {
         let mut label = None;
         let datasets = group.datasets().map_err(damaged)?;
         let groups = group.groups().map_err(damaged)?;
-        // A link can lead back to a group that contains it; the library does not say that it is the same.
+        // A link can lead back to an enclosing group. The library does not identify equal groups, so their names are
+        // compared.
         let names: Vec<String> = datasets.iter().chain(&groups).cloned().collect();
         if !datasets.is_empty() && !groups.is_empty() && self.outer.contains(&names) {
             return Ok(());
         }
         self.outer.push(names);
         for name in datasets {
-            // One that the library cannot read is no signal; its neighbours can be.
+            // A dataset that the library cannot read is omitted; the others may be readable.
             let Ok(dataset) = group.dataset(&name) else { continue };
             if self.is_matlab && label.is_none() && LABELS.contains(&name.as_str()) {
                 label = text(&dataset);
@@ -102,7 +100,7 @@ impl Hdf5 {
             array.label = array.label.take().or_else(|| label.clone());
         }
         for name in groups {
-            // MATLAB keeps there what references point to.
+            // MATLAB stores the targets of references there.
             if self.is_matlab && name.starts_with('#') {
                 continue;
             }
@@ -134,7 +132,7 @@ impl Hdf5 {
             DType::ObjectReference if self.is_matlab => {
                 let is_cell = class(&attributes) == Some("cell");
                 for (index, object) in dataset.dereference().unwrap_or_default().into_iter().enumerate() {
-                    // The elements of a structure array are in their fields.
+                    // The elements of a structure array are in its fields.
                     let (outer, name) = match is_cell {
                         true => (outer.to_owned(), format!("{name}[{index}]")),
                         false => (format!("{outer}[{index}]"), name.to_owned()),
@@ -172,7 +170,6 @@ impl Hdf5 {
     }
 }
 
-/// The class that MATLAB gives a dataset.
 fn class(attributes: &std::collections::HashMap<String, AttrValue>) -> Option<&str> {
     match attributes.get("MATLAB_class")? {
         AttrValue::String(class) | AttrValue::AsciiString(class) => Some(class.trim_end_matches('\0')),
@@ -180,7 +177,7 @@ fn class(attributes: &std::collections::HashMap<String, AttrValue>) -> Option<&s
     }
 }
 
-/// The text of a MATLAB array of characters.
+/// The text of a MATLAB character array.
 fn text(dataset: &Dataset) -> Option<String> {
     const MAX_CHARACTERS: u64 = 1000;
     let attributes = dataset.attrs().ok()?;
@@ -221,7 +218,7 @@ fn scalar(kind: &Datatype) -> Option<(Scalar, Order)> {
 }
 
 impl Stored {
-    /// All elements; refused before anything is allocated if they are too many.
+    /// All elements. Too many are rejected before any allocation.
     fn values(&self, limits: &Limits) -> Result<Vec<f64>, Fault> {
         let chunk = self.dataset.chunk_shape().map_err(damaged)?.unwrap_or_default();
         let size = self.dataset.element_size().map_err(damaged)?;

@@ -1,7 +1,7 @@
-//! MATLAB files of version 5 to 7, as MathWorks' "MAT-File Format" describes them: arrays of numbers, also inside structures,
-//! cells and objects of the old kind, compressed or not. Text, sparse arrays, functions and objects of classes are skipped.
+//! MATLAB files of versions 5 to 7, by MathWorks' "MAT-File Format": arrays of numbers, also inside structures, cells
+//! and old-style objects, compressed or not. Text, sparse arrays, functions and objects of classes are skipped.
 //!
-//! An element is a tag, the type and the number of bytes, and its data, up to a multiple of 8 bytes.
+//! An element consists of a tag (the type and the number of bytes) and its data, padded to a multiple of 8 bytes.
 
 use std::io::Read;
 use std::ops::Range;
@@ -16,38 +16,32 @@ use crate::error::Problem;
 
 const HEADER_BYTES: usize = 128;
 
-/// Maximum depth of structures within structures.
 const MAX_DEPTH: usize = 32;
 
-/// Maximum number of arrays.
 const MAX_ARRAYS: usize = 100_000;
 
-/// Fields of a structure with a text about its arrays, and with their unit.
+/// Fields of a structure that contain the label of its arrays, and their unit.
 const LABELS: [&str; 4] = ["label", "name", "title", "signalName"];
 const UNITS: [&str; 3] = ["unit", "units", "Units"];
 
-/// The types of elements.
 const COMPRESSED: u32 = 15;
 const MATRIX: u32 = 14;
 
-/// The numbers of an array in the file.
 struct Stored {
     buffer: usize,
     range: Range<usize>,
     scalar: Scalar,
 }
 
-/// A file up to version 7.
 pub(super) struct Mat {
     order: Order,
-    /// The file, then what its compressed elements hold.
+    /// The file, followed by the content of its compressed elements.
     buffers: Vec<Vec<u8>>,
     arrays: Vec<Array>,
     stored: Vec<Stored>,
     limits: Limits,
 }
 
-/// Opens a file up to version 7.
 pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Box<dyn Container>, Problem> {
     let order = match bytes.get(126..HEADER_BYTES) {
         Some(b"IM") => Order::Little,
@@ -58,7 +52,6 @@ pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Box<dyn Container>
     Ok(Box::new(Mat::index(bytes, order, limits)?))
 }
 
-/// An array with its place in a buffer.
 type Found = (Array, Range<usize>, Scalar);
 
 impl Mat {
@@ -105,7 +98,6 @@ impl Mat {
     }
 }
 
-/// Decompresses an element of at most `left` bytes.
 fn inflate(bytes: &[u8], left: u64, limit: u64) -> Result<Vec<u8>, Problem> {
     let mut content = vec![];
     let read = ZlibDecoder::new(bytes).take(left.saturating_add(1)).read_to_end(&mut content);
@@ -113,10 +105,11 @@ fn inflate(bytes: &[u8], left: u64, limit: u64) -> Result<Vec<u8>, Problem> {
     if content.len() as u64 > left { Err(Problem::TooManyBytes { limit }) } else { Ok(content) }
 }
 
-/// The next element: its type and the place of its data. `at_top`: a compressed element has no padding.
+/// Reads the type and the data range of the next element. `at_top`: at the top level, a compressed element has no
+/// padding.
 fn element(at: &mut Cursor<'_>, at_top: bool) -> Option<(u32, Range<usize>)> {
     let first = at.u32()?;
-    // A small element has its size and up to four bytes of data in the tag.
+    // A small element stores its size and up to four bytes of data in the tag.
     if first >> 16 != 0 && first & 0xffff != COMPRESSED {
         let size = (first >> 16) as usize;
         let start = at.at;
@@ -127,13 +120,12 @@ fn element(at: &mut Cursor<'_>, at_top: bool) -> Option<(u32, Range<usize>)> {
     let start = at.at;
     at.take(size)?;
     if !(at_top && first == COMPRESSED) {
-        // The padding of the last element of a file can be missing.
+        // The last element of a file can lack its padding.
         at.take((8 - size % 8) % 8 % (at.rest().len() + 1));
     }
     Some((first, start..start + size))
 }
 
-/// The arrays of numbers in a matrix element.
 fn matrices(buffer: &[u8], range: Range<usize>, order: Order) -> Result<Vec<Found>, Problem> {
     let mut walk = Walk { buffer, order, found: vec![] };
     walk.matrix(range, None, 0).ok_or_else(|| Format::Mat.damaged("the sizes of an array contradict each other"))?;
@@ -146,14 +138,13 @@ struct Walk<'a> {
     found: Vec<Found>,
 }
 
-/// What a matrix is, for the structure that holds it.
 enum Content {
     Text(String),
     Other,
 }
 
 impl Walk<'_> {
-    /// Reads a matrix; its name is `given` inside of another one. `None` if it is damaged.
+    /// Reads a matrix; inside another one its name is `given`. `None` if it is damaged.
     fn matrix(&mut self, range: Range<usize>, given: Option<&str>, depth: usize) -> Option<Content> {
         let bytes = self.buffer.get(range.clone())?;
         if bytes.is_empty() || depth > MAX_DEPTH || self.found.len() > MAX_ARRAYS {
@@ -163,7 +154,7 @@ impl Walk<'_> {
         let (_, flags) = element(&mut at, false)?;
         let flags = Cursor::new(bytes.get(flags)?, self.order).u32()?;
         let class = flags & 0xff;
-        // An object of a class has no dimensions here; nor have functions.
+        // Objects of classes and functions have no dimensions here.
         if matches!(class, 16 | 17) {
             return Some(Content::Other);
         }
@@ -205,7 +196,7 @@ impl Walk<'_> {
                 }
                 let (kind, data) = element(&mut at, false)?;
                 let scalar = scalar(kind)?;
-                // A complex array lists its real parts first.
+                // A complex array stores its real parts first.
                 if array.len().checked_mul(scalar.size())? != data.len() {
                     return None;
                 }
@@ -216,7 +207,7 @@ impl Walk<'_> {
         Some(Content::Other)
     }
 
-    /// Reads the matrices of a cell or a structure: for each of its elements one per field.
+    /// Reads the matrices of a cell or a structure: one per element and field.
     fn parts(
         &mut self,
         at: &mut Cursor<'_>,
@@ -260,7 +251,6 @@ impl Walk<'_> {
     }
 }
 
-/// The type of the numbers of an element.
 fn scalar(kind: u32) -> Option<Scalar> {
     Some(match kind {
         1 => Scalar::I8,

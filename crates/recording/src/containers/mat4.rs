@@ -1,4 +1,4 @@
-//! MATLAB files of version 4: matrices one after another, each with a header of 20 bytes and no mark of the format.
+//! MATLAB files of version 4: consecutive matrices, each with a header of 20 bytes. The format has no signature.
 
 use std::ops::Range;
 
@@ -7,10 +7,9 @@ use super::{Array, Container, Fault, Format, check_size};
 use crate::Limits;
 use crate::error::Problem;
 
-/// Maximum number of bytes of a name; MATLAB 4 had 19.
+/// Maximum number of bytes of a name; MATLAB 4 allowed 19.
 const MAX_NAME_BYTES: usize = 256;
 
-/// A file of version 4.
 pub(super) struct Mat4 {
     bytes: Vec<u8>,
     order: Order,
@@ -22,7 +21,7 @@ pub(super) struct Mat4 {
 impl Mat4 {
     pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Problem> {
         let refuse = || Format::Mat.damaged("it is neither of version 4 nor of a later one, or it is cut off");
-        // The first number is below 5000 in the order of the file's bytes.
+        // The first number of a file is below 5000 in its byte order.
         let first = Cursor::new(&bytes, Order::Little).u32().ok_or_else(refuse)?;
         let order = if first < 5000 { Order::Little } else { Order::Big };
         let mut mat = Self { bytes: vec![], order, arrays: vec![], stored: vec![], limits: limits.clone() };
@@ -59,7 +58,7 @@ impl Mat4 {
         if is_complex == 1 {
             at.take(size)?;
         }
-        // 0 is numbers, 1 text, 2 a sparse matrix.
+        // 0 means numbers, 1 text, 2 a sparse matrix.
         match kind % 10 {
             0 => {
                 self.arrays.push(Array { column_major: true, ..Array::new(name, vec![rows, columns]) });

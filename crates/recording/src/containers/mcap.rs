@@ -1,7 +1,7 @@
-//! MCAP logs, with the messages of ROS 1 and ROS 2 and those in JSON: a signal `/topic.field` per number of a message, and
-//! `/topic.log_time`, in seconds from the first message of the file.
+//! MCAP logs with messages of ROS 1, ROS 2 or JSON: a signal `/topic.field` per number of a message, and
+//! `/topic.log_time` in seconds since the first message of the file.
 //!
-//! What cannot be read, such as messages in Protocol Buffers, is left out; the file is refused if nothing is left.
+//! Unreadable messages, such as Protocol Buffers, are omitted. The file is rejected if no signal remains.
 
 use mcap::{McapError, Message, MessageStream};
 use serde_json::Value as Json;
@@ -16,7 +16,6 @@ pub(super) struct Mcap {
     columns: Vec<Vec<f64>>,
 }
 
-/// The messages of a channel.
 struct Topic {
     channel: u16,
     name: String,
@@ -31,7 +30,7 @@ enum Kind {
         row: Vec<f64>,
     },
     Json(Vec<String>),
-    /// The reason why its messages are not read.
+    /// The reason why the messages are not read.
     LeftOut(String),
 }
 
@@ -60,7 +59,6 @@ impl Kind {
 }
 
 impl Topic {
-    /// Appends the numbers of a message.
     fn push(&mut self, data: &[u8]) -> Result<(), String> {
         match &mut self.kind {
             Kind::Ros { decoder, row } => {
@@ -82,7 +80,7 @@ impl Topic {
                         }
                         names.len() - 1
                     });
-                    // Messages without this number.
+                    // Pads for the messages without this number.
                     self.columns[index].resize(row, f64::NAN);
                     self.columns[index].push(value);
                 });
@@ -104,10 +102,10 @@ impl Topic {
     }
 }
 
-/// Most numbers in the messages of a topic in JSON.
+/// Maximum number of values in the JSON messages of a topic.
 const MAX_NUMBERS: usize = 1024;
 
-/// The numbers and truth values of a message in JSON, by their paths.
+/// Visits the numbers and Booleans of a JSON message, with their paths.
 fn numbers(json: &Json, path: &mut String, number: &mut impl FnMut(&str, f64)) {
     let before = path.len();
     match json {

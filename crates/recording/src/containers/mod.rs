@@ -1,8 +1,7 @@
-//! Files of named arrays: a module per format.
+//! Files of named arrays, one module per format.
 //!
-//! A [`Container`] gives its arrays by name, with their sizes; [`name`] picks a signal out of them, [`read`] makes a recording of
-//! signals. A format is a module here, a line in [`Format`]
-//! and one in [`open`].
+//! A [`Container`] lists its arrays with names and sizes; [`name`] selects a signal from them, and [`read`] combines
+//! signals to a recording. A new format needs a module here, a line in [`Format`] and one in [`open`].
 
 mod bytes;
 mod foreign;
@@ -30,30 +29,27 @@ pub(super) use foreign::guarded;
 pub(super) use name::vectors;
 pub(super) use read::{read, scan};
 
-/// An array of numbers in a file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Array {
-    /// Its name, with the path to it.
+    /// Name, with the path to the array.
     pub(super) name: String,
-    /// Other names of it, such as the header of a column.
+    /// Other names, such as the header of a column.
     pub(super) aliases: Vec<String>,
-    /// Its size in each dimension, as its own program gives it.
+    /// Size in each dimension, in the order of the program that wrote the file.
     pub(super) dims: Vec<usize>,
-    /// Whether the first index varies fastest in [`Container::values`]; otherwise the last.
+    /// True if the first index varies fastest in [`Container::values`], false if the last does.
     pub(super) column_major: bool,
-    /// A text of the file about it.
+    /// Description in the file.
     pub(super) label: Option<String>,
-    /// Its unit, as the file gives it.
     pub(super) unit: Option<String>,
 }
 
 impl Array {
-    /// An array without text, of rows first.
+    /// Creates a row-major array without texts.
     pub(super) fn new(name: impl Into<String>, dims: Vec<usize>) -> Self {
         Self { name: name.into(), aliases: vec![], dims, column_major: false, label: None, unit: None }
     }
 
-    /// The number of its elements.
     pub(super) fn len(&self) -> usize {
         self.dims.iter().fold(1, |product, dim| product.saturating_mul(*dim))
     }
@@ -72,21 +68,18 @@ impl From<Problem> for Fault {
     }
 }
 
-/// A file of named arrays.
 pub(super) trait Container {
-    /// Its arrays of numbers, in the order of the file.
     fn arrays(&self) -> &[Array];
 
-    /// All elements of an array, in its order; NaN where the file has no number.
+    /// All elements of an array, in its order; NaN if the file has no number.
     fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault>;
 
-    /// The place of a sample of an array in messages.
+    /// The location of a sample, for messages.
     fn row(&self, _index: usize, sample: usize) -> Row {
         Row::Sample(sample as u64)
     }
 }
 
-/// Opens a file of a format other than text.
 pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Box<dyn Container>, Problem> {
     let mut whole = || {
         let mut bytes = vec![];
@@ -117,7 +110,6 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
     })
 }
 
-/// Checks that an array of `len` elements may be held.
 pub(super) fn check_size(len: usize, limits: &Limits) -> Result<(), Problem> {
     let size = (len as u64).saturating_mul(8);
     if size <= limits.max_bytes { Ok(()) } else { Err(Problem::TooLarge { size, limit: limits.max_bytes }) }

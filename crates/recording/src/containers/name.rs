@@ -1,49 +1,42 @@
-//! Names of signals: an array of one signal has the name of the array; one of several has `name[:,1]`, where `:` stands for the
-//! samples and numbers count from 0.
+//! Names of signals. An array of one signal gives the signal its name. An array of several signals gives `name[:,1]`,
+//! where `:` stands for the samples and numbers count from 0.
 
 use super::Array;
 use crate::Quantity;
 use crate::error::Problem;
 use crate::header::nearest;
 
-/// Largest number of signals that one array gives to a list.
 const MAX_LISTED: usize = 32;
 
-/// A signal: some elements of an array.
+/// A signal: elements of an array at a constant stride.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Vector {
-    /// The index of its array.
     pub(crate) array: usize,
-    /// Its name.
     pub(crate) name: String,
-    /// The index of its first element.
     pub(super) offset: usize,
-    /// The distance between its elements.
     pub(super) stride: usize,
-    /// Its number of samples.
     pub(crate) len: usize,
 }
 
 impl Vector {
-    /// Its elements among all of the array.
     pub(super) fn of<'a>(&self, values: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         values.iter().skip(self.offset).step_by(self.stride.max(1)).take(self.len).copied()
     }
 }
 
-/// One part of what stands in brackets.
+/// One part inside the brackets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Pick {
     Samples,
     Index(usize),
 }
 
-/// The signals of arrays, at most [`MAX_LISTED`] of each.
+/// The signals of arrays, at most [`MAX_LISTED`] per array.
 pub(crate) fn vectors(arrays: &[Array]) -> Vec<Vector> {
     arrays.iter().enumerate().flat_map(|(index, array)| of_array(index, array)).collect()
 }
 
-/// The signals of an array along its longest dimension. An array of fewer than two samples has none.
+/// The signals of an array along its longest dimension; none for fewer than two samples.
 fn of_array(index: usize, array: &Array) -> Vec<Vector> {
     let Some((longest, &len)) = array.dims.iter().enumerate().rev().max_by_key(|(_, dim)| **dim) else { return vec![] };
     if len < 2 || array.dims.contains(&0) {
@@ -66,7 +59,7 @@ fn of_array(index: usize, array: &Array) -> Vec<Vector> {
     picks.filter_map(|picks| vector(index, array, &picks)).collect()
 }
 
-/// The signal that brackets pick, which have a part for each dimension, or for each with more than one element.
+/// The signal for the parts in brackets: one per dimension, or one per dimension with more than one element.
 fn vector(index: usize, array: &Array, picks: &[Pick]) -> Option<Vector> {
     let wide: Vec<usize> = (0..array.dims.len()).filter(|axis| array.dims[*axis] > 1).collect();
     let axes: Vec<usize> = match picks.len() {
@@ -116,7 +109,6 @@ fn brackets(text: &str) -> Option<(&str, Vec<Pick>)> {
     picks.contains(&Pick::Samples).then_some((base, picks))
 }
 
-/// Finds the signal of a name.
 pub(super) fn find(arrays: &[Array], wanted: &str, quantity: Quantity) -> Result<Vector, Problem> {
     let (base, picks) = match arrays.iter().any(|array| array.name == wanted) {
         true => (wanted, None),
@@ -141,7 +133,8 @@ pub(super) fn find(arrays: &[Array], wanted: &str, quantity: Quantity) -> Result
     })
 }
 
-/// The array of a name: its own, an alias, its name without the `[0]` of parts that occur once, or the unique end of its path.
+/// Finds an array by its name, an alias, its name without `[0]` for parts that occur once, or the unique end of its
+/// path.
 fn named(arrays: &[Array], name: &str) -> Result<Option<usize>, Problem> {
     let without_zeros = |name: &str| name.replace("[0]", "");
     let rules: [&dyn Fn(&Array) -> bool; 4] = [
@@ -202,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn short_names_serve_while_they_are_unique() {
+    fn short_names_are_accepted_if_they_are_unique() {
         let arrays = ["/a/force", "/b/force", "/b/time", "s.signals[0].values", "s.one.values"];
         let arrays = arrays.map(|name| Array::new(name, vec![4]));
         let found = |name: &str| find(&arrays, name, Quantity::Force).map(|vector| vector.name);
@@ -215,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn an_array_of_several_signals_asks_for_one() {
+    fn an_array_of_several_signals_needs_a_column() {
         let array = Array::new("m", vec![5, 2]);
         for name in ["m", "m[:,2]", "m[:,:]", "m[:,0,0]"] {
             let refusal = find(std::slice::from_ref(&array), name, Quantity::Time).expect_err("refused").to_string();

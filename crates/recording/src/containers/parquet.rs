@@ -1,4 +1,4 @@
-//! Parquet files: a signal per column of numbers. Columns of lists and maps are left out.
+//! Parquet files: a signal per column of numbers. Columns of lists and maps are omitted.
 
 use std::fs::File;
 
@@ -12,13 +12,12 @@ use super::{Array, Container, Fault, Format, check_size, guarded};
 use crate::Limits;
 use crate::error::Problem;
 
-/// Values read at a time.
 const BATCH: usize = 1 << 16;
 
 pub(super) struct Parquet {
     reader: SerializedFileReader<File>,
     arrays: Vec<Array>,
-    /// The index of each array's column in the file.
+    /// The column index of each array.
     columns: Vec<usize>,
     limits: Limits,
 }
@@ -82,7 +81,6 @@ impl Parquet {
     }
 }
 
-/// The name of a unit of time stamps.
 fn time_unit(unit: &TimeUnit) -> &'static str {
     match unit {
         TimeUnit::MILLIS => "ms",
@@ -91,7 +89,7 @@ fn time_unit(unit: &TimeUnit) -> &'static str {
     }
 }
 
-/// Appends the numbers of a column, up to `rows`; NaN for an undefined one.
+/// Appends up to `rows` numbers of a column, with NaN for undefined values.
 fn numbers<T: DataType>(
     mut column: ColumnReaderImpl<T>,
     rows: usize,

@@ -1,4 +1,4 @@
-//! Makes a recording, and a list, of the signals of a container.
+//! Creates a recording or a list of the signals of a container.
 
 use super::name::{Vector, find, vectors};
 use super::{Container, Fault};
@@ -65,7 +65,7 @@ pub(crate) fn read(
     check_gaps(file, recording, columns, limits, row)
 }
 
-/// The samples of a signal in SI units, all of them finite.
+/// Reads the samples of a signal in SI units, and checks that they are finite.
 fn values(
     file: &str,
     container: &mut dyn Container,
@@ -90,10 +90,10 @@ fn values(
     Ok(values)
 }
 
-/// Share of the samples of the longest signal below which an array is a setting, such as a style of a plot.
+/// An array with less than this share of the longest signal's samples is a setting, such as the style of a plot.
 const MIN_SHARE: f64 = 0.01;
 
-/// Lists the signals of a container. An array that cannot be read as numbers is left out, as is one below [`MIN_SHARE`].
+/// Lists the signals of a container, without unreadable arrays and arrays below [`MIN_SHARE`].
 pub(crate) fn scan(container: &mut dyn Container) -> Vec<Signal> {
     let mut vectors = vectors(container.arrays());
     let longest = vectors.iter().map(|vector| vector.len).max().unwrap_or(0);

@@ -1,27 +1,26 @@
-//! Messages of ROS: definitions as text (ROS 1's `.msg` and ROS 2's, with the definitions that they refer to below them), and the
+//! ROS messages: definitions as text (`.msg` of ROS 1 and ROS 2, followed by the definitions that they use), and the
 //! numbers of serialised messages.
 //!
-//! ROS 2 serialises by the Common Data Representation of the Object Management Group (CDR, version 1): a number is aligned to its
-//! size. ROS 1 packs the numbers without gaps. A time stamp is one number, in seconds from the first message's.
+//! ROS 2 serialises by the Common Data Representation of the Object Management Group (CDR, version 1), which aligns a
+//! number to its size. ROS 1 packs the numbers without gaps. A time stamp is one number, in seconds since the first
+//! message.
 
 use std::collections::HashMap;
 
 use super::bytes::{Cursor, Order, Scalar};
 
-/// Arrays of more elements are left out: images and point clouds are no signals.
+/// Maximum number of elements of an array that is read. Longer arrays, such as images and point clouds, are not
+/// signals.
 pub(super) const MAX_ELEMENTS: usize = 64;
 
-/// Deepest nesting of messages.
 const MAX_DEPTH: usize = 16;
 
-/// How messages are serialised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ros1,
     Cdr,
 }
 
-/// The type of a field.
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
     Number(Scalar),
@@ -35,7 +34,7 @@ enum Kind {
 enum Count {
     One,
     Fixed(usize),
-    /// As many as the message says.
+    /// The number that the message states.
     Any,
 }
 
@@ -46,7 +45,7 @@ struct Field {
     count: Count,
 }
 
-/// The definition of a message, with those that it refers to.
+/// The definition of a message, with the definitions that it uses.
 #[derive(Debug, Clone)]
 pub(super) struct Definition {
     encoding: Encoding,
@@ -55,7 +54,6 @@ pub(super) struct Definition {
 }
 
 impl Definition {
-    /// Parses a definition of the message `name`.
     pub(super) fn parse(encoding: Encoding, name: &str, text: &str) -> Result<Self, String> {
         let root = short(name);
         let mut messages = HashMap::from([(root.clone(), vec![])]);
@@ -77,13 +75,12 @@ impl Definition {
         Ok(Self { encoding, root, messages })
     }
 
-    /// The fields of a message.
     fn fields(&self, name: &str) -> Result<&[Field], String> {
         self.messages.get(name).map(Vec::as_slice).ok_or_else(|| format!("the message {name} is not defined"))
     }
 }
 
-/// A name of a message without the folder `msg`.
+/// The name of a message without the folder `msg`.
 fn short(name: &str) -> String {
     name.replace("/msg/", "/")
 }
@@ -139,13 +136,11 @@ impl Field {
     }
 }
 
-/// The numbers of the messages of one definition.
 #[derive(Debug)]
 pub(super) struct Decoder {
     definition: Definition,
-    /// The paths of the numbers, as the first message has them.
+    /// The paths of the numbers in the first message.
     names: Option<Vec<String>>,
-    /// The lengths of the arrays of the first message.
     lengths: Vec<usize>,
     /// The time stamps of the first message, in nanoseconds.
     stamps: Vec<i64>,
@@ -156,12 +151,12 @@ impl Decoder {
         Self { definition, names: None, lengths: vec![], stamps: vec![] }
     }
 
-    /// The paths of the numbers of a message; empty before the first.
+    /// The paths of the numbers of a message; empty before the first message.
     pub(super) fn names(&self) -> &[String] {
         self.names.as_deref().unwrap_or_default()
     }
 
-    /// Appends the numbers of a message to `values`, as many as [`Self::names`].
+    /// Appends the numbers of a message to `values`, one per name in [`Self::names`].
     pub(super) fn decode(&mut self, bytes: &[u8], values: &mut Vec<f64>) -> Result<(), String> {
         let mut reader = Reader {
             definition: &self.definition,
@@ -188,15 +183,14 @@ impl Decoder {
     }
 }
 
-/// A message while it is read.
 struct Reader<'a> {
     definition: &'a Definition,
     cursor: Cursor<'a>,
-    /// The place that numbers are aligned from.
+    /// The origin of the alignment.
     start: usize,
     values: &'a mut Vec<f64>,
     path: String,
-    /// The names of the numbers, in the first message.
+    /// The names of the numbers, while the first message is read.
     names: Option<Vec<String>>,
     lengths: Vec<usize>,
     stamps: Vec<i64>,
@@ -208,7 +202,7 @@ fn cut_off() -> String {
 }
 
 impl Reader<'_> {
-    /// Reads the representation, of which only the plain ones of version 1 are known.
+    /// Reads the representation; only the plain representations of version 1 are supported.
     fn header(&mut self) -> Result<(), String> {
         self.cursor.order = match self.cursor.take(4).ok_or_else(cut_off)? {
             [0, 0, ..] => Order::Big,
@@ -246,7 +240,8 @@ impl Reader<'_> {
         }
         let definition = self.definition;
         let fields = definition.fields(name)?;
-        // ROS 2 gives it a byte and ROS 1 none. Without such messages every field has a byte, and the file bounds the work.
+        // An empty message has one byte in ROS 2 and none in ROS 1. Without empty messages every field has at least one
+        // byte, and the size of the file bounds the work.
         if fields.is_empty() {
             return Err(format!("the message {name} has no fields"));
         }
@@ -276,7 +271,7 @@ impl Reader<'_> {
     }
 
     fn array(&mut self, kind: &Kind, count: usize, depth: usize) -> Result<(), String> {
-        // An element has a byte at least, so that no length makes this loop long.
+        // An element has at least one byte, so that the number of bytes bounds this loop.
         if count > self.cursor.rest().len() {
             return Err(cut_off());
         }
@@ -424,7 +419,7 @@ float64 y";
     }
 
     #[test]
-    fn long_arrays_are_left_out() {
+    fn long_arrays_are_omitted() {
         let text = "Point[] points\nuint8[] image\nfloat64 after\n===\nMSG: lab/Point\nfloat32[2] x";
         let definition = Definition::parse(Encoding::Cdr, "lab/Cloud", text).expect("a definition");
         let (mut decoder, mut values) = (Decoder::new(definition), vec![]);

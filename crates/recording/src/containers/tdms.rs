@@ -1,9 +1,8 @@
-//! LabVIEW's TDMS files, as National Instruments' "TDMS File Format Internal Structure" describes them: a signal
-//! `/group/channel` per channel of numbers, and `time(/group/channel)` for a channel with a time increment. Raw data of DAQmx is
-//! refused.
+//! LabVIEW's TDMS files, by National Instruments' "TDMS File Format Internal Structure": a signal `/group/channel` per
+//! channel of numbers, and `time(/group/channel)` for a channel with a time increment. Raw data of DAQmx is rejected.
 //!
-//! A file is a list of segments. A segment has a list of objects, which continues that of the segment before unless it is new,
-//! and chunks of raw data: in each of them some values of every object.
+//! A file is a list of segments. A segment has a list of objects, which is new or continues the previous segment's
+//! list, and chunks of raw data. Each chunk contains some values of every object.
 
 use std::collections::HashMap;
 
@@ -14,7 +13,6 @@ use crate::error::Problem;
 
 const LEAD_IN_BYTES: usize = 28;
 
-/// The flags of a segment.
 const META_DATA: u32 = 1 << 1;
 const NEW_OBJECTS: u32 = 1 << 2;
 const RAW_DATA: u32 = 1 << 3;
@@ -22,18 +20,17 @@ const INTERLEAVED: u32 = 1 << 5;
 const BIG_ENDIAN: u32 = 1 << 6;
 const DAQMX: u32 = 1 << 7;
 
-/// The index of the raw data of an object that has none, and of one as in the segment before.
+/// Raw data index of an object without data, and of an object with the index of the previous segment.
 const NO_DATA: u32 = 0xffff_ffff;
 const SAME_DATA: u32 = 0;
 
-/// The type of the values of a channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     Number(Scalar),
-    /// Seconds since 1904 and their fraction in 2^-64 s.
+    /// Seconds since 1904, and a fraction in 2^-64 s.
     Stamp,
     Text,
-    /// A type without numbers, with the bytes of a value.
+    /// A type without numbers, with the size of a value in bytes.
     Other(usize),
 }
 
@@ -83,12 +80,11 @@ impl Kind {
     }
 }
 
-/// The raw data of a channel in one chunk.
 #[derive(Debug, Clone, Copy)]
 struct Index {
     kind: Kind,
     count: usize,
-    /// Bytes of all its values.
+    /// Size of all values in bytes.
     size: usize,
 }
 
@@ -103,7 +99,6 @@ struct Run {
     order: Order,
 }
 
-/// A property that matters here.
 #[derive(Debug, Clone, PartialEq)]
 enum Property {
     Number(f64),
@@ -122,7 +117,6 @@ struct Channel {
     unit: Option<String>,
 }
 
-/// What an array is.
 enum ArraySource {
     Values(usize),
     Clock(usize),
@@ -174,7 +168,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Reads the segment at a place; returns the place of the next one.
+    /// Reads the segment at `start` and returns the start of the next one.
     fn segment(&mut self, start: usize) -> Result<usize, Problem> {
         let damaged = |detail: &str| Format::Tdms.damaged(detail);
         let cut = || damaged("it is cut off");
@@ -192,7 +186,7 @@ impl Reader<'_> {
             return Err(damaged("it has raw data of DAQmx, which is not scaled"));
         }
         let left = self.bytes.len() - lead_in.at;
-        // LabVIEW completes the length of a segment at its end; without it, the segment is the last.
+        // LabVIEW writes the length of a segment when the segment ends. Without the length, this segment is the last.
         let next = if next == u64::MAX { left } else { usize::try_from(next).map_err(|_| cut())? };
         let raw = usize::try_from(raw).map_err(|_| cut())?;
         if next > left || raw > next {

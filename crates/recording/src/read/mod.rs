@@ -11,15 +11,18 @@ use super::{Columns, Limits, Recording, RecordingError};
 
 /// Reads a recording from CSV text in UTF-8; `source` is its name in messages.
 ///
-/// The first line is the header, which must have each requested name exactly once. The separator is the most frequent
-/// of `,`, `;` and tab in the header; without any of them `|`, or spaces. Lines that begin with `#`, blank lines (also of
-/// separators only), a byte order mark, any kind of line end, quotes, and spaces around names and numbers are allowed.
-/// Numbers have a decimal point and may have an exponent. Other columns may hold anything.
+/// The first line is the header, which must contain each requested name exactly once. The separator is the most
+/// frequent of `,`, `;` and tab in the header; without any of them it is `|`, or spaces. Comment lines that begin with
+/// `#`, blank lines (also with separators), a byte order mark, any kind of line end, quotes, and spaces around names
+/// and numbers are allowed. Numbers have a decimal point and may have an exponent. Other columns may contain anything.
 ///
-/// Files of laboratories are read too: UTF-16 with a byte order mark; names in Latin-1; `%` before comments; names in the
-/// comment above the numbers; a row of units below the names, or in the comment; decimal commas, unless the comma is the
-/// separator or the file has decimal points too; the header of LabVIEW's `.lvm`, whose `Delta_X` gives the times if `X_Value`
-/// is empty.
+/// Typical files of laboratories are also accepted:
+///
+/// - UTF-16 with a byte order mark, and names in Latin-1;
+/// - `%` before comments, and names in the comment above the numbers;
+/// - a row of units below the names, or in the comment;
+/// - decimal commas, unless the comma is the separator or the file also has decimal points;
+/// - the header of LabVIEW's `.lvm`, whose `Delta_X` gives the times if `X_Value` is empty.
 ///
 /// # Errors
 /// A [`RecordingError`] with the place and the remedy if the text is not such a table; if a requested number is
@@ -45,15 +48,14 @@ pub fn read_csv<R: Read>(
     samples.finish(source)
 }
 
-/// The names of the columns of a table.
 pub(super) fn names_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<String>, RecordingError> {
     Rows::open(source, reader, limits.max_bytes, |header| super::header::names(header.iter())).map(|(_, names)| names)
 }
 
-/// Lists the columns of a table that have a number, as signals. Fields that are no numbers count as undefined.
+/// Lists the columns of a table that contain a number, as signals. Other fields count as undefined.
 ///
 /// # Errors
-/// As [`read_csv`], for a text that is no table.
+/// As [`read_csv`], for a text that is not a table.
 pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
     let (mut rows, names) = Rows::open(source, reader, limits.max_bytes, |header| super::header::names(header.iter()))?;
     let mut statistics = vec![Statistics::default(); names.len()];
@@ -80,7 +82,6 @@ pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec
     Ok(columns.map(|((name, unit), statistics)| Signal::new(name, None, unit, vec![count], statistics)).collect())
 }
 
-/// The samples read so far.
 struct Samples<'a> {
     columns: &'a Columns,
     limits: &'a Limits,
@@ -134,7 +135,7 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// Returns a recording without a gap above the limit. `row` is the place of a sample.
+/// Checks that no gap exceeds the limit, and returns the recording. `row` gives the place of a sample.
 pub(super) fn check_gaps(
     source: &str,
     recording: Recording,
@@ -145,7 +146,7 @@ pub(super) fn check_gaps(
     let median_s = recording.median_interval_s();
     let limit_s = limits.max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * median_s);
     let mut pairs = recording.time_s().windows(2);
-    // The limit itself is allowed, up to the rounding of decimal times; a limit of NaN allows nothing.
+    // Gaps equal to the limit are allowed, up to the rounding of decimal times; a limit of NaN allows no gap.
     let allowed = |gap_s: f64| gap_s <= limit_s * (1.0 + 1e-9);
     let Some(before) = pairs.position(|pair| !allowed(pair[1] - pair[0])) else {
         return Ok(recording);
@@ -160,7 +161,7 @@ pub(super) fn check_gaps(
     }))
 }
 
-/// The line of each row. Most rows are on consecutive lines, so only the start of each run of lines is kept.
+/// The line of each row. Most rows are on consecutive lines, so only the start of each run of lines is stored.
 #[derive(Default)]
 struct Lines(Vec<(usize, u64)>);
 

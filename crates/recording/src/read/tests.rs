@@ -1,4 +1,4 @@
-//! Accepted tables, and the errors of rejected ones.
+//! Tests of accepted tables, and of the errors of rejected ones.
 
 use std::io;
 
@@ -15,7 +15,7 @@ fn samples(table: impl AsRef<[u8]>) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn tables_are_read_however_they_are_dressed() {
+fn tables_of_any_form_are_read() {
     let plain = [[0.0, 1.0, 2.0], [1.0, -3.0, 4e-3]];
     for table in [
         "t,x,f\n0,1,2\n1,-3,4e-3\n",
@@ -102,7 +102,7 @@ fn labview_files_are_read_with_their_times_or_their_clock() {
 }
 
 #[test]
-fn a_name_behind_a_percent_sign_can_be_given_with_it() {
+fn a_name_after_a_percent_sign_can_be_given_with_the_sign() {
     let columns = Columns { time: "%t".parse().expect("a column"), ..columns() };
     let read =
         |table: &str| read_csv("pop.csv", table.as_bytes(), &columns, &Limits::default()).map(|found| found.len());
@@ -110,7 +110,7 @@ fn a_name_behind_a_percent_sign_can_be_given_with_it() {
 }
 
 #[test]
-fn what_a_list_says_of_a_table() {
+fn a_table_is_listed_as_signals() {
     let table = "t,x,f,note\nms,mm,N,-\n0,1,2,a\n1,3,,b\n2,2,5,c\n";
     let signals = scan_csv("pop.csv", table.as_bytes(), &Limits::default()).expect("signals");
     let shown = |signal: &Signal| (signal.column(), signal.samples, signal.range, signal.undefined, signal.increase);
@@ -125,7 +125,7 @@ fn what_a_list_says_of_a_table() {
 }
 
 #[test]
-fn scales_turn_units_and_signs() {
+fn scales_convert_units_and_signs() {
     let columns =
         Columns { time: "t:0.001".parse().expect("a column"), force: "f:-2".parse().expect("a column"), ..columns() };
     let recording = read_csv("pop.csv", &b"t,x,f\n0,1,2\n4,5,6\n"[..], &columns, &Limits::default());
@@ -136,7 +136,7 @@ fn scales_turn_units_and_signs() {
 }
 
 #[test]
-fn headers_that_do_not_serve_are_refused() {
+fn unusable_headers_are_refused() {
     assert_eq!(
         refusal("t,x,F,raw\n"),
         "pop.csv: no column 'f' (--force or recording.columns.force_n); the file has t, x, F, raw; did you mean 'F'?"
@@ -169,7 +169,7 @@ fn files_that_are_no_tables_are_refused() {
 }
 
 #[test]
-fn bad_numbers_are_refused_where_they_stand() {
+fn bad_numbers_are_refused_with_their_place() {
     let at = |table: &str| refusal(table).replace("; correct it or remove the row", "");
     assert_eq!(at("t,x,f\n0,1,2\n1,abc,2\n"), "pop.csv line 3, column 'x': 'abc' is not a number");
     assert_eq!(at("t,x,f\n0,1,NaN\n"), "pop.csv line 2, column 'f': 'NaN' is not finite");
@@ -184,7 +184,7 @@ fn bad_numbers_are_refused_where_they_stand() {
 }
 
 #[test]
-fn lines_are_counted_as_an_editor_does() {
+fn lines_are_counted_as_in_an_editor() {
     for (table, line) in [
         ("t,x,f\n0,1,2\n?,1,2\n", 3),
         ("t,x,f\n?,1,2", 2),
@@ -270,7 +270,6 @@ fn a_failing_source_is_an_error() {
     assert_eq!(error.to_string(), "pop.csv: cannot be read: the disk is gone");
 }
 
-/// Text that is almost a table.
 fn almost_a_table() -> impl Strategy<Value = String> {
     let piece = prop::sample::select(vec![
         "0", "1", "2.5", "-1e-3", "nan", "abc", "", " ", "\"", "\"\"", "#", ",", ",", ";", "\t", "\n", "\r\n", "\r",

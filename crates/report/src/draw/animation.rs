@@ -1,4 +1,4 @@
-//! The animation as an animated PNG, for a talk.
+//! The animation as an animated PNG, for slides.
 
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, IntoDrawingArea};
@@ -19,16 +19,15 @@ const HEIGHT: u32 = 400;
 /// Units of the drawing per pixel.
 const UNITS: f64 = 10.0;
 
-/// Pixels of a length of 1 in a scene.
+/// Pixels per unit of length in a scene.
 const SCALE: f64 = 1.25;
 
-/// Only every third frame is painted, which keeps the file small.
+/// Paint only every third frame to keep the file small.
 const EVERY: usize = 3;
 
-/// Time for which a loop rests at its last frame, in ms.
+/// Duration of the last frame in a loop, in ms.
 const REST_MS: u16 = 1500;
 
-/// Height of the line of names.
 const HEAD: f64 = 40.0;
 
 const PAGE: Color = Color(255, 255, 255);
@@ -44,7 +43,7 @@ const TISSUE_EVEN: Color = Color(246, 227, 211);
 const TISSUE_ODD: Color = Color(239, 208, 184);
 const TISSUE_LINE: Stroke = Stroke::solid(Color(168, 112, 76), 2.0);
 
-/// The style of a role: the colour of an area and of the line around it, a line, or the size of a text, bold or not, and its colour.
+/// The style of a role: an area's colour and outline, a line, or a text's size, weight (true for bold) and colour.
 enum Style {
     Area(Color),
     Outlined(Color, Stroke),
@@ -76,16 +75,16 @@ fn style(role: Role, scheme: Color) -> Style {
     }
 }
 
-/// Returns the pictures of an animation as an animated PNG that plays in a loop.
+/// Returns an animation as an animated PNG that plays in a loop.
 pub(crate) fn animated_png(animation: &Animation) -> Result<Vec<u8>, DrawError> {
-    // It ends where the metric does: with the return of the needle, the file would be twice as large.
+    // End with the metric; with the return of the needle the file would be twice as large.
     let last = animation.still;
     let frames: Vec<usize> = (0..last).step_by(EVERY).chain([last]).collect();
     let mut bytes = vec![];
     let mut encoder = Encoder::new(&mut bytes, WIDTH, HEIGHT);
     encoder.set_color(ColorType::Rgb);
     encoder.set_compression(Compression::Balanced);
-    // Areas of one colour need no choice of a filter for each row, which would take longer than painting.
+    // With areas of one colour, choosing a filter per row would take longer than painting.
     encoder.set_filter(Filter::Up);
     encoder.set_animated(frames.len() as u32, 0)?;
     encoder.set_blend_op(BlendOp::Source)?;
@@ -97,7 +96,7 @@ pub(crate) fn animated_png(animation: &Animation) -> Result<Vec<u8>, DrawError> 
         let next_s = animation.time_s[(frame + EVERY).min(last)].0;
         let shown_ms = (1e3 * animation.slowness * (next_s - animation.time_s[frame].0)).round() as u16;
         writer.set_frame_delay(if frame == last { REST_MS } else { shown_ms }, 1000)?;
-        // Only the part that changes is stored.
+        // Store only the changed part.
         let (from, to) = before.as_ref().map_or(((0, 0), (WIDTH, HEIGHT)), |before| changed(before, &now));
         writer.reset_frame_position()?;
         writer.set_frame_dimension(to.0 - from.0, to.1 - from.1)?;
@@ -164,7 +163,7 @@ fn draw_shapes<B: DrawingBackend>(area: &DrawingArea<B, Shift>, shapes: &[Shape]
     Ok(())
 }
 
-/// Returns the smallest rectangle with all changes: its first column and row, and those after its last ones.
+/// Returns the smallest rectangle with all changes: its first column and row, and the column and row after its end.
 fn changed(before: &Pixmap, now: &Pixmap) -> ((u32, u32), (u32, u32)) {
     let (mut from, mut to) = ((WIDTH, HEIGHT), (0, 0));
     for (y, (before, now)) in (0..).zip(rows(before).zip(rows(now))) {
@@ -181,14 +180,12 @@ fn changed(before: &Pixmap, now: &Pixmap) -> ((u32, u32), (u32, u32)) {
     if to.0 == 0 { ((0, 0), (1, 1)) } else { (from, to) }
 }
 
-/// The pixels of a rectangle.
 fn part(pixmap: &Pixmap, from: (u32, u32), to: (u32, u32)) -> Vec<u8> {
     let columns = 4 * from.0 as usize..4 * to.0 as usize;
     let within = rows(pixmap).skip(from.1 as usize).take((to.1 - from.1) as usize);
     within.map(|row| &row[columns.clone()]).collect::<Vec<_>>().concat()
 }
 
-/// The rows of a picture, four bytes a pixel.
 fn rows(pixmap: &Pixmap) -> impl Iterator<Item = &[u8]> {
     pixmap.data().chunks_exact(4 * pixmap.width() as usize)
 }
@@ -201,7 +198,7 @@ mod tests {
     use trocar_studies::run::run;
 
     #[test]
-    fn a_pair_is_an_animated_picture_of_every_third_frame() {
+    fn a_pair_of_runs_is_an_animated_picture_of_every_third_frame() {
         let shipped = |name: &str| run(Scenario::load(&Source::parse(name), &[]).expect("a scenario")).expect("a run");
         let runs = ["layers/through-the-skin", "layers/skin-augmented"].map(shipped);
         let animation = animation_with_pictures(&runs.each_ref()).expect("an animation");

@@ -9,12 +9,10 @@ use super::fonts::{Placed, typeface};
 use super::layout::Sheet;
 use super::{DrawError, UNITS};
 
-/// Resolution of the bitmap.
 const DOTS_PER_INCH: f64 = 300.0;
 const POINTS_PER_INCH: f64 = 72.0;
 const METRES_PER_INCH: f64 = 0.0254;
 
-/// Returns the PNG file of a sheet, which states its resolution.
 pub(super) fn png(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
     let scale = DOTS_PER_INCH / POINTS_PER_INCH;
     let pixels = |points: f64| (scale * points).round().clamp(1.0, 30_000.0) as u32;
@@ -24,7 +22,7 @@ pub(super) fn png(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
     encode(&canvas.pixmap)
 }
 
-/// Encodes the opaque image. Compression is fast, because lines on white compress well at any setting.
+/// Encodes the opaque image. Fast compression suffices, because lines on white compress well.
 fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, DrawError> {
     let mut bytes = Vec::with_capacity(1 << 17);
     let mut encoder = png::Encoder::new(&mut bytes, pixmap.width(), pixmap.height());
@@ -39,7 +37,6 @@ fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, DrawError> {
     Ok(bytes)
 }
 
-/// Returns the red, green and blue of opaque pixels of four bytes.
 pub(crate) fn opaque(pixels: &[u8]) -> Vec<u8> {
     let mut bytes = vec![0; pixels.len() / 4 * 3];
     let ((pixels, _), (shown, _)) = (pixels.as_chunks::<4>(), bytes.as_chunks_mut::<3>());
@@ -49,14 +46,13 @@ pub(crate) fn opaque(pixels: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A pixmap, and the pixels of a unit.
 pub(crate) struct Bitmap {
     pub(crate) pixmap: Pixmap,
     scale: Transform,
 }
 
 impl Bitmap {
-    /// Returns white paper of a size in pixels; `None` if it is too large.
+    /// `None` if the size in pixels is too large.
     pub(crate) fn new(width: u32, height: u32, scale: f64) -> Option<Self> {
         let mut pixmap = Pixmap::new(width, height)?;
         pixmap.fill(tiny_skia::Color::WHITE);
@@ -109,7 +105,7 @@ fn trace(points: &[BackendCoord]) -> Option<Path> {
     path.finish()
 }
 
-/// Returns the outlines of the letters of a text, upwards, in units of the face, and the number of units of an em.
+/// Returns the outlines of a text's letters, with upward y, in font units, and the number of units per em.
 fn letters(text: &str, is_bold: bool) -> (Option<Path>, f32) {
     let typeface = typeface(is_bold);
     let em = f32::from(typeface.face.units_per_em());
@@ -122,7 +118,6 @@ fn letters(text: &str, is_bold: bool) -> (Option<Path>, f32) {
     (pen.path.finish(), em)
 }
 
-/// Collects the outlines of glyphs, one after the other.
 struct Outline {
     path: PathBuilder,
     x: f32,

@@ -1,4 +1,4 @@
-//! Backends of plotters that draw smooth shapes: what they have in common.
+//! The common part of plotters backends with smooth shapes.
 
 use std::convert::Infallible;
 
@@ -7,22 +7,19 @@ use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyl
 
 use super::fonts::Placed;
 
-/// Red, green and blue.
 pub(crate) type Rgb = (u8, u8, u8);
 
-/// What a backend draws on. All colours are opaque.
+/// A drawing surface of a backend. All colours are opaque.
 pub(crate) trait Canvas {
-    /// Draws a line with round ends and joins. The ends can be at the same place.
+    /// Draws a line with round ends and joins. Both ends may be at the same point.
     fn stroke(&mut self, line: &[BackendCoord], width: u32, color: Rgb);
 
-    /// Fills an outline. An upright rectangle is not smooth, so that no seams show between neighbours.
+    /// Fills an outline. An upright rectangle is not smoothed, to avoid seams between neighbours.
     fn fill(&mut self, outline: &[BackendCoord], color: Rgb, is_smooth: bool);
 
-    /// Writes a text.
     fn text(&mut self, text: &str, placed: &Placed);
 }
 
-/// A backend of a size in units.
 pub(crate) struct Backend<'a, C> {
     pub(crate) canvas: &'a mut C,
     pub(crate) size: (u32, u32),
@@ -72,7 +69,7 @@ impl<C: Canvas> DrawingBackend for Backend<'_, C> {
         Ok(())
     }
 
-    /// Draws a filled circle: the round ends of a line without a length.
+    /// Draws a filled circle as a line of zero length with round ends.
     fn draw_circle<S: BackendStyle>(&mut self, centre: BackendCoord, radius: u32, style: &S, _: bool) -> Done {
         self.canvas.stroke(&[centre; 2], 2 * radius, style.color().rgb);
         Ok(())

@@ -1,4 +1,4 @@
-//! Every figure with plausible, empty, short and invalid records.
+//! Every figure, with plausible, empty, short and invalid records.
 
 use std::f64::consts::TAU;
 
@@ -128,7 +128,7 @@ impl Record {
         }
     }
 
-    /// Returns a record whose columns all have the same values.
+    /// Returns a record with the same values in all columns.
     fn filled(values: &[f64]) -> Self {
         let column = || values.to_vec();
         Self {
@@ -167,12 +167,12 @@ fn all<'a>(a: &'a Record, b: &'a Record) -> Vec<(&'static str, Result<Figure<'a>
     ]
 }
 
-/// Returns a column over a logarithmic range, and one that falls with it.
+/// Returns a logarithmic range, and a column that decreases over it.
 fn falling() -> (Vec<f64>, Vec<f64>) {
     (0..60).map(|k| 10.0_f64.powf(-2.0 + 0.08 * f64::from(k))).map(|x| (x, 3.0 / (1.0 + x))).unzip()
 }
 
-/// Calls a function with each figure of the analyses and the studies, and its name.
+/// Calls a function with each figure of the analyses and studies, and its name.
 fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
     let (x, y) = falling();
     let both = || x.iter().copied().zip(y.iter().copied());
@@ -253,8 +253,12 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
         y: x[..6].to_vec(),
         means: &means,
     };
-    let bars = vec![("scaling.force", Some(0.8), Some(-0.9)), ("operator.arm_stiffness_n_per_m", Some(0.1), None)];
-    let influence = TornadoView { metric: "rupture 1: depth 2 s later", bars };
+    let bar = |(axis, share, slope)| InfluenceBar {
+        title: format!("rupture 1: depth 2 s later, by {axis} (on average 8.9 mm to 12.4 mm)"),
+        share: Some(share),
+        slope,
+    };
+    let influences = [("scaling.force", 0.8, Some(-0.9)), ("operator.arm_stiffness_n_per_m", 0.1, None)].map(bar);
     let map_axis = |caption| MapAxisView { caption, values: &x, is_logarithmic: true, scenario_value: 1.0 };
     let stable: Vec<bool> = (0..3600).map(|k| k % 60 + k / 60 < 60).collect();
     let grew: Vec<Option<bool>> = stable.iter().enumerate().map(|(k, stable)| Some((k % 50 == 0) == *stable)).collect();
@@ -288,7 +292,7 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
         ("roc", characteristic("in_vivo_like", &curves, 1e-2)),
         ("strategies", strategies("skin-augmented", &tried)),
         ("heat", heat_map(&heat_view)),
-        ("tornado", tornado("scale_factors", &[influence])),
+        ("tornado", tornado("scale_factors", &influences)),
         ("stability", stability_map(&map_view)),
         ("timeline", timeline(&[row("first"), row("second"), row("a third recording")])),
         ("delays", delay_histogram(&[0.002, 0.003, 0.003, 0.008, 0.02])),
@@ -305,7 +309,7 @@ fn width(text: &str) -> FigureWidth {
     text.parse().expect("a width")
 }
 
-/// Returns the texts of a page, and asserts that none is cut, overlaps another or leaves the page.
+/// Returns the texts of a page. Asserts that no text is clipped, overlaps another or leaves the page.
 fn texts(name: &str, figure: &Figure<'_>, size: &str) -> Vec<String> {
     let ((width, height), Texts(all)) = Texts::of(figure, width(size));
     for (index, (text, bounds)) in all.iter().enumerate() {
@@ -323,7 +327,7 @@ fn texts(name: &str, figure: &Figure<'_>, size: &str) -> Vec<String> {
 }
 
 #[test]
-fn texts_are_at_least_7_pt_and_are_neither_clipped_nor_over_each_other() {
+fn texts_are_at_least_7_pt_and_neither_clipped_nor_overlapping() {
     let (classical, augmented) = (insertion(4000, false), insertion(4000, true));
     let check = |name: &str, figure: Figure<'_>| {
         for size in [COLUMN, PAGE, "5in", "254mm"] {
@@ -352,7 +356,7 @@ fn panels_have_letters_and_figures_name_their_runs() {
 }
 
 #[test]
-fn a_png_states_its_resolution_and_has_its_width() {
+fn a_png_contains_its_resolution_and_has_the_requested_width() {
     let record = insertion(400, true);
     let figure = estimation(&record.estimation()).expect("a figure");
     for (size, pixels) in [(COLUMN, 1050), (PAGE, 2148)] {
@@ -381,7 +385,7 @@ fn a_pdf_embeds_its_typefaces_and_maps_them_to_text() {
 }
 
 #[test]
-fn figures_of_an_insertion_are_small_and_the_same_each_time() {
+fn figures_of_an_insertion_are_small_and_reproducible() {
     let (classical, augmented) = (insertion(16_000, false), insertion(16_000, true));
     let (first, second) = (all(&classical, &augmented), all(&classical, &augmented));
     for ((name, figure), (_, again)) in first.into_iter().zip(second) {
@@ -395,7 +399,7 @@ fn figures_of_an_insertion_are_small_and_the_same_each_time() {
     }
 }
 
-/// Asserts that there is a figure and that all of its files can be drawn, at the smallest width too.
+/// Asserts that a figure exists and can be drawn in all formats, also at the smallest width.
 fn drawn(name: &str, figure: Result<Figure<'_>, FigureError>) {
     let figure = figure.unwrap_or_else(|error| panic!("{name}: {error}"));
     for format in FigureFormat::ALL {
@@ -405,7 +409,7 @@ fn drawn(name: &str, figure: Result<Figure<'_>, FigureError>) {
 }
 
 #[test]
-fn invalid_records_give_figures() {
+fn invalid_records_are_drawn() {
     let records: [&[f64]; 9] = [
         &[0.0],
         &[f64::NAN],

@@ -1,18 +1,17 @@
-//! The formats and the width of figures, as the user chooses them.
+//! The user's choice of formats and width of figures.
 
 use std::fmt;
 use std::str::FromStr;
 
 const POINTS_PER_INCH: f64 = 72.0;
 const MM_PER_INCH: f64 = 25.4;
-/// Limits of the width, in inches.
 const MIN_WIDTH_IN: f64 = 2.5;
 const MAX_WIDTH_IN: f64 = 20.0;
 
 /// The format of a figure's file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FigureFormat {
-    /// Scalable Vector Graphics; texts are texts in the typeface of the viewer.
+    /// Scalable Vector Graphics. Texts stay texts, in the viewer's typeface.
     Svg,
     /// Portable Network Graphics, at 300 dots per inch.
     Png,
@@ -26,7 +25,6 @@ impl FigureFormat {
 }
 
 impl fmt::Display for FigureFormat {
-    /// Writes its name, which is also the end of the names of its files.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Svg => "svg",
@@ -43,14 +41,13 @@ pub struct FigureWidth {
 }
 
 impl Default for FigureWidth {
-    /// The width of a page of two columns, 7.16 in.
+    /// The width of a page with two columns, 7.16 in.
     fn default() -> Self {
         Self { inches: 7.16 }
     }
 }
 
 impl FigureWidth {
-    /// Returns the width in points.
     pub(crate) fn points(self) -> f64 {
         POINTS_PER_INCH * self.inches
     }
@@ -75,17 +72,17 @@ impl FromStr for FigureWidth {
     }
 }
 
-/// How the figures of a folder are drawn.
+/// The style of the figures in a folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FigureStyle {
-    /// Their width.
+    /// The width.
     pub width: FigureWidth,
-    /// A file for each of these.
+    /// The formats; each figure has a file in each.
     pub formats: Vec<FigureFormat>,
 }
 
 impl Default for FigureStyle {
-    /// SVG and PNG of the width of a page.
+    /// SVG and PNG with the width of a page.
     fn default() -> Self {
         Self { width: FigureWidth::default(), formats: vec![FigureFormat::Svg, FigureFormat::Png] }
     }

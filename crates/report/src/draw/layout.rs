@@ -11,15 +11,15 @@ use trocar_document::figure::{Entry, Figure, Panel, Point, Row, Sample};
 
 const MARGIN: f64 = 3.0;
 const COLUMN_GAP: f64 = 8.0;
-/// Minimum width of a column. Where there is less, panels are below each other.
+/// Minimum width of a column. In narrower figures the panels are placed below each other.
 const MIN_COLUMN: f64 = 170.0;
 /// Gap between a legend and the axes below it, and above a row.
 const GAP: f64 = 4.0;
 const LETTER: f64 = 16.0;
-/// Height that stays the same at any width.
+/// Row height that does not shrink with the width.
 const FIXED_HEIGHT: f64 = 40.0;
 
-/// A figure at its size, in points.
+/// A figure laid out on a sheet, in points.
 pub(super) struct Sheet<'a> {
     pub(super) width: f64,
     pub(super) height: f64,
@@ -29,7 +29,6 @@ pub(super) struct Sheet<'a> {
 }
 
 impl<'a> Sheet<'a> {
-    /// Lays a figure out at a width.
     pub(super) fn of(figure: &'a Figure<'a>, width: f64) -> Self {
         let full = FigureWidth::default().points();
         let column_width = |count: usize| (width - 2.0 * MARGIN - COLUMN_GAP * (count as f64 - 1.0)) / count as f64;
@@ -38,7 +37,7 @@ impl<'a> Sheet<'a> {
         // A narrow figure is also lower.
         let shrink = 0.5 + 0.5 * (width / full).min(2.0);
         let rows: Vec<Shelf<'_>> = figure.rows.iter().flat_map(|row| Shelf::of(row, most, shrink)).collect();
-        // The axes below each other are aligned.
+        // Axes below each other are aligned.
         let labels = |row: &Shelf<'_>, c: usize| {
             let alike = rows.iter().filter(|other| other.panels.len() == row.panels.len());
             alike.filter_map(|row| Some(label_width(row.panels.get(c)?, row.height))).fold(0.0, f64::max)
@@ -61,7 +60,7 @@ impl<'a> Sheet<'a> {
             }
             let column = column_width(row.panels.len());
             let labels: Vec<f64> = (0..row.panels.len()).map(|c| labels(row, c)).collect();
-            // Space for the letter, where labels are narrow.
+            // Leave space for the letter if the labels are narrow.
             let indent = |c: usize| if is_lettered { labels[c].max(LETTER) } else { labels[c] };
             let legend = |(c, panel): (usize, &&Panel<'_>)| flow(&panel.legend, column - indent(c));
             let of_panels: Vec<Flow> = row.panels.iter().enumerate().map(legend).collect();
@@ -89,7 +88,7 @@ impl<'a> Sheet<'a> {
         Self { width, height: y + MARGIN, panels, letters, legends }
     }
 
-    /// Draws the sheet. Legends show lines as they were drawn, hence after them.
+    /// Draws the sheet. Legends come last, because they show lines as drawn.
     pub(super) fn draw<B: DrawingBackend>(&self, pen: &Pen<'_, B>) -> Drawn<B> {
         self.letters.iter().try_for_each(|letter| pen.text(letter))?;
         self.panels.iter().try_for_each(|(panel, place)| Axes::new(pen, panel, place).draw())?;
@@ -97,7 +96,6 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// A row on its sheet: the panels that are side by side.
 struct Shelf<'a> {
     title: Option<&'a str>,
     height: f64,
@@ -117,7 +115,6 @@ impl<'a> Shelf<'a> {
     }
 }
 
-/// Returns true if a row has labels on its horizontal axis: the last of those with the same axis.
 fn is_x_labelled(rows: &[Shelf<'_>], index: usize) -> bool {
     let axis = |index: usize| rows.get(index)?.panels.first().map(|panel| (&panel.x, &panel.x_caption));
     axis(index + 1).is_none() || axis(index + 1) != axis(index)

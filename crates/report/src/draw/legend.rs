@@ -1,4 +1,4 @@
-//! Legends: entries in lines, above the panels.
+//! Legends above the panels, with entries in lines.
 
 use plotters::prelude::DrawingBackend;
 
@@ -12,13 +12,12 @@ const SAMPLE: f64 = 18.0;
 const SAMPLE_GAP: f64 = 4.0;
 const ENTRY_GAP: f64 = 12.0;
 
-/// A legend's entries with their places, and its height.
 pub(super) struct Flow {
     entries: Vec<(Point, Sample, Vec<String>)>,
     pub(super) height: f64,
 }
 
-/// Lays out entries in lines of at most `max_width`. An entry that is longer has lines of its own.
+/// Lays out entries in lines of at most `max_width`. A longer entry has separate lines.
 pub(super) fn flow(entries: &[Entry], max_width: f64) -> Flow {
     let (mut x, mut y) = (0.0, 0.0);
     let mut placed = Vec::new();
@@ -48,7 +47,7 @@ fn sample_width(sample: &Sample) -> f64 {
 }
 
 impl Flow {
-    /// Draws the legend from a place on, after the lines that it names.
+    /// Draws the legend at a point. The lines must be drawn first.
     pub(super) fn draw<B: DrawingBackend>(&self, pen: &Pen<'_, B>, origin: Point) -> Drawn<B> {
         for ((x, y), sample, lines) in &self.entries {
             let (left, middle) = (origin.0 + x, origin.1 + y + 0.5 * LINE);

@@ -1,8 +1,8 @@
 //! Figures on paper, as SVG, PNG and PDF.
 //!
-//! A figure is laid out on a sheet and drawn with plotters, on one backend for each format: that of plotters for SVG, ours for PNG and
-//! PDF. Coordinates are integers, [`UNITS`] per point. The same figure gives the same bytes on every machine, because the typeface is
-//! bundled and no system font is read.
+//! A figure is laid out on a sheet and drawn with plotters, with one backend per format: plotters' backend for SVG, and
+//! ours for PNG and PDF. Coordinates are integers, [`UNITS`] per point. A figure has the same bytes on every computer,
+//! because the typeface is bundled and no system font is read.
 
 mod animation;
 mod bitmap;
@@ -29,10 +29,10 @@ use plotters::prelude::DrawingBackend;
 use layout::Sheet;
 use trocar_document::Figure;
 
-/// Units of a drawing per point. Hundredths of a point are finer than any printer, and keep files small.
+/// Units of a drawing per point. Hundredths of a point exceed the resolution of printers and keep files small.
 const UNITS: f64 = 100.0;
 
-/// The error of a figure that cannot be written in a format.
+/// An error of writing a figure in a format.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DrawError {
@@ -66,13 +66,12 @@ pub fn file(figure: &Figure<'_>, format: FigureFormat, width: FigureWidth) -> Re
     }
 }
 
-/// Returns a length in units.
 fn units(points: f64) -> i32 {
     (UNITS * points).round() as i32
 }
 
 impl Sheet<'_> {
-    /// Returns the width and the height in units.
+    /// Returns width and height in units.
     fn size(&self) -> (u32, u32) {
         (units(self.width).unsigned_abs(), units(self.height).unsigned_abs())
     }
@@ -99,7 +98,7 @@ pub(super) mod tests {
         svg::document(&Sheet::of(figure, width)).expect("a document")
     }
 
-    /// Keeps the texts of a drawing with their left, top, right and bottom in points.
+    /// Collects the texts of a drawing with their left, top, right and bottom in points.
     #[derive(Default)]
     pub(crate) struct Texts(pub(crate) Vec<(String, [f64; 4])>);
 

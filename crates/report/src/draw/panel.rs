@@ -1,4 +1,4 @@
-//! One pair of axes and its content, in the coordinates that plotters translates.
+//! One pair of axes and its content, in the coordinates of plotters.
 
 use std::ops::Range;
 
@@ -15,36 +15,32 @@ use super::pen::{Drawn, LINE, Pen, TEXT, Text, fill, shape};
 use trocar_document::animation::Anchor;
 use trocar_document::figure::{Axis, FRAME, MESH, Panel, Point, RUPTURE, Ticks};
 
-/// Height of the tick labels below an axis.
 const TICK_LABELS: f64 = 8.0;
 const TICK: f64 = 2.5;
 /// Gap between a tick and its label, and between labels and captions.
 const GAP: f64 = 2.0;
-/// Free width right of an axis, for the half of the last label.
+/// Free width right of an axis, for half of the last label.
 pub(super) const RIGHT: f64 = 10.0;
-/// Minimum width left of an axis, for the half of the first label.
+/// Minimum width left of an axis, for half of the first label.
 const MIN_LEFT: f64 = 10.0;
-/// Minimum distance of the centres of labels along a vertical axis, and of the edges of labels along a horizontal one.
+/// Minimum distance between the centres of labels along a vertical axis, and between the edges of labels along a
+/// horizontal axis.
 const MIN_RISE: f64 = 11.0;
 const MIN_GAP: f64 = 5.0;
-/// Minimum height of axes with a caption.
 const MIN_CAPTIONED: f64 = 24.0;
-/// Width of an interval of which a line keeps the minimum and the maximum.
+/// Width of an interval. A line keeps its minimum and maximum in each interval.
 const INTERVAL: f64 = 0.4;
 
-/// The place of a panel's axes on the sheet, in points.
+/// The position of a panel's axes on the sheet, in points.
 pub(super) struct Place {
     pub(super) left: f64,
     pub(super) top: f64,
     pub(super) width: f64,
     pub(super) height: f64,
-    /// Left edge of the caption.
     pub(super) edge: f64,
-    /// True if the horizontal axis has labels.
     pub(super) x_labelled: bool,
 }
 
-/// An axis with the ticks that have room, as plotters knows it.
 struct Scale {
     range: RangedCoordf64,
     ticks: Ticks,
@@ -73,7 +69,6 @@ impl Ranged for Scale {
     }
 }
 
-/// Returns the width of the labels and the caption left of axes of a height.
 pub(super) fn label_width(panel: &Panel<'_>, height: f64) -> f64 {
     let ticks = y_ticks(&panel.y, height);
     let widest = ticks.iter().map(|(_, label)| fonts::width(label, TEXT, false)).fold(0.0, f64::max);
@@ -82,17 +77,16 @@ pub(super) fn label_width(panel: &Panel<'_>, height: f64) -> f64 {
     (labels + caption + if caption > 0.0 { GAP } else { 0.0 }).max(MIN_LEFT)
 }
 
-/// Returns the lines of the caption left of axes of a height; none where a word has no room.
+/// Returns the lines of the caption left of axes with a height; empty if the axes are too low for a word.
 fn caption(panel: &Panel<'_>, height: f64) -> Vec<String> {
     if height < MIN_CAPTIONED { vec![] } else { fonts::lines(&panel.y_caption, TEXT, false, height) }
 }
 
-/// Returns the height of the labels and the caption below axes of a width.
 pub(super) fn label_height(panel: &Panel<'_>, width: f64) -> f64 {
     TICK + GAP + TICK_LABELS + LINE * fonts::lines(&panel.x_caption, TEXT, false, width).len() as f64
 }
 
-/// Returns the share of an axis' length below a place.
+/// Returns a position relative to the axis, from 0 to 1.
 fn share(axis: &Axis, place: f64) -> f64 {
     (place - axis.low) / (axis.high - axis.low)
 }
@@ -113,7 +107,6 @@ fn x_ticks(axis: &Axis, width: f64) -> Ticks {
     })
 }
 
-/// A panel while it is drawn.
 pub(super) struct Axes<'a, B: DrawingBackend> {
     pen: &'a Pen<'a, B>,
     panel: &'a Panel<'a>,
@@ -132,7 +125,6 @@ impl<'a, B: DrawingBackend> Axes<'a, B> {
         Self { pen, panel, at, area }
     }
 
-    /// Draws the panel.
     pub(super) fn draw(&self) -> Drawn<B> {
         let Panel { x, y, .. } = self.panel;
         self.shades()?;
@@ -173,13 +165,12 @@ impl<'a, B: DrawingBackend> Axes<'a, B> {
         self.area.get_y_axis_pixel_range().end
     }
 
-    /// Returns the visible parts of a line, in units.
     fn lines(&self, samples: impl IntoIterator<Item = Point>) -> Vec<Vec<BackendCoord>> {
         let lines = visible(samples, &self.panel.x, &self.panel.y).into_iter();
         lines.map(|line| line.iter().map(|at| self.area.map_coordinate(at)).collect()).collect()
     }
 
-    /// Returns the places of the events inside the axes, in quarters of a point and each once.
+    /// Returns the unique positions of the events within the axes, in steps of a quarter point.
     fn times(&self, times: &[f64]) -> Vec<i32> {
         let Panel { x, y, .. } = self.panel;
         let quarter = self.pen.units(0.25);
@@ -203,7 +194,6 @@ impl<'a, B: DrawingBackend> Axes<'a, B> {
         Ok(())
     }
 
-    /// Draws the lines of the axes, their ticks, labels and captions.
     fn labels(&self) -> Drawn<B> {
         let Place { left, top, width, height, edge, x_labelled } = *self.at;
         let (pen, panel) = (self.pen, self.panel);

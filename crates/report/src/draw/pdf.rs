@@ -17,7 +17,7 @@ use super::{DrawError, UNITS};
 
 const IDENTITY: SystemInfo<'_> = SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
 
-/// The objects of the document; those of a font follow from [`FIRST_FONT`] on, five for each.
+/// The objects of the document. From [`FIRST_FONT`] on, each font has five objects.
 const CATALOG: Ref = Ref::new(1);
 const PAGES: Ref = Ref::new(2);
 const PAGE: Ref = Ref::new(3);
@@ -25,7 +25,6 @@ const CONTENT: Ref = Ref::new(4);
 const FIRST_FONT: i32 = 5;
 const REFS_PER_FONT: i32 = 5;
 
-/// Returns the PDF file of a sheet: one page of its size.
 pub(super) fn document(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
     let mut page = PdfPage::new(sheet.size());
     sheet.draw_on(Backend { canvas: &mut page, size: sheet.size() })?;
@@ -55,7 +54,6 @@ pub(super) fn document(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
     Ok(pdf.finish())
 }
 
-/// The content of the page.
 struct PdfPage {
     content: Content,
     fonts: [Embedded; 2],
@@ -75,7 +73,7 @@ impl PdfPage {
         Self { content, fonts, height: height as f32 }
     }
 
-    /// Returns a place on the page, which is upwards from its lower left corner, in points.
+    /// Returns a position on the page in points, upwards from its lower left corner.
     fn place(&self, (x, y): (f32, f32)) -> (f32, f32) {
         (x / UNITS as f32, (self.height - y) / UNITS as f32)
     }
@@ -119,12 +117,11 @@ impl Canvas for PdfPage {
     }
 }
 
-/// A face with the letters that are used.
 struct Embedded {
     typeface: &'static Typeface,
     resource: Name<'static>,
     glyphs: GlyphRemapper,
-    /// The letter of each glyph of the subset, and its advance relative to the em.
+    /// The letter of each glyph in the subset, and its advance relative to the em.
     letters: BTreeMap<u16, (char, f64)>,
 }
 

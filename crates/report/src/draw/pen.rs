@@ -1,4 +1,4 @@
-//! Draws lines, areas and texts of our styles on a drawing area of plotters, which knows neither dashes nor our typeface.
+//! Draws styled lines, areas and texts with plotters, which supports neither dashes nor our typeface.
 
 use std::cell::RefCell;
 
@@ -16,22 +16,21 @@ use trocar_document::figure::{BLACK, Color, Point, Stroke};
 
 /// Size of all text in figures, in points.
 pub(super) const TEXT: f64 = 8.0;
-/// Height of a line of text.
+/// Height of a line of text in points.
 pub(super) const LINE: f64 = 10.0;
 
-/// Points closer than this to a straight line are merged into it, in points.
+/// Distance in points within which points are merged into a straight line.
 const TOLERANCE: f64 = 0.03;
-/// Maximum number of points that are merged into a straight line. It bounds the work.
+/// Maximum number of points to merge into a straight line, which bounds the work.
 const MAX_MERGED: usize = 48;
 
-/// Maximum number of dashes of a line. A noisy or swinging line is much longer than its axes are wide. It is solid: gaps would hide
-/// some swings and not others, so that a steady swing would appear to beat.
+/// Maximum number of dashes of a line. A noisy or oscillating line is much longer than its axes are wide, and is drawn
+/// solid: gaps would hide some oscillations, so that a steady oscillation would appear to beat.
 const MAX_DASHES: f64 = 256.0;
 
-/// The result of drawing on a backend.
 pub(crate) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
-/// A line of text. Its place is the middle of its height; for an upright text, the middle of its width.
+/// A line of text. Its point is at the middle of its height; for an upright text, at the middle of its width.
 #[derive(Clone, Debug)]
 pub(crate) struct Text {
     pub(crate) text: String,
@@ -40,7 +39,7 @@ pub(crate) struct Text {
     pub(crate) size: f64,
     pub(crate) color: Color,
     pub(crate) is_bold: bool,
-    /// True if it reads upwards.
+    /// True if the text reads upwards.
     pub(crate) is_upright: bool,
 }
 
@@ -50,11 +49,11 @@ impl Text {
     }
 }
 
-/// Draws on an area whose coordinates are a number of units per point.
+/// Draws on an area with a number of units per point.
 pub(crate) struct Pen<'a, B: DrawingBackend> {
     pub(super) area: &'a DrawingArea<B, Shift>,
     units: f64,
-    /// The dashed strokes of the lines so far, and whether the line was too long for dashes.
+    /// The dashed strokes of the drawn lines; true if a line was too long for dashes and therefore solid.
     dashed: RefCell<Vec<(Stroke, bool)>>,
 }
 
@@ -63,7 +62,7 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         Self { area, units, dashed: RefCell::default() }
     }
 
-    /// Returns a length in units. The limits leave room for sums.
+    /// Converts a length to units. The limits avoid overflow of sums.
     pub(crate) fn units(&self, points: f64) -> i32 {
         (self.units * points).round().clamp(-1e8, 1e8) as i32
     }
@@ -77,7 +76,7 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         self.area.draw(&PathElement::new(line, shape(stroke.color).stroke_width(width)))
     }
 
-    /// Draws lines in units; a line of one point is a dot.
+    /// Draws lines in units; a line with one point is a dot.
     pub(super) fn strokes(&self, lines: Vec<Vec<BackendCoord>>, stroke: &Stroke) -> Drawn<B> {
         let (dots, lines): (Vec<_>, Vec<_>) =
             lines.into_iter().filter(|line| !line.is_empty()).partition(|line| line.len() == 1);
@@ -101,7 +100,7 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         dots.iter().try_for_each(|dot| self.area.draw(&Circle::new(dot[0], radius, shape(stroke.color).filled())))
     }
 
-    /// Returns a stroke as its lines were drawn: solid if all of them were too long for dashes.
+    /// Returns a stroke as drawn: solid if all its lines were too long for dashes.
     pub(super) fn as_drawn(&self, stroke: &Stroke) -> Stroke {
         let dashed = self.dashed.borrow();
         let mut drawn = dashed.iter().filter(|(dashed, _)| dashed == stroke).peekable();
@@ -109,18 +108,15 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         Stroke { dashes: if is_solid { &[] } else { stroke.dashes }, ..*stroke }
     }
 
-    /// Draws a line through places in points.
     pub(crate) fn line(&self, line: &[Point], stroke: &Stroke) -> Drawn<B> {
         self.strokes(vec![line.iter().map(|at| self.at(*at)).collect()], stroke)
     }
 
-    /// Fills an outline in points.
     pub(crate) fn fill(&self, outline: &[Point], color: Color) -> Drawn<B> {
         let outline: Vec<BackendCoord> = outline.iter().map(|at| self.at(*at)).collect();
         fill(self.area, &outline, color)
     }
 
-    /// Draws the mark of an alarm: a triangle below a place in units.
     pub(super) fn alarm(&self, (x, y): BackendCoord) -> Drawn<B> {
         let (half, height) = (self.units(3.0), self.units(6.0));
         fill(self.area, &[(x - half, y), (x + half, y), (x, y + height)], BLACK)
@@ -130,7 +126,6 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         self.text_at(text, self.at(text.at))
     }
 
-    /// Writes a text at a place in units.
     pub(super) fn text_at(&self, text: &Text, (x, y): BackendCoord) -> Drawn<B> {
         let style = if text.is_bold { FontStyle::Bold } else { FontStyle::Normal };
         let font = FontDesc::new(FontFamily::Name(fonts::FAMILY), self.units * text.size * fonts::PER_SIZE, style);
@@ -154,13 +149,12 @@ fn rgb(color: Color) -> RGBColor {
     RGBColor(color.0, color.1, color.2)
 }
 
-/// Returns the style of a shape of a colour.
 pub(super) fn shape(color: Color) -> ShapeStyle {
     ShapeStyle::from(rgb(color).to_rgba())
 }
 
-/// Fills an outline in the coordinates of an area. An upright rectangle is drawn as a rectangle, without smooth edges: neighbours would
-/// show a seam.
+/// Fills an outline in the coordinates of an area. An upright rectangle is drawn without smooth edges, to avoid seams
+/// between neighbours.
 pub(super) fn fill<B: DrawingBackend, C: CoordTranslate<From = (T, T)>, T: Copy + PartialEq + 'static>(
     area: &DrawingArea<B, C>,
     outline: &[(T, T)],
@@ -179,7 +173,7 @@ fn distance(a: BackendCoord, b: BackendCoord) -> f64 {
     f64::from(b.0 - a.0).hypot(f64::from(b.1 - a.1))
 }
 
-/// Returns a line without the points that lie on straight parts of it.
+/// Returns a line without the points on its straight parts.
 fn straightened(line: &[BackendCoord], tolerance: f64) -> Vec<BackendCoord> {
     let mut kept = vec![line[0]];
     let mut anchor = 0;
@@ -194,7 +188,6 @@ fn straightened(line: &[BackendCoord], tolerance: f64) -> Vec<BackendCoord> {
     kept
 }
 
-/// Returns the distance of a point from a segment.
 fn beside(p: BackendCoord, a: BackendCoord, b: BackendCoord) -> f64 {
     let to = |q: BackendCoord| (f64::from(q.0 - a.0), f64::from(q.1 - a.1));
     let ((dx, dy), (ox, oy)) = (to(b), to(p));
@@ -203,7 +196,7 @@ fn beside(p: BackendCoord, a: BackendCoord, b: BackendCoord) -> f64 {
     (ox - t * dx).hypot(oy - t * dy)
 }
 
-/// Returns the dashes of a line. The ends of a line are round, so each dash is shorter by the width of the line.
+/// Returns the dashes of a line. Each dash is shortened by the line's width, because its ends are round.
 fn cut(line: &[BackendCoord], dashes: &[f64], width: f64) -> Vec<Vec<BackendCoord>> {
     let mut lengths = dashes.iter().enumerate().cycle().map(|(index, length)| {
         let change = if index % 2 == 0 { -width.min(length - 1.0) } else { width.min(dashes[index - 1] - 1.0) };
@@ -244,7 +237,7 @@ mod tests {
     use trocar_document::figure::{AUGMENTED, CLASSICAL};
 
     #[test]
-    fn a_line_is_dashed_unless_it_swings_too_often() {
+    fn a_line_is_dashed_unless_it_oscillates_too_often() {
         let paths = |swings: f64| {
             let line: Vec<Point> =
                 (0..8000).map(|k| 0.03 * f64::from(k)).map(|x| (x, 60.0 + 50.0 * (x * swings).sin())).collect();

@@ -1,4 +1,4 @@
-//! Figures as SVG, by the backend of plotters. Texts stay texts, so that they can be searched and edited.
+//! Figures as SVG, by the backend of plotters. Texts stay texts for search and editing.
 
 use std::fmt::Write as _;
 
@@ -7,12 +7,11 @@ use plotters::prelude::SVGBackend;
 use super::layout::Sheet;
 use super::{DrawError, UNITS};
 
-/// Returns the SVG document of a sheet. Its size is in points.
 pub(super) fn document(sheet: &Sheet<'_>) -> Result<String, DrawError> {
     let mut drawn = String::new();
     let (width, height) = sheet.size();
     sheet.draw_on(SVGBackend::with_string(&mut drawn, (width, height)))?;
-    // The backend knows neither points, nor the ends of lines, nor edges that let no seam show between neighbours.
+    // The backend does not support points as units, line ends, or crisp edges that avoid seams between neighbours.
     let (_, body) = drawn.split_once('\n').unwrap_or_default();
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}pt\" height=\"{}pt\" viewBox=\"0 0 {width} {height}\" \
@@ -26,7 +25,7 @@ pub(super) fn document(sheet: &Sheet<'_>) -> Result<String, DrawError> {
     Ok(svg)
 }
 
-/// Writes elements, with the lines of one style that follow each other, such as dashes, as one path.
+/// Writes elements. Consecutive lines of one style, for example dashes, become one path.
 fn join(body: &str, svg: &mut String) {
     let mut style = "";
     for line in body.lines() {

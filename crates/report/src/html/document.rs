@@ -4,28 +4,27 @@ use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
 use serde_json::Value as Json;
 use trocar_document::{Block as Part, Document, Shown, Table};
 
-/// Number of intervals of a line.
 const INTERVALS: usize = 1000;
 
-/// How the work of a page is done again.
+/// Instructions for reproducing a page.
 pub struct Again {
-    /// The command that was given, without its flags.
+    /// The original command without its flags.
     pub command: &'static str,
-    /// The names and contents of the files that it needs.
+    /// The names and contents of the required files.
     pub files: Vec<(String, String)>,
-    /// What is done before the command.
+    /// The steps before the command.
     pub note: &'static str,
     /// The command that reproduces the page.
     pub line: String,
 }
 
 impl Again {
-    /// What is done before a command that reads the files of the page.
+    /// The step before a command that reads the files of the page.
     pub const SAVE: &'static str =
         "Save the files above under their names, with their recordings, then run this command in the same folder.";
 }
 
-/// Returns the page of a document.
+/// Renders the page of a document.
 ///
 /// # Errors
 /// [`HtmlError`].
@@ -55,7 +54,6 @@ pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, H
     .render()
 }
 
-/// Returns a part as a block, and keeps its figures.
 fn block(part: &Part, document: &Document<'_>, drawn: &mut Drawn) -> Option<Block> {
     match part {
         Part::Text(line) => Some(Block::text(sentence(line))),
@@ -90,7 +88,7 @@ fn table_block(table: &Table) -> Block {
     }
 }
 
-/// Returns a line as a sentence.
+/// Capitalises a line and ends it with a full stop.
 fn sentence(line: &str) -> String {
     let line = line.trim();
     let mut letters = line.chars();
@@ -98,7 +96,7 @@ fn sentence(line: &str) -> String {
     format!("{first}{}{}", letters.as_str(), if line.ends_with('.') { "" } else { "." })
 }
 
-/// Returns a resolved scenario without the folders of its files, so that no path of this machine is in it.
+/// Returns a resolved scenario without the folders of its files, so that it contains no local path.
 pub(super) fn without_paths(toml: &str) -> String {
     let line = |line: &str| {
         let file = ["file", "delays_file"].into_iter().find_map(|key| {

@@ -18,34 +18,28 @@ use trocar_document::Animation;
 const STYLE: [&str; 2] = [assets::THEME_CSS, assets::REPORT_CSS];
 const SCRIPT: [&str; 3] = [assets::CHARTS_JS, assets::ANIMATION_JS, assets::REPORT_JS];
 
-/// The error of a page that cannot be rendered.
+/// An error of rendering a page.
 #[derive(Debug, Error)]
 #[error("cannot render the report: {0}")]
 pub struct HtmlError(String);
 
-/// A page.
 #[derive(Clone, Debug)]
 pub(super) struct Page {
-    /// Name of the run.
     pub(super) heading: String,
-    /// The command that writes the page.
     pub(super) command: &'static str,
-    /// Introduction, one paragraph per text.
+    /// The introduction, one text per paragraph.
     pub(super) lead: Vec<String>,
     pub(super) sections: Vec<Section>,
     pub(super) drawn: Drawn,
 }
 
-/// What the script of a page draws.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Drawn {
-    /// Descriptions of figures, by the name of their block.
+    /// Descriptions of figures by the name of their block.
     pub(super) figures: BTreeMap<Cow<'static, str>, Vec<Json>>,
-    /// The animation below the introduction.
     pub(super) animation: Option<Animation>,
 }
 
-/// A section of a page.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Section {
     pub(super) id: Cow<'static, str>,
@@ -53,14 +47,13 @@ pub(super) struct Section {
     pub(super) blocks: Vec<Block>,
 }
 
-/// A row of a table, with its meaning or an empty text.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Row {
     pub(super) cells: Vec<String>,
     pub(super) meaning: &'static str,
 }
 
-/// A time interval that a button shows in all charts of a group.
+/// A time interval that a button displays.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Window {
     pub(super) label: String,
@@ -68,7 +61,6 @@ pub(super) struct Window {
     pub(super) to: f64,
 }
 
-/// A part of a section.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub(super) enum Block {
@@ -94,7 +86,6 @@ impl Block {
     }
 }
 
-/// The variables of the template.
 #[derive(Serialize)]
 struct Context<'a> {
     title: String,
@@ -111,7 +102,7 @@ struct Context<'a> {
 }
 
 impl Page {
-    /// Returns the page as HTML. The same page gives the same bytes.
+    /// Renders the page as HTML. Equal pages give equal bytes.
     ///
     /// # Errors
     /// [`HtmlError`] if the template cannot be rendered.
@@ -140,13 +131,13 @@ impl Page {
     }
 }
 
-/// Returns JSON that is safe inside a `script` element: it contains no tag and no comment.
+/// Returns JSON that is safe inside a `script` element.
 fn escaped_json(json: &str) -> String {
     // In JSON these characters occur only inside strings, where this escape is valid.
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
 }
 
-/// Returns the content security policy: only the embedded script, by its hash, and inline styles.
+/// Returns the content security policy: it allows only the embedded script, by its hash, and inline styles.
 fn policy(script: &str) -> String {
     let hash = base64(&Sha256::digest(script.as_bytes()));
     format!(
@@ -206,14 +197,14 @@ mod tests {
         let html = page.render().expect("rendered");
         assert_eq!(html.matches("alert(1)").count(), 17, "no text is missing");
         assert!(!html.contains("<script>alert") && !html.contains("<!-- &"));
-        // Only the data and the script are script elements.
+        // The only script elements are the data and the script.
         assert_eq!(html.matches("<script").count(), 2);
         assert_eq!(html.matches("</script>").count(), 2);
         assert!(html.contains("{{ heading }}"), "texts are not templates");
     }
 
     #[test]
-    fn scripts_and_styles_do_not_end_their_element() {
+    fn scripts_and_styles_do_not_close_their_element() {
         for part in SCRIPT.iter().chain(&STYLE) {
             assert!(!part.contains("</script") && !part.contains("</style") && !part.contains("<!--"));
         }

@@ -6,14 +6,14 @@ use rand_chacha::ChaCha8Rng;
 use super::settings::{Arms, Delays, PopulationSettings, Tissues};
 use trocar_base::quantiles::{normal_quantile, normal_share};
 
-/// Number of independent quantities: the grip, the five parameters of the arm, stiffness and damping of the tissue, and
+/// Number of independent dimensions: the grip, the five parameters of the arm, stiffness and damping of the tissue, and
 /// the delay.
 pub const DIMENSIONS: usize = 9;
 
-/// Standard deviations at which a log-normal distribution is cut off.
+/// Standard deviations at which the log-normal distribution is truncated.
 const MAX_DEVIATIONS: f64 = 3.0;
 
-/// One arm, tissue and link, relative to those of the scenario.
+/// One arm, tissue and link, relative to the scenario's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Draw {
     /// Factors of `k_a`, `b_a`, `k_h`, `b_h` and `m_h`.
@@ -22,17 +22,16 @@ pub struct Draw {
     pub stiffness: f64,
     /// Factor of the tissue damping.
     pub damping: f64,
-    /// The delay of each way in s; `None` for the scenario's.
+    /// The delay of each direction in s; `None` for the scenario's.
     pub delay_s: Option<f64>,
 }
 
-/// The point of a range that is uniform in the logarithm.
 fn between((low, high): (f64, f64), coordinate: f64) -> f64 {
     (low * libm::pow(high / low, coordinate)).clamp(low, high)
 }
 
-/// The point of a log-normal distribution with median 1, cut off at three standard deviations: 68 % lie within the factor
-/// `spread`, up or down. `coordinate` is uniform from 0 to 1.
+/// Returns a quantile of a log-normal distribution with median 1, truncated at three standard deviations. 68 % lie
+/// within the factor `spread` up or down. `coordinate` is from 0 to 1.
 pub fn log_normal(spread: f64, coordinate: f64) -> f64 {
     let (low, high) = (normal_share(-MAX_DEVIATIONS), normal_share(MAX_DEVIATIONS));
     let deviations = normal_quantile(low + coordinate * (high - low)).clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS);
@@ -40,8 +39,8 @@ pub fn log_normal(spread: f64, coordinate: f64) -> f64 {
 }
 
 impl PopulationSettings {
-    /// The member at a point of the unit cube, on which members are uniform. The coordinates, from 0 to 1, are those of
-    /// [`DIMENSIONS`]; what is not drawn ignores its own.
+    /// Returns the member at a point of the unit cube, on which members are uniformly distributed. The coordinates,
+    /// from 0 to 1, have the order of [`DIMENSIONS`]; dimensions that are not drawn are ignored.
     #[must_use]
     pub fn at(&self, point: &[f64; DIMENSIONS]) -> Draw {
         let arm = match self.arms {
@@ -66,14 +65,15 @@ impl PopulationSettings {
         Draw { arm, stiffness, damping, delay_s }
     }
 
-    /// Which coordinates of [`PopulationSettings::at`] matter.
+    /// Returns true for each coordinate of [`PopulationSettings::at`] that has an effect.
     #[must_use]
     pub fn is_drawn(&self) -> [bool; DIMENSIONS] {
         let (arm, tissue) = (self.arms != Arms::None, self.tissues != Tissues::None);
         [arm, arm, arm, arm, arm, arm, tissue, tissue, self.delays != Delays::None]
     }
 
-    /// A member drawn at random. It depends on the seed and its index alone, and its arm not on what else is drawn.
+    /// Draws a member at random. It depends only on the seed and its index. Its arm does not depend on the other drawn
+    /// quantities.
     #[must_use]
     pub fn drawn(&self, seed: u64, index: u64) -> Draw {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn oracle_moments_of_the_draws_are_those_of_their_distributions() {
+    fn oracle_the_draws_have_the_moments_of_their_distributions() {
         let population = everything();
         let draws: Vec<Draw> = (0..4000).map(|index| population.drawn(7, index)).collect();
         let moments = |of: &dyn Fn(&Draw) -> f64| {
@@ -124,13 +124,15 @@ mod tests {
             let mean = draws.iter().map(of).sum::<f64>() / n;
             (mean, (draws.iter().map(|draw| (of(draw) - mean).powi(2)).sum::<f64>() / n).sqrt())
         };
-        // Uniform: the width by the root of 12. The logarithm of k_a is the sum of two uniform numbers.
+        // The standard deviation of a uniform distribution is its width divided by √12. The logarithm of k_a is the sum
+        // of two uniform numbers.
         let uniform = |width: f64| width / 12.0_f64.sqrt();
         let expected = [
             (moments(&|draw| draw.delay_s.expect("drawn")), 0.02, uniform(0.04)),
             (moments(&|draw| draw.arm[4].ln()), 0.0, uniform(2.0 * 1.3_f64.ln())),
             (moments(&|draw| draw.arm[0].ln()), 0.0, uniform(4.0_f64.ln()).hypot(uniform(2.0 * 1.3_f64.ln()))),
-            // A normal distribution cut off at three standard deviations has 0.9866 of its standard deviation.
+            // Truncation at three standard deviations reduces a normal distribution's standard deviation to 0.9866 of
+            // it.
             (moments(&|draw| draw.stiffness.ln()), 0.0, 0.98658 * 1.25_f64.ln()),
         ];
         for ((mean, deviation), of_mean, of_deviation) in expected {
@@ -140,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn an_arm_does_not_depend_on_what_else_is_drawn() {
+    fn an_arm_does_not_depend_on_the_other_draws() {
         let people = PopulationSettings { tissues: Tissues::None, delays: Delays::None, ..everything() };
         for index in 0..5 {
             assert_eq!(people.drawn(1, index).arm, everything().drawn(1, index).arm);

@@ -1,4 +1,4 @@
-//! A population around a scenario: people, tissues and links drawn at random.
+//! A random population of people, tissues and links around a scenario.
 
 mod draw;
 mod settings;

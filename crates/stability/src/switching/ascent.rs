@@ -1,10 +1,10 @@
-//! The worst sequences: the tissue chosen anew at every tick.
+//! The worst sequences, with a tissue that can change at every tick.
 //!
-//! A sequence of events fixes the maps of its ticks except for the tissue. The growth over a cycle, or a quantity at a
+//! A sequence of events fixes the map of each tick except for the tissue. The growth over a cycle, or a quantity at a
 //! later tick, is linear in the tissue of each single tick, so its maximum lies at a vertex of the tissue's range in
-//! each tick. The derivatives for all ticks follow from one pass forward and one back; each tick then takes the vertex
+//! each tick. One forward and one backward pass give the derivatives for all ticks. Each tick then takes the vertex
 //! that the derivative prefers, as long as the result improves (a bang-bang ascent). The result is a lower bound of the
-//! truth, from a sequence that exists.
+//! maximum, because its sequence exists.
 
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
@@ -18,16 +18,15 @@ use trocar_base::parallel::{map, try_map};
 use trocar_core::augmentation::cross_fade;
 use trocar_lti::eigenvalues;
 
-/// Ticks with the same map above which its power is computed.
+/// Minimum number of ticks with the same map for computing its power.
 const LONG_RUN: usize = 20;
 
-/// Maximum number of improvements.
 const MAX_STEPS: usize = 25;
 
-/// Teleoperation beyond the shortest that is tried, in s.
+/// Tried additions to the shortest teleoperation, in s.
 const EXTRA_S: [f64; 2] = [0.0, 0.05];
 
-/// Times for which a gap is held before it closes, in s. A gap that only shrinks is a mixture of such pulses.
+/// Tried times until the gap closes, in s. Any shrinking gap is a mixture of such pulses.
 const PULSES_S: [f64; 3] = [0.0, 0.15, 0.5];
 
 /// Times from the release of the hand to the first event, in s, and the time after the last event.
@@ -41,25 +40,24 @@ pub struct Cycle {
     pub held_ticks: u64,
     /// Ticks after the release until the gap closes.
     pub gap_ticks: u64,
-    /// Ticks of teleoperation after it.
+    /// Ticks of teleoperation after the gap closes.
     pub dwell_ticks: u64,
 }
 
 /// The worst cycle found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Growth {
-    /// Factor per event when the cycle repeats: a lower bound of the worst one.
+    /// Factor per event when the cycle repeats: a lower bound of the maximum.
     pub found: f64,
-    /// The cycle.
+    /// The worst cycle.
     pub cycle: Option<Cycle>,
-    /// How often the tissue changes during it.
+    /// Number of changes of the tissue during the cycle.
     pub changes: usize,
 }
 
-/// A step of a sequence: the maps among which the tissue chooses.
+/// One step of a sequence: its possible maps, one for each tissue.
 type Choices = Arc<Vec<DMatrix<f64>>>;
 
-/// The maps of a model, built once.
 pub(super) struct Steps<'a> {
     modes: &'a Modes,
     phases: Phases,
@@ -101,7 +99,7 @@ impl<'a> Steps<'a> {
         self.modes
     }
 
-    /// The steps from the last tick before an event to that before the next.
+    /// Returns the steps from the last tick before an event to the last tick before the next event.
     fn cycle(&self, cycle: Cycle) -> Vec<Choices> {
         let mut steps = vec![Arc::clone(&self.teleoperation), Arc::clone(&self.freeze)];
         if self.frozen.len() == 1 {
@@ -141,7 +139,7 @@ pub(super) fn power(a: &DMatrix<f64>, mut n: u64) -> DMatrix<f64> {
     result
 }
 
-/// The eigenvalue with the largest magnitude, with its right and left eigenvectors.
+/// The eigenvalue with the largest magnitude, and its right and left eigenvectors.
 type Dominant = (Complex<f64>, DVector<Complex<f64>>, DVector<Complex<f64>>);
 
 fn dominant(matrix: &DMatrix<f64>) -> Result<Option<Dominant>, StabilityError> {
@@ -170,7 +168,6 @@ fn dominant(matrix: &DMatrix<f64>) -> Result<Option<Dominant>, StabilityError> {
     Ok(Some((largest, right, left)))
 }
 
-/// The product of the chosen maps on the states of a space.
 fn product(steps: &[Choices], chosen: &[usize], narrow: &(DMatrix<f64>, DMatrix<f64>)) -> DMatrix<f64> {
     let mut all = narrow.0.clone();
     let is_same = |a: usize, b: usize| chosen[a] == chosen[b] && Arc::ptr_eq(&steps[a], &steps[b]);
@@ -197,10 +194,10 @@ fn radius(matrix: &DMatrix<f64>) -> Result<f64, StabilityError> {
     Ok(eigenvalues(matrix)?.into_iter().map(|value| value.norm()).fold(0.0, f64::max))
 }
 
-/// The preferred choices, with the gain of each, where it is not the present one.
+/// Preferred choices that differ from the present ones: step, choice and gain.
 type Changes = Vec<(usize, usize, f64)>;
 
-/// Improves choices: all preferred changes at once, or only the strongest ones if that does not help.
+/// Improves the choices: makes all preferred changes at once, or only the strongest ones if that does not help.
 fn improve(
     chosen: &mut Vec<usize>,
     value: &mut f64,
@@ -224,7 +221,6 @@ fn improve(
     Ok(false)
 }
 
-/// The growth of one cycle, from an initial choice of the tissue.
 fn ascend(modes: &Modes, steps: &[Choices], first: usize) -> Result<(f64, Vec<usize>), StabilityError> {
     let space = if modes.gap_closes() { Space::Loop } else { Space::LoopGap };
     let narrow = (modes.selection(space, Space::All), modes.selection(Space::All, space));
@@ -266,7 +262,6 @@ fn ascend(modes: &Modes, steps: &[Choices], first: usize) -> Result<(f64, Vec<us
     Ok((value, chosen))
 }
 
-/// A real matrix times a complex vector.
 #[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 fn apply(matrix: &DMatrix<f64>, vector: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
     let rows = matrix.nrows();
@@ -282,7 +277,6 @@ fn apply(matrix: &DMatrix<f64>, vector: &DVector<Complex<f64>>) -> DVector<Compl
     product
 }
 
-/// The transpose of a real matrix times a complex vector.
 #[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 fn apply_transposed(matrix: &DMatrix<f64>, vector: &DVector<Complex<f64>>) -> DVector<Complex<f64>> {
     let (rows, values) = (matrix.nrows(), vector.as_slice());
@@ -297,7 +291,7 @@ fn apply_transposed(matrix: &DMatrix<f64>, vector: &DVector<Complex<f64>>) -> DV
     })
 }
 
-/// The worst growth per event found with at least `dwell` ticks of teleoperation between events.
+/// Returns the worst growth per event found with at least `dwell` ticks of teleoperation between events.
 ///
 /// # Errors
 /// [`StabilityError::Algebra`].
@@ -320,7 +314,7 @@ pub(super) fn growth(steps: &Steps<'_>, dwell: u64) -> Result<Growth, StabilityE
         let (found, chosen) = ascend(modes, &steps.cycle(cycle), first)?;
         Ok::<_, StabilityError>((found, cycle, chosen.windows(2).filter(|pair| pair[0] != pair[1]).count()))
     })?;
-    // The first one of equals, so that the result does not depend on the order of the threads.
+    // The first of equal results, so that it does not depend on the order of the threads.
     let best = results.into_iter().reduce(|best, one| if one.0 > best.0 { one } else { best });
     Ok(best.map_or(Growth { found: 0.0, cycle: None, changes: 0 }, |(found, cycle, changes)| Growth {
         found,
@@ -329,7 +323,8 @@ pub(super) fn growth(steps: &Steps<'_>, dwell: u64) -> Result<Growth, StabilityE
     }))
 }
 
-/// The largest magnitude found of a quantity after a release of the hand, through events: the rows are over all states.
+/// Returns the largest magnitude found of a quantity after a release of the hand, through events. `rows` are over all
+/// states.
 pub(super) fn farthest(steps: &Steps<'_>, dwell: u64, rows: &[DMatrix<f64>]) -> f64 {
     let Steps { modes, phases, .. } = steps;
     let ticks = |seconds: f64| (seconds / modes.tick_s).round() as u64;
@@ -347,7 +342,7 @@ pub(super) fn farthest(steps: &Steps<'_>, dwell: u64, rows: &[DMatrix<f64>]) -> 
         let mut plan: Vec<Choices> = (2..first).map(|_| Arc::clone(&steps.teleoperation)).collect();
         let begin = plan.len();
         let event = Cycle { held_ticks, gap_ticks: 1, dwell_ticks: dwell };
-        // Each tick of the freeze counts, so its maps are not combined.
+        // Keep the maps of the frozen ticks separate, because the quantity counts at each tick.
         let whole = |cycle: Cycle| {
             let mut whole = steps.cycle(cycle);
             if steps.frozen.len() == 1 {
@@ -362,7 +357,6 @@ pub(super) fn farthest(steps: &Steps<'_>, dwell: u64, rows: &[DMatrix<f64>]) -> 
     farthest.into_iter().fold(0.0, f64::max)
 }
 
-/// The ascent of one sequence.
 fn push(modes: &Modes, plan: &[Choices], begin: usize, vertex: usize, rows: &[DMatrix<f64>]) -> f64 {
     let start = modes.after_step(vertex);
     let run = |chosen: &[usize]| {

@@ -1,4 +1,4 @@
-//! The certificate: found by a solver, verified independently.
+//! The certificate. A solver finds it; interval arithmetic verifies it.
 
 use nalgebra::DMatrix;
 
@@ -11,35 +11,36 @@ use super::sdp;
 use super::settings::Phases;
 use crate::StabilityError;
 
-/// The minimum margin of a certificate: far above the solver's accuracy of 1e-8, so that the dwell is the same on every
-/// machine.
+/// The minimum margin of a certificate: far above the solver's accuracy of 1e-8, so that every computer finds the same
+/// dwell.
 const MIN_MARGIN: f64 = 1e-3;
 
-/// Shares of a range of numbers of ticks at which the solver knows a condition; it is verified for all.
+/// Positions in a condition's range of ticks that the solver considers. The verification covers the whole range.
 const KNOWN_SHARES: [f64; 8] = [0.0, 0.005, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
 
-/// Times that the solver is called, each time with the numbers of ticks that failed.
+/// Maximum number of calls of the solver. Each adds the tick counts that failed verification.
 const MAX_ROUNDS: usize = 5;
 
-/// Ticks on the way above which a function has an arbitrary part on `SEGMENTS` means of them, and a diagonal part.
+/// Maximum number of ticks on the way for a full matrix of a function. With more ticks it has a full part on `SEGMENTS`
+/// means of them, and a diagonal part.
 const MAX_FULL_DELAY: usize = 4;
 const SEGMENTS: usize = 4;
 
 /// A quadratic function of a certificate.
 #[derive(Debug, Clone)]
 pub struct Lyapunov {
-    /// Its name, with the number of its node in time.
+    /// The name, with the number of its node in time.
     pub name: String,
     /// `P̂` in `V = zᵀ P̂ z`, with the scaled states `z = S⁻¹ x`.
     pub matrix: DMatrix<f64>,
-    /// Place of its space in [`Certificate::spaces`].
+    /// Index of the space in [`Certificate::spaces`].
     pub space: usize,
 }
 
 /// The states of a phase.
 #[derive(Debug, Clone)]
 pub struct StateSpace {
-    /// Its name.
+    /// The name of the space.
     pub name: String,
     /// Name and unit of each state, in order.
     pub states: Vec<(String, &'static str)>,
@@ -47,16 +48,16 @@ pub struct StateSpace {
     pub scale: DMatrix<f64>,
 }
 
-/// A map from the states of one space to those of another.
+/// A map between the states of two spaces.
 #[derive(Debug, Clone)]
 pub struct StateMap {
-    /// Its name.
+    /// The name of the map.
     pub name: String,
-    /// Place of the space that it leads from.
+    /// Index of the space of the argument.
     pub from: usize,
-    /// Place of the space that it leads to.
+    /// Index of the space of the result.
     pub to: usize,
-    /// The map.
+    /// The matrix.
     pub matrix: DMatrix<f64>,
 }
 
@@ -65,20 +66,20 @@ pub struct StateMap {
 pub struct Summand {
     /// `f`.
     pub factor: f64,
-    /// Place of the function.
+    /// Index of the function.
     pub function: usize,
-    /// Places of the maps, the first one applied last, and whether the map is raised to each power of the condition.
+    /// Indices of the maps, the first one applied last; true for the map with the power of the inequality.
     pub maps: Vec<(usize, bool)>,
 }
 
-/// A sum that is positive definite.
+/// A sum that must be positive definite.
 #[derive(Debug, Clone)]
 pub struct Inequality {
-    /// What it ensures.
+    /// The purpose of the inequality.
     pub name: &'static str,
-    /// Place of the space of its rows.
+    /// Index of the space of its rows.
     pub rows: usize,
-    /// The powers for which it holds, from the first to the last.
+    /// The first and the last power for which the inequality holds.
     pub powers: Option<(u64, u64)>,
     /// The terms.
     pub terms: Vec<Summand>,
@@ -89,15 +90,15 @@ pub struct Inequality {
 pub struct Certificate {
     /// Required ticks of teleoperation between two events.
     pub dwell_ticks: u64,
-    /// Verified bound of the ratio of `V` at the beginnings of consecutive events, at most 1 and not reached.
+    /// Verified upper bound, at most 1, of the ratio of `V` at the beginnings of consecutive events.
     pub contraction: f64,
     /// Verified factor of `V` per tick of teleoperation, at most 1.
     pub decay: f64,
-    /// The solver's common margin of all scaled conditions; it need not be the maximum.
+    /// The solver's common margin of all scaled conditions; not necessarily the maximum.
     pub margin: f64,
-    /// Number of verified conditions, each power counted.
+    /// Number of verified conditions, counting each power.
     pub conditions: u64,
-    /// Place of the function at the beginning of events.
+    /// Index of the function at the beginning of events.
     pub at_events: usize,
     /// The states of each phase.
     pub spaces: Vec<StateSpace>,
@@ -105,20 +106,20 @@ pub struct Certificate {
     pub functions: Vec<Lyapunov>,
     /// The maps.
     pub maps: Vec<StateMap>,
-    /// What was verified.
+    /// The verified inequalities.
     pub inequalities: Vec<Inequality>,
 }
 
 impl Certificate {
-    /// Bound of the growth per event with a dwell that is at least the certificate's.
+    /// Returns a bound of the growth per event for a dwell that is at least the certificate's.
     #[must_use]
     pub fn growth_after(&self, dwell_ticks: u64) -> f64 {
         let longer = dwell_ticks.saturating_sub(self.dwell_ticks);
-        // Rounded up: the power has some roundings.
+        // The factor covers the roundings of the power.
         (self.contraction * self.decay.powf(longer as f64)).sqrt() * (1.0 + 1e-12)
     }
 
-    /// `P` of the function at the beginning of events, on the states themselves.
+    /// Returns `P` of the function at the beginning of events, for unscaled states.
     #[must_use]
     pub fn p_at_events(&self) -> DMatrix<f64> {
         let function = &self.functions[self.at_events];
@@ -129,23 +130,22 @@ impl Certificate {
     }
 }
 
-/// The maps of all conditions between scaled states.
 pub(super) struct Enclosures<'a> {
     modes: &'a Modes,
     scales: Scales,
     maps: Vec<Enclosure>,
 }
 
-/// `M^n R` for all numbers of a range: products of a few powers, so that roundings do not accumulate.
+/// `M^n R` for all `n` of a range, as products of a few powers to limit the rounding.
 pub(super) struct Powers {
     begin: u64,
-    /// `M^k` for the numbers below the stride.
+    /// `M^k` for `k` below the stride.
     steps: Vec<Enclosure>,
-    /// `M^n R` for every number that is a whole number of strides above the first.
+    /// `M^n R` for every whole number of strides above the first `n`.
     leaps: Vec<Enclosure>,
 }
 
-/// The first powers of a matrix, each from two of half its exponent.
+/// Each power is the product of two powers of half its exponent.
 pub(super) fn first_powers(base: &Enclosure, count: usize) -> Vec<Enclosure> {
     let mut all = vec![power(base, 0), base.clone()];
     for n in 2..count {
@@ -178,13 +178,12 @@ impl<'a> Enclosures<'a> {
         Self { modes, scales, maps }
     }
 
-    /// The product of maps, the first one applied last; `None` of none.
     fn chain(&self, maps: &[(usize, Count)]) -> Option<Enclosure> {
         let (first, others) = maps.split_first()?;
         Some(others.iter().fold(self.maps[first.0].clone(), |all, (map, _)| product(&all, &self.maps[*map])))
     }
 
-    /// The term that depends on a number, with the maps before the power, the map of the power and those after it.
+    /// Returns the term with a power, the maps before the power, its map, and the maps after it.
     #[allow(clippy::type_complexity, reason = "four parts that are always destructured at once")]
     fn counted<'c>(
         &self,
@@ -197,7 +196,7 @@ impl<'a> Enclosures<'a> {
         })
     }
 
-    /// The first number in the range for which a condition is not verified: 0 if it has no range.
+    /// Returns the first number in the range for which a condition is not verified; 0 if it has no range.
     fn failure(&self, condition: &Condition, functions: &[DMatrix<f64>]) -> Option<u64> {
         let congruence = |term: &Term, map: Option<Enclosure>| {
             let function = exact(&functions[term.unknown]);
@@ -226,7 +225,6 @@ impl<'a> Enclosures<'a> {
         })
     }
 
-    /// The condition for the solver, at the given numbers.
     fn for_solver(&self, condition: &Condition, known: &[u64]) -> Vec<sdp::Condition> {
         let plain = |maps: &[(usize, Count)], number: Option<u64>| {
             let mut all: Option<DMatrix<f64>> = None;
@@ -258,7 +256,6 @@ impl<'a> Enclosures<'a> {
         }
     }
 
-    /// The parts of an unknown function.
     fn unknown(&self, function: &Function) -> sdp::Unknown {
         let size = self.modes.size(function.space);
         let (n, delay) = (self.modes.states(), self.modes.delay());
@@ -284,10 +281,10 @@ impl<'a> Enclosures<'a> {
     }
 }
 
-/// The verified certificate for a choice, if there is one.
+/// Returns the verified certificate for a choice, if there is one.
 ///
 /// # Errors
-/// [`StabilityError::Solver`] if the states cannot be scaled. A solver that fails finds no certificate.
+/// [`StabilityError::Solver`] if the states cannot be scaled. If the solver fails, there is no certificate.
 pub(super) fn attempt(
     modes: &Modes,
     phases: Phases,
@@ -329,7 +326,7 @@ pub(super) fn attempt(
     Ok(None)
 }
 
-/// The numbers of a range that the solver knows.
+/// Returns the numbers of a range that the solver considers first.
 fn shares(range: Option<(u64, u64)>) -> Vec<u64> {
     let Some((begin, end)) = range else { return vec![] };
     let mut numbers: Vec<u64> =
@@ -338,7 +335,7 @@ fn shares(range: Option<(u64, u64)>) -> Vec<u64> {
     numbers
 }
 
-/// The certificate for others to check.
+/// Builds the certificate with all data for an independent check.
 fn build(
     conditions: &Conditions,
     enclosures: &Enclosures<'_>,

@@ -1,13 +1,13 @@
 //! The inequalities of a certificate.
 //!
-//! A quadratic function `V = zᵀ P z` belongs to each phase, on the states `z` that matter in it, and the phases are
-//! linked along an event. The maps are those of `modes.rs`, at every vertex `v` of the tissue's range: the inequalities
-//! are convex in the maps, so they also hold for each tissue between, and for one that changes from tick to tick.
+//! Each phase has a quadratic function `V = zᵀ P z` of the states `z` that affect it, and inequalities link the phases
+//! along an event. They use the maps of `modes.rs` at every vertex `v` of the tissue's range, and are convex in the
+//! maps. They therefore hold for every tissue within the range, even if it changes from tick to tick.
 //!
-//! A ramp's gap `g` only shrinks: `g_k = g_0 (w_1 [k < n_1] + w_2 [k < n_2] + …)` with weights whose sum is 1. The maps
-//! are linear, so the motion is the same mixture of motions with pulses, each a gap that is held for `n` ticks and then
-//! 0. The function at the next event is convex, so its value is at most the largest one of a pulse: it suffices that it
-//! decays for every pulse. There are two branches, "held" on the states with the gap and "dropped" on those without:
+//! The gap `g` of a ramp only shrinks: `g_k = g_0 (w_1 [k < n_1] + w_2 [k < n_2] + …)` with weights whose sum is 1. The
+//! maps are linear, so the motion is the same mixture of motions with pulses: gaps that are held for `n` ticks and then
+//! 0. The function at the next event is convex, so it is at most its largest value over the pulses; it suffices that it
+//! decays for every pulse. There are two branches: "held" on the states with the gap, "dropped" on those without:
 //!
 //! ```text
 //! entering   P_S(0) after release, freeze and the last tick, < ρ P_T(d-1); for each length of the freeze
@@ -17,19 +17,19 @@
 //! dropped    cross-fade with P_R(t); then teleoperation with P_T(t), 0 <= t <= d - 1, and P_T(d-1) from then on;
 //!            V decreases by a factor μ per tick of teleoperation
 //! ```
-//! `max(P_H, γ g²)` cannot grow while the gap is held, however long. With at least `d` ticks of teleoperation between
-//! events, `V` at the beginning of an event is at most `ρ μ^(d-1) < 1` times that at the one before: the state converges
-//! exponentially for every order and length of the phases (dwell-time conditions after Geromel and Colaneri, *SIAM J.
-//! Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked, *IEEE Trans. Autom. Control*
-//! 56, 2011).
+//! `max(P_H, γ g²)` cannot grow while the gap is held. With at least `d` ticks of teleoperation between events, `V` at
+//! the beginning of an event is at most `ρ μ^(d-1) < 1` times its value at the previous event. The state therefore
+//! converges exponentially for every order and length of the phases (dwell-time conditions after Geromel and Colaneri,
+//! *SIAM J. Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked, *IEEE Trans. Autom.
+//! Control* 56, 2011).
 //!
-//! A gap that is kept has a proof of its own, in `kept_gap.rs`.
+//! For a gap that is kept, see `kept_gap.rs`.
 //!
-//! The functions are linear in time between nodes; a condition for a tick is then also linear in time, and holds within
-//! a piece if it holds for its first and last tick. Where the frozen map depends on the tissue, functions `P_F(t)` on the
-//! frozen states replace its powers; with `Γ` on the states that are constant while frozen, `max(P_F, Γ)` cannot grow.
+//! The functions are linear in time between nodes, and so is the condition for a tick; it holds in a piece if it holds
+//! at its first and last tick. If the frozen map depends on the tissue, functions `P_F(t)` on the frozen states replace
+//! its powers; with `Γ` on the states that are constant while frozen, `max(P_F, Γ)` cannot grow.
 //!
-//! A bound of a quantity `c z` follows from `s (c z)² < V` in each phase, with `V < s b²` at the start: then `|c z| < b`.
+//! A quantity is bounded, `|c z| < b`, if `s (c z)² < V` in each phase and `V < s b²` at the start.
 
 use nalgebra::DMatrix;
 
@@ -38,20 +38,19 @@ use super::modes::{Modes, Space};
 use super::settings::Phases;
 use trocar_core::augmentation::cross_fade;
 
-/// The weight of a condition per second relative to one per event: a tick's condition has the share of a tick.
+/// The weight of a condition per second relative to one per event. The condition of a tick has the tick's share of it.
 const PER_SECOND: f64 = 10.0;
 
 /// Nodes of the functions while frozen, as shares of the shortest freeze.
 const FROZEN_SHARES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
 
-/// A map with a name, from the states of one space to those of another.
 #[derive(Debug, Clone)]
 pub(super) struct NamedMap {
     pub(super) name: String,
     pub(super) from: Space,
     pub(super) to: Space,
     pub(super) matrix: DMatrix<f64>,
-    /// Whether it only selects states, without rounding.
+    /// True if it only selects states, without rounding.
     pub(super) is_exact: bool,
 }
 
@@ -59,7 +58,7 @@ pub(super) struct NamedMap {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Count {
     Once,
-    /// As often as each number of the condition's range.
+    /// Once to the power of each number in the condition's range.
     Each,
 }
 
@@ -71,47 +70,41 @@ pub(super) struct Term {
     pub(super) maps: Vec<(usize, Count)>,
 }
 
-/// A sum of terms that must be positive definite.
 #[derive(Debug, Clone)]
 pub(super) struct Condition {
     pub(super) name: &'static str,
     pub(super) terms: Vec<Term>,
-    /// The states of its rows.
     pub(super) rows: Space,
     pub(super) weight: f64,
-    /// The numbers for [`Count::Each`], from the first to the last.
+    /// The first and the last number for [`Count::Each`].
     pub(super) counts: Option<(u64, u64)>,
 }
 
-/// An unknown function.
 #[derive(Debug, Clone)]
 pub(super) struct Function {
     pub(super) name: String,
     pub(super) space: Space,
 }
 
-/// All conditions for a dwell, with their functions and maps.
 #[derive(Debug, Clone)]
 pub(super) struct Conditions {
     pub(super) functions: Vec<Function>,
     pub(super) maps: Vec<NamedMap>,
     pub(super) list: Vec<Condition>,
-    /// The function at the beginning of events.
     pub(super) at_events: usize,
     /// `μ`.
     pub(super) decay: f64,
 }
 
-/// The parameters of a certificate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Choice {
     /// Ticks of teleoperation between events.
     pub(super) dwell: u64,
-    /// Time constant of `a` in s: how fast the function on a held gap forgets.
+    /// Time constant of `a` in s: the decay of the function while a gap is held.
     pub(super) hold_s: f64,
     /// `ρ μ^(d-1)`.
     pub(super) contraction: f64,
-    /// The decay of `V` in teleoperation in 1/s: `μ = exp(-rate · tick)`.
+    /// Decay rate of `V` in teleoperation in 1/s: `μ = exp(-rate · tick)`.
     pub(super) rate_per_s: f64,
     /// Pieces of the functions in time, in each phase.
     pub(super) pieces: u64,
@@ -120,33 +113,28 @@ pub(super) struct Choice {
 /// A quantity to bound after the release of the hand.
 #[derive(Debug, Clone)]
 pub(super) struct Focus {
-    /// Rows over all states, and whether they count in every space or only where the force last fed back is one.
+    /// Rows over all states. In each space the bound holds for every row that is not 0 there.
     pub(super) rows: Vec<DMatrix<f64>>,
-    /// The row of the quantity at a frozen tick.
     pub(super) frozen: DMatrix<f64>,
     /// `b`.
     pub(super) bound: f64,
-    /// States at the start.
     pub(super) starts: Vec<DMatrix<f64>>,
 }
 
-/// Builds the conditions.
 struct Builder<'a> {
     modes: &'a Modes,
     phases: Phases,
     functions: Vec<Function>,
     maps: Vec<NamedMap>,
     list: Vec<Condition>,
-    /// The weight of a condition for a tick.
     per_tick: f64,
-    /// `a`, and `1 - a`, which is exact.
+    /// `a` and `1 - a`; the subtraction is exact.
     held: (f64, f64),
-    /// `μ`, and `ρ`.
+    /// `μ` and `ρ`.
     decay: f64,
     at_entry: f64,
 }
 
-/// The functions of one event.
 struct Roles {
     /// `P_T`.
     dropped: Vec<usize>,
@@ -158,7 +146,7 @@ struct Roles {
     held: Option<usize>,
     /// `γ`.
     gap: Option<usize>,
-    /// `P_F`, with the ticks since the alarm; the last one is constant from then on.
+    /// `P_F` with the ticks since the alarm; the last one remains constant.
     frozen: Vec<(usize, u64)>,
     /// `Γ`.
     constants: Option<usize>,
@@ -173,12 +161,10 @@ fn decay_over(decay: f64, dwell: u64) -> Interval {
     power(&vec![vec![number(decay)]], dwell - 1)[0][0]
 }
 
-/// A quotient, with rounding.
 fn share(part: u64, whole: u64) -> Interval {
     Interval::rounded(part as f64 / whole as f64)
 }
 
-/// The lengths of a phase's pieces in ticks.
 fn pieces(ticks: u64, max: u64) -> Vec<u64> {
     let count = max.min(ticks);
     (0..count).map(|k| (k + 1) * ticks / count - k * ticks / count).collect()
@@ -229,11 +215,11 @@ impl Builder<'_> {
     fn roles(&mut self, dwell: &[u64], fade: &[u64]) -> Roles {
         let modes = self.modes;
         let fading = fade.len() + 1;
-        // Functions that are linked stand next to each other, which keeps the solver's matrix narrow.
+        // Linked functions are adjacent to keep the solver's matrix narrow.
         let (mut frozen, mut constants) = (vec![], None);
         if !modes.is_frozen_map_unique() {
             let shortest = self.phases.held.0 as f64;
-            // The motion is fast after the alarm and slow later.
+            // Dense nodes after the alarm, where the motion is fast.
             let mut ticks: Vec<u64> = FROZEN_SHARES.iter().map(|share| (share * shortest) as u64).collect();
             ticks.dedup();
             for (node, tick) in ticks.into_iter().enumerate() {
@@ -254,7 +240,7 @@ impl Builder<'_> {
         Roles { dropped, fading: of_fading, fading_held, held, gap, frozen, constants }
     }
 
-    /// The map of a name; it is built once.
+    /// Returns the map with a name; builds it once.
     fn map(&mut self, name: String, from: Space, to: Space, matrix: impl FnOnce(&Modes) -> DMatrix<f64>) -> usize {
         if let Some(known) = self.maps.iter().position(|map| map.name == name && map.from == from && map.to == to) {
             return known;
@@ -268,7 +254,6 @@ impl Builder<'_> {
         self.map(name, from, to, |modes| modes.between(&all(modes), from, to))
     }
 
-    /// The states that two spaces share.
     fn select(&mut self, from: Space, to: Space) -> usize {
         let at = self.map(format!("{to:?}_of_{from:?}"), from, to, |modes| match (from, to) {
             (Space::Number, Space::Number) => DMatrix::identity(1, 1),
@@ -286,19 +271,19 @@ impl Builder<'_> {
         self.list.push(Condition { name, terms, rows, weight: self.per_tick, counts: None });
     }
 
-    /// `to` after `map` is below `from`.
+    /// Adds the condition that `to` after `map` is below `from`.
     fn below(&mut self, name: &'static str, rows: Space, to: usize, map: usize, from: Vec<Term>) {
         let mut terms = from;
         terms.push(self.term(number(-1.0), to, &[map]));
         self.add(name, rows, terms);
     }
 
-    /// `P(t) - Mᵀ P(t+1) M` at the first and the last tick of a piece, `P` linear between its ends.
+    /// Adds `P(t) - Mᵀ P(t+1) M` at the first and last tick of a piece with linear `P`.
     fn along(&mut self, name: &'static str, rows: Space, nodes: (usize, usize), ticks: u64, map: usize) {
         self.decaying(name, rows, nodes, ticks, (map, 1.0));
     }
 
-    /// `μ P(t) - Mᵀ P(t+1) M` likewise.
+    /// Adds `μ P(t) - Mᵀ P(t+1) M` in the same way.
     fn decaying(
         &mut self,
         name: &'static str,
@@ -323,7 +308,7 @@ impl Builder<'_> {
         }
     }
 
-    /// `a P_H + (1 - a) γ g²` on the states with the gap.
+    /// Returns `a P_H + (1 - a) γ g²` on the states with the gap.
     fn held_level(&mut self, roles: &Roles) -> Vec<Term> {
         let (Some(held), Some(gap)) = (roles.held, roles.gap) else { return vec![] };
         let rows = Space::LoopGap;
@@ -332,25 +317,24 @@ impl Builder<'_> {
         vec![self.term(number(of_function), held, &[one]), self.term(number(of_gap), gap, &[gaps])]
     }
 
-    /// The function at the beginning of events, times `ρ`.
+    /// Returns the function at the beginning of events, times `ρ`.
     fn at_events(&mut self, roles: &Roles) -> Term {
         let one = self.select(Space::Loop, Space::Loop);
         self.term(number(self.at_entry), *roles.dropped.last().unwrap_or(&0), &[one])
     }
 
-    /// The last tick of teleoperation and the beginning of an event.
+    /// Returns the map of the last tick of teleoperation and the alarm.
     fn entry(&mut self, vertex: usize, rows: Space) -> usize {
         self.between(format!("entry_{vertex}"), rows, Space::Frozen, |modes| {
             modes.freeze() * modes.teleoperation(vertex)
         })
     }
 
-    /// The tissues at which the beginning of re-engaging differs.
+    /// Returns the vertices for which the first tick of re-engaging differs.
     fn releases(&self) -> std::ops::Range<usize> {
         if self.modes.has_unique_motion() { 0..1 } else { self.modes.vertices() }
     }
 
-    /// From the beginning of an event to that of re-engaging.
     fn enter(&mut self, roles: &Roles) {
         let (space, first) = match (roles.fading_held.first(), roles.fading.first()) {
             (Some(&held), _) => (Space::FadingGap, held),
@@ -416,7 +400,7 @@ impl Builder<'_> {
         for (space, nodes) in branches.into_iter().filter(|(_, nodes)| !nodes.is_empty()) {
             let mut begin = 0;
             for (piece, &ticks) in lengths.iter().enumerate() {
-                // The weights of the piece's ticks: from that of its first to that of its last.
+                // The weights from the piece's first tick to its last.
                 let (min, max) = (weight(begin + 1), weight(begin + ticks));
                 begin += ticks;
                 for vertex in self.modes.vertices() {
@@ -485,7 +469,6 @@ impl Builder<'_> {
         }
     }
 
-    /// The bound of a quantity.
     fn bound(&mut self, roles: &Roles, focus: &Focus) {
         let size = self.function("bound", 0, Space::Number);
         let one = self.select(Space::Number, Space::Number);

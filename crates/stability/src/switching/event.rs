@@ -1,4 +1,4 @@
-//! The end of one event: needle motion and feedback force, by policy.
+//! The end of one event: needle motion and feedback force for each policy.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,34 +7,33 @@ use super::{Phases, SwitchingSettings};
 use crate::StabilityError;
 use trocar_core::augmentation::{Reengage, cross_fade};
 
-/// Simulated time after the release, in s.
 const DURATION_S: f64 = 3.0;
 
-/// Number of stiffnesses between minimum and maximum.
 const STIFFNESSES: usize = 9;
 
-/// The effect of a policy on needle and hand: the maximum over the stiffnesses.
+/// The effect of a re-engaging policy on needle and hand: the maximum over the stiffnesses.
 ///
-/// The hand rests at its desired position, at a gap from the needle; the needle rests at the tissue's surface; the
-/// force is 0. Then the slave is released.
+/// At the release the hand rests at its desired position, the needle rests at the tissue's surface at a distance from
+/// the hand, and the force is 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EventBound {
     /// The policy.
     pub reengage: Reengage,
-    /// Jump of the slave's reference in the tick, in m.
+    /// Jump of the slave's reference at the tick of the release, in m.
     pub reference_jump_m: f64,
-    /// Maximum motion of the needle, in m.
+    /// Maximum motion of the needle in m.
     pub slave_motion_m: f64,
     /// Maximum speed of the needle in m/s.
     pub slave_speed_m_per_s: f64,
     /// Maximum feedback force in N.
     pub force_n: f64,
-    /// Maximum change of the feedback force from one tick to the next, in N.
+    /// Maximum change of the feedback force between two ticks, in N.
     pub force_step_n: f64,
 }
 
 impl EventBound {
-    /// The bounds of each policy, with the slave's reference and the hand (scaled to the slave) `gap_m` apart.
+    /// Returns the bounds of each policy, for a distance `gap_m` in m between the slave's reference and the hand
+    /// (scaled to the slave).
     ///
     /// # Errors
     /// [`StabilityError`] if a loop cannot be built.
@@ -79,7 +78,6 @@ impl EventBound {
         Ok(all)
     }
 
-    /// Simulates the end of one event.
     fn release(&mut self, modes: &Modes, phases: Phases, tick_s: f64, speed_m_per_s: f64, gap_m: f64) {
         let at = modes.master_states();
         let apart = modes.apart(0);
@@ -87,7 +85,7 @@ impl EventBound {
         let (of_reference, of_force, of_desired) = (modes.of_reference(), modes.of_force(), modes.of_desired());
         let (hand, slave, felt) = (modes.hand(0), modes.slave(), modes.force(0));
         let read = |row: &DMatrix<f64>, state: &DVector<f64>| (row * state)[(0, 0)];
-        // The hand's positions on the way are those of the hand at rest.
+        // The positions on the way are the resting hand's.
         let sent = modes.without_delay().hand(0);
         let scale = sent.iter().copied().fold(0.0, f64::max);
         let desired_m = gap_m / scale;

@@ -1,13 +1,12 @@
-//! Interval arithmetic, for verifying the solver's results.
+//! Interval arithmetic, to verify the solver's results.
 //!
-//! Each operation is rounded outwards by one step of a double, so that the exact result lies within (Moore, *Interval
-//! Analysis*; Rump, *Acta Numerica* 2010, whose directed rounding is not available here). A symmetric matrix of
-//! intervals all of whose pivots stay above 0 is positive definite for every choice within the intervals.
+//! Each operation is rounded outwards by one step of a double, so that the interval contains the exact result (Moore,
+//! *Interval Analysis*; Rump, *Acta Numerica* 2010, whose directed rounding is not available here). A symmetric
+//! interval matrix whose pivots stay above 0 contains only positive definite matrices.
 
 use nalgebra::DMatrix;
 use std::ops::{Add, Mul, Sub};
 
-/// All numbers from `low` to `high`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Interval {
     pub(super) low: f64,
@@ -19,9 +18,9 @@ impl Interval {
         Self { low: value, high: value }
     }
 
-    /// The enclosure of a computed number with several roundings.
+    /// Encloses a computed number with several roundings.
     pub(super) fn rounded(value: f64) -> Self {
-        /// Upper limit of the roundings in an entry of a one-tick map.
+        /// Maximum number of roundings in an entry of a one-tick map.
         const ROUNDINGS: f64 = 16.0;
         let reach = (value.abs() * (ROUNDINGS * f64::EPSILON)).next_up();
         if value == 0.0 {
@@ -31,7 +30,7 @@ impl Interval {
         }
     }
 
-    /// Both, and all between.
+    /// Returns the hull of both intervals.
     pub(super) fn with(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
@@ -43,7 +42,7 @@ impl Interval {
         Self { low: min.max(0.0), high: (a.max(b) * a.max(b)).next_up() }
     }
 
-    /// `self / divisor` for a divisor above 0.
+    /// Returns `self / divisor` for a divisor above 0.
     pub(super) fn over(self, divisor: Self) -> Self {
         let inverse = Self { low: (1.0 / divisor.high).next_down(), high: (1.0 / divisor.low).next_up() };
         self * inverse
@@ -70,25 +69,22 @@ impl Mul for Interval {
         let (a, b) = (self.low * other.low, self.low * other.high);
         let (c, d) = (self.high * other.low, self.high * other.high);
         let (min, max) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-        // A product with an exact 0 is exact; most entries of the maps are.
+        // A product with an exact 0 is exact; most entries of the maps are 0.
         if min == 0.0 && max == 0.0 { Self::exact(0.0) } else { Self { low: min.next_down(), high: max.next_up() } }
     }
 }
 
-/// The largest magnitude within.
 pub(super) fn magnitude(entry: Interval) -> f64 {
     entry.low.abs().max(entry.high.abs())
 }
 
-/// A matrix of intervals.
+/// An interval matrix.
 pub(super) type Enclosure = Vec<Vec<Interval>>;
 
-/// The enclosure of a matrix whose entries were computed.
 pub(super) fn rounded(matrix: &DMatrix<f64>) -> Enclosure {
     (0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| Interval::rounded(matrix[(i, j)])).collect()).collect()
 }
 
-/// The enclosure of an exact matrix.
 pub(super) fn exact(matrix: &DMatrix<f64>) -> Enclosure {
     (0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| Interval::exact(matrix[(i, j)])).collect()).collect()
 }
@@ -99,7 +95,7 @@ pub(super) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
     let columns = b.first().map_or(0, Vec::len);
     let of_row = |row: &Vec<Interval>| {
         let mut sums = vec![Interval::exact(0.0); columns];
-        // A product with an exact 0 is exact; many entries of the maps are.
+        // A product with an exact 0 is exact; many entries of the maps are 0.
         for k in 0..row.len() {
             let (x, other) = (row[k], &b[k][..columns]);
             if x.low != 0.0 || x.high != 0.0 {
@@ -144,11 +140,12 @@ pub(super) fn transpose(a: &Enclosure) -> Enclosure {
     (0..columns).map(|j| a.iter().map(|row| row[j]).collect()).collect()
 }
 
-/// Whether every symmetric matrix within is positive definite; false if the intervals are too wide to decide.
+/// Returns true if every symmetric matrix within is positive definite; false also if the intervals are too wide to
+/// decide.
 pub(super) fn is_positive_definite(matrix: &Enclosure) -> bool {
     let n = matrix.len();
     let mut rest = matrix.clone();
-    // Scaling by powers of two, which is exact, makes all rows of similar size.
+    // Scaling by powers of two is exact and makes all rows of similar size.
     let scales: Vec<f64> = (0..n).map(|k| (-0.5 * rest[k][k].high.abs().log2()).round().exp2()).collect();
     for (i, row) in rest.iter_mut().enumerate() {
         for (j, entry) in row.iter_mut().enumerate() {
@@ -158,7 +155,7 @@ pub(super) fn is_positive_definite(matrix: &Enclosure) -> bool {
     }
     for k in 0..n {
         let pivot = rest[k][k];
-        // False for NaN too.
+        // Also false for NaN.
         if !(pivot.low > 0.0 && pivot.high.is_finite()) {
             return false;
         }
@@ -177,8 +174,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_operation_holds_the_exact_result() {
-        // The exact 0.1 + 0.2 and 0.1 * 0.1 of these doubles are not doubles.
+    fn every_operation_encloses_the_exact_result() {
+        // The exact results are not doubles.
         let (tenth, fifth) = (Interval::exact(0.1), Interval::exact(0.2));
         for result in [tenth + fifth, tenth * tenth, fifth - tenth, tenth.over(fifth)] {
             assert!(result.low < result.high && result.high - result.low < 1e-15);
@@ -190,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn a_matrix_is_positive_definite_until_an_eigenvalue_is_not() {
+    fn a_matrix_with_a_negative_eigenvalue_is_not_positive_definite() {
         let hilbert = DMatrix::from_fn(5, 5, |i, j| 1.0 / (i + j + 1) as f64);
         assert!(is_positive_definite(&rounded(&hilbert)));
         let smallest = hilbert.symmetric_eigenvalues().min();
@@ -203,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn powers_hold_those_of_the_matrix() {
+    fn interval_powers_enclose_the_matrix_powers() {
         let a = DMatrix::from_row_slice(2, 2, &[0.9, 0.3, -0.2, 0.95]);
         let hundredth = power(&exact(&a), 100);
         let expected = (0..100).fold(DMatrix::identity(2, 2), |all, _| all * &a);

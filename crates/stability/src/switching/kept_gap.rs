@@ -1,20 +1,21 @@
-//! A gap that is kept (`clutch`): bounds from tick to tick instead of functions.
+//! The proof for a gap that is kept (`clutch`): bounds from tick to tick instead of functions.
 //!
-//! A freeze forgets the loop's motion: it ends with the slave at the held reference and the hand near its desired position. What
-//! is left is the gap `g` and a small rest, so that at the release
+//! During a freeze the loop's motion decays: it ends with the slave at the held reference and the hand near its desired
+//! position. Only the gap `g` and a small rest remain. At the release
 //!
 //! ```text
 //! x = e g + ρ,      |g| <= a,      |ρ_i| <= R_i a
 //! ```
-//! `max(|g|, |ρ_i| / R_i)` decays from event to event if these bounds at one event give `κ a` and `κ R_i a` at the next, `κ < 1`.
-//! The next state is linear in `g` and `ρ` for every choice of the tissue, so that `|g| = a` is the worst gap.
+//! `max(|g|, |ρ_i| / R_i)` decays from event to event if these bounds at one event imply `κ a` and `κ R_i a` at the
+//! next, with `κ < 1`. The next state is linear in `g` and `ρ` for every choice of the tissue, so `|g| = a` is the
+//! worst gap.
 //!
-//! The bounds of the motion between are those of [`Responses`] at each tick of teleoperation. An event at any tick from the dwell
-//! on freezes the slave at its position within its bounds there, and the powers of the frozen map give gap and rest at the end of
-//! every freeze. All responses are interval enclosures; no solver takes part.
+//! [`Responses`] bounds the motion at each tick of teleoperation. An alarm at any tick from the dwell on freezes the
+//! slave at its position, within its bounds. The powers of the frozen map give gap and rest at the end of every freeze.
+//! All responses are interval enclosures, without a solver.
 //!
-//! A quadratic function is too cautious here: on the softest tissue an event keeps 93 % of the gap, and an ellipsoid around the
-//! motion between soft and stiff ends allows for more than the other 7 %.
+//! A quadratic function is too conservative here: on the softest tissue an event keeps 93 % of the gap, and an
+//! ellipsoid around the motion between the soft and stiff ends is more than 7 % too large.
 
 use nalgebra::DMatrix;
 
@@ -28,13 +29,13 @@ use crate::StabilityError;
 use trocar_base::interrupt;
 use trocar_core::augmentation::cross_fade;
 
-/// The rest that is allowed for, relative to what an event leaves.
+/// The allowed rest, relative to the rest after an event.
 const ROOM: f64 = 2.0;
 
-/// The growth per event at which a dwell counts as certified: well below 1, so that it is the same on every machine.
+/// Maximum growth per event for a certified dwell: well below 1, so that every computer finds the same dwell.
 const MAX_GROWTH: f64 = 0.999;
 
-/// Slack for the rounding of short sums, relative.
+/// Relative allowance for the rounding of short sums.
 const ROUNDING: f64 = 1e-12;
 
 /// The proof that a kept gap and the motion decay from event to event.
@@ -44,31 +45,33 @@ pub struct KeptGap {
     pub dwell_ticks: u64,
     /// Number of verified conditions: the ticks of the bounds, and the states after each length of the freeze.
     pub conditions: u64,
-    /// Bound of the growth per event by ticks of teleoperation, from 1 on; the last one holds for all that are longer.
+    /// Bound of the growth per event by ticks of teleoperation, from 1 on; the last one holds for all longer dwells.
     growth: Vec<f64>,
     /// `e`: the scaled states at the release per scaled gap.
     pub along: Vec<f64>,
-    /// `R`: of the scaled states and of the scaled force fed back, per scaled gap.
+    /// `R`: the rest of the scaled states and of the scaled feedback force, per scaled gap.
     pub rest: Vec<f64>,
-    /// Ticks that are bounded one by one.
+    /// Number of ticks with individual bounds.
     pub ticks: u64,
     /// The states of each phase.
     pub spaces: Vec<StateSpace>,
-    /// The maps: of teleoperation, of an alarm, while frozen and at the release; the inputs and signals of the tissue.
+    /// The maps of teleoperation, of an alarm, while frozen and at the release, and the inputs and signals of the
+    /// tissue.
     pub maps: Vec<StateMap>,
     /// Bounds of the slave's position in m/m and of the feedback force in N/m after the hand is released at a distance.
     pub(super) reach: Option<(f64, f64)>,
 }
 
 impl KeptGap {
-    /// Bound of the growth per event with at least so many ticks of teleoperation between events.
+    /// Returns a bound of the growth per event with at least this many ticks of teleoperation between events.
     #[must_use]
     pub fn growth_after(&self, dwell_ticks: u64) -> f64 {
         let at = (dwell_ticks.max(1) - 1) as usize;
         self.growth.get(at).or(self.growth.last()).copied().unwrap_or(f64::INFINITY)
     }
 
-    /// The proof with the shortest dwell up to `longest`, with bounds after a release of the hand if wanted; `None` if there is none.
+    /// Returns the proof with the shortest dwell up to `longest`, optionally with bounds after a release of the hand.
+    /// `None` if there is no proof.
     ///
     /// # Errors
     /// [`StabilityError::Algebra`].
@@ -80,7 +83,7 @@ impl KeptGap {
         if !modes.is_frozen_map_unique() {
             return Ok(None);
         }
-        // The states of an unstable loop do not scale.
+        // The states of an unstable loop cannot be scaled.
         let Ok(scales) = Scales::new(modes).map(|scales| scales.of_single_states()) else { return Ok(None) };
         let Some(event) = Event::new(modes, phases, &scales) else { return Ok(None) };
         let weights: Vec<f64> = (1..=phases.blend).map(|tick| cross_fade(tick as f64 / phases.blend as f64)).collect();
@@ -89,18 +92,17 @@ impl KeptGap {
     }
 }
 
-/// What is left of the states at an alarm when the freeze ends.
+/// The effect of the states at an alarm on those at the end of the freeze.
 struct Event {
-    /// Bounds of the entries of the maps from an alarm to the release, over all lengths of the freeze: from `(x, r, φ, …)` to
-    /// `(x, φ, g)`. The column of `r` is what is left without `e`.
+    /// Bounds of the entries of the maps from an alarm to the release, over all lengths of the freeze: from
+    /// `(x, r, φ, …)` to `(x, φ, g)`. The column of `r` excludes `e`.
     left: DMatrix<f64>,
     /// The entry from the reference to the gap.
     gap_of_reference: f64,
     /// `e`.
     along: Vec<f64>,
-    /// The rows of the slave's position and of the force fed back at each frozen tick.
+    /// The rows of the slave's position and of the feedback force at each frozen tick.
     frozen: [Vec<Vec<f64>>; 2],
-    /// Number of lengths of the freeze.
     lengths: u64,
 }
 
@@ -152,14 +154,14 @@ impl Event {
         is_finite.then_some(Self { left, gap_of_reference, along, frozen: of_frozen, lengths })
     }
 
-    /// Bounds of what is left of states at an alarm within `at_alarm`: of the loop's states and the force without `e g`, and of
-    /// the gap without the reference.
+    /// Returns bounds at the release for states at an alarm within `at_alarm`: of the loop's states and the force
+    /// without `e g`, and of the gap without the reference.
     fn left_of(&self, at_alarm: &[f64]) -> Vec<f64> {
         let sum = |i: usize| at_alarm.iter().enumerate().map(|(j, bound)| self.left[(i, j)] * bound).sum::<f64>();
         (0..self.left.nrows()).map(|i| sum(i) * (1.0 + ROUNDING)).collect()
     }
 
-    /// The largest slave position and force fed back in a freeze that begins within `at_alarm`.
+    /// Returns the largest slave position and feedback force in a freeze that begins within `at_alarm`.
     fn largest_frozen(&self, at_alarm: &[f64]) -> [f64; 2] {
         let row = |row: &Vec<f64>| row.iter().zip(at_alarm).map(|(entry, bound)| entry * bound).sum::<f64>();
         self.frozen.each_ref().map(|rows| rows.iter().map(row).fold(0.0, f64::max) * (1.0 + ROUNDING))
@@ -175,7 +177,7 @@ struct Proof<'a> {
 }
 
 impl Proof<'_> {
-    /// Bounds of the states at an alarm, at any tick of the motion.
+    /// Returns bounds of the states at an alarm, at any tick of the motion.
     fn at_alarm(&self, track: &Track, gap: f64) -> Vec<f64> {
         let n = self.modes.states();
         let states: Vec<f64> = track.states.iter().copied().chain([gap]).collect();
@@ -188,7 +190,7 @@ impl Proof<'_> {
                 *bound = bound.max(sum * (1.0 + ROUNDING));
             }
         }
-        // The loop's states are those of the next tick. Slave, reference and force have bounds of their own.
+        // The bounds at the next tick also hold for the loop's states. Slave, reference and force have separate bounds.
         all[..n].copy_from_slice(&track.states);
         let slave = self.modes.master_states();
         let metre = self.scales.of(self.modes, Space::Loop)[(slave, slave)];
@@ -203,14 +205,13 @@ impl Proof<'_> {
     fn start(&self, rest: &[f64]) -> Start {
         let n = self.modes.states();
         let mut state = self.event.along.clone();
-        // A scaled gap and a scaled reference have the same unit.
+        // The scaled gap and the scaled reference have the same unit.
         state.push(1.0);
         let state = state.into_iter().map(Interval::exact).collect();
         let force = rest[n] / self.newton();
         Start { state, rest: rest[..n].to_vec(), fades_from_n: Some(force * (1.0 + ROUNDING)) }
     }
 
-    /// A newton in scaled states.
     fn newton(&self) -> f64 {
         1.0 / self.scales.of(self.modes, Space::Fading)[(self.modes.states(), self.modes.states())]
     }
@@ -229,7 +230,7 @@ impl Proof<'_> {
                 of_rest = of_rest.max(left / rest);
             }
         }
-        // The alarm is at the tick after the dwell's last one.
+        // The alarm is at the tick after the dwell.
         let blend = self.phases.blend as usize;
         let mut growth: Vec<f64> = (track.reference[blend..].iter())
             .map(|reference| (reference * self.event.gap_of_reference + left[n + 1]) * (1.0 + ROUNDING))
@@ -259,7 +260,7 @@ impl Proof<'_> {
         })
     }
 
-    /// Bounds of the slave's position and of the feedback force after the hand is released, in m/m and N/m.
+    /// Returns bounds of the slave's position and the feedback force after the hand is released, in m/m and N/m.
     fn reach(&self, cycle: &Track, at_alarm: &[f64], rest: &[f64]) -> Option<(f64, f64)> {
         let n = self.modes.states();
         let later = self.largest(cycle, at_alarm, rest[n] / self.newton());
@@ -280,7 +281,6 @@ impl Proof<'_> {
         Some((before[0].max(size * later[0]), before[1].max(size * later[1])))
     }
 
-    /// The largest slave position and feedback force in a motion and the freeze after it.
     fn largest(&self, track: &Track, at_alarm: &[f64], faded_n: f64) -> [f64; 2] {
         let [slave, force] = self.event.largest_frozen(at_alarm);
         [slave.max(track.slave), force.max(track.force_n.max(faded_n))]
@@ -343,7 +343,8 @@ mod tests {
         (modes, settings.phases(), found)
     }
 
-    /// The gap before the next event, per metre of that before this one, with a tissue chosen at each tick.
+    /// Returns the gap before the next event, per metre of the gap before this event, with a tissue chosen at each
+    /// tick.
     fn next_gap(modes: &Modes, phases: Phases, state: &mut DMatrix<f64>, mut choose: impl FnMut() -> (u64, u64, bool)) {
         let (held, dwell, _) = choose();
         let mut vertex = || usize::from(choose().2);
@@ -362,13 +363,13 @@ mod tests {
     }
 
     #[test]
-    fn the_certified_growth_is_close_to_what_the_softest_tissue_keeps() {
+    fn the_certified_growth_is_close_to_the_growth_on_the_softest_tissue() {
         for settings in
             [&[][..], &["channel.delay_s=0.001"], &["channel.delay_s=0.005"], &["controller.kind=local-force"]]
         {
             let (_, phases, found) = proof(settings);
             let found = found.expect("certified");
-            // The spring of the arm against both springs: 698.8 / (698.8 + 50).
+            // The share of the gap that the springs of arm and tissue keep: 698.8 / (698.8 + 50).
             let growth = found.growth_after(phases.refractory);
             assert!((0.9332..0.945).contains(&growth), "{settings:?}: {growth}");
             assert!(found.growth_after(1) >= growth && found.dwell_ticks <= 5, "{settings:?}: {}", found.dwell_ticks);
@@ -387,7 +388,7 @@ mod tests {
                 state = modes.teleoperation(0) * &state;
             }
             for event in 0..12 {
-                // Alternating with a period that is drawn for each event; 0 draws each tick.
+                // The tissue alternates with a random period for each event; with period 0 it is random at each tick.
                 let (period, mut tick) = (random.random_range(0..200_u64), 0);
                 let dwell = if event % 2 == 0 { phases.refractory } else { phases.refractory + 300 };
                 next_gap(&modes, phases, &mut state, || {
@@ -406,8 +407,8 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_that_grows_has_no_proof() {
-        // A force that stays while frozen holds the hand back: the gap at the release is larger than the one before.
+    fn a_growing_gap_has_no_proof() {
+        // A force that remains while frozen holds the hand back, so the gap at the release exceeds the previous one.
         for setting in
             ["augmentation.decay_ratio=0.2", "augmentation.force_law=amplify", "controller.kind=position-position"]
         {

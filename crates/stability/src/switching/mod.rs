@@ -1,11 +1,15 @@
 //! Events: teleoperation, frozen, re-engaging, as a switched linear system.
 //!
-//! The paper leaves out the stability of its event-based scheme, as one that "would require hybrid modelling". This
-//! module analyses it: the maps of each phase (`modes`), a certificate that every sequence of events with a minimum
-//! dwell between them decays (`conditions`, `certificate`; found by semidefinite programming, verified in interval
-//! arithmetic), the bounds of motions that it gives (`reach`), the worst sequences found, with the tissue chosen anew at
-//! every tick (`ascent`) and constant (`products`), which show how tight it is, and the effect of each re-engaging policy
-//! at the end of one event (`event`).
+//! The paper does not analyse the stability of its event-based scheme, which "would require hybrid modelling". This
+//! module does:
+//!
+//! - `modes`: the maps of each phase;
+//! - `conditions`, `certificate`: a certificate that every sequence of events with a minimum dwell between them decays,
+//!   found by semidefinite programming and verified in interval arithmetic;
+//! - `reach`: bounds of motions from the certificate;
+//! - `ascent`, `products`: the worst sequences found, with a tissue that changes at every tick or is constant, to show
+//!   how tight the certificate is;
+//! - `event`: the effect of each re-engaging policy at the end of one event.
 
 mod ascent;
 mod certificate;
@@ -57,30 +61,29 @@ pub struct DwellPoint {
 /// The analysis of the switching.
 #[derive(Debug, Clone)]
 pub struct Switching {
-    /// The analysed loop and events.
+    /// The loop and its events.
     pub settings: SwitchingSettings,
-    /// Its phases.
+    /// The phases of an event.
     pub phases: Phases,
-    /// The certificate with the shortest dwell; `None` without one up to [`LONGEST_DWELL_S`], and for a kept gap.
+    /// The certificate with the shortest dwell. `None` if there is none up to [`LONGEST_DWELL_S`], or for a kept gap.
     pub certificate: Option<Certificate>,
-    /// The proof for a kept gap (`clutch`), with the shortest dwell.
+    /// The proof for a kept gap (`clutch`) with the shortest dwell.
     pub kept_gap: Option<KeptGap>,
     /// The certificate with the smallest growth at the supervisor's refractory time.
     pub at_refractory: Option<Certificate>,
-    /// Whether the same is certified if the needle may lose contact at any tick; `None` if it is not certified in contact.
+    /// True if the certificate also covers loss of contact at any tick; `None` if contact itself is not certified.
     pub covers_lost_contact: Option<bool>,
-    /// Bounds of motions with the supervisor's refractory time between events; `None` if it is not certified, or with a
-    /// delay.
+    /// Bounds of motions with the refractory time between events; `None` if it is not certified, or with a delay.
     pub reach: Option<Reach>,
-    /// The worst growth per event found at the refractory time, with the tissue chosen at every tick.
+    /// The worst growth per event found at the refractory time, with a tissue chosen at every tick.
     pub growth: Growth,
-    /// The growth on one constant stiffness, which a scenario can simulate, at the refractory time.
+    /// The growth at the refractory time on one constant stiffness, which a scenario can simulate.
     pub shown: SimulatedGrowth,
-    /// The longest tried dwell, up to the refractory time or the certified dwell, at which some sequence grows.
+    /// The longest tried dwell at which some sequence grows, up to the refractory time or the certified dwell.
     pub growing_dwell_ticks: Option<u64>,
     /// The results by dwell, increasing.
     pub by_dwell: Vec<DwellPoint>,
-    /// The end of one event, by policy.
+    /// The end of one event, for each policy.
     pub events: Vec<EventBound>,
 }
 
@@ -141,8 +144,8 @@ impl Switching {
         })
     }
 
-    /// The longest tried dwell, from `dwell` down by factors of four, at which some sequence grows; the growth at one dwell is
-    /// known.
+    /// Returns the longest tried dwell, from `dwell` down by factors of four, at which some sequence grows. Reuses the
+    /// known growth at one dwell.
     fn growing_dwell(
         steps: &Steps<'_>,
         mut dwell: u64,
@@ -160,7 +163,7 @@ impl Switching {
         }
     }
 
-    /// The shortest certified dwell only, in ticks; `None` without one up to [`LONGEST_DWELL_S`].
+    /// Returns only the shortest certified dwell, in ticks; `None` if there is none up to [`LONGEST_DWELL_S`].
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -170,8 +173,8 @@ impl Switching {
         Ok(Proof::shortest(settings, &mut search)?.map(|found| found.dwell_ticks()))
     }
 
-    /// Whether `dwell_ticks` of teleoperation between events are certified: one programme or a few, where
-    /// [`Switching::certified_dwell`] solves a dozen. With long delays each one takes seconds.
+    /// Returns true if `dwell_ticks` of teleoperation between events are certified. Solves one or a few programmes;
+    /// [`Switching::certified_dwell`] solves a dozen, which takes seconds each with long delays.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -183,14 +186,14 @@ impl Switching {
         Search::new(settings, &modes, settings.phases()).is_certified(dwell_ticks.max(1))
     }
 
-    /// The shortest certified dwell, in ticks.
+    /// Returns the shortest certified dwell in ticks.
     #[must_use]
     pub fn dwell_ticks(&self) -> Option<u64> {
         let of_functions = self.certificate.as_ref().map(|found| found.dwell_ticks);
         of_functions.or(self.kept_gap.as_ref().map(|found| found.dwell_ticks))
     }
 
-    /// The certified growth per event at the refractory time, if it is certified.
+    /// Returns the certified growth per event at the refractory time, if it is certified.
     #[must_use]
     pub fn certified_growth(&self) -> Option<f64> {
         let refractory = self.phases.refractory;
@@ -199,20 +202,18 @@ impl Switching {
         of_functions.or(kept_gap.map(|found| found.growth_after(refractory)))
     }
 
-    /// Whether the refractory time is at least the certified dwell, so that every sequence of events is stable.
+    /// Returns true if the refractory time is at least the certified dwell, so that every sequence of events is stable.
     #[must_use]
     pub fn is_certified(&self) -> bool {
         self.dwell_ticks().is_some_and(|dwell| dwell <= self.phases.refractory)
     }
 }
 
-/// What certifies a dwell.
 enum Proof {
     Functions(Box<Certificate>),
     KeptGap(Box<KeptGap>),
 }
 
-/// What is certified with the refractory time between events.
 #[derive(Default)]
 struct AtRefractory {
     tightest: Option<Certificate>,
@@ -221,10 +222,9 @@ struct AtRefractory {
 }
 
 impl Proof {
-    /// That of the shortest dwell.
     fn shortest(settings: &SwitchingSettings, search: &mut Search<'_>) -> Result<Option<Self>, StabilityError> {
         if settings.keeps_gap() {
-            // Out of contact a gap stays as it is.
+            // Without contact, a kept gap does not change.
             if settings.loses_contact {
                 return Ok(None);
             }
@@ -269,10 +269,11 @@ impl Proof {
     }
 }
 
-/// Longer dwells for which the growth is shown, as multiples of the refractory time.
+/// Dwells for which the growth is shown, as multiples of the refractory time.
 const LONGER: [u64; 3] = [1, 2, 4];
 
-/// Certified and found growth at the shortest certified dwell, the refractory time and longer ones.
+/// Returns the certified and the found growth at the shortest certified dwell, at the refractory time and at longer
+/// dwells.
 fn by_dwell(
     settings: &SwitchingSettings,
     (steps, found): (&Steps<'_>, &Growth),

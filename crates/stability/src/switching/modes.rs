@@ -7,7 +7,7 @@ use crate::side::{OwnPart, Side};
 use crate::{LinearLoop, StabilityError, SwitchingSettings};
 use trocar_core::augmentation::{AmplifySettings, DecaySettings, ForceLawSettings, Freeze, Reengage};
 
-/// A space of states: the loop's states `x`, and those of the extra states that matter in a phase.
+/// A space of states: the loop's states `x` and the extra states that a phase uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Space {
     /// `x`: teleoperation.
@@ -18,21 +18,20 @@ pub(super) enum Space {
     Fading,
     /// `(x, φ, g)`: the cross-fade with a gap.
     FadingGap,
-    /// `(x, r, φ, F*, F_t)`, as far as the force law uses them: frozen.
+    /// `(x, r, φ, F*, F_t)`, without the ones that the force law does not use: frozen.
     Frozen,
-    /// `(r, F*, F_t)`, as far as the force law uses them: constant while frozen.
+    /// `(r, F*, F_t)`, without the ones that the force law does not use: constant while frozen.
     Held,
     /// `g`.
     Gap,
     /// A quantity to bound.
     Number,
-    /// A metre of the hand's release.
+    /// The distance of the hand's release, in m.
     Start,
-    /// All states.
     All,
 }
 
-/// Extra states after those of the loop.
+/// Indices of the extra states after the loop's states.
 const REFERENCE: usize = 0;
 const FED_BACK: usize = 1;
 const ANCHOR: usize = 2;
@@ -40,30 +39,30 @@ const TISSUE: usize = 3;
 const GAP: usize = 4;
 const EXTRA: usize = 5;
 
-/// A range's end for the tissue: `f = K p + B v`.
+/// One end of the tissue's range: `f = K p + B v`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Vertex {
     stiffness_n_per_m: f64,
     damping_n_s_per_m: f64,
 }
 
-/// The linear maps. Positions are relative to the tissue's surface and to the hand's desired position.
+/// The linear maps of the phases. Positions are relative to the tissue's surface and to the hand's desired position.
 ///
 /// ```text
 /// (x, r, φ, F*, F_t, g)     x: master's side, slave's side, hand positions on the way, latest first;
-///                           r the reference, φ the force last fed back, F* that at the alarm, F_t the measured one there,
-///                           g the gap: x_ref = hand + g
+///                           r the reference, φ the last feedback force, F* and F_t the feedback force and the measured
+///                           force at the alarm, g the gap: x_ref = hand + g
 /// ```
-/// The supervisor and the slave use the hand's position that has arrived; mode and force arrive at the master later by the
-/// backward delay. The master's states are those of the tick at which the slave's samples arrive: then both sides switch
-/// at the same time, and all of the delay lies between the hand and the slave.
+/// The supervisor and the slave use the hand's position that has arrived; mode and force reach the master after the
+/// backward delay. The master's states are therefore taken at the tick at which the slave's samples arrive: both sides
+/// then switch at the same time, and the whole delay lies between the hand and the slave.
 ///
-/// The states of a map are those before the tick's force, so that an event that begins at tick `k` uses `x` at `k - 1`:
-/// the anchor `F*` and the last reference are those of that tick.
+/// A map starts from the states before the tick's force. An event that begins at tick `k` therefore uses `x`, the
+/// anchor `F*` and the last reference at `k - 1`.
 #[derive(Debug, Clone)]
 pub(super) struct Modes {
     master: Side,
-    /// One for each vertex of the tissue.
+    /// One slave for each vertex of the tissue.
     slaves: Vec<Side>,
     /// Whole ticks of both delays.
     delay: usize,
@@ -71,7 +70,7 @@ pub(super) struct Modes {
     law: ForceLawSettings,
     freeze: Freeze,
     reengage: Reengage,
-    /// Decay factor per tick.
+    /// Decay factor of the force per tick.
     decay_factor: f64,
     pub(super) tick_s: f64,
 }
@@ -105,7 +104,7 @@ impl Modes {
             slaves: vertices.iter().map(slave).collect::<Result<_, _>>()?,
             delay: settings.delay_ticks() as usize,
             integral: settings.of_loop.master.force_integral_gain != 0.0,
-            // The added damping is left out, and told so; what remains is the measured force.
+            // The added damping is not modelled, as the coverage reports; the measured force remains.
             law: match augmentation.force {
                 ForceLawSettings::Damp(_) => ForceLawSettings::Amplify(AmplifySettings { gain: 1.0 }),
                 law => law,
@@ -117,27 +116,26 @@ impl Modes {
         })
     }
 
-    /// Number of states of the loop.
     pub(super) fn states(&self) -> usize {
         self.master.a.nrows() + self.slaves[0].a.nrows() + self.delay
     }
 
-    /// Number of all states.
     pub(super) fn places_all(&self) -> usize {
         self.states() + EXTRA
     }
 
-    /// Number of states of the master's side, which come first.
+    /// Number of states of the master's side, the first states.
     pub(super) fn master_states(&self) -> usize {
         self.master.a.nrows()
     }
 
-    /// Number of hand positions on the way, which come last.
+    /// Number of hand positions on the way, the last of the loop's states.
     pub(super) fn delay(&self) -> usize {
         self.delay
     }
 
-    /// The decay of the slowest mode of teleoperation on any vertex of the tissue, in 1/s; 0 if one does not decay.
+    /// Returns the smallest decay rate of teleoperation over the vertices of the tissue, in 1/s; 0 if a mode does not
+    /// decay.
     pub(super) fn slowest_decay_per_s(&self) -> Result<f64, StabilityError> {
         let mut largest: f64 = 0.0;
         for vertex in self.vertices() {
@@ -147,17 +145,14 @@ impl Modes {
         Ok((-largest.ln() / self.tick_s).max(0.0))
     }
 
-    /// The same without a delay.
     pub(super) fn without_delay(&self) -> Self {
         Self { delay: 0, ..self.clone() }
     }
 
-    /// The ends of the tissue's range.
     pub(super) fn vertices(&self) -> std::ops::Range<usize> {
         0..self.slaves.len()
     }
 
-    /// Name and unit of each state of a space, in order.
     pub(super) fn names(&self, space: Space) -> Vec<(String, &'static str)> {
         let own = |text: &str, unit| (text.to_owned(), unit);
         let mut of_loop = vec![own("x_h", "m"), own("v_h", "m/s"), own("x_a", "m"), own("v_a", "m/s")];
@@ -187,22 +182,18 @@ impl Modes {
         self.places(space).into_iter().map(|place| all[place].clone()).collect()
     }
 
-    /// Whether the feedback force depends on the force at the alarm.
     fn has_anchor(&self) -> bool {
         !matches!(self.law, ForceLawSettings::Decay(DecaySettings { ratio: 0.0, .. }))
     }
 
-    /// Whether there is a gap between hand and reference after an event.
     pub(super) fn has_gap(&self) -> bool {
         self.reengage != Reengage::Snap
     }
 
-    /// Whether the gap closes after an event.
     pub(super) fn gap_closes(&self) -> bool {
         self.reengage != Reengage::Clutch
     }
 
-    /// The states of a space among all.
     fn places(&self, space: Space) -> Vec<usize> {
         let n = self.states();
         let mut places: Vec<usize> = match space {
@@ -233,27 +224,24 @@ impl Modes {
         places
     }
 
-    /// Number of states of a space.
     pub(super) fn size(&self, space: Space) -> usize {
         if matches!(space, Space::Number | Space::Start) { 1 } else { self.places(space).len() }
     }
 
-    /// The rows and columns of a map over all states that lead from one space to another.
     pub(super) fn between(&self, map: &DMatrix<f64>, from: Space, to: Space) -> DMatrix<f64> {
         map.select_rows(&self.places(to)).select_columns(&self.places(from))
     }
 
-    /// The states that two spaces share; the others of `to` are 0.
+    /// Selects the states that two spaces share; the other states of `to` are 0.
     pub(super) fn selection(&self, from: Space, to: Space) -> DMatrix<f64> {
         self.between(&DMatrix::identity(self.states() + EXTRA, self.states() + EXTRA), from, to)
     }
 
-    /// A row over a space from one over all states.
     pub(super) fn row(&self, row: &DMatrix<f64>, space: Space) -> DMatrix<f64> {
         row.select_columns(&self.places(space))
     }
 
-    /// A row over all states, with weights on both sides.
+    /// Returns a row over all states from the weights of both sides.
     fn weights(&self, of_master: &DVector<f64>, of_slave: &DVector<f64>) -> DMatrix<f64> {
         let mut row = DMatrix::zeros(1, self.states() + EXTRA);
         row.view_mut((0, 0), (1, of_master.len())).tr_copy_from(of_master);
@@ -269,7 +257,7 @@ impl Modes {
         self.unit(self.states() + state)
     }
 
-    /// The target of the slave: the hand's position that has arrived, scaled, and the slave's own part, in m.
+    /// Returns the slave's target: the scaled hand position that has arrived, and the slave's contribution, in m.
     pub(super) fn hand(&self, vertex: usize) -> DMatrix<f64> {
         let nothing = DVector::zeros(self.master.c.len());
         let own = self.weights(&nothing, &self.slaves[vertex].own);
@@ -280,22 +268,21 @@ impl Modes {
         own + arrived
     }
 
-    /// The slave's position in m.
     pub(super) fn slave(&self) -> DMatrix<f64> {
         self.unit(self.master.a.nrows())
     }
 
-    /// The whole force fed back in teleoperation, in N.
+    /// Returns the whole feedback force in teleoperation, in N.
     pub(super) fn force(&self, vertex: usize) -> DMatrix<f64> {
         self.weights(&self.master.own, &self.slaves[vertex].c)
     }
 
-    /// The measured force scaled to the master, in N.
+    /// Returns the measured force scaled to the master, in N.
     fn measured(&self, vertex: usize) -> DMatrix<f64> {
         self.weights(&DVector::zeros(self.master.c.len()), &self.slaves[vertex].force)
     }
 
-    /// The force last fed back, in N.
+    /// Returns the last feedback force in N.
     pub(super) fn fed_back(&self) -> DMatrix<f64> {
         self.extra(FED_BACK)
     }
@@ -306,17 +293,17 @@ impl Modes {
         column
     }
 
-    /// The effect of a metre of reference.
+    /// Returns the effect of a reference of 1 m.
     pub(super) fn of_reference(&self) -> DMatrix<f64> {
         self.column(self.master.a.nrows(), &self.slaves[0].now)
     }
 
-    /// The effect of a newton of feedback force.
+    /// Returns the effect of a feedback force of 1 N.
     pub(super) fn of_force(&self) -> DMatrix<f64> {
         self.column(0, &self.master.now)
     }
 
-    /// The effect of a metre of desired position, held over the tick.
+    /// Returns the effect of a desired position of 1 m, held over the tick.
     pub(super) fn of_desired(&self) -> DMatrix<f64> {
         match &self.master.desired {
             Some((now, next)) => self.column(0, &(now + next)),
@@ -324,7 +311,8 @@ impl Modes {
         }
     }
 
-    /// The loop at the first tick after the desired position steps to the origin, with the hand at rest a metre away.
+    /// Returns the state at the first tick after the desired position steps to the origin, with the hand at rest at 1
+    /// m.
     pub(super) fn after_step(&self, vertex: usize) -> DVector<f64> {
         let (n, at) = (self.states(), self.master.a.nrows());
         let slave = self.slaves[vertex].a.nrows();
@@ -347,7 +335,7 @@ impl Modes {
         next
     }
 
-    /// Both sides and the delay without a reference and a feedback force, all extra states kept.
+    /// Returns the map of both sides and the delay without reference and feedback force. It keeps all extra states.
     pub(super) fn apart(&self, vertex: usize) -> DMatrix<f64> {
         let slave = &self.slaves[vertex];
         let (m, s, n) = (self.master.a.nrows(), slave.a.nrows(), self.states());
@@ -366,18 +354,19 @@ impl Modes {
         a
     }
 
-    /// A tick with the reference and the feedback force as rows over all states.
+    /// Returns the map of a tick with reference and feedback force as rows over all states.
     fn tick(&self, vertex: usize, reference: &DMatrix<f64>, force: &DMatrix<f64>) -> DMatrix<f64> {
         self.apart(vertex) + self.of_reference() * reference + self.of_force() * force
     }
 
-    /// The reference in teleoperation and when re-engaging.
+    /// Returns the reference in teleoperation and when re-engaging.
     fn reference(&self, vertex: usize) -> DMatrix<f64> {
         let hand = self.hand(vertex);
         if self.has_gap() { hand + self.extra(GAP) } else { hand }
     }
 
-    /// A tick of teleoperation, with the gap if there is one. Keeps the reference and the force for an event.
+    /// Returns the map of a teleoperation tick, with the gap if there is one. It stores reference and force for an
+    /// event.
     pub(super) fn teleoperation(&self, vertex: usize) -> DMatrix<f64> {
         let (reference, force) = (self.reference(vertex), self.force(vertex));
         let mut map = self.tick(vertex, &reference, &force);
@@ -387,7 +376,7 @@ impl Modes {
         map
     }
 
-    /// The beginning of an event, after the last tick of teleoperation.
+    /// Returns the map of an alarm after the last tick of teleoperation.
     pub(super) fn freeze(&self) -> DMatrix<f64> {
         let n = self.states();
         let mut map = DMatrix::identity(n + EXTRA, n + EXTRA);
@@ -398,8 +387,8 @@ impl Modes {
         map
     }
 
-    /// A frozen tick. The law `amplify` has a floor: `share` is 1 for the map without it and 0 for the constant `F*`; the
-    /// floored force always lies between the two.
+    /// Returns the map of a frozen tick. The law `amplify` has a floor: `share` is 1 without the floor and 0 for the
+    /// constant `F*`. The floored force always lies between the two.
     pub(super) fn frozen(&self, vertex: usize, share: f64) -> DMatrix<f64> {
         let fed_back = match self.law {
             ForceLawSettings::Decay(DecaySettings { ratio, .. }) => {
@@ -407,7 +396,7 @@ impl Modes {
             }
             ForceLawSettings::Amplify(_) | ForceLawSettings::Damp(_) => {
                 let gain = if let ForceLawSettings::Amplify(AmplifySettings { gain }) = self.law { gain } else { 1.0 };
-                // The coupling of the positions keeps its value, so that only the measured force varies.
+                // The coupling of the positions stays constant; only the measured force varies.
                 self.extra(ANCHOR) + (self.measured(vertex) - self.extra(TISSUE)) * (share * gain)
             }
         };
@@ -416,23 +405,22 @@ impl Modes {
         map
     }
 
-    /// Whether the frozen map is the same for every tissue and force, so that its powers are exact.
+    /// Returns true if the frozen map is the same for every tissue and force, so that its powers are exact.
     pub(super) fn is_frozen_map_unique(&self) -> bool {
         matches!(self.law, ForceLawSettings::Decay(_)) && self.slaves.iter().all(|slave| slave.a == self.slaves[0].a)
     }
 
-    /// The shares at which [`Self::frozen`] is needed.
+    /// Returns the values of `share` for [`Self::frozen`] that enclose the force.
     pub(super) fn shares(&self) -> &'static [f64] {
         if matches!(self.law, ForceLawSettings::Decay(_)) { &[1.0] } else { &[0.0, 1.0] }
     }
 
-    /// Whether the target of the slave or the machines depend on the tissue.
+    /// Returns true if the slave's target and the machines do not depend on the tissue.
     pub(super) fn has_unique_motion(&self) -> bool {
         let alike = |slave: &Side| slave.a == self.slaves[0].a && slave.own == self.slaves[0].own;
         self.slaves.iter().all(alike)
     }
 
-    /// The beginning of re-engaging.
     pub(super) fn release(&self, vertex: usize) -> DMatrix<f64> {
         let n = self.states();
         let mut map = DMatrix::identity(n + EXTRA, n + EXTRA);
@@ -443,13 +431,12 @@ impl Modes {
         map
     }
 
-    /// A tick of the cross-fade with a weight of the measured force.
+    /// Returns the map of a cross-fade tick with a weight of the measured force.
     pub(super) fn blend(&self, vertex: usize, weight: f64) -> DMatrix<f64> {
         let force = self.force(vertex) * weight + self.fed_back() * (1.0 - weight);
         self.tick(vertex, &self.reference(vertex), &force)
     }
 
-    /// A gap that has closed.
     pub(super) fn closed(&self) -> DMatrix<f64> {
         let n = self.states();
         let mut map = DMatrix::identity(n + EXTRA, n + EXTRA);

@@ -1,7 +1,8 @@
-//! Growth on one constant tissue, which a scenario can simulate: products of cycles.
+//! Growth on one constant tissue, which a scenario can simulate, from products of cycles.
 //!
-//! A cycle is an event and the teleoperation after it, one matrix for given lengths. Products of cycles are continued
-//! while the minimum norm of their prefixes exceeds the best growth (after Gripenberg, *Linear Algebra Appl.* 234, 1996).
+//! A cycle is an event and the teleoperation after it: one matrix for given lengths. Products of cycles are extended
+//! while the minimum norm of their prefixes exceeds the best growth (after Gripenberg, *Linear Algebra Appl.* 234,
+//! 1996).
 
 use nalgebra::DMatrix;
 
@@ -13,16 +14,14 @@ use trocar_base::interrupt;
 use trocar_core::augmentation::cross_fade;
 use trocar_lti::eigenvalues;
 
-/// Excess of a prefix's norm over the best growth below which it is not continued.
+/// Minimum excess of a prefix's norm over the best growth for extending the prefix.
 const TOLERANCE: f64 = 0.01;
 
-/// Maximum length of a product.
 const MAX_EVENTS: usize = 8;
 
-/// Maximum number of products.
 const MAX_PRODUCTS: usize = 20_000;
 
-/// Number of teleoperation lengths that are tried, and their range in ticks above the shortest.
+/// Number of tried lengths of teleoperation, and their range in ticks above the shortest.
 const DWELLS: usize = 10;
 const EXTRA_TICKS: u64 = 400;
 
@@ -31,9 +30,9 @@ const EXTRA_TICKS: u64 = 400;
 pub struct SimulatedCycle {
     /// Frozen ticks.
     pub held_ticks: u64,
-    /// Ticks of teleoperation after it.
+    /// Ticks of teleoperation after the event.
     pub dwell_ticks: u64,
-    /// The end of the stiffness's range: 0 softest, 1 stiffest.
+    /// The end of the stiffness range: 0 softest, 1 stiffest.
     pub vertex: usize,
 }
 
@@ -42,11 +41,10 @@ pub struct SimulatedCycle {
 pub struct SimulatedGrowth {
     /// Factor per event of the worst product found.
     pub found: f64,
-    /// That product, in order of time.
+    /// The worst product found, in order of time.
     pub worst: Vec<SimulatedCycle>,
 }
 
-/// A product, with the minimum norm of its prefixes.
 struct Node {
     matrix: DMatrix<f64>,
     word: Vec<usize>,
@@ -54,15 +52,16 @@ struct Node {
 }
 
 fn radius(matrix: &DMatrix<f64>) -> Result<f64, StabilityError> {
-    // An unstable loop can exceed the range of doubles.
+    // The states of an unstable loop can overflow.
     if matrix.iter().any(|value| !value.is_finite()) {
         return Ok(f64::INFINITY);
     }
     Ok(eigenvalues(matrix)?.into_iter().map(|value| value.norm()).fold(0.0, f64::max))
 }
 
-/// A cycle from the last tick before an event to that of the next one, on `(x, g)` if the gap is kept, else on `x`. For
-/// motions so small that a ramp closes its gap in the tick after the first and the force of `amplify` is not floored.
+/// Returns a cycle from the last tick before an event to the last tick before the next event, on `(x, g)` if the gap is
+/// kept, otherwise on `x`. It assumes motions so small that a ramp closes its gap in one tick and the force of
+/// `amplify` stays above its floor.
 fn matrix(modes: &Modes, phases: Phases, cycle: SimulatedCycle) -> DMatrix<f64> {
     let SimulatedCycle { held_ticks, dwell_ticks, vertex } = cycle;
     let space = if modes.gap_closes() { Space::Loop } else { Space::LoopGap };
@@ -79,7 +78,6 @@ fn matrix(modes: &Modes, phases: Phases, cycle: SimulatedCycle) -> DMatrix<f64> 
     modes.selection(Space::All, space) * power(&modes.teleoperation(vertex), dwell_ticks - 1) * state
 }
 
-/// The tried cycles.
 fn cycles(phases: Phases, dwell: u64, vertex: usize) -> Vec<SimulatedCycle> {
     let (shortest, longest) = phases.held;
     let mut all = vec![];
@@ -92,7 +90,8 @@ fn cycles(phases: Phases, dwell: u64, vertex: usize) -> Vec<SimulatedCycle> {
     all
 }
 
-/// The growth per event found with at least `dwell` ticks of teleoperation between events, on one vertex of the tissue.
+/// Returns the growth per event found with at least `dwell` ticks of teleoperation between events, on one vertex of the
+/// tissue.
 ///
 /// # Errors
 /// [`StabilityError::Algebra`].

@@ -1,4 +1,4 @@
-//! The maximum motion through events: a certified bound, and the maximum that was found.
+//! The maximum motion through events: a certified bound, and the largest motion found.
 
 use nalgebra::DMatrix;
 
@@ -13,37 +13,36 @@ use trocar_base::interrupt;
 use trocar_base::parallel::try_map;
 use trocar_core::augmentation::cross_fade;
 
-/// The ratio of a bound to one without a certificate at which the search ends.
+/// The ratio of the smallest certified bound to the largest uncertified one at which the search ends.
 const MAX_RATIO: f64 = 1.1;
 
-/// The largest bound tried, relative to what was found.
+/// The largest tried bound, relative to the motion found.
 const LARGEST: f64 = 64.0;
 
-/// Number of stiffnesses on which sequences are tried.
 const STIFFNESSES: usize = 4;
 
-/// Number of start times per event that are tried, and their range in ticks.
+/// Number of tried start times per event, and their range in ticks.
 const INSTANTS: u64 = 16;
 const LATEST_TICKS: u64 = 400;
 
-/// Number of events of the sequences.
 const EVENTS: usize = 2;
 
 /// Motion of the slave and feedback force after the hand is released at rest away from its desired position, per metre
-/// of that distance, at every tick of every admissible sequence of events.
+/// of that distance, over every tick of every admissible sequence of events.
 #[derive(Debug, Clone)]
 pub struct Reach {
-    /// Verified bound of the slave's position in m/m, with its certificate; a kept gap has one proof for all.
+    /// Verified bound of the slave's position in m/m, with its certificate; `None` for a kept gap, which has one common
+    /// proof.
     pub slave: (f64, Option<Certificate>),
-    /// Verified bound of the feedback force in N/m, likewise.
+    /// Verified bound of the feedback force in N/m, with its certificate as for the slave.
     pub force: (f64, Option<Certificate>),
-    /// The largest motion of the slave found, in m/m, from the first event on; the tissue varies at every tick.
+    /// The largest motion of the slave found, in m/m, from the first event on, with a tissue that varies at every tick.
     pub slave_found: f64,
     /// The largest feedback force found, in N/m.
     pub force_found: f64,
     /// The sequence on one constant stiffness with the largest motion of the slave.
     pub worst: Sequence,
-    /// That motion, in m/m.
+    /// The largest motion of that sequence, in m/m.
     pub simulated: f64,
 }
 
@@ -59,7 +58,7 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// The tick `extra_ticks` after the last event's return to teleoperation.
+    /// Returns the tick `extra_ticks` after the last event's return to teleoperation.
     #[must_use]
     pub fn end(&self, blend: u64, extra_ticks: u64) -> u64 {
         self.starts.last().map_or(0, |start| start + self.held_ticks + blend) + extra_ticks
@@ -67,7 +66,7 @@ impl Sequence {
 }
 
 impl Reach {
-    /// The bounds for the dwell of `choice`; `None` without a certificate.
+    /// Finds the bounds for the dwell of `choice`; `None` without a certificate.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -96,7 +95,7 @@ impl Reach {
         Ok(Some(Self { slave, force, slave_found: slave_found.max(simulated), force_found, worst, simulated }))
     }
 
-    /// With bounds that have been proved.
+    /// Builds the result from proved bounds.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -113,13 +112,12 @@ impl Reach {
     }
 }
 
-/// The largest motion of the slave and feedback force found. In a frozen or a blended tick the force is the one fed back.
 fn found(steps: &Steps<'_>, dwell: u64) -> [f64; 2] {
     let modes = steps.modes();
     [modes.slave(), modes.fed_back()].map(|row| farthest(steps, dwell, &[row]))
 }
 
-/// The smallest verified bound of a quantity, above what was found, with its certificate.
+/// Returns the smallest verified bound of a quantity, above the value found, with its certificate.
 fn bound(
     modes: &Modes,
     phases: Phases,
@@ -154,8 +152,8 @@ fn bound(
     Ok(Some((found * ratio, certificate)))
 }
 
-/// Simulates the maps for motions so small that a ramp closes its gap within a tick; returns the slave's maximum
-/// position from the first event on.
+/// Simulates motions so small that a ramp closes its gap within a tick. Returns the slave's maximum position from the
+/// first event on.
 fn simulate(modes: &Modes, phases: Phases, sequence: &Sequence, extra_ticks: u64) -> f64 {
     let share = *modes.shares().last().unwrap_or(&1.0);
     let (teleoperation, frozen, slave) = (modes.teleoperation(0), modes.frozen(0, share), modes.slave());
@@ -197,7 +195,8 @@ fn simulate(modes: &Modes, phases: Phases, sequence: &Sequence, extra_ticks: u64
     max
 }
 
-/// The tried sequence on one stiffness with the maximum motion of the slave: each event is added at its worst start time.
+/// Returns the tried sequence on one stiffness with the maximum motion of the slave. Each event is added at its worst
+/// start time.
 fn on_one_stiffness(
     settings: &SwitchingSettings,
     phases: Phases,

@@ -1,23 +1,24 @@
-//! Bounds of the loop's motion at each tick, for any stiffness of a range at every tick.
+//! Bounds of the loop's motion at each tick, for a stiffness that varies within a range at every tick.
 //!
-//! With a share `δ` of the stiffness's range, the force fed back is `(p + δ q) x` and, with local feedback, so is the slave's
-//! reference. Around a nominal share `σ` the loop is linear and time-invariant, and the tissue acts as an input that is known to
-//! lie in a range:
+//! Let `δ` be the position in the stiffness range. The feedback force is `(p + δ q) x`; with local feedback the slave's
+//! reference has the same form. Around a nominal position `σ` the loop is linear and time-invariant, and the tissue
+//! acts as a bounded input:
 //!
 //! ```text
 //! x_(k+1) = A_σ x_k + b w_k,      w_k = (δ_k - σ) q x_k,      0 <= δ_k <= 1
 //! s x_k   = s A_σ^k x_0 + Σ s A_σ^(k-1-j) b w_j,              j < k
 //! ```
-//! The bounds of `q x_j` at the ticks before give those of `w_j`, and these the bounds of every signal at tick `k`. In a
-//! cross-fade with the weight `v`, `w_k = (v δ_k - σ) q x_k - (1 - v) p x_k + (1 - v) φ` with the force `φ` before it. Each nominal
-//! share gives bounds, and the narrowest ones count: the softest tissue's are narrow where more stiffness only pushes back,
-//! those of the middle stay bounded where the range is wide.
+//! The bounds of `q x_j` at previous ticks give the bounds of `w_j`, and these the bounds of every signal at tick `k`.
+//! In a cross-fade with the weight `v`, `w_k = (v δ_k - σ) q x_k - (1 - v) p x_k + (1 - v) φ` with the force `φ` before
+//! the cross-fade. Each nominal position gives bounds, and the narrowest bounds are used. The softest nominal is narrow
+//! where more stiffness only pushes back; the middle one stays bounded for a wide range.
 //!
-//! After as many ticks as the slowest mode needs to decay, the bounds hold for ever if the inputs that follow from them lie
-//! in the range of those before. Motions without a gap decay for every tissue by small gain: `Σ |q A^j b| / 2 < 1` around the middle.
+//! After the slowest mode has decayed, the bounds hold for all later ticks if the resulting inputs stay within the
+//! previous range. Motions without a gap decay for every tissue by the small-gain theorem: `Σ |q A^j b| / 2 < 1` around
+//! the middle.
 //!
-//! Responses are interval enclosures, by products of a few powers of `A`. `Σ |A^j v|` from tick `N` on is at most
-//! `G |v| β / (1 - β)`, with `G = Σ |A^j|` before it and `β = |A^N|` in the maximum norm.
+//! Responses are interval enclosures from products of a few powers of `A`. `Σ |A^j v|` from tick `N` on is at most
+//! `G |v| β / (1 - β)`, with `G = Σ |A^j|` before tick `N` and `β = |A^N|` in the maximum norm.
 
 use super::certificate::first_powers;
 use super::interval::{Enclosure, Interval, magnitude, power, product, sum};
@@ -27,22 +28,21 @@ use crate::StabilityError;
 use nalgebra::DMatrix;
 use trocar_base::interrupt;
 
-/// Decay of the slowest mode over the ticks that are bounded one by one, as a power of e.
+/// Decay of the slowest mode over the ticks with individual bounds, as a power of e.
 const DECAY: f64 = 25.0;
 
-/// The maximum number of these ticks.
+/// The maximum number of ticks with individual bounds.
 const MAX_TICKS: f64 = 50_000.0;
 
-/// Nominal shares of the stiffness's range. The last one is the middle, for small gain.
+/// Nominal positions in the stiffness range. The last one is the middle, for the small gain.
 const NOMINALS: [f64; 2] = [0.0, 0.5];
 
-/// Slack for the rounding of a sum over all ticks, relative to the sum of magnitudes.
+/// Allowance for the rounding of a sum over all ticks, relative to the sum of magnitudes.
 const ROUNDING: f64 = 1e-9;
 
-/// Room of the inputs' range after the last tick, relative to the largest input.
+/// Enlargement of the inputs' range after the last tick, relative to the largest input.
 const ROOM: f64 = 1e-6;
 
-/// A range of numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Range {
     pub(super) low: f64,
@@ -60,7 +60,7 @@ impl Range {
         Self { low: self.low + other.low, high: self.high + other.high }
     }
 
-    /// All products, with room for their rounding.
+    /// Returns the range of all products, widened for rounding.
     fn times(self, other: Self) -> Self {
         let (a, b) = (self.low * other.low, self.low * other.high);
         let (c, d) = (self.high * other.low, self.high * other.high);
@@ -81,34 +81,33 @@ impl Range {
     }
 }
 
-/// The states at a start, scaled, with the gap; the reach of an unknown rest around them; and the reach of the force (N) from which
-/// a cross-fade leads to the measured one, if it begins with one.
+/// A start of a motion: the scaled states with the gap, the bounds of an unknown rest, and, if the motion begins with a
+/// cross-fade, the largest force (N) before it.
 pub(super) struct Start {
     pub(super) state: Vec<Interval>,
     pub(super) rest: Vec<f64>,
     pub(super) fades_from_n: Option<f64>,
 }
 
-/// Bounds of a motion.
 pub(super) struct Track {
-    /// Of each of the loop's states, scaled, at every tick.
+    /// Bounds of each scaled state of the loop, over all ticks.
     pub(super) states: Vec<f64>,
-    /// Of the reference that an alarm at each tick holds, scaled; the last one from then on.
+    /// Bounds of the scaled reference that an alarm at each tick holds; the last one holds for all later ticks.
     pub(super) reference: Vec<f64>,
-    /// Of the slave's position in m.
+    /// Bound of the slave's position in m.
     pub(super) slave: f64,
-    /// Of the feedback force in N.
+    /// Bound of the feedback force in N.
     pub(super) force_n: f64,
 }
 
-/// An input by which the tissue acts: of the force fed back, or of the slave's reference.
+/// An input of the tissue: through the feedback force or the slave's reference.
 struct Channel {
     column: Enclosure,
     is_force: bool,
 }
 
-/// The response of a signal to an input at each tick: its positive and negative part, and the sums of its magnitude and of the
-/// widths of its enclosures.
+/// The response of a signal to an input at each tick: its positive and negative parts, the sums of its magnitude, and
+/// the sum of the widths of its enclosures.
 #[derive(Default)]
 struct Impulse {
     positive: Vec<f64>,
@@ -117,25 +116,24 @@ struct Impulse {
     widths: f64,
 }
 
-/// The loop on one nominal share.
+/// The loop at one nominal position.
 struct Nominal {
     share: f64,
-    /// `s A^k` by signal and tick, with the gap.
+    /// `s A^k` for each signal and tick, with the gap.
     rows: Vec<Vec<Vec<Interval>>>,
-    /// By signal and channel.
+    /// The responses by signal and channel.
     impulses: Vec<Vec<Impulse>>,
     steps: Vec<Enclosure>,
     leaps: Vec<Enclosure>,
-    /// `Σ |A^j|` and `β / (1 - β)`, multiplied.
+    /// The product of `Σ |A^j|` and `β / (1 - β)`.
     tail: f64,
 }
 
 pub(super) struct Responses {
     channels: Vec<Channel>,
-    /// Of each channel `p` and `q`, then the references, then the slave's position.
+    /// `p` and `q` of each channel, then the references, then the slave's position.
     signals: Vec<Enclosure>,
     nominals: Vec<Nominal>,
-    /// Weights of the cross-fade.
     weights: Vec<f64>,
     ticks: usize,
     states: usize,
@@ -162,13 +160,12 @@ fn max_norm(matrix: &Enclosure, states: usize) -> f64 {
     matrix[..states].iter().map(row).fold(0.0, f64::max)
 }
 
-/// The row, or the column, with the largest sum of magnitudes.
 fn largest(vector: &[Interval]) -> f64 {
     vector.iter().map(|entry| magnitude(*entry)).fold(0.0, f64::max)
 }
 
 impl Responses {
-    /// `None` if the loop does not decay within the ticks that are bounded, or is not stable by small gain.
+    /// `None` if the loop does not decay within [`MAX_TICKS`], or its gain is too large.
     ///
     /// # Errors
     /// [`StabilityError::Algebra`].
@@ -223,7 +220,7 @@ impl Responses {
         self.ticks
     }
 
-    /// Whether motions decay for every tissue, by small gain around the middle.
+    /// Returns true if motions decay for every tissue, by small gain around the middle.
     fn decays(&self) -> bool {
         let Some(middle) = self.nominals.last() else { return false };
         let gain = |to: usize, from: usize| {
@@ -239,20 +236,20 @@ impl Responses {
         }
     }
 
-    /// Bound of `Σ |s A^j v|` from the last tick on, for a signal and `|v|`.
+    /// Bounds `Σ |s A^j v|` from the last tick on, for a signal and `|v|`.
     fn tail(&self, nominal: &Nominal, signal: usize, size: f64) -> f64 {
         let row: f64 = self.signals[signal][0][..self.states].iter().map(|entry| magnitude(*entry)).sum();
         row * nominal.tail * size * (1.0 + ROUNDING)
     }
 
-    /// `(A - I) x_0`, by which the motion without inputs changes from tick to tick.
+    /// Bounds `(A - I) x_0`, the change of the motion without inputs from tick to tick.
     fn change(&self, nominal: &Nominal, start: &Start) -> f64 {
         let moved = nominal.steps[1].iter().map(|row| dot(row, &start.state));
         let change: Vec<Interval> = moved.zip(&start.state).map(|(moved, state)| moved - *state).collect();
         largest(&change[..self.states])
     }
 
-    /// The range of an input, from those of `p` and `q`.
+    /// Returns the range of an input from the ranges of `p` and `q`.
     fn input(&self, channel: usize, share: f64, weight: f64, (p, q): (Range, Range), faded_n: f64) -> Range {
         let weight = if self.channels[channel].is_force { weight } else { 1.0 };
         let of_tissue = Range { low: -share, high: weight - share }.times(q);
@@ -263,12 +260,12 @@ impl Responses {
         of_tissue.plus(away).wider((1.0 - weight) * faded_n)
     }
 
-    /// The bounds of a motion; `None` if they do not hold for ever.
+    /// Returns the bounds of a motion; `None` if they do not hold for all later ticks.
     pub(super) fn track(&self, start: &Start) -> Option<Track> {
         let (ticks, channels) = (self.ticks, self.channels.len());
         let references = 2 * channels..self.signals.len() - 1;
         let slave = self.signals.len() - 1;
-        // The inputs by nominal and channel, the latest first at the end of the list.
+        // Inputs by nominal and channel, in reverse order of time.
         let mut lows = vec![vec![vec![0.0; ticks]; channels]; self.nominals.len()];
         let mut highs = lows.clone();
         let mut largest_inputs = vec![vec![0.0_f64; channels]; self.nominals.len()];
@@ -330,7 +327,8 @@ impl Responses {
         Some(all)
     }
 
-    /// The bounds from the last tick on: they hold for ever if the inputs that follow from them lie in the ranges `hulls`.
+    /// Computes the bounds from the last tick on. They hold for all later ticks if the resulting inputs stay within
+    /// `hulls`.
     fn settle(
         &self,
         start: &Start,
@@ -366,7 +364,7 @@ impl Responses {
             for (channel, hull) in hulls.iter().enumerate() {
                 let pair = (signals[2 * channel], signals[2 * channel + 1]);
                 let input = self.input(channel, nominal.share, 1.0, pair, 0.0);
-                // False for NaN too.
+                // Also false for NaN.
                 if !(input.low >= hull.low && input.high <= hull.high) {
                     return None;
                 }
@@ -375,7 +373,7 @@ impl Responses {
         Some(())
     }
 
-    /// Bounds of the states at every tick, around the middle.
+    /// Bounds the states over all ticks, around the middle.
     fn of_states(&self, start: &Start, largest_inputs: &[Vec<f64>]) -> Vec<f64> {
         let n = self.states;
         let (Some(nominal), Some(inputs)) = (self.nominals.last(), largest_inputs.last()) else { return vec![] };
@@ -464,17 +462,17 @@ impl Nominal {
         Some(Self { share, rows, impulses, steps, leaps, tail })
     }
 
-    /// `Σ |s A^j b|` up to the last tick.
+    /// Returns `Σ |s A^j b|` up to the last tick.
     fn sum_of(&self, signal: usize, channel: usize) -> f64 {
         self.impulses[signal][channel].sizes.last().copied().unwrap_or(f64::INFINITY)
     }
 }
 
-/// Numbers that are summed side by side.
+/// Number of partial sums, for vectorised code.
 const WIDTH: usize = 4;
 
 impl Impulse {
-    /// The range of the response to inputs in ranges, the latest first, none larger than `largest`.
+    /// Returns the range of the response to inputs in ranges, the latest first, with magnitudes up to `largest`.
     fn respond(&self, ticks: usize, (low, high): (&[f64], &[f64]), largest: f64) -> Range {
         let (mut below, mut above) = ([0.0; WIDTH], [0.0; WIDTH]);
         let mut add = |k: usize, (positive, negative): (f64, f64), (low, high): (f64, f64)| {

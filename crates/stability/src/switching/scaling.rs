@@ -1,4 +1,4 @@
-//! Coordinates in which the states of each space have similar sizes.
+//! Coordinates that give the states of each space similar sizes.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -17,24 +17,24 @@ pub(super) struct Scales {
     of_loop: DMatrix<f64>,
     metre: f64,
     newton: f64,
-    /// Of a quantity to bound, and of the release of the hand.
+    /// The scales of a quantity to bound and of the hand's release.
     number: f64,
     start: f64,
 }
 
-/// The largest power of two up to a positive number: scaling by it is exact.
+/// Returns the largest power of two up to a positive number, because scaling by it is exact.
 fn power_of_two(value: f64) -> f64 {
     if value > 0.0 && value.is_finite() { value.log2().floor().exp2() } else { 1.0 }
 }
 
 impl Scales {
     pub(super) fn new(modes: &Modes) -> Result<Self, StabilityError> {
-        // The hand's positions on the way are scaled as the hand's; the others as without a delay.
+        // The hand's positions on the way have the hand's scale. The other states are scaled without a delay.
         let (n, machines) = (modes.states(), modes.states() - modes.delay());
         let direct = modes.without_delay();
         let of_loop = |map: &DMatrix<f64>| map.view((0, 0), (machines, map.ncols().min(machines))).into_owned();
         let middle = (of_loop(&direct.teleoperation(0)) + of_loop(&direct.teleoperation(1))) * 0.5;
-        // The inputs are normalised by the position that each reaches.
+        // Each input is normalised by the position that it reaches.
         let inputs = [direct.of_reference(), direct.of_force(), direct.of_desired()].map(|input| of_loop(&input));
         let mut gramian: DMatrix<f64> = DMatrix::zeros(machines, machines);
         for input in &inputs {
@@ -54,7 +54,7 @@ impl Scales {
             .map(|found| found.l())
             .ok_or(StabilityError::Solver { status: "the loop's states do not scale".into() })?;
         let inverse = root.clone().try_inverse().ok_or(StabilityError::Solver { status: "singular".into() })?;
-        // A metre of reference and a newton of force, by their equilibria.
+        // The equilibria of 1 m of reference and 1 N of force.
         let rest = |input: &DMatrix<f64>| {
             let apart = DMatrix::identity(machines, machines) - of_loop(&direct.apart(0));
             let state = apart.lu().solve(input).unwrap_or_else(|| input.clone());
@@ -67,13 +67,13 @@ impl Scales {
         Ok(Self { of_loop, metre, newton, number: 1.0, start: 1.0 })
     }
 
-    /// With one scale for each state: bounds of single states do not mix them.
+    /// Returns a separate scale for each state, for bounds of single states.
     pub(super) fn of_single_states(&self) -> Self {
         let sizes = DVector::from_fn(self.of_loop.nrows(), |i, _| power_of_two(self.of_loop.row(i).norm()));
         Self { of_loop: DMatrix::from_diagonal(&sizes), ..self.clone() }
     }
 
-    /// With scales for a quantity and the states at its start.
+    /// Adds scales for a quantity and the states at its start.
     pub(super) fn with_focus(&self, modes: &Modes, focus: &Focus) -> Self {
         let space = Space::FadingGap;
         let scale = self.of(modes, space);
@@ -87,7 +87,6 @@ impl Scales {
         Self { number: power_of_two(size), start: 1.0 / power_of_two(largest), ..self.clone() }
     }
 
-    /// The map from scaled states to states.
     pub(super) fn of(&self, modes: &Modes, space: Space) -> DMatrix<f64> {
         let n = modes.states();
         let (gap, force) = (1.0 / self.metre, 1.0 / self.newton);
@@ -113,7 +112,7 @@ impl Scales {
         scale
     }
 
-    /// The enclosure of a map between scaled states, `S_to⁻¹ M S_from`.
+    /// Encloses a map between scaled states, `S_to⁻¹ M S_from`.
     pub(super) fn scaled(
         &self,
         modes: &Modes,

@@ -1,4 +1,4 @@
-//! Linear matrix inequalities, and their solution.
+//! Linear matrix inequalities and their solution.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,15 +13,14 @@ pub(super) struct Term {
     pub(super) map: DMatrix<f64>,
 }
 
-/// A sum of terms that must be positive definite.
 #[derive(Debug, Clone)]
 pub(super) struct Condition {
     pub(super) terms: Vec<Term>,
-    /// The weight of the margin: a condition per tick has less margin than one per event.
+    /// The weight of the margin: smaller for a condition per tick than for one per event.
     pub(super) weight: f64,
 }
 
-/// An unknown symmetric matrix `X = Σ Uᵀ Z U`: one `U = I` for an arbitrary one.
+/// An unknown symmetric matrix `X = Σ Uᵀ Z U`. A full matrix has one part, `U = I`.
 #[derive(Debug, Clone)]
 pub(super) struct Unknown {
     pub(super) parts: Vec<DMatrix<f64>>,
@@ -33,11 +32,11 @@ impl Unknown {
     }
 }
 
-/// The accuracy at which the margin counts as found.
+/// The minimum accuracy of a found margin.
 const MIN_ACCURACY: f64 = 1e-4;
 
-/// The matrices that satisfy the conditions with the maximum common margin or at least `enough`, and that margin: the
-/// conditions are feasible if it is above 0. The traces are 1 on average over their rows.
+/// Returns the matrices with the maximum common margin of the conditions, or with a margin of at least `enough`, and
+/// that margin. The conditions are feasible if the margin is positive. The traces are 1 on average over the rows.
 ///
 /// # Errors
 /// [`StabilityError::Solver`] if the solver fails.
@@ -87,7 +86,7 @@ pub(super) fn solve(
     for (&start, (unknown, part)) in first.iter().zip(&parts) {
         matrices[*unknown] += part.tr_mul(&(matrix_at(&solution.y, start, part.nrows()) * *part));
     }
-    // Exactly symmetric.
+    // Restores exact symmetry.
     let matrices = matrices.iter().map(|matrix| (matrix + matrix.transpose()) * 0.5).collect();
     Ok((matrices, solution.y[margin]))
 }
@@ -104,7 +103,7 @@ mod tests {
         Term { factor, unknown: 0, map: map.clone() }
     }
 
-    /// Conditions of `Aᵀ X A < X` and of a positive `X`, for each of the matrices.
+    /// Returns the conditions `Aᵀ X A < X` for each matrix, and a positive `X`.
     fn common(matrices: &[DMatrix<f64>]) -> Vec<Condition> {
         let one = DMatrix::identity(2, 2);
         let exceeding = |terms| Condition { terms, weight: 1.0 };
@@ -114,12 +113,12 @@ mod tests {
     }
 
     #[test]
-    fn the_margin_of_a_contraction_is_what_it_leaves() {
-        // X = I is the best for A = a I: the margin is 1 - a².
+    fn the_margin_of_a_contraction_is_one_minus_its_square() {
+        // X = I is optimal for A = a I: the margin is 1 - a².
         for a in [0.0, 0.5, 0.99] {
             let (found, margin) = solve(&[whole(2)], &common(&[DMatrix::identity(2, 2) * a]), None).expect("solved");
             assert!((margin - (1.0 - a * a)).abs() < 1e-7 && (&found[0] - DMatrix::identity(2, 2)).norm() < 1e-3);
-            // Diagonal matrices contain the best one.
+            // The optimal matrix is diagonal.
             let rows = [0, 1].map(|k| DMatrix::from_fn(1, 2, |_, j| f64::from(u8::from(j == k))));
             let diagonal = Unknown { parts: rows.to_vec() };
             let (found, same) = solve(&[diagonal], &common(&[DMatrix::identity(2, 2) * a]), None).expect("solved");
@@ -128,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn two_stable_matrices_have_a_common_function_only_if_it_exists() {
+    fn two_stable_matrices_need_not_have_a_common_function() {
         let turn = |angle: f64, stretch: f64| {
             let (s, c) = angle.sin_cos();
             DMatrix::from_row_slice(2, 2, &[c, -s * stretch, s / stretch, c]) * 0.8
@@ -140,7 +139,7 @@ mod tests {
             let less = &found[0] - a.transpose() * &found[0] * a;
             assert!(less.symmetric_eigenvalues().min() >= 0.99 * margin);
         }
-        // Their product has an eigenvalue outside the unit circle: no function decreases along both.
+        // Their product has an eigenvalue outside the unit circle, so no function decreases along both.
         let [a, b] = pair(4.0);
         assert!((a * b).complex_eigenvalues().iter().any(|value| value.norm() > 1.0));
         assert!(solve(&[whole(2)], &common(&pair(4.0)), None).expect("solved").1 <= 1e-9);

@@ -1,4 +1,4 @@
-//! The search for the certificate with the shortest dwell, and for the one with the smallest growth.
+//! The search for the certificates with the shortest dwell and with the smallest growth.
 
 use super::certificate::{Certificate, attempt};
 use super::conditions::Choice;
@@ -8,33 +8,32 @@ use super::{LONGEST_DWELL_S, SwitchingSettings};
 use crate::StabilityError;
 use trocar_base::parallel::try_map;
 
-/// The ratio of dwells at which the search for the shortest certified one ends.
+/// The ratio of dwells at which the search for the shortest one ends.
 const MAX_RATIO: f64 = 1.05;
 
-/// The dwells at which certificates are tried first, in s.
+/// The dwells that the search tries first, in s.
 const DWELLS_S: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, LONGEST_DWELL_S];
 
-/// Time constants of a function on a held gap, in s. Each is tried.
+/// The tried time constants of a function on a held gap, in s.
 const HOLDS_S: [f64; 4] = [0.1, 0.2, 0.05, 0.4];
 
-/// Rates of decay of `V` in teleoperation as shares of the slowest mode's. The first with a certificate is used.
+/// Decay rates of `V` in teleoperation as shares of the slowest mode's. The search uses the first with a certificate.
 const RATES: [f64; 2] = [0.95, 0.0];
 
-/// The ratio of growths at which the search for the smallest ends.
+/// The ratio of growths at which the search for the smallest one ends.
 const MAX_GROWTH_RATIO: f64 = 2.0;
 
-/// Pieces of the functions in each phase: a few without a delay, one with many states.
+/// Pieces of the functions in each phase, for loops with at most this many states; otherwise one.
 const PIECES: u64 = 2;
 const MAX_STATES_WITH_PIECES: usize = 12;
 
-/// The search.
 pub(super) struct Search<'a> {
     modes: &'a Modes,
     phases: Phases,
     longest: u64,
     pieces: u64,
     holds_s: &'static [f64],
-    /// The time constant of the shortest dwell.
+    /// The time constant of the certificate with the shortest dwell.
     hold_s: Option<f64>,
 }
 
@@ -51,7 +50,7 @@ impl<'a> Search<'a> {
 
     fn certify(&self, choice: Choice) -> Result<Option<Certificate>, StabilityError> {
         match attempt(self.modes, self.phases, choice, None) {
-            // The states of an unstable loop do not scale.
+            // The states of an unstable loop cannot be scaled.
             Err(StabilityError::Solver { .. }) => Ok(None),
             attempt => attempt,
         }
@@ -61,7 +60,7 @@ impl<'a> Search<'a> {
         Choice { dwell, hold_s, contraction: 1.0, rate_per_s: 0.0, pieces: self.pieces }
     }
 
-    /// The certificate of a dwell with the first time constant that gives one.
+    /// Returns a dwell's certificate with the first time constant that yields one.
     fn with_holds(&self, dwell: u64, holds: &[f64]) -> Result<Option<(Certificate, f64)>, StabilityError> {
         let Some((first, others)) = holds.split_first() else { return Ok(None) };
         let at = |hold_s: f64| -> Result<_, StabilityError> {
@@ -74,12 +73,10 @@ impl<'a> Search<'a> {
         Ok(found.into_iter().flatten().next())
     }
 
-    /// Whether a dwell is certified.
     pub(super) fn is_certified(&self, dwell: u64) -> Result<bool, StabilityError> {
         Ok(self.with_holds(dwell, self.holds_s)?.is_some())
     }
 
-    /// The certificate with the shortest dwell.
     pub(super) fn shortest(&mut self) -> Result<Option<Certificate>, StabilityError> {
         let ticks = |seconds: f64| ((seconds / self.modes.tick_s).round() as u64).clamp(1, self.longest);
         let mut fails = 0;
@@ -104,19 +101,20 @@ impl<'a> Search<'a> {
         Ok(Some(best))
     }
 
-    /// The choice for a dwell, after the shortest one was found.
+    /// Returns the choice for a dwell, after `shortest` has succeeded.
     pub(super) fn choice(&self, dwell: u64) -> Option<Choice> {
         Some(self.plain(dwell, self.hold_s?))
     }
 
-    /// The certificate with the smallest growth per event at a dwell; `found` is a growth that occurs.
+    /// Returns the certificate with the smallest growth per event at a dwell; the simulated growth `found` is a lower
+    /// bound.
     pub(super) fn tightest(&self, dwell: u64, found: f64) -> Result<Option<Certificate>, StabilityError> {
         let Some(hold_s) = self.hold_s else { return Ok(None) };
         let slowest = self.modes.slowest_decay_per_s()?;
         let mut best = None;
         let mut rate_per_s = 0.0;
         for share in RATES {
-            // `V` is a square.
+            // `V` is quadratic.
             rate_per_s = 2.0 * share * slowest;
             best = self.certify(Choice { rate_per_s, ..self.plain(dwell, hold_s) })?;
             if best.is_some() {

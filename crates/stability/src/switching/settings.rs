@@ -7,39 +7,39 @@ use trocar_core::time::nearest_ticks;
 use trocar_engine::teleoperation::Scheme;
 use trocar_scenario::Scenario;
 
-/// A loop with events, on a tissue whose stiffness is in a range at every tick.
+/// A loop with events, on a tissue whose stiffness varies within a range at every tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SwitchingSettings {
     /// The loop in teleoperation.
     pub of_loop: LinearLoop,
     /// The augmentation.
     pub augmentation: AugmentationSettings,
-    /// Minimum and maximum `K` in N/m: the force is `K(t) p + B v` with any `K(t)` in between, which includes every
+    /// Minimum and maximum `K` in N/m. The force is `K(t) p + B v` with any `K(t)` between them, which includes every
     /// nonlinear tissue whose force stays in the sector.
     pub stiffness_n_per_m: (f64, f64),
-    /// Whether the needle may lose contact at any tick: the force is then 0.
+    /// True if the needle can lose contact, with a force of 0, at any tick.
     pub loses_contact: bool,
 }
 
-/// Maximum ticks of both delays together.
+/// Maximum of both delays together.
 const MAX_DELAY_TICKS: u64 = 24;
 
 /// Lengths of the phases in ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Phases {
-    /// Minimum and maximum ticks that the slave is frozen.
+    /// Minimum and maximum duration of the freeze, in ticks.
     pub held: (u64, u64),
-    /// Ticks of the cross-fade.
+    /// Duration of the cross-fade in ticks.
     pub blend: u64,
-    /// Minimum ticks of teleoperation between two events, ensured by the supervisor.
+    /// Minimum ticks of teleoperation between two events, enforced by the supervisor.
     pub refractory: u64,
 }
 
 impl SwitchingSettings {
-    /// The settings of a scenario with its loop.
+    /// Builds the settings of a scenario with its loop.
     ///
     /// # Errors
-    /// The reason why its switching cannot be analysed.
+    /// The reason why the switching cannot be analysed.
     pub fn of(scenario: &Scenario, of_loop: LinearLoop, stiffness_n_per_m: (f64, f64)) -> Result<Self, &'static str> {
         let (forward, backward) = (of_loop.forward(), of_loop.backward());
         if !scenario.augmentation.enabled {
@@ -62,13 +62,13 @@ impl SwitchingSettings {
         Ok(Self { of_loop, augmentation: scenario.augmentation, stiffness_n_per_m, loses_contact: false })
     }
 
-    /// Whole ticks of both delays together.
+    /// Returns both delays together in whole ticks.
     #[must_use]
     pub fn delay_ticks(&self) -> u64 {
         self.of_loop.forward().whole + self.of_loop.backward().whole
     }
 
-    /// The lengths of its phases.
+    /// Returns the lengths of the phases.
     #[must_use]
     pub fn phases(&self) -> Phases {
         let ticks = |seconds: f64| nearest_ticks(seconds, self.of_loop.tick_s);
@@ -82,12 +82,11 @@ impl SwitchingSettings {
         }
     }
 
-    /// The longest dwell in the search for a certificate, in ticks.
     pub(super) fn longest_dwell_ticks(&self) -> u64 {
         ((LONGEST_DWELL_S / self.of_loop.tick_s) as u64).max(2)
     }
 
-    /// Whether the gap after an event is kept.
+    /// Returns true if the gap after an event is kept.
     #[must_use]
     pub fn keeps_gap(&self) -> bool {
         self.augmentation.reengage == Reengage::Clutch

@@ -1,6 +1,6 @@
 //! The animation of a rupture: needle, tissue, hand and felt force of one or two runs around their first rupture.
 //!
-//! [`animation`] describes it: the shapes of each frame in one coordinate system.
+//! [`animation`] describes the shapes of each frame in one coordinate system.
 
 mod scene;
 mod tissue;
@@ -14,51 +14,48 @@ use trocar_document::animation::{Animation, Drawing, Panel};
 use trocar_document::{Fine, show};
 use trocar_metrics::{Outcome, RUPTURE_WINDOW_S, Unit};
 
-/// Displayed time before the rupture, in s. The time after it is that of the metric "overshoot in 0.5 s".
+/// Displayed time before the rupture, in s. The time after it is the window of the metric "overshoot in 0.5 s".
 const BEFORE_S: f64 = 0.1;
 
-/// Displayed time until the end of that metric, in s.
+/// Displayed time up to the end of that window, in s.
 const LENGTH_S: f64 = BEFORE_S + RUPTURE_WINDOW_S;
 
-/// Number of frames in that time, which are 62.5 per second at a quarter of the speed.
+/// Number of frames in that time: 62.5 per second at a quarter of the speed.
 const FRAMES: usize = 151;
 
-/// Interval of the frames after it, in s, while the needle catches up with the hand.
+/// Interval of the later frames, in s, while the needle catches up with the hand.
 const LATER_S: f64 = 0.02;
 
-/// Displayed time after the needle has caught up, and longest displayed time after the rupture, in s.
+/// Displayed time after the needle has caught up, and maximum displayed time after the rupture, in s.
 const CAUGHT_UP_S: f64 = 0.1;
 const MAX_AFTER_S: f64 = 1.5;
 
-/// How much slower than the run the animation plays.
+/// Ratio of the playing time to the time of the run.
 const SLOWNESS: f64 = 4.0;
 
-/// Time for which a rupture is named, in s.
+/// Time for which the state is "rupture", in s.
 const RUPTURING_S: f64 = 0.06;
 
-/// Part of the drawn range above and below the motion.
 const MARGIN: f64 = 0.12;
 
-/// How far above the motion a surface is drawn, relative to the motion.
+/// Maximum height of a drawn surface above the motion, relative to the motion.
 const MAX_BULGE_SHARE: f64 = 2.5;
 
-/// Smallest drawn range of depths, in mm.
 const MIN_RANGE_MM: f64 = 4.0;
 
-/// One run of an animation, without its shapes. Each list has one value per frame.
 struct Frames {
     states: Vec<&'static str>,
     layers: Vec<Layer>,
     moments: Vec<Moment>,
 }
 
-/// Returns the animation of the first two of some runs for a page; `None` if a run has no ticks.
+/// The animation of the first two runs, for a page; `None` if a run has no ticks.
 #[must_use]
 pub fn animation(runs: &[&Run]) -> Option<Animation> {
     Played::of(&runs[..runs.len().min(2)]).map(|played| played.animation())
 }
 
-/// Returns the animation of the first two of some runs, which is also a file; `None` if a run has no ticks.
+/// The animation of the first two runs, with pictures for a file; `None` if a run has no ticks.
 #[must_use]
 pub fn animation_with_pictures(runs: &[&Run]) -> Option<Animation> {
     let played = Played::of(&runs[..runs.len().min(2)])?;
@@ -67,22 +64,17 @@ pub fn animation_with_pictures(runs: &[&Run]) -> Option<Animation> {
     Some(Animation { pictures, ..played.animation() })
 }
 
-/// One or two runs at the times of the frames.
 struct Played<'a> {
     runs: &'a [&'a Run],
-    /// The time axis of the longest run, in s, and the ticks of the frames.
+    /// The time axis of the longest run in s, and the ticks of the frames.
     times_s: &'a [f64],
     ticks: Vec<usize>,
-    /// The frame at the end of the metric's time.
     still: usize,
-    /// The time of the first rupture, in s.
     rupture_s: Option<f64>,
-    /// The time of the first rupture; without one, that of the largest tissue force.
+    /// Time of the first rupture, or of the largest tissue force if there is no rupture.
     origin_s: f64,
     frames: Vec<Frames>,
-    /// The drawn depths in mm, of needle and hand.
     range_mm: (f64, f64),
-    /// The force of a full bar in N.
     full_n: f64,
 }
 
@@ -114,7 +106,7 @@ impl<'a> Played<'a> {
         let ends = |(low, high): (f64, f64), mm: f64| (low.min(mm), high.max(mm));
         let (low, high) = positions_mm.filter(|mm| mm.is_finite()).fold((f64::MAX, f64::MIN), ends);
         let (low, high) = if low < high { (low, high) } else { (low.min(0.0), low.min(0.0) + MIN_RANGE_MM) };
-        // The surface under the needle is drawn too, if the motion then still is a good part of the picture.
+        // The surface above the needle is also drawn, unless it would leave too little room for the motion.
         let tops = frames.iter().filter_map(|frames| frames.surface_mm(low));
         let low = tops.filter(|top| *top > low - MAX_BULGE_SHARE * (high - low)).fold(low, f64::min);
         let margin = MARGIN * (high - low).max(MIN_RANGE_MM);
@@ -172,8 +164,8 @@ impl<'a> Played<'a> {
     }
 }
 
-/// Returns the displayed time after a rupture, in s: that of the overshoot, and until the needle has caught up after an event that
-/// begins in it.
+/// Displayed time after a rupture in s: the window of the overshoot, extended until the needle has caught up after an
+/// event that begins in it.
 fn after_s(runs: &[&Run], rupture_s: f64) -> f64 {
     let caught_up = runs.iter().flat_map(|run| &run.metrics.events).filter_map(|event| {
         let is_of_rupture = (0.0..RUPTURE_WINDOW_S).contains(&(event.start_s - rupture_s));
@@ -189,15 +181,14 @@ fn time_of_largest_force(run: &Run) -> f64 {
 }
 
 impl Frames {
-    /// Returns the deepest top above a depth in mm: that of the layer in which the motion begins.
+    /// The deepest top above a depth in mm, which is the top of the layer in which the motion begins.
     fn surface_mm(&self, depth_mm: f64) -> Option<f64> {
         self.layers.iter().map(|layer| layer.top_mm).filter(|top| *top < depth_mm).reduce(f64::max)
     }
 
-    /// Returns a run at some ticks of a time axis.
     fn new(run: &Run, times_s: &[f64], ticks: &[usize]) -> Self {
         let (trace, scenario) = (&run.trace, &run.scenario);
-        // A run that diverged ends earlier than the other one.
+        // A diverged run ends earlier than the other one.
         let last = trace.len() - 1;
         let mut tissue = DrawnTissue::of_run(run);
         let (overshoot, event) = (Overshoot::of(run), Event::of(scenario));
@@ -222,7 +213,7 @@ impl Frames {
                 overshoot: overshoot.as_ref().filter(|overshoot| overshoot.time_s <= time_s).map(|one| one.at(tick)),
             });
         }
-        // The last frame has the metric, with all its digits.
+        // The last frame shows the metric with all its digits.
         if let (Some(metric), Some(reached_mm)) = (overshoot.as_ref(), moments.last().and_then(reached_mm)) {
             for (.., text) in
                 moments.iter_mut().filter_map(|now| now.overshoot.as_mut()).filter(|now| now.1 == reached_mm)
@@ -238,14 +229,11 @@ fn reached_mm(now: &Moment) -> Option<f64> {
     now.overshoot.as_ref().map(|overshoot| overshoot.1)
 }
 
-/// The advance after the first rupture.
 struct Overshoot<'a> {
     time_s: f64,
     tip_m: &'a [f64],
-    /// The ticks of the rupture and of the end of the metric's time.
     from: usize,
     end: usize,
-    /// The metric with its unit.
     text: String,
 }
 
@@ -264,7 +252,8 @@ impl<'a> Overshoot<'a> {
         })
     }
 
-    /// Returns the place of the tip at the rupture, the maximum advance until a tick in mm within the metric's time, and its text.
+    /// Position of the tip at the rupture and its maximum advance up to a tick within the metric's window, in mm, with
+    /// a text.
     fn at(&self, tick: usize) -> (f64, f64, String) {
         let from_m = self.tip_m[self.from];
         let until = (tick.min(self.end) + 1).clamp(self.from + 1, self.tip_m.len());
@@ -273,7 +262,7 @@ impl<'a> Overshoot<'a> {
     }
 }
 
-/// Returns what the viewer should know about a run: it diverged, or its supervisor missed the rupture.
+/// A note for the viewer: the run diverged, or the supervisor missed the rupture.
 fn note(run: &Run) -> String {
     if let Outcome::Diverged { time_s } = run.metrics.outcome {
         return format!("diverges at {time_s} s");
@@ -296,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frames_are_those_of_the_trace_and_the_overshoot_is_the_metric() {
+    fn the_frames_follow_the_trace_and_the_overshoot_is_the_metric() {
         for (classical, augmented) in [
             ("paper/classical.toml", "paper/augmented.toml"),
             ("layers/through-the-skin.toml", "layers/skin-augmented.toml"),
@@ -306,7 +295,6 @@ mod tests {
             let played = Played::of(&runs).expect("frames");
             let animation = played.animation();
             assert_eq!(animation.still, FRAMES - 1);
-            // At the end the needle has caught up.
             let augmented = &played.frames[1];
             let (state, last) = augmented.states.last().zip(augmented.moments.last()).expect("frames");
             assert_eq!(*state, "teleoperation");
@@ -325,13 +313,12 @@ mod tests {
                     assert_eq!(now.mode, run.trace.mode[tick]);
                     assert_eq!(now.overshoot.is_some(), time_s.0 >= rupture.time_s);
                 }
-                // Under load the layer lies at the tip; after the rupture it returns above the tip.
+                // Under load the layer lies at the tip. After the rupture it returns above the tip.
                 let layer = panel.layers.iter().position(|layer| layer.torn_s.is_some()).expect("a torn layer");
                 let first = &panel.moments[0];
                 assert!((first.tops_mm[layer] - first.tip_mm).abs() < 1e-9);
                 let top = panel.layers[layer].top_mm;
                 assert!((last.tops_mm[layer] - top).abs() < 0.01 && top < last.tip_mm - 1.0);
-                // No top crosses the one above it.
                 assert!(panel.moments.iter().all(|now| now.tops_mm.is_sorted()));
             }
             let json = serde_json::to_string(&animation).expect("JSON");

@@ -1,4 +1,5 @@
-//! A run at one time as shapes: needle, tissue, hand and felt force. Pages and the animated picture only place them.
+//! Draws one moment of a run as shapes: needle, tissue, hand and felt force. Pages and the animated picture only place
+//! the shapes.
 
 use serde_json::{Value as Json, json};
 
@@ -9,26 +10,20 @@ use trocar_document::animation::{Anchor, Drawing, Role, Shape};
 use trocar_document::figure::Shade;
 use trocar_scenario::Scenario;
 
-/// Free space above and below the drawn depths, and around texts.
 const MARGIN: f64 = 22.0;
-/// Half the width of the needle, and the length of its bevel.
 const NEEDLE: f64 = 3.0;
 const BEVEL: f64 = 12.0;
-/// How far shapes go beyond the drawing, for wider or higher paper.
+/// Length by which shapes extend beyond the drawing, for larger paper.
 const BEYOND: f64 = 1500.0;
-/// Height of a small text, and the width of a letter of it, of which few are wider.
 const SMALL: f64 = 12.0;
 const LETTER: f64 = 0.62 * SMALL;
-/// Number of points of each side of a dip.
 const DIP_POINTS: i32 = 7;
-/// Lengths of the scale in mm.
 const LENGTHS_MM: [f64; 8] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
-/// Forces of a full bar in N: the smallest one that holds the largest force. Few steps give most runs the same scale.
+/// Candidate forces of a full bar in N; the smallest one above the largest force is used. With few candidates most runs
+/// have the same scale.
 const FULL_N: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1000.0];
-/// Time for which a rupture is named in a live drawing, in s.
 const NAMED_S: f64 = 0.1;
 
-/// The size of a drawing and the horizontal places of its parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Form {
     pub(super) width: f64,
@@ -36,7 +31,6 @@ pub(super) struct Form {
     bar: f64,
     bar_width: f64,
     hand: f64,
-    /// The left end of the tissue.
     tissue: f64,
     needle: f64,
     /// True if there is room for the word "force".
@@ -49,7 +43,7 @@ impl Form {
         Self { width, height, bar: 8.0, bar_width: 16.0, hand: 64.0, tissue: 98.0, needle, is_wide: true }
     }
 
-    /// On a page, and on one of a telephone.
+    /// On a wide page, and on a telephone.
     pub(super) const PAGE: [Self; 2] = [
         Self::wide(440.0, 216.0),
         Self {
@@ -63,42 +57,34 @@ impl Form {
             is_wide: false,
         },
     ];
-    /// The field of an insertion by hand.
     const FIELD: Self = Self::wide(400.0, 384.0);
-    /// In the animated picture.
     pub(super) const PICTURE: Self = Self::wide(376.0, 260.0);
 }
 
-/// A run at one time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moment {
     pub(super) tip_mm: f64,
-    /// The position of the hand in mm, in the scale of the needle.
+    /// Position of the hand in mm, scaled to the needle.
     pub(super) hand_mm: f64,
     pub(super) felt_n: f64,
     pub(super) mode: u8,
-    /// The place of the tip at the alarm of the event in mm, if there is an event.
     pub(super) alarm_mm: Option<f64>,
-    /// The depth of each layer's top at the needle in mm, and whether the layer is torn.
+    /// Depth of each layer's top at the needle in mm, and true for torn layers.
     pub(super) tops_mm: Vec<f64>,
     pub(super) torn: Vec<bool>,
-    /// The place of the tip at the rupture and the advance since then in mm, and its text.
+    /// Position of the tip at the rupture and the advance since then in mm, with a text.
     pub(super) overshoot: Option<(f64, f64, String)>,
 }
 
-/// What does not change with time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scene<'a> {
     pub(super) form: Form,
     pub(super) layers: &'a [Layer],
-    /// The drawn depths in mm.
     pub(super) range_mm: (f64, f64),
-    /// The force of a full bar in N.
     pub(super) full_n: f64,
     pub(super) event: Event,
 }
 
-/// What an event does to needle and hand.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
     hold: HoldSettings,
@@ -111,7 +97,6 @@ impl Event {
         Self { hold: settings.hold, gives_cue: settings.cue }
     }
 
-    /// Returns the name of a mode.
     pub(super) fn mode_name(&self, mode: u8) -> &'static str {
         match mode {
             0 => "teleoperation",
@@ -121,7 +106,7 @@ impl Event {
     }
 }
 
-/// Returns the force of a full bar for a largest force, both in N.
+/// The force of a full bar for a largest force, both in N.
 pub(super) fn full_n(max_force_n: f64) -> f64 {
     FULL_N.into_iter().find(|full| *full >= max_force_n).unwrap_or(max_force_n)
 }
@@ -131,12 +116,11 @@ impl Scene<'_> {
         (self.form.height - 2.0 * MARGIN) / (self.range_mm.1 - self.range_mm.0)
     }
 
-    /// Returns the height of a depth.
     fn y(&self, mm: f64) -> f64 {
         MARGIN + (mm - self.range_mm.0) * self.per_mm()
     }
 
-    /// Returns the shapes at a time, always the same number of them and in the same order.
+    /// The shapes at one moment, always in the same number and order.
     pub(super) fn shapes(&self, now: &Moment) -> Vec<Shape> {
         let Form { width, height, bar, bar_width, hand, tissue, needle, is_wide } = self.form;
         let (tip, bottom) = (self.y(now.tip_mm), height - MARGIN);
@@ -191,7 +175,6 @@ impl Scene<'_> {
         shapes.push(Shape::rectangle(Role::Hand, (hand - 17.0, hand + 17.0), (at - 9.0, at + 9.0)));
         shapes.push(Shape::new(Role::Grip, [(hand - 8.0, at), (hand + 8.0, at)]));
         for side in [-1.0, 1.0] {
-            // Three waves beside the hand.
             let wave = |k: usize| (hand + side * (20.0 + 4.0 * (k % 2) as f64), at - 9.0 + 3.0 * k as f64);
             let wave: [(f64, f64); 7] = std::array::from_fn(wave);
             shapes.push(Shape::new(Role::Vibration, wave).shown_if(is_event && self.event.gives_cue));
@@ -204,14 +187,14 @@ impl Scene<'_> {
         for (role, is_shown) in [(Role::Force, now.felt_n >= 0.0), (Role::Pull, now.felt_n < 0.0)] {
             shapes.push(Shape::rectangle(role, across, (full, bottom)).shown_if(is_shown));
         }
-        // Adding zero takes the sign from a zero.
+        // Adding zero removes the sign of a negative zero.
         let shown_n = format!("{:.2} N", (100.0 * now.felt_n).round() / 100.0 + 0.0);
         shapes.push(Shape::text(Role::Newtons, (2.0, 0.5 * MARGIN - 1.0), Anchor::Start, shown_n));
         // The scale of the bar, in the unit of the reading above it.
         let unit = if is_wide { " N" } else { "" };
         let scale = format!("{}{unit}", trocar_document::plain(self.full_n));
         shapes.push(Shape::text(Role::Label, (bar + bar_width + 2.0, MARGIN + 5.0), Anchor::Start, scale));
-        // In a narrow drawing only the unit tells that the bar is a force.
+        // A narrow drawing has no room for the word; the unit alone identifies the force.
         shapes.push(Shape::text(Role::Label, (2.0, foot), Anchor::Start, "force").shown_if(is_wide));
         let range_mm = self.range_mm.1 - self.range_mm.0;
         let length_mm = LENGTHS_MM.into_iter().rfind(|mm| *mm <= range_mm / 3.0).unwrap_or(range_mm / 4.0);
@@ -222,11 +205,12 @@ impl Scene<'_> {
         shapes
     }
 
-    /// Returns the top of a layer, which dips at the needle. Its places x are the same at any time.
+    /// The top of a layer, which dips at the needle. Its x positions do not change with time.
     fn top(&self, flat: f64, dip: f64) -> Vec<(f64, f64)> {
         let Form { width, tissue, needle, is_wide, .. } = self.form;
         let (half, reach) = (NEEDLE + 1.0, if is_wide { 90.0_f64 } else { 60.0 });
-        // Half a dip as a Bézier curve: level at the needle and at its end, where the controls are at 0.2 and 0.45 of its reach.
+        // Half a dip as a Bézier curve, horizontal at the needle and at its end; the control points are at 0.2 and 0.45
+        // of its reach.
         let side = (0..=DIP_POINTS).map(|k| f64::from(k) / f64::from(DIP_POINTS)).map(|t| {
             let rest = 1.0 - t;
             let across = 3.0 * rest * t * (0.2 * rest + 0.45 * t) + t.powi(3);
@@ -240,7 +224,7 @@ impl Scene<'_> {
         points
     }
 
-    /// Returns the names of the layers; that of a thin layer stands above it, unless another one is there.
+    /// The names of the layers. The name of a thin layer is placed above it, unless another name is there.
     fn labels(&self) -> Vec<Shape> {
         let Form { width, height, .. } = self.form;
         let tops = || self.layers.iter().map(|layer| self.y(layer.top_mm));
@@ -257,7 +241,7 @@ impl Scene<'_> {
     }
 }
 
-/// The drawing of an insertion by hand, while it happens.
+/// A live drawing of an insertion by hand.
 #[derive(Debug)]
 pub struct LiveDrawing {
     layers: Vec<Layer>,
@@ -266,33 +250,32 @@ pub struct LiveDrawing {
     event: Event,
     max_force_n: f64,
     ruptured_s: f64,
-    /// The place of the tip at the alarm, during an event.
     alarm_mm: Option<f64>,
 }
 
-/// The tips, hands and forces of a live drawing.
+/// One moment of a live drawing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LiveMoment<'a> {
-    /// Time, s.
+    /// Time in s.
     pub time_s: f64,
-    /// Position of the slave, mm.
+    /// Position of the slave in mm.
     pub tip_mm: f64,
-    /// Position of the master, mm.
+    /// Position of the master in mm.
     pub master_mm: f64,
-    /// Force on the hand, N.
+    /// Force on the hand in N.
     pub felt_n: f64,
-    /// 0 teleoperation, 1 event, 2 re-engaging.
+    /// 0 for teleoperation, 1 for an event, 2 for re-engaging.
     pub mode: u8,
-    /// The depth of each layer's top at the needle, mm.
+    /// Depth of each layer's top at the needle, in mm.
     pub tops_mm: &'a [f64],
     /// True for each layer that has ruptured.
     pub torn: &'a [bool],
-    /// True if a layer ruptures.
+    /// True if a layer ruptures at this moment.
     pub ruptures: bool,
 }
 
 impl LiveDrawing {
-    /// Returns the drawing of a scenario whose hand can move in a range (m).
+    /// Creates the drawing of a scenario for a range of the hand (m).
     #[must_use]
     pub fn new(scenario: &Scenario, (from_m, to_m): (f64, f64)) -> Self {
         let position_scale = scenario.position_scale();
@@ -309,14 +292,14 @@ impl LiveDrawing {
         }
     }
 
-    /// Returns two heights of the drawing and the positions of the hand there in mm, for a pointer.
+    /// Returns two heights of the drawing, each with the position of the hand there in mm, for a pointer.
     #[must_use]
     pub fn heights(&self) -> Json {
         let hand = |mm: f64| mm / self.position_scale;
         json!([[MARGIN, hand(self.range_mm.0)], [Form::FIELD.height - MARGIN, hand(self.range_mm.1)]])
     }
 
-    /// Returns the state by its name, the force of a full bar in N, and the shapes.
+    /// Returns the name of the state, the force of a full bar in N, and the shapes.
     #[must_use]
     pub fn frame(&mut self, now: &LiveMoment<'_>) -> Json {
         self.max_force_n = self.max_force_n.max(now.felt_n.abs());

@@ -1,32 +1,31 @@
 //! The drawn tissue: interfaces that bulge under the needle, and spring back when they rupture.
 //!
-//! The simulation knows forces and ruptures, and no shape. The drawing adds only what a drawing needs: at the needle, an intact
-//! interface lies at the tip as soon as the tip has reached it; a torn one returns to its place.
+//! The simulation computes forces and ruptures but no shape. The drawing assumes that, at the needle, an intact
+//! interface lies at the tip once the tip has reached it, and that a torn interface returns to its place.
 
 use crate::run::Run;
 use trocar_engine::tissue::{StatedLayer, TissueSettings};
 use trocar_scenario::Scenario;
 
-/// Time constant with which a torn interface returns to its place, in s.
 const RETURN_S: f64 = 0.02;
 
-/// Thickness to which the drawing compresses a layer at most, as a share of its thickness.
+/// Minimum drawn thickness of a compressed layer, relative to its thickness.
 const COMPRESSED_SHARE: f64 = 0.3;
 
-/// Share of the rise of the force before a rupture at which the needle is taken to touch, for a recorded force.
+/// For a recorded force, the needle is assumed to touch a layer at this share of the rise of the force before a
+/// rupture.
 const TOUCH_SHARE: f64 = 0.1;
 
 /// A layer of the tissue, from its top down to the next one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// Its name and thickness; empty for a tissue without layers.
+    /// Name and thickness; empty for a tissue without layers.
     pub(super) label: String,
-    /// The place of its undeformed top in mm.
     pub(super) top_mm: f64,
-    /// The time of its rupture, if it ruptures.
+    /// Time of the rupture in s, if the layer ruptures.
     pub(super) torn_s: Option<f64>,
     thickness_mm: f64,
-    /// Whether it bulges until it ruptures. Other layers are cut without bulging.
+    /// True if the layer bulges until it ruptures. The needle cuts other layers without bulging.
     ruptures: bool,
 }
 
@@ -34,14 +33,13 @@ pub struct Layer {
 #[derive(Clone, Debug)]
 pub struct DrawnTissue {
     layers: Vec<Layer>,
-    /// The depth of each top at the needle, in mm.
     depths_mm: Vec<f64>,
     torn: Vec<bool>,
     last_s: f64,
 }
 
 impl DrawnTissue {
-    /// Returns the tissue of a scenario before its run: the layers one below the other, or one surface.
+    /// The tissue of a scenario before its run: its layers, or one surface.
     #[must_use]
     pub fn of_scenario(scenario: &Scenario) -> Self {
         let contact_mm = 1e3 * contact_m(scenario);
@@ -60,8 +58,8 @@ impl DrawnTissue {
         Self::new(layers)
     }
 
-    /// Returns the tissue of a run. The top of a layer that ruptures is the place of the tip at the rupture less the deflection that
-    /// the layer has then, so that it lies where the needle met it.
+    /// The tissue of a run. The top of a layer that ruptures is the position of the tip at the rupture minus the
+    /// deflection of the layer, so that the needle meets it there.
     #[must_use]
     pub fn of_run(run: &Run) -> Self {
         let trace = &run.trace;
@@ -89,7 +87,7 @@ impl DrawnTissue {
             let top_mm = tip_mm - 1e3 * stated[index].deflection_m;
             let moved_mm = top_mm - layers[index].top_mm;
             layers[index].torn_s = trace.time_s.get(tick).copied();
-            // The first layer lies at the surface; deeper ones lie where the needle meets them.
+            // The first layer lies at the surface. Deeper layers lie where the needle meets them.
             let first = if index == 0 { layers.len() } else { index };
             for layer in &mut layers[first..] {
                 layer.top_mm += moved_mm;
@@ -104,25 +102,25 @@ impl DrawnTissue {
         Self { layers, depths_mm, torn, last_s: f64::NEG_INFINITY }
     }
 
-    /// Returns the layers from the surface down.
+    /// The layers from the surface downwards.
     #[must_use]
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
 
-    /// Returns the depth of each top at the needle, in mm.
+    /// The depth of each top at the needle, in mm.
     #[must_use]
     pub fn depths_mm(&self) -> &[f64] {
         &self.depths_mm
     }
 
-    /// Returns whether each layer has ruptured.
+    /// True for each layer that has ruptured.
     #[must_use]
     pub fn torn(&self) -> Vec<bool> {
         self.layers.iter().map(|layer| layer.torn_s.is_some()).collect()
     }
 
-    /// Tears the next layer that ruptures, at a time in s.
+    /// Tears the next layer that can rupture, at a time in s.
     pub fn tear(&mut self, time_s: f64) {
         if let Some(layer) = self.layers.iter_mut().find(|layer| layer.ruptures && layer.torn_s.is_none()) {
             layer.torn_s = Some(time_s);
@@ -149,7 +147,6 @@ impl DrawnTissue {
     }
 }
 
-/// Returns a layer at a place.
 fn at(layer: &StatedLayer<'_>, top_mm: f64) -> Layer {
     let thickness_mm = 1e3 * layer.thickness_m;
     Layer {
@@ -165,18 +162,18 @@ fn unnamed(top_mm: f64) -> Layer {
     Layer { label: String::new(), top_mm, torn_s: None, thickness_mm: 0.0, ruptures: true }
 }
 
-/// Returns the layers of a scenario from the surface down; none for a tissue without layers.
+/// The layers of a scenario from the surface downwards; none for a tissue without layers.
 fn stated_layers(scenario: &Scenario) -> Vec<StatedLayer<'_>> {
     scenario.tissue.settings().map_or_else(Vec::new, TissueSettings::layers)
 }
 
-/// Returns the surface of the undeformed tissue in m: that of the tissue, or the one that the estimator assumes.
+/// Position of the undeformed surface in m: from the tissue, or as assumed by the estimator.
 fn contact_m(scenario: &Scenario) -> f64 {
     let of = |key: &str| scenario.values().get(key)?.to_toml().as_float();
     of("tissue.contact_m").unwrap_or(scenario.contact_m)
 }
 
-/// Returns the last tick before a rupture at which the force has hardly risen from its minimum since an earlier tick.
+/// The last tick before a rupture at which the force has hardly risen from its minimum since tick `from`.
 fn touch(force_n: &[f64], from: usize, rupture: usize) -> usize {
     let Some(before) = force_n.get(from..rupture).filter(|before| !before.is_empty()) else { return rupture };
     let min_n = before.iter().copied().fold(f64::INFINITY, f64::min);
@@ -184,7 +181,6 @@ fn touch(force_n: &[f64], from: usize, rupture: usize) -> usize {
     from + before.iter().rposition(|force_n| *force_n <= limit_n).unwrap_or(0)
 }
 
-/// Returns the index of the time that is nearest to a time.
 pub(super) fn nearest(time_s: &[f64], at_s: f64) -> usize {
     let after = time_s.partition_point(|time| *time < at_s);
     let is_before = after > 0 && (after == time_s.len() || at_s - time_s[after - 1] < time_s[after] - at_s);

@@ -1,24 +1,25 @@
-//! What a comparison says.
+//! The document of a comparison.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::{Comparison, Fact, Row, SeedStudy, Spread, rows, verdict, verdict_over_seeds};
+use super::{
+    Comparison, ComparisonTable, Fact, NoiseCheck, Row, SchemeRow, SeedStudy, Spread, rows, verdict, verdict_over_seeds,
+};
 use crate::animation::animation_with_pictures;
-use crate::run::{REDUCED, Run, about, event_shade, outcome, seeds_without_effect, windows};
-use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, show};
+use crate::run::{REDUCED, Run, RunFile, about, event_shade, outcome, seeds_without_effect, windows};
+use trocar_base::warning::Warning;
+use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, json_of, show};
 use trocar_figures::{self as figures, EstimationView, RunView};
 use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Scope, Unit};
 
-/// Number of ruptures in the short table.
 const SHOWN_RUPTURES: usize = 2;
 
-/// Maximum number of scenarios in the title.
 const MAX_NAMED: usize = 3;
 
-/// Maximum number of runs in the chart of a page.
 const MAX_RUNS: usize = 8;
 
-/// The metrics in the table over seeds. The files hold all metrics.
+/// The metrics in the table over seeds. The files contain all metrics.
 const OVER_SEEDS: [&str; 11] = [
     "slave_travel_m",
     "unintended_travel_m",
@@ -33,12 +34,12 @@ const OVER_SEEDS: [&str; 11] = [
     "false_alarms",
 ];
 
-/// A comparison with what was asked for besides.
+/// A comparison with its optional parts.
 #[derive(Debug, Clone, Copy)]
 pub struct ComparisonReport<'a> {
     /// The runs.
     pub comparison: &'a Comparison,
-    /// The statements of the paper, for its pair.
+    /// Statements of the paper, for the pair of the paper.
     pub facts: Option<&'a [Fact]>,
     /// The same scenarios over many seeds.
     pub seeds: Option<&'a SeedStudy>,
@@ -46,13 +47,13 @@ pub struct ComparisonReport<'a> {
 
 impl Study for ComparisonReport<'_> {
     fn document(&self) -> Document<'_> {
-        self.into_document()
+        self.into_document(None)
     }
 }
 
 impl<'a> ComparisonReport<'a> {
-    /// The document, which borrows the runs alone.
-    pub(super) fn into_document(self) -> Document<'a> {
+    /// The document, which borrows only the runs, with the passivity schemes for its JSON.
+    pub(super) fn into_document(self, schemes: Option<&[SchemeRow]>) -> Document<'a> {
         let runs: Vec<&'a Run> = self.comparison.runs.iter().collect();
         let names: Vec<&str> = runs.iter().map(|run| run.scenario.name.as_str()).collect();
         let title = if names.len() > MAX_NAMED { format!("{} scenarios", names.len()) } else { names.join(" and ") };
@@ -63,7 +64,16 @@ impl<'a> ComparisonReport<'a> {
             warnings: self.warnings(),
             sections: self.sections(&runs),
             data: std::iter::once(columns(self.comparison)).chain(self.seeds.map(seed_columns)).collect(),
-            json: self.json(),
+            json: json_of(&ComparisonFile {
+                trocar_version: env!("CARGO_PKG_VERSION"),
+                runs: runs.iter().copied().map(RunFile::of).collect(),
+                warnings: self.warnings(),
+                table: self.comparison.table(),
+                noise: &self.comparison.noise,
+                paper_facts: self.facts,
+                seeds: self.seeds,
+                schemes,
+            }),
             ..Document::default()
         };
         let drawn: Vec<&'a Run> = runs.into_iter().filter(|run| !run.trace.is_empty()).collect();
@@ -75,7 +85,7 @@ impl<'a> ComparisonReport<'a> {
         document
     }
 
-    fn warnings(&self) -> Vec<trocar_base::warning::Warning> {
+    fn warnings(&self) -> Vec<Warning> {
         let scenarios = self.comparison.runs.iter().map(|run| &run.scenario);
         let of_seeds = seeds_without_effect(scenarios, self.seeds.map_or(1, |study| study.seeds));
         of_seeds.into_iter().chain(self.comparison.warnings()).collect()
@@ -115,27 +125,31 @@ impl<'a> ComparisonReport<'a> {
         sections.push(runs_section);
         sections
     }
-
-    /// Returns `comparison.json`: the summaries, the table, the detection in noise, the paper's facts for the shipped pair, and the
-    /// study over seeds, if any.
-    fn json(&self) -> Json {
-        let Self { comparison, facts, seeds } = self;
-        let mut all = json!({
-            "trocar_version": env!("CARGO_PKG_VERSION"),
-            "runs": comparison.runs.iter().map(Run::summary).collect::<Vec<_>>(),
-            "warnings": self.warnings(),
-            "table": comparison.table(),
-            "noise": comparison.noise,
-            "paper_facts": facts,
-        });
-        if let (Json::Object(all), Some(study)) = (&mut all, seeds) {
-            all.insert("seeds".into(), json!(study));
-        }
-        all
-    }
 }
 
-/// Adds the figures of runs; `estimations` are those of the first runs, which are drawn over the whole time.
+/// `comparison.json`: the summaries, the table, the detection in noise, and the optional parts.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ComparisonFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// The summary of each run, in the order of the scenarios.
+    runs: Vec<RunFile<'a>>,
+    /// The warnings about the runs.
+    warnings: Vec<Warning>,
+    table: ComparisonTable,
+    /// The detection of each scenario with added noise.
+    noise: &'a [NoiseCheck],
+    /// Statements of the paper, for the pair of the paper; `None` for other scenarios.
+    paper_facts: Option<&'a [Fact]>,
+    /// The same scenarios over many seeds, with `--seeds`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seeds: Option<&'a SeedStudy>,
+    /// Each passivity scheme, with `trocar strategies --schemes`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    schemes: Option<&'a [SchemeRow]>,
+}
+
+/// Adds the figures of runs; `estimations` belong to the first runs, and are drawn over the whole time.
 pub fn add_figures<'a>(document: &mut Document<'a>, runs: &[RunView<'a>], estimations: Vec<EstimationView<'a>>) {
     document.figure("comparison", figures::comparison(runs, None));
     document.figure("overlay", figures::overlay(runs, None));
@@ -144,8 +158,8 @@ pub fn add_figures<'a>(document: &mut Document<'a>, runs: &[RunView<'a>], estima
     document.figure("signals", figures::signals(&signals, (0.0, ends_s.fold(0.0, f64::max))));
 }
 
-/// Returns the short table of runs and that of all metrics, with their meaning. A pair has a column with the change.
-pub(crate) fn metric_tables(runs: &[&Run], noise: &[super::NoiseCheck]) -> [Table; 2] {
+/// The short table of runs and the table of all metrics, with their meaning. A pair has a column with the change.
+pub(crate) fn metric_tables(runs: &[&Run], noise: &[NoiseCheck]) -> [Table; 2] {
     let rows = rows(&runs.iter().map(|run| &run.metrics).collect::<Vec<&Metrics>>(), noise);
     let mut columns = vec![("metric".to_owned(), "metric".to_owned())];
     columns.extend(runs.iter().map(|run| (run.scenario.name.clone(), run.scenario.name.clone())));
@@ -163,13 +177,11 @@ pub(crate) fn metric_tables(runs: &[&Run], noise: &[super::NoiseCheck]) -> [Tabl
     [short, all]
 }
 
-/// Returns whether a row is in the short table.
 fn is_main(row: &Row) -> bool {
     let is_later = row.declaration.scope == Scope::Rupture && row.number > SHOWN_RUPTURES;
     row.declaration.shown.is_main() && !is_later
 }
 
-/// Returns the section of the statements of the paper.
 fn facts_section(facts: &[Fact], shown: Shown) -> Section {
     let mut section = Section::new("paper", "Comparison with the paper").shown(shown);
     section.text(
@@ -180,7 +192,6 @@ fn facts_section(facts: &[Fact], shown: Shown) -> Section {
     section
 }
 
-/// Returns the paper's statements with the results.
 pub(crate) fn facts_table(facts: &[Fact]) -> Table {
     let columns = [
         ("statement", "statement (rupture 1 unless stated)"),
@@ -196,7 +207,6 @@ pub(crate) fn facts_table(facts: &[Fact]) -> Table {
     table
 }
 
-/// Returns the section of a study over seeds.
 fn seeds_section(study: &SeedStudy) -> Section {
     let mut section = Section::new("seeds", "Over many seeds");
     section.table(seeds_table(study));
@@ -207,8 +217,8 @@ fn seeds_section(study: &SeedStudy) -> Section {
     section
 }
 
-/// Returns the main metrics over the seeds. A metric has a line for each scenario, with the median and the central 95 % interval, and
-/// for a pair a line with the ratio of the second scenario to the first, seed by seed.
+/// The main metrics over the seeds. Each metric has one line per scenario with the median and the central 95 %
+/// interval. For a pair it also has a line with the ratio of the second scenario to the first, seed by seed.
 pub(crate) fn seeds_table(study: &SeedStudy) -> Table {
     let over = format!("over {} seeds", study.seeds);
     let columns =
@@ -234,7 +244,7 @@ pub(crate) fn seeds_table(study: &SeedStudy) -> Table {
     table
 }
 
-/// Returns a line of the table: the median, the ends of the interval, and the number of seeds with a value.
+/// A line of the table: the median, the ends of the interval, and the number of seeds with a value.
 fn spread_cells(name: &str, spread: Option<&Spread>, number: impl Fn(f64) -> Number) -> [Cell; 5] {
     let name = Cell::from(format!("  {name}"));
     let Some(spread) = spread else {
@@ -244,7 +254,7 @@ fn spread_cells(name: &str, spread: Option<&Spread>, number: impl Fn(f64) -> Num
     [name, median, low, high, Cell::count(spread.defined)]
 }
 
-/// Returns `comparison.csv`: a row per metric, a column per scenario, in SI units.
+/// `comparison.csv`: a row per metric, a column per scenario, in SI units.
 fn columns(comparison: &Comparison) -> DataTable<'static> {
     let table = comparison.table();
     let rows = || table.rows.iter();
@@ -257,7 +267,7 @@ fn columns(comparison: &Comparison) -> DataTable<'static> {
     data
 }
 
-/// Returns `seeds.csv`: a row per metric and scenario, in SI units.
+/// `seeds.csv`: a row per metric and scenario, in SI units.
 fn seed_columns(study: &SeedStudy) -> DataTable<'static> {
     let all = || study.rows.iter().flat_map(|row| (0..study.scenarios.len()).map(move |index| (row, index)));
     let spread = |of: fn(&Spread) -> f64| {
@@ -282,13 +292,11 @@ fn seed_columns(study: &SeedStudy) -> DataTable<'static> {
         .optional("ratio_high_97.5", ratio(|spread| spread.high))
 }
 
-/// Returns the name of a rupture: its number and the layer.
 fn named(index: usize, rupture: &RuptureMetrics) -> String {
     let layer = rupture.layer.as_ref().map_or(String::new(), |layer| format!(" ({layer})"));
     format!("rupture {}{layer}", index + 1)
 }
 
-/// Returns what became of a rupture: its delay, or why it was missed.
 fn fate(rupture: &RuptureMetrics) -> String {
     match (rupture.detection_delay_s, &rupture.miss) {
         (Some(delay_s), _) => format!("detected after {}", show(Some(delay_s), Unit::Second)),
@@ -297,7 +305,7 @@ fn fate(rupture: &RuptureMetrics) -> String {
     }
 }
 
-/// Returns the events of runs in order of time, each with its outcome; `None` without events.
+/// The events of runs in order of time, with their outcomes; `None` without events.
 pub(crate) fn events_table(runs: &[&Run]) -> Option<Table> {
     let mut rows: Vec<(f64, [String; 3])> = vec![];
     for run in runs {

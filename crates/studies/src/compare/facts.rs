@@ -1,14 +1,15 @@
 //! Statements of the paper about its experiment, and the results of the shipped pair of scenarios.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Comparison;
 use trocar_metrics::{Metrics, RuptureMetrics};
 
 /// A statement of the paper and the corresponding result.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Fact {
-    /// The number of the paper's figure that shows it; 0 for none.
+    /// Number of the paper's figure; 0 for none.
     #[serde(skip)]
     pub figure: u8,
     /// The subject.
@@ -19,11 +20,11 @@ pub struct Fact {
     pub asked: &'static str,
     /// The result.
     pub ours: String,
-    /// Whether the result meets the condition.
+    /// True if the result meets the condition.
     pub holds: bool,
 }
 
-/// Returns the paper's facts for a comparison of its two schemes: the classical run first, the augmented one second.
+/// Compares the paper's facts with the classical run (first) and the augmented run (second).
 ///
 /// `None` if a quantity is undefined, for example without two ruptures or without an event.
 #[must_use]

@@ -1,12 +1,11 @@
-//! Comparison of scenarios: the table of their metrics, their detection in noise, the passivity schemes and the
-//! strategies side by side, and the paper's facts.
+//! Comparisons of scenarios: their metrics, their detection in noise, the passivity schemes, the strategies, and the
+//! paper's facts.
 
 mod document;
 mod facts;
 
 mod noise;
 mod paper;
-mod paper_document;
 mod scheme_document;
 mod schemes;
 mod seeds;
@@ -15,23 +14,27 @@ mod strategies;
 mod table;
 mod verdict;
 
-pub use document::{ComparisonReport, add_figures};
-pub(crate) use document::{events_table, facts_table, metric_tables};
+pub use document::{ComparisonFile, ComparisonReport, add_figures};
+pub(crate) use document::{events_table, metric_tables};
 pub use facts::{Fact, paper_facts};
 
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
-pub use paper::{FIGURES, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperStudy, QuietStretch};
+pub use paper::{
+    FIGURES, Judgement, NOISE_SEEDS, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperFile, PaperStudy, QuietStretch,
+    Statement,
+};
 pub use scheme_document::SchemeReport;
 pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 pub use seeds::{MAX_SEEDS, SeedStudy, SeedTotals, Spread, SpreadRow};
 pub use sensitivity::{Noticed, Sensitivity};
 pub use strategies::{
-    FIXED_PERSONS, FalseAlarmCost, Group, LinearLoops, PERSONS, Person, STRATEGIES, Strategy, StrategyOptions,
-    StrategyRow, StrategyStudy, Verdict, WINDOWS_S,
+    FIXED_PERSONS, FalseAlarmCost, Group, LinearLoops, PERSONS, Person, STRATEGIES, StrategiesFile, Strategy,
+    StrategyOptions, StrategyRow, StrategyStudy, Verdict, WINDOWS_S,
 };
 pub use table::{Row, rows};
 pub use verdict::{verdict, verdict_of_schemes, verdict_over_seeds};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::run::{Run, RunError, run};
@@ -48,8 +51,8 @@ pub struct Comparison {
     pub noise: Vec<NoiseCheck>,
 }
 
-/// The numbers of a comparison: the metrics side by side, and the detection in noise.
-#[derive(Debug, Clone, Serialize)]
+/// The numbers of a comparison: the metrics of each scenario, and the detection in noise.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ComparisonTable {
     /// Names of the scenarios.
     pub scenarios: Vec<String>,
@@ -61,7 +64,7 @@ impl Comparison {
     /// Runs scenarios in parallel, without and with added noise. The results do not depend on the number of threads.
     ///
     /// # Errors
-    /// The first scenario's [`RunError`].
+    /// The [`RunError`] of the first scenario that fails.
     pub fn of(scenarios: Vec<Scenario>) -> Result<Self, RunError> {
         let noise = || try_map(scenarios.len(), |index| check_in_noise(&scenarios[index]));
         let runs = || try_map(scenarios.len(), |index| run(scenarios[index].clone()));
@@ -69,13 +72,13 @@ impl Comparison {
         Ok(Self { runs: runs?, noise: noise? })
     }
 
-    /// Returns the warnings about the runs, in their order.
+    /// The warnings about the runs, in their order.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         self.runs.iter().flat_map(Run::warnings).collect()
     }
 
-    /// Returns the table of the metrics.
+    /// The table of the metrics.
     #[must_use]
     pub fn table(&self) -> ComparisonTable {
         let scenarios = self.runs.iter().map(|run| run.scenario.name.clone()).collect();

@@ -1,5 +1,6 @@
 //! Detection in added noise, by the scenario's detector and by a plain derivative.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::run::{RunError, measure, observe};
@@ -12,13 +13,13 @@ use trocar_scenario::Scenario;
 /// Standard deviation of the added noise, in N: the paper's 6.25e-4 N² (4.1).
 pub const ADDED_NOISE_STD_N: f64 = 0.025;
 
-/// Time after a rupture, in s, in which a large derivative is attributed to it.
+/// Time after a rupture during which a large derivative is attributed to it, in s.
 const RUPTURE_S: f64 = 0.1;
 
 metrics! {
-    /// The detection of a scenario with white noise added to its force, by its own detector and by the paper's
+    /// The detection of a scenario with white noise added to its force, by the scenario's detector and by the paper's
     /// baseline.
-    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct NoiseCheck in Noise {
         /// Standard deviation of the added noise, in N.
         added_noise_std_n: f64;
@@ -32,14 +33,14 @@ metrics! {
         derivative_missed_ruptures: u64 = "missed ruptures, derivative CUSUM", Count, Lower;
         /// False alarms of the derivative CUSUM in the added noise.
         derivative_false_alarms: u64 = "false alarms, derivative CUSUM", Count, Lower;
-        /// The highest threshold on the squared change, in N², that still detects every rupture; none without ruptures.
+        /// The highest threshold on the squared change, in N², that still detects every rupture; `None` without ruptures.
         derivative_threshold_n2: Option<f64>;
         /// Samples away from ruptures whose squared change exceeds the highest threshold that detects all ruptures.
         derivative_exceedances: Option<u64> = "false samples, derivative at best", Count, Lower;
     }
 }
 
-/// Runs a scenario with [`ADDED_NOISE_STD_N`] added to its own noise: once with its detector, once with the baseline.
+/// Runs a scenario with [`ADDED_NOISE_STD_N`] of additional noise, with its detector and with the baseline.
 ///
 /// # Errors
 /// As [`crate::run::run`].
@@ -63,7 +64,7 @@ pub fn check_in_noise(scenario: &Scenario) -> Result<NoiseCheck, RunError> {
     })
 }
 
-/// Returns the scenario with the derivative as its distance, and the thresholds of the paper's variances.
+/// The scenario with the derivative as its distance, and thresholds from the paper's variances.
 fn derivative_baseline(scenario: &Scenario) -> Scenario {
     use trocar_core::detector::{DetectorSettings, DistanceKind};
     let mut baseline = scenario.clone();
@@ -79,7 +80,6 @@ struct Derivatives {
     last_n: Option<f64>,
     rupture_ticks: u64,
     rupture: Option<u64>,
-    /// The maximum after each rupture that has a following tick.
     peaks: Vec<f64>,
     elsewhere: Vec<f64>,
 }

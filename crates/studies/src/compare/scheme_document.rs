@@ -1,12 +1,10 @@
-//! What a comparison of the passivity schemes says.
-
-use serde_json::{Value as Json, json};
+//! The document of a comparison of the passivity schemes.
 
 use super::{ComparisonReport, IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy, SeedStudy};
 use trocar_document::{Cell, Document, Section, Shown, Study, Table};
 use trocar_metrics::Unit;
 
-/// One scenario with every passivity scheme, with what was asked for besides.
+/// One scenario with every passivity scheme, and its optional parts.
 #[derive(Debug, Clone, Copy)]
 pub struct SchemeReport<'a> {
     /// The runs and the rows.
@@ -18,17 +16,15 @@ pub struct SchemeReport<'a> {
 impl Study for SchemeReport<'_> {
     fn document(&self) -> Document<'_> {
         let Self { study, seeds } = *self;
-        let mut document = ComparisonReport { comparison: &study.comparison, facts: None, seeds }.into_document();
-        if let Json::Object(all) = &mut document.json {
-            all.insert("schemes".into(), json!(study.rows));
-        }
+        let comparison = ComparisonReport { comparison: &study.comparison, facts: None, seeds };
+        let mut document = comparison.into_document(Some(&study.rows));
         let mut section = Section::new("schemes", "Passivity schemes");
         section.table(table(study));
         section.text(
             "The felt impedance is that of a hand that oscillates by 1 mm in a tissue of 200 N/m over this link; the tissue's own is 31.8 \
              N·s/m at 1 Hz and 6.4 at 5 Hz.",
         );
-        // The table of the schemes is the short one.
+        // The table of the schemes replaces the short table.
         for main in document.sections.iter_mut().filter(|section| section.id == "main") {
             main.shown = Shown::WithAll;
         }

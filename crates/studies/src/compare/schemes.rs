@@ -1,5 +1,6 @@
-//! One scenario with every passivity scheme: what a scheme costs, and what it holds.
+//! Runs one scenario with every passivity scheme, to compare their costs and guarantees.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Comparison;
@@ -11,26 +12,26 @@ use trocar_scenario::{Scenario, Source};
 /// Frequencies in Hz at which the felt impedance is measured.
 pub const IMPEDANCE_FREQUENCIES_HZ: [f64; 2] = [1.0, 5.0];
 
-/// Stiffness of the tissue in N/m in which the felt impedance is measured, and amplitude of the hand in m.
+/// Stiffness of the tissue in N/m and amplitude of the hand in m for the measurement of the felt impedance.
 const PROBED_N_PER_M: f64 = 200.0;
 const PROBE_M: f64 = 1e-3;
-/// Duration of a measurement of the impedance in s; the second half counts.
+/// Duration of a measurement of the impedance in s, of which the second half is evaluated.
 const PROBE_S: f64 = 6.0;
 
-/// What a scheme makes of a scenario.
-#[derive(Debug, Clone, Serialize)]
+/// The results of a scenario with one scheme.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SchemeRow {
-    /// The scheme's word.
+    /// Name of the scheme.
     pub scheme: &'static str,
     /// Largest feedback force in N.
     pub peak_force_n: f64,
-    /// Root mean square distance of the slave from the hand in m, on the slave's scale.
+    /// Root mean square distance of the slave from the hand in m, scaled to the slave.
     pub position_error_m: f64,
-    /// Largest energy in J that hand and needle have received beyond what they have given.
+    /// Largest energy in J that hand and needle have received beyond the energy that they have delivered.
     pub generated_j: f64,
-    /// The energy in J that the scheme promises not to exceed in that.
+    /// Upper bound of this energy in J that the scheme guarantees.
     pub promised_j: Option<f64>,
-    /// Felt impedance in N·s/m at the frequencies of [`IMPEDANCE_FREQUENCIES_HZ`].
+    /// Felt impedance in N·s/m at 1 Hz and at 5 Hz.
     pub felt_impedance_n_s_per_m: [f64; 2],
     /// Largest overshoot of the slave after a rupture in m.
     pub overshoot_m: Option<f64>,
@@ -43,14 +44,14 @@ pub struct SchemeRow {
 /// A scenario with every scheme that its architecture allows.
 #[derive(Debug, Clone)]
 pub struct SchemeStudy {
-    /// The runs as a comparison, in the order of the rows.
+    /// The runs, in the order of the rows.
     pub comparison: Comparison,
     /// A row per scheme.
     pub rows: Vec<SchemeRow>,
 }
 
 impl SchemeStudy {
-    /// Runs a scenario without a scheme and with each.
+    /// Runs a scenario without a scheme and with each scheme.
     ///
     /// # Errors
     /// [`RunError`] of the first scenario that cannot be loaded or run.
@@ -101,7 +102,7 @@ impl SchemeStudy {
     }
 }
 
-/// The settings of a hand that oscillates in soft tissue, in contact all the time.
+/// The settings of a hand that oscillates in soft tissue and stays in contact.
 fn probe(frequency_hz: f64) -> Vec<String> {
     [
         "operator.kind=sine".into(),
@@ -122,7 +123,7 @@ fn probe(frequency_hz: f64) -> Vec<String> {
     .into()
 }
 
-/// `|F_h / v_h|` of a scenario's second half at a frequency (Hz), in N·s/m.
+/// `|F_h / v_h|` at a frequency (Hz) in the second half of a run, in N·s/m.
 fn felt_impedance(scenario: &Scenario, frequency_hz: f64) -> Result<f64, RunError> {
     let run = run(scenario.clone())?;
     let trace = &run.trace;

@@ -1,5 +1,6 @@
-//! Scenarios over many seeds: which differences are due to chance.
+//! Runs scenarios with many seeds, to separate differences from chance.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Row, rows};
@@ -9,13 +10,13 @@ use trocar_base::quantiles;
 use trocar_metrics::{Better, Metrics, Unit};
 use trocar_scenario::Scenario;
 
-/// Maximum number of seeds of a study, which keeps the metrics of every run.
+/// Maximum number of seeds of a study. A study stores the metrics of every run.
 pub const MAX_SEEDS: u64 = 100_000;
 
 /// The distribution of a metric over the seeds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
-    /// Number of seeds in which the metric is defined, at least 1.
+    /// Number of seeds for which the metric is defined, at least 1.
     pub defined: u64,
     /// The median.
     pub median: f64,
@@ -30,10 +31,10 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Returns the spread of values, or `None` without values.
+    /// The spread of values, or `None` without values.
     ///
-    /// Quantiles are interpolated linearly between order statistics. The median's interval is between the order
-    /// statistics of ranks `n/2 ± 1.96 √n/2`, rounded outwards (normal approximation of the sign test); below six
+    /// Quantiles are interpolated linearly between order statistics. The median's interval lies between the order
+    /// statistics of ranks `n/2 ± 1.96 √n/2`, rounded outwards (normal approximation of the sign test). Below six
     /// values it is the whole range.
     #[must_use]
     pub fn of(mut values: Vec<f64>) -> Option<Self> {
@@ -54,39 +55,39 @@ impl Spread {
     }
 }
 
-/// One metric over the seeds, with a spread per scenario.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// One metric over the seeds, with one spread per scenario.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SpreadRow {
     /// Key, for example `rupture_1_detection_delay_s`.
     pub metric: String,
     /// Label in tables.
     pub label: String,
-    /// Key without the prefix of a rupture or the link.
+    /// Key without the prefix of its scope.
     #[serde(skip)]
     pub name: &'static str,
     /// Unit.
     pub unit: Unit,
-    /// Which values are better.
+    /// The better direction.
     pub better: Better,
-    /// Spread in each scenario, in SI; `None` if no seed defines the metric.
+    /// Spread in each scenario, in SI units; `None` if no seed defines the metric.
     pub spreads: Vec<Option<Spread>>,
     /// Spread of the ratio of each scenario's value to the first scenario's, seed by seed; `None` for counts, and if no
-    /// seed defines it.
+    /// seed defines the ratio.
     pub ratios: Vec<Option<Spread>>,
 }
 
-/// What happened in all seeds of a scenario.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+/// The totals over all seeds of a scenario.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct SeedTotals {
     /// Number of ruptures.
     pub ruptures: u64,
     /// Number of ruptures without an alarm.
     pub missed_ruptures: u64,
-    /// Number of ruptures without an alarm at which the run ended too soon to decide.
+    /// Number of ruptures without an alarm that are undecided because the run ended too soon.
     pub undecided_ruptures: u64,
     /// Number of alarms that match no rupture.
     pub false_alarms: u64,
-    /// Number of seeds in which the first, the second, … rupture happens.
+    /// Number of seeds in which the first, the second, … rupture occurs.
     pub seeds_with_rupture: Vec<u64>,
 }
 
@@ -106,24 +107,24 @@ impl SeedTotals {
     }
 }
 
-/// The results of scenarios that were run with the same seeds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// The results of scenarios with the same number of seeds.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SeedStudy {
     /// Names of the scenarios.
     pub scenarios: Vec<String>,
     /// Number of seeds.
     pub seeds: u64,
-    /// First seed of each scenario; the others follow it.
+    /// First seed of each scenario, followed by consecutive seeds.
     pub first_seeds: Vec<u64>,
-    /// What happened in all seeds of each scenario.
+    /// Totals of each scenario.
     pub totals: Vec<SeedTotals>,
     /// A row per metric.
     pub rows: Vec<SpreadRow>,
 }
 
 impl SeedStudy {
-    /// Runs every scenario in parallel with `seeds` seeds, starting from its own, and calls `done` after each run. The
-    /// results do not depend on the number of threads.
+    /// Runs every scenario in parallel with `seeds` consecutive seeds, starting from the scenario's seed, and calls
+    /// `done` after each run. The results do not depend on the number of threads.
     ///
     /// # Errors
     /// A [`RunError`] of a scenario and seed that fails.
@@ -138,7 +139,7 @@ impl SeedStudy {
         Ok(Self::of_runs(scenarios, &runs))
     }
 
-    /// Compares the metrics of runs, by seed and scenario: seed `i` of a scenario is its own plus `i`.
+    /// Compares the metrics of runs, by seed and scenario; seed `i` of a scenario is its first seed plus `i`.
     #[must_use]
     pub fn of_runs(scenarios: &[Scenario], runs: &[Vec<Metrics>]) -> Self {
         Self {
@@ -150,20 +151,19 @@ impl SeedStudy {
         }
     }
 
-    /// Returns the largest number of ruptures of a run.
+    /// The largest number of ruptures in a run.
     #[must_use]
     pub fn max_ruptures(&self) -> usize {
         self.totals.iter().map(|totals| totals.seeds_with_rupture.len()).max().unwrap_or(0)
     }
 
-    /// Returns the row of a metric.
+    /// The row of a metric.
     #[must_use]
     pub fn row(&self, metric: &str) -> Option<&SpreadRow> {
         self.rows.iter().find(|row| row.metric == metric)
     }
 }
 
-/// Returns the rows over all seeds, in the order of the table with the most metrics.
 fn spread_rows(runs: &[Vec<Metrics>], scenarios: usize) -> Vec<SpreadRow> {
     let tables: Vec<_> = map(runs.len(), |seed| rows(&runs[seed].iter().collect::<Vec<_>>(), &[]));
     let Some(longest) = tables.iter().max_by_key(|table| table.len()) else { return vec![] };
@@ -177,7 +177,7 @@ fn spread_rows(runs: &[Vec<Metrics>], scenarios: usize) -> Vec<SpreadRow> {
     longest.iter().map(of_metric).collect()
 }
 
-/// Returns the spread of a metric from its values: for each seed, one per scenario.
+/// The spread of a metric. `values` has, for each seed, one value per scenario.
 fn spread_row(row: &Row, values: &[Vec<Option<f64>>], scenarios: usize) -> SpreadRow {
     let &Row { declaration, unit, better, .. } = row;
     let spread = |index: usize| Spread::of(values.iter().filter_map(|of_seed| of_seed[index]).collect());
@@ -202,7 +202,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_are_those_of_the_order_statistics() {
+    fn quantiles_are_interpolated_between_order_statistics() {
         let spread = Spread::of((0..=200).rev().map(f64::from).collect()).expect("values");
         assert_eq!((spread.defined, spread.median, spread.low, spread.high), (201, 100.0, 5.0, 195.0));
         // n/2 - 1.96 √n/2 = 86.6: ranks 86 and 116 of 201.
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_median_interval_covers_the_true_median_as_often_as_it_says() {
+    fn a_median_interval_covers_the_true_median_with_its_probability() {
         use rand::{RngExt, SeedableRng};
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
         let covers = |_: &i32| {

@@ -1,42 +1,43 @@
-//! The sensitivity d' of what an operator notices.
+//! The sensitivity d' of the operator's perception.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use trocar_base::quantiles::normal_quantile;
 
-/// How many of a number of trials were noticed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+/// The number of trials, and of trials in which the operator noticed something.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Noticed {
     /// Number of trials.
     pub trials: u64,
-    /// Number of them in which the operator noticed something.
+    /// Number of trials in which the operator noticed something.
     pub noticed: u64,
 }
 
 impl Noticed {
-    /// The share of the trials; `None` without trials.
+    /// The share of noticed trials; `None` without trials.
     #[must_use]
     pub fn share(&self) -> Option<f64> {
         (self.trials > 0).then(|| self.noticed as f64 / self.trials as f64)
     }
 
-    /// The share with half a trial added to both answers, so that it is neither 0 nor 1 (Hautus 1995).
+    /// The share with half a trial added to both answers, which keeps it between 0 and 1 (Hautus 1995).
     fn log_linear_share(&self) -> f64 {
         (self.noticed as f64 + 0.5) / (self.trials as f64 + 1.0)
     }
 }
 
 /// `d' = Φ⁻¹(H) - Φ⁻¹(F)` with its standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Sensitivity {
     /// d'.
     pub d_prime: f64,
-    /// Its standard error (Gourevitch and Galanter 1967).
+    /// Standard error of d' (Gourevitch and Galanter 1967).
     pub std_error: f64,
 }
 
 impl Sensitivity {
-    /// The sensitivity for signals against trials without them; `None` without trials of either kind.
+    /// The sensitivity for trials with a signal against trials without; `None` without trials of either kind.
     #[must_use]
     pub fn of(signals: &Noticed, others: &Noticed) -> Option<Self> {
         if signals.trials == 0 || others.trials == 0 {
@@ -52,7 +53,7 @@ impl Sensitivity {
         Some(Self { d_prime: quantile(signals) - quantile(others), std_error })
     }
 
-    /// Whether 0 lies in the 95 % interval: the two cannot be told apart.
+    /// Returns true if 0 lies in the 95 % interval: the two kinds of trials cannot be distinguished.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.d_prime.abs() <= -normal_quantile(0.025) * self.std_error
@@ -64,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equal_shares_have_no_sensitivity_and_known_shares_the_known_one() {
+    fn equal_shares_have_no_sensitivity_and_known_shares_a_known_one() {
         let of = |noticed: u64| Noticed { trials: 10_000, noticed };
         let same = Sensitivity::of(&of(4_000), &of(4_030)).expect("trials");
         assert!(same.is_none(), "{same:?}");

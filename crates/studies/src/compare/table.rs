@@ -1,29 +1,30 @@
 //! The metrics of several runs, row by row.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::NoiseCheck;
 use trocar_document::Cell;
 use trocar_metrics::{Better, Declaration, Metrics, RunMetric, Shown, Unit};
 
-/// One metric, with a value per scenario.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// One metric, with one value per scenario.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Row {
     /// Key, for example `rupture_1_detection_delay_s`.
     pub metric: String,
     /// Label in tables, for example `rupture 1: detection delay`.
     pub label: String,
-    /// The metric's declaration.
+    /// Declaration of the metric.
     #[serde(skip)]
     pub declaration: &'static Declaration,
-    /// The number of its rupture, from 1; 1 for other metrics.
+    /// Number of the rupture, from 1; 1 for other metrics.
     #[serde(skip)]
     pub number: usize,
     /// Unit.
     pub unit: Unit,
-    /// Which values are better.
+    /// The better direction.
     pub better: Better,
-    /// Values in SI; `None` if undefined.
+    /// Values in SI units; `None` if undefined.
     pub values: Vec<Option<f64>>,
 }
 
@@ -39,7 +40,7 @@ impl Row {
         Self::new(metric.declaration(), metric.number(), values)
     }
 
-    /// Returns the cells of the row: the metric, its values, and for a pair the change.
+    /// The cells of the row: the metric, its values, and for a pair the change.
     #[must_use]
     pub fn cells(&self) -> Vec<Cell> {
         let mut cells = vec![Cell::from(&*self.label)];
@@ -54,18 +55,18 @@ impl Row {
         match shown {
             Shown::Main | Shown::Always => true,
             Shown::First | Shown::MainWhereDefined | Shown::WhereDefined => self.values.iter().any(Option::is_some),
-            // Rows of links that have no effect are omitted.
+            // Omits rows of links that have no effect.
             Shown::WhereNonZero => self.values.iter().flatten().any(|value| *value != 0.0),
             Shown::Never => false,
         }
     }
 }
 
-/// A value below this share of another one is vanishing: the relative change between them has no meaning.
+/// The relative change is meaningless if one value is below this share of the other.
 const VANISHING_SHARE: f64 = 0.01;
 
-/// Returns the relative change of a metric. It is empty where it has no meaning: for counts, metrics whose sign varies,
-/// undefined values, and a first value of 0 or of almost 0 against the second.
+/// The relative change of a metric. It is empty if it is meaningless: for counts, metrics with a varying sign,
+/// undefined values, and a first value that is 0 or almost 0 compared with the second.
 fn change(row: &Row, first: Option<f64>, second: Option<f64>) -> String {
     let (Some(first), Some(second)) = (first, second) else { return String::new() };
     let has_meaning = row.unit != Unit::Count && !row.declaration.is_signed && second >= 0.0;
@@ -84,7 +85,7 @@ fn change(row: &Row, first: Option<f64>, second: Option<f64>) -> String {
     }
 }
 
-/// Returns every row of the table, including those of the checks in noise, if any.
+/// Every row of the table, including the checks in noise, if any.
 #[must_use]
 pub fn rows(runs: &[&Metrics], noise: &[NoiseCheck]) -> Vec<Row> {
     let ruptures = runs.iter().map(|metrics| metrics.ruptures.len()).max().unwrap_or(0);
@@ -107,7 +108,7 @@ mod tests {
     use trocar_scenario::{Scenario, Source};
 
     #[test]
-    fn every_row_has_a_sentence_with_its_meaning() {
+    fn every_row_has_a_description() {
         let load = |name: &str| Scenario::load(&Source::parse(name), &[]).expect("a scenario");
         let scenarios = ["paper/augmented", "link/outage-at-the-rupture"].map(load);
         let metrics = scenarios.each_ref().map(|scenario| measure(scenario).expect("a run"));

@@ -1,36 +1,35 @@
-//! What runs show, in sentences that are computed from their metrics. Every surface shows these sentences.
+//! The results of runs in sentences, computed from their metrics. Every user interface shows these sentences.
 
 use super::{SeedStudy, SeedTotals, Spread, SpreadRow};
 use crate::run::{Run, outcome};
 use trocar_document::{Verdict, counted, decimals};
 use trocar_metrics::{HORIZON_S, Outcome, RuptureMetrics, TRAVEL_S};
 
-/// Maximum advance of a held needle after a rupture, in m: the paper's slave is "frozen" (5.1), and the comparison with the paper
-/// requires the same limit.
+/// Maximum advance of a frozen needle after a rupture, in m: the paper's slave is "frozen" (5.1), and the comparison
+/// with the paper requires the same limit.
 const HELD_M: f64 = 1e-4;
 
-/// Distances that differ by less than this share of the larger one are about the same.
+/// Two distances are about the same if they differ by less than this share of the larger one.
 const SAME_SHARE: f64 = 0.05;
 
-/// Maximum number of listed distances. For more ruptures, the maximum is told.
+/// Maximum number of listed distances; for more ruptures, only the maximum is reported.
 const MAX_LISTED: usize = 3;
 
-/// Number of ruptures with distances over the seeds.
 const SEED_RUPTURES: usize = 2;
 
-/// Whose a number is, of the classical and the augmented run of a scenario.
+/// The suffixes of numbers of the classical and the augmented run of a scenario.
 const OF_SCHEMES: [&str; 2] = [" without augmentation", " with it"];
 
-/// Maximum number of runs with a number each. For more runs, the smallest and the largest are told.
+/// Maximum number of runs with one number each; for more runs, the minimum and maximum are reported.
 const MAX_RUNS: usize = 3;
 
-/// Returns what runs show.
+/// The verdict on runs.
 #[must_use]
 pub fn verdict(runs: &[&Run]) -> Verdict {
     told(runs, &whose(runs))
 }
 
-/// Returns the words that tell whose a number is, for each run.
+/// The suffix that attributes a number to its run, for each run.
 fn whose(runs: &[&Run]) -> Vec<String> {
     match runs {
         [classical, augmented] if differ_in_augmentation(classical, augmented) => OF_SCHEMES.map(str::to_owned).into(),
@@ -39,13 +38,13 @@ fn whose(runs: &[&Run]) -> Vec<String> {
     }
 }
 
-/// Returns what a classical and an augmented run of the same scenario show.
+/// The verdict on a classical and an augmented run of the same scenario.
 #[must_use]
 pub fn verdict_of_schemes(classical: &Run, augmented: &Run) -> Verdict {
     told(&[classical, augmented], &OF_SCHEMES.map(str::to_owned))
 }
 
-/// Returns what the runs of all seeds show; `runs` are those of the first seeds.
+/// The verdict on the runs of all seeds; `runs` are the runs of the first seeds.
 #[must_use]
 pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
     let whose = whose(runs);
@@ -78,7 +77,6 @@ pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
     Verdict { sentences: sentences.into_iter().flatten().collect(), left_out: left_out.into_iter().collect() }
 }
 
-/// Tells which ruptures do not happen in every seed. `None` if all do.
 fn absent_over_seeds(study: &SeedStudy, whose: &[String]) -> Option<String> {
     let absent = (0..study.max_ruptures()).flat_map(|index| {
         study.totals.iter().zip(whose).filter_map(move |(totals, whose)| {
@@ -90,7 +88,6 @@ fn absent_over_seeds(study: &SeedStudy, whose: &[String]) -> Option<String> {
     (!absent.is_empty()).then(|| format!("Not every rupture happens: {}.", joined(&absent)))
 }
 
-/// Tells how many ruptures of all seeds are missed and how many alarms are false.
 fn detection_over_seeds(study: &SeedStudy, whose: &[String]) -> String {
     let each = |of: &dyn Fn(&SeedTotals) -> String| {
         let each = study.totals.iter().zip(whose).map(|(totals, whose)| format!("{}{whose}", of(totals)));
@@ -106,13 +103,11 @@ fn detection_over_seeds(study: &SeedStudy, whose: &[String]) -> String {
     format!("Missed in all seeds: {missed}. False alarms: {}.", each(&|totals| totals.false_alarms.to_string()))
 }
 
-/// Returns the median of distances with the interval of the seeds, in mm.
 fn millimetres_of(spread: &Spread) -> String {
     let [median, low, high] = [spread.median, spread.low, spread.high].map(|metres| three_digits(1e3 * metres));
     if low == high { format!("{median} mm") } else { format!("{median} mm ({low} to {high})") }
 }
 
-/// Returns whether the second run is the first one with augmentation.
 fn differ_in_augmentation(first: &Run, second: &Run) -> bool {
     let other_keys = |run: &Run| -> Option<toml::Table> {
         let mut table: toml::Table = run.scenario.echo().parse().ok()?;
@@ -159,7 +154,7 @@ fn swings(runs: &[&Run]) -> Option<String> {
     (!unstable.is_empty()).then(|| format!("Unstable: {}.", unstable.join("; ")))
 }
 
-/// Tells that the runs have different numbers of ruptures: the numbers after them are those of the ruptures that all runs have.
+/// Reports different numbers of ruptures. The numbers in later sentences are about the ruptures that all runs have.
 fn other_counts(runs: &[&Run]) -> Option<String> {
     let counts: Vec<usize> = runs.iter().map(|run| run.metrics.ruptures.len()).collect();
     if counts.iter().all(|count| *count == counts[0]) {
@@ -172,18 +167,18 @@ fn other_counts(runs: &[&Run]) -> Option<String> {
     Some(format!("{}.", joined(&runs.iter().zip(&counts).map(of).collect::<Vec<_>>())))
 }
 
-/// The distances of one run: whose they are, and a number in m for each of the first ruptures.
+/// The distances of one run: its suffix, and a distance in m for each of the first ruptures.
 type OfRun<'a> = (&'a str, Vec<f64>);
 
-/// A distance after each of the first ruptures, by run. Runs without ruptures are left out; the others have the same ruptures.
+/// A distance after each of the first ruptures, by run. Runs without ruptures are omitted; the others have the same
+/// number of ruptures.
 struct Distances<'a> {
     runs: Vec<OfRun<'a>>,
-    /// True if no run has further ruptures.
     are_all: bool,
 }
 
 impl<'a> Distances<'a> {
-    /// Only the last ruptures of a run can be without a distance, near its end. `None` if a run has none.
+    /// Only the last ruptures of a run can lack a distance, near the end of the run. `None` if a run has no distance.
     fn of(runs: &[&Run], whose: &'a [String], read: fn(&RuptureMetrics) -> Option<f64>) -> Option<Self> {
         let of_run = |(run, whose): (&&Run, &'a String)| {
             let ruptures = &run.metrics.ruptures;
@@ -197,7 +192,6 @@ impl<'a> Distances<'a> {
         Some(Self { runs: of_runs, are_all })
     }
 
-    /// Returns the name of the ruptures.
     fn ruptures(&self) -> String {
         match (self.runs[0].1.len(), self.are_all) {
             (1, true) => "the rupture".into(),
@@ -209,14 +203,14 @@ impl<'a> Distances<'a> {
         }
     }
 
-    /// Returns the distances of the first run if those of several runs are the same within the tolerance.
+    /// The distances of the first run, if the distances of all runs agree within the tolerance.
     fn common(&self) -> Option<&[f64]> {
         let first = &self.runs[0].1;
         let is_alike = |(_, other): &OfRun<'_>| first.iter().zip(other).all(|(a, b)| are_same(*a, *b));
         (self.runs.len() > 1 && self.runs.iter().all(is_alike)).then_some(first)
     }
 
-    /// Joins a phrase for each run, or returns one for all if they are the same within the tolerance.
+    /// Joins one phrase per run, or returns one for all runs if they agree within the tolerance.
     fn each(&self, phrase: impl Fn(&[f64]) -> String) -> String {
         if let Some(common) = self.common() {
             let all = if self.runs.len() == 2 { "in both runs" } else { "in every run with a rupture" };
@@ -233,7 +227,6 @@ impl<'a> Distances<'a> {
     }
 }
 
-/// Tells how far the slave advances before a person can react.
 fn jump(runs: &[&Run], whose: &[String]) -> Option<String> {
     let distances = Distances::of(runs, whose, |rupture| rupture.slave_travel_m)?;
     let phrase = |distances_m: &[f64]| match distances_m.iter().map(|metres| metres.abs()).fold(0.0, f64::max) {
@@ -243,7 +236,7 @@ fn jump(runs: &[&Run], whose: &[String]) -> Option<String> {
     Some(format!("In the {TRAVEL_S} s after {} the slave {}.", distances.ruptures(), distances.each(phrase)))
 }
 
-/// Tells how far the needle goes beyond the intended motion, if the intention is known in all runs.
+/// Reports the advance of the needle beyond the intended motion, if the intended motion is known in all runs.
 fn unintended(runs: &[&Run], whose: &[String]) -> Option<String> {
     let is_known = |run: &&Run| run.metrics.ruptures.iter().any(|rupture| rupture.excess_advance_m.is_some());
     if !runs.iter().filter(|run| !run.metrics.ruptures.is_empty()).all(is_known) {
@@ -254,7 +247,6 @@ fn unintended(runs: &[&Run], whose: &[String]) -> Option<String> {
     Some(format!("Up to {HORIZON_S} s after {} it goes beyond the intended motion {each}.", distances.ruptures()))
 }
 
-/// Tells how far the needle advances on its return to teleoperation, and where it is later.
 fn later(runs: &[&Run], whose: &[String]) -> Option<String> {
     let held: Vec<(&Run, &String)> = runs.iter().copied().zip(whose).filter(|(run, _)| returns(run)).collect();
     let (held_runs, held_whose): (Vec<&Run>, Vec<String>) =
@@ -279,12 +271,11 @@ fn later(runs: &[&Run], whose: &[String]) -> Option<String> {
     (!clauses.is_empty()).then(|| format!("{}.", clauses.join("; ")))
 }
 
-/// Returns whether teleoperation returned after the first rupture.
 fn returns(run: &Run) -> bool {
     run.metrics.ruptures.first().is_some_and(|rupture| rupture.return_jump_m.is_some())
 }
 
-/// Tells how many ruptures the operators noticed, for the runs whose operators notice changes of the force.
+/// Reports how many ruptures the operators noticed, for runs whose operators notice changes of the force.
 fn noticed(runs: &[&Run], whose: &[String]) -> Option<String> {
     let of = |(run, whose): (&&Run, &String)| {
         let noticed: Vec<u64> = run.metrics.ruptures.iter().filter_map(|rupture| rupture.noticed).collect();
@@ -295,7 +286,6 @@ fn noticed(runs: &[&Run], whose: &[String]) -> Option<String> {
     (!each.is_empty()).then(|| format!("The operator notices {}.", joined(&each)))
 }
 
-/// Tells which ruptures are detected, which are missed and why, and which alarms are false.
 fn detection(runs: &[&Run], whose: &[String]) -> String {
     let ruptures = || runs.iter().flat_map(|run| &run.metrics.ruptures);
     let delays_s: Vec<f64> = ruptures().filter_map(|rupture| rupture.detection_delay_s).collect();
@@ -341,12 +331,10 @@ fn false_alarms(runs: &[&Run]) -> String {
     if raises.is_empty() { "no alarm is false".into() } else { joined(&raises) }
 }
 
-/// Returns whether two distances are about the same, or are shown as the same.
 fn are_same(a_m: f64, b_m: f64) -> bool {
     (a_m - b_m).abs() < SAME_SHARE * a_m.abs().max(b_m.abs()) || millimetres(a_m) == millimetres(b_m)
 }
 
-/// Returns the distances, or the maximum of many.
 fn listed(distances_m: &[f64]) -> String {
     match distances_m {
         [others @ .., last] if distances_m.len() <= MAX_LISTED => {
@@ -357,7 +345,6 @@ fn listed(distances_m: &[f64]) -> String {
     }
 }
 
-/// Joins texts with commas and "and".
 fn joined(texts: &[String]) -> String {
     match texts {
         [] => String::new(),
@@ -370,7 +357,7 @@ fn millimetres(metres: f64) -> String {
     format!("{} mm", three_digits(1e3 * metres))
 }
 
-/// Returns a number with three significant digits, at most four decimals and no zeros at its end.
+/// Formats a number with three significant digits, at most four decimals and no trailing zeros.
 fn three_digits(value: f64) -> String {
     if value < 0.0 {
         return format!("-{}", three_digits(-value));
@@ -393,7 +380,7 @@ mod tests {
         run(Scenario::load(&Source::parse(name), &settings).expect("a scenario")).expect("a run")
     }
 
-    /// A run with ruptures that differ from its first one by the travel at 0.3 s and the excess advance, in mm.
+    /// A run with copies of its first rupture that have the given travel at 0.3 s and excess advance, in mm.
     fn with(run: &Run, name: &str, numbers_mm: &[[f64; 2]]) -> Run {
         let mut run = run.clone();
         let rupture = run.metrics.ruptures[0].clone();
@@ -408,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn the_pair_of_the_paper_is_told_with_the_numbers_of_its_metrics() {
+    fn the_verdict_on_the_papers_pair_contains_the_numbers_of_its_metrics() {
         let (classical, augmented) = (shipped("paper/classical", &[]), shipped("paper/augmented", &[]));
         let of = |run: &Run, read: fn(&RuptureMetrics) -> Option<f64>| {
             run.metrics.ruptures.iter().filter_map(read).map(|metres| three_digits(1e3 * metres)).collect::<Vec<_>>()
@@ -463,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn what_did_not_happen_is_not_praised() {
+    fn the_verdict_does_not_praise_missed_detections() {
         let missed = verdict(&[&shipped("paper/augmented", &["detector.threshold=100"])]).text();
         assert!(missed.contains("2 of 2 ruptures are missed (below the threshold: g reached "), "{missed}");
         assert!(missed.ends_with("; no alarm is false."), "{missed}");

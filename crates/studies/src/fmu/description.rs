@@ -8,12 +8,11 @@ use trocar_fmu_import::Version;
 use super::variables::{Causality, Model, Scalar, Type, Variable};
 use trocar_scenario::Scenario;
 
-/// A text as the value of an attribute.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The exponents of kg, m and s of a unit such as `N·s/m`, in the standard's attributes.
+/// The exponents of kg, m and s of a unit such as `N·s/m`, as attributes of the standard.
 fn base_units(unit: &str) -> String {
     let (mut kg, mut m, mut s) = (0, 0, 0);
     let mut sign = 1;
@@ -44,7 +43,6 @@ fn base_units(unit: &str) -> String {
         .collect()
 }
 
-/// The name of the type of a choice: that of its variable.
 fn type_name(variable: &Variable) -> String {
     format!("{}.words", variable.name)
 }
@@ -59,10 +57,9 @@ impl Scalar {
     }
 }
 
-/// The attributes of a variable's type: its unit, range and, unless it is computed, its start.
 fn type_attributes(variable: &Variable) -> String {
     let mut text = String::new();
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     if let Some(unit) = &variable.unit
         && matches!(variable.kind, Type::Real(_))
     {
@@ -86,7 +83,6 @@ fn type_attributes(variable: &Variable) -> String {
     text
 }
 
-/// Causality and variability of a variable.
 fn role(variable: &Variable) -> &'static str {
     match (variable.causality, variable.kind) {
         (Causality::Parameter, _) => "causality=\"parameter\" variability=\"fixed\"",
@@ -128,7 +124,6 @@ fn variable_3(variable: &Variable) -> String {
     )
 }
 
-/// The types of the choices.
 fn types(version: Version, variables: &[Variable]) -> String {
     let mut text = String::from("<TypeDefinitions>\n");
     for variable in variables {
@@ -147,12 +142,11 @@ fn types(version: Version, variables: &[Variable]) -> String {
     text + "</TypeDefinitions>\n"
 }
 
-/// The units of the variables.
 fn units(variables: &[Variable]) -> String {
     let units: BTreeSet<&str> = variables.iter().filter_map(|variable| variable.unit.as_deref()).chain(["s"]).collect();
     let mut text = String::from("<UnitDefinitions>\n");
     for unit in units {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "<Unit name=\"{}\"><BaseUnit{}/></Unit>", escaped(unit), base_units(unit));
     }
     text + "</UnitDefinitions>\n"
@@ -200,7 +194,7 @@ pub fn describe(model: Model, version: Version, scenario: &Scenario, variables: 
     text += &types(version, variables);
     let tick_s = scenario.grid.tick_s();
     let stop_s = scenario.grid.ticks() as f64 * tick_s;
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     let _ = writeln!(text, "<DefaultExperiment startTime=\"0.0\" stopTime=\"{stop_s:?}\" stepSize=\"{tick_s:?}\"/>");
     text += "<ModelVariables>\n";
     if version == Version::Three {

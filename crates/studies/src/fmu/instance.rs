@@ -20,56 +20,56 @@ use trocar_scenario::{Scenario, ScenarioError, Source};
 /// The error of a unit.
 #[derive(Debug, Error)]
 pub enum InstanceError {
-    /// There is no scenario in the unit.
+    /// The unit contains no scenario.
     #[error("{folder} contains no rig.toml, simulation.toml or tissue.toml: unpack the whole unit, with its resources")]
     NoScenario {
         /// The folder of the resources.
         folder: String,
     },
-    /// Description and scenario are not of the same unit.
+    /// Description and scenario belong to different units.
     #[error(
         "the description and the scenario in resources are not of one unit: export it again with trocar export fmu"
     )]
     Foreign,
-    /// A scenario that cannot be loaded, also with changed parameters.
+    /// A scenario cannot be loaded, possibly because of changed parameters.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// A parameter out of range.
+    /// A parameter is out of range.
     #[error(transparent)]
     Setting(#[from] InvalidValue),
-    /// The simulation cannot be run.
+    /// The simulation failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The tissue cannot go on.
+    /// The tissue failed.
     #[error(transparent)]
     Tissue(#[from] TissueFailure),
-    /// A number that no variable has, or of another type.
+    /// No variable has this reference and type.
     #[error("there is no {kind} variable with the reference {reference}")]
     NoVariable {
-        /// The type that was asked for.
+        /// The requested type.
         kind: &'static str,
         /// The reference.
         reference: u32,
     },
-    /// A variable that cannot be set now.
+    /// The variable cannot be set in this state.
     #[error("{name} cannot be set {when}")]
     NotSettable {
         /// The name of the variable.
         name: Cow<'static, str>,
-        /// In which state.
+        /// The state.
         when: &'static str,
     },
-    /// A word beyond the last of its list.
+    /// The index exceeds a list of choices.
     #[error("{name} is {value}, must be from 0 to {last}")]
     NoWord {
         /// The name of the variable.
         name: Cow<'static, str>,
-        /// The place that was given.
+        /// The given index.
         value: i64,
-        /// The last place.
+        /// The last valid index.
         last: usize,
     },
-    /// A step that is not a number of ticks.
+    /// The step is not a whole number of ticks.
     #[error(
         "a step of {step_s} s is not a whole number of ticks of {tick_s} s: choose a multiple of simulation.tick_s"
     )]
@@ -79,16 +79,16 @@ pub enum InstanceError {
         /// The tick in s.
         tick_s: f64,
     },
-    /// A step before the initialisation.
+    /// The unit was stepped before its initialisation.
     #[error("a step needs an initialised unit")]
     NotInitialised,
-    /// A position of the person that is not a number.
+    /// The position of the person is not a finite number.
     #[error("person.position_m is {position_m}, must be a finite number")]
     Position {
         /// The position in m.
         position_m: f64,
     },
-    /// A step after the last tick.
+    /// The unit was stepped beyond the end of its scenario.
     #[error("the scenario ends after {ticks} ticks: set a longer simulation.duration_s")]
     Ended {
         /// The number of ticks.
@@ -96,7 +96,6 @@ pub enum InstanceError {
     },
 }
 
-/// What runs.
 #[derive(Debug)]
 pub(super) enum Running {
     Nothing,
@@ -105,23 +104,23 @@ pub(super) enum Running {
     Tissue { tissue: Box<AnyTissue<f64>>, tick_s: f64, tick: u64 },
 }
 
-/// A running unit: its variables and what they control.
+/// A running unit with its variables.
 #[derive(Debug)]
 pub struct Instance {
     model: Model,
     source: Source,
     variables: Vec<Variable>,
     pub(super) values: Vec<Scalar>,
-    /// The place of each reference.
+    /// The index of the variable for each reference.
     places: HashMap<u32, usize>,
     pub(super) running: Running,
 }
 
 impl Instance {
-    /// The unit whose scenario is in a folder of resources, with the token of its description.
+    /// Loads the unit whose scenario is in a folder of resources, and checks the token of its description.
     ///
     /// # Errors
-    /// A folder without a scenario, a scenario that cannot be loaded, or one of another unit.
+    /// A folder without a scenario, or a scenario that cannot be loaded or belongs to another unit.
     pub fn load(resources: &Path, given_token: &str) -> Result<Self, InstanceError> {
         let has = |model: &Model| resources.join(model.file()).is_file();
         let no_scenario = || InstanceError::NoScenario { folder: resources.display().to_string() };
@@ -140,10 +139,10 @@ impl Instance {
         self.places.get(&reference).copied().ok_or(InstanceError::NoVariable { kind, reference })
     }
 
-    /// The value of a variable.
+    /// Returns the value of a variable.
     ///
     /// # Errors
-    /// A reference that no variable has; `kind` names the type that was asked for.
+    /// An unknown reference; `kind` names the requested type.
     pub fn get(&self, reference: u32, kind: &'static str) -> Result<Scalar, InstanceError> {
         Ok(self.values[self.place(reference, kind)?])
     }
@@ -151,7 +150,7 @@ impl Instance {
     /// Sets an input, or a parameter before the initialisation.
     ///
     /// # Errors
-    /// A reference that no variable has, another type, or a variable that cannot be set now.
+    /// An unknown reference, a value of another type, or a variable that cannot be set in this state.
     pub fn set(&mut self, reference: u32, kind: &'static str, value: Scalar) -> Result<(), InstanceError> {
         let place = self.place(reference, kind)?;
         let Variable { ref name, causality, kind: of_variable, .. } = self.variables[place];
@@ -182,7 +181,8 @@ impl Instance {
         Ok(())
     }
 
-    /// The parameters that differ from their start, as settings of a scenario; what only a rig has as numbers.
+    /// The parameters that differ from their start: as settings of a scenario, and as numbers for the parameters that
+    /// only a rig has.
     fn changes(&self) -> (Vec<String>, Vec<(&'static str, f64)>) {
         let (mut settings, mut of_rig) = (vec![], vec![]);
         for (variable, value) in self.variables.iter().zip(&self.values) {
@@ -206,10 +206,10 @@ impl Instance {
         (settings, of_rig)
     }
 
-    /// Builds what runs, with the parameters that were set.
+    /// Builds the model with the parameters that were set.
     ///
     /// # Errors
-    /// A parameter out of range, or one that does not act.
+    /// A parameter that is out of range, or has no effect.
     pub fn initialise(&mut self) -> Result<(), InstanceError> {
         let (settings, of_rig) = self.changes();
         let scenario = Scenario::load(&self.source, &settings)?;
@@ -228,10 +228,10 @@ impl Instance {
         Ok(())
     }
 
-    /// Runs the ticks of a step of `step_s` (s), with the inputs as they are set.
+    /// Runs the ticks of a step of `step_s` (s) with the present inputs.
     ///
     /// # Errors
-    /// A step that is not a whole number of ticks, one after the end of the scenario, or a run that cannot go on.
+    /// A step that is not a whole number of ticks, a step beyond the end of the scenario, or a failed run.
     pub fn step(&mut self, step_s: f64) -> Result<(), InstanceError> {
         let (Running::Rig { tick_s, .. } | Running::Simulation { tick_s, .. } | Running::Tissue { tick_s, .. }) =
             self.running

@@ -1,12 +1,12 @@
-//! A scenario as a functional mock-up unit for co-simulation (FMI 2.0 and 3.0): its variables, its description, its files, and an
+//! Scenarios as functional mock-up units for co-simulation (FMI 2.0 and 3.0): variables, description, files, and an
 //! instance that is stepped.
 //!
-//! [`Unit`] is what `trocar export fmu` writes, [`Instance`] what the library inside the unit runs; both build the variables from the
-//! scenario inside the unit. The functions of the standard are in the package `trocar-fmu`.
+//! `trocar export fmu` writes a [`Unit`], and the library inside the unit runs an [`Instance`]. Both build the
+//! variables from the scenario inside the unit. The package `trocar-fmu` contains the functions of the standard.
 //!
-//! A step from `t` to `t + h` reads the inputs of `t` and computes the tick (or ticks) from `t` on: after it, the outputs are those
-//! of the last tick before `t + h`. With a step of
-//! one tick, the command of the sample at `t` stands at `t + h`.
+//! A step from `t` to `t + h` reads the inputs at `t` and computes the ticks from `t` onwards. Afterwards the outputs
+//! are those of the last tick before `t + h`. With a step of one tick, the command for the sample at `t` is available
+//! at `t + h`.
 
 mod description;
 mod instance;

@@ -17,19 +17,19 @@ pub struct SavedState {
 #[derive(Debug)]
 enum Saved {
     Nothing,
-    /// Also the tick in s.
+    /// With the tick in s.
     Rig(Box<HapticController>, f64),
-    /// A run is repeated with the same person, which gives the same bits: the scenario, and where the person was led, by tick.
+    /// The scenario, and the given position of the person by tick. Repeating the run with them gives the same bits.
     Simulation(Box<Scenario>, Vec<f64>),
-    /// Also the number of ticks, and the tick in s.
+    /// With the number of ticks and the tick in s.
     Tissue(Box<AnyTissue<f64>>, u64, f64),
 }
 
 impl Instance {
-    /// Saves the state, of this unit and no other.
+    /// Saves the state. Only the same unit can restore it.
     ///
     /// # Errors
-    /// [`InstanceError::Tissue`] for a tissue in a running unit of others, whose state is not copied.
+    /// [`InstanceError::Tissue`] for a tissue in another vendor's unit, whose state cannot be copied.
     pub fn save(&self) -> Result<SavedState, InstanceError> {
         let running = match &self.running {
             Running::Nothing => Saved::Nothing,
@@ -42,10 +42,11 @@ impl Instance {
         Ok(SavedState { values: self.values.clone(), running })
     }
 
-    /// Returns to a saved state of this unit. The whole simulation is repeated up to there, which takes the time of its ticks.
+    /// Restores a saved state of this unit. A whole simulation is repeated up to this state, which takes the time of
+    /// its ticks.
     ///
     /// # Errors
-    /// As [`Instance::save`], and a run that cannot be repeated.
+    /// As [`Instance::save`], and if the run cannot be repeated.
     pub fn restore(&mut self, state: &SavedState) -> Result<(), InstanceError> {
         self.running = match &state.running {
             Saved::Nothing => Running::Nothing,
@@ -64,7 +65,6 @@ impl Instance {
     }
 }
 
-/// A copy of a tissue with its state.
 fn copied(tissue: &AnyTissue<f64>) -> Result<Box<AnyTissue<f64>>, InstanceError> {
     let copy = Box::new(tissue.clone());
     match copy.failure() {

@@ -11,7 +11,7 @@ use super::description::describe;
 use super::variables::Model;
 use trocar_scenario::{Scenario, ScenarioError, Source, Values};
 
-/// What identifies a unit: both its description and its library compute it from the scenario.
+/// The identity of a unit, which its description and its library both compute from the scenario.
 pub(super) fn token(model: Model, scenario: &str) -> String {
     let hash = Sha256::new().chain_update(model.identifier()).chain_update([0]).chain_update(scenario).finalize();
     let mut text = String::from("{");
@@ -19,7 +19,7 @@ pub(super) fn token(model: Model, scenario: &str) -> String {
         if [4, 6, 8, 10].contains(&place) {
             text.push('-');
         }
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(text, "{byte:02x}");
     }
     text + "}"
@@ -28,15 +28,15 @@ pub(super) fn token(model: Model, scenario: &str) -> String {
 /// The error of a unit's files.
 #[derive(Debug, Error)]
 pub enum UnitError {
-    /// A scenario that cannot be loaded, or that is not one of a rig.
+    /// The scenario cannot be loaded, or does not describe a rig.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// A file of the scenario that cannot be read.
+    /// A file of the scenario cannot be read.
     #[error("{}: {source}", path.display())]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The error of the file system.
         source: std::io::Error,
     },
     /// The scenario's settings are out of range for a rig.
@@ -44,7 +44,6 @@ pub enum UnitError {
     Rig(#[from] trocar_core::error::InvalidValue),
 }
 
-/// The page that a unit shows as its documentation.
 const PAGE: &str = "<!DOCTYPE html><html lang=\"en\"><meta charset=\"utf-8\"><title>trocar</title>\n\
     <p>This unit was written by <code>trocar export fmu</code>. Its scenario is in <code>resources</code>, and runs with \
     <code>trocar run</code> too. The source of its library is the package <code>trocar-fmu</code> of trocar, of the version in \
@@ -53,7 +52,7 @@ const PAGE: &str = "<!DOCTYPE html><html lang=\"en\"><meta charset=\"utf-8\"><ti
     whole number of ticks. Parameters are the keys of scenarios, with their values as defaults. What is derived from a changed \
     parameter, and is not changed itself, follows it.\n";
 
-/// The files of a unit, by their paths in its container, without the licences.
+/// The files of a unit with their paths in its archive, without the licences.
 #[derive(Debug)]
 pub struct Unit {
     /// Path and content.
@@ -61,10 +60,11 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// The unit of a scenario with `section.key=value` settings, and the content of the library that runs it on this machine.
+    /// Creates the unit of a scenario with `section.key=value` settings; `library` is the content of the library for
+    /// this machine.
     ///
     /// # Errors
-    /// [`UnitError`] for a scenario that cannot be loaded, files of it that cannot be read, or settings that no rig has.
+    /// [`UnitError`] for a scenario or a file that cannot be loaded, or settings that a rig does not support.
     pub fn new(
         source: &Source,
         settings: &[String],

@@ -1,4 +1,4 @@
-//! The variables of a unit: inputs and outputs of its model, and a parameter for each setting.
+//! The variables of a unit: the inputs and outputs of its model, and a parameter for each setting.
 
 use std::borrow::Cow;
 
@@ -6,7 +6,7 @@ use trocar_core::rig;
 use trocar_engine::engine::TRACE_COLUMNS;
 use trocar_scenario::{KEYS, Key, KeyAt, Kind, Scenario, Value, unit_of};
 
-/// What a unit simulates.
+/// The model of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Model {
     /// The controller of a rig: samples in, commands and alarm out.
@@ -31,13 +31,13 @@ pub enum Causality {
 /// The type of a variable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Type {
-    /// A number, with the smallest and the largest value where they are known.
+    /// A number, with its minimum and maximum if known.
     Real(Option<(f64, f64)>),
-    /// A whole number, with its smallest value.
+    /// A whole number, with its minimum.
     Integer(u64),
     /// True or false.
     Boolean,
-    /// The place of a word in a list.
+    /// The index of a word in a list.
     Choice(&'static [&'static str]),
 }
 
@@ -46,7 +46,7 @@ pub enum Type {
 pub enum Scalar {
     /// A number.
     Real(f64),
-    /// A whole number, or the place of a word.
+    /// A whole number, or the index of a word.
     Integer(i64),
     /// True or false.
     Boolean(bool),
@@ -55,19 +55,19 @@ pub enum Scalar {
 /// A variable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
-    /// Its name; of a parameter, the key of the setting.
+    /// Name; for a parameter, the key of the setting.
     pub name: Cow<'static, str>,
-    /// Its number in the calls of the standard.
+    /// Reference in the calls of the standard.
     pub reference: u32,
-    /// Its role.
+    /// Role.
     pub causality: Causality,
-    /// Its type.
+    /// Type.
     pub kind: Type,
-    /// Its unit.
+    /// Unit.
     pub unit: Option<String>,
-    /// Its meaning.
+    /// Meaning.
     pub meaning: &'static str,
-    /// Its value before the first step.
+    /// Value before the first step.
     pub start: Scalar,
 }
 
@@ -76,15 +76,12 @@ const INPUTS: u32 = 1;
 const OUTPUTS: u32 = 100;
 const PARAMETERS: u32 = 1000;
 
-/// The modes of a supervisor, by their codes.
 const MODES: &[&str] = &["teleoperation", "augmented", "reengaging"];
 
-/// Name, type, meaning.
 type Declared = (&'static str, Type, &'static str);
 
 const NUMBER: Type = Type::Real(None);
 
-/// The inputs of a rig.
 const RIG_INPUTS: [Declared; 4] = [
     ("sample.master_position_m", NUMBER, "Position of the master."),
     ("sample.slave_position_m", NUMBER, "Position of the slave, growing into the tissue."),
@@ -96,7 +93,6 @@ const RIG_INPUTS: [Declared; 4] = [
     ("sample.force_n", NUMBER, "Force on the needle, positive when it resists insertion."),
 ];
 
-/// The outputs of a rig, in the order of [`rig_outputs`].
 const RIG_OUTPUTS: [Declared; 15] = [
     ("command.slave_reference_m", NUMBER, "Reference of the slave's position controller."),
     ("command.master_force_n", NUMBER, "Feedback force for the master's force controller."),
@@ -119,7 +115,6 @@ const RIG_OUTPUTS: [Declared; 15] = [
     ("command.faulty_samples", Type::Integer(0), "Number of consecutive bad samples, including this one."),
 ];
 
-/// The values of [`RIG_OUTPUTS`].
 pub(super) fn rig_outputs(command: &rig::Command) -> [Scalar; RIG_OUTPUTS.len()] {
     let faults = command.faults;
     let flags = [faults.master_position, faults.slave_position, faults.slave_velocity, faults.force];
@@ -143,7 +138,6 @@ pub(super) fn rig_outputs(command: &rig::Command) -> [Scalar; RIG_OUTPUTS.len()]
     ]
 }
 
-/// The inputs of a simulation.
 const SIMULATION_INPUTS: [Declared; 2] = [
     ("person.position_m", NUMBER, "Desired position of the master at the end of the step."),
     (
@@ -153,33 +147,29 @@ const SIMULATION_INPUTS: [Declared; 2] = [
     ),
 ];
 
-/// The places of the inputs of a simulation.
 pub(super) const POSITION: usize = 0;
 pub(super) const IS_LED: usize = 1;
 
-/// The columns of a trace that are outputs of a simulation, in order: all but the time.
+/// The first column of a trace that is an output of a simulation; the column before it is the time.
 pub(super) const FIRST_COLUMN: usize = 1;
 
-/// The outputs of a simulation.
 fn simulation_outputs() -> Vec<Declared> {
     let kind = |name| if name == "mode" { Type::Choice(MODES) } else { NUMBER };
     TRACE_COLUMNS[FIRST_COLUMN..].iter().map(|column| (column.name, kind(column.name), column.meaning)).collect()
 }
 
-/// The inputs of a tissue.
 const TISSUE_INPUTS: [Declared; 2] = [
     ("needle.position_m", NUMBER, "Position of the needle, growing into the tissue."),
     ("needle.velocity_m_per_s", NUMBER, "Velocity of the needle."),
 ];
 
-/// The outputs of a tissue.
 const TISSUE_OUTPUTS: [Declared; 3] = [
     ("reaction.force_n", NUMBER, "Force of the tissue on the needle, positive when it resists insertion."),
     ("reaction.shaft_force_n", NUMBER, "Part of that force that acts on the shaft, not on the tip."),
     ("reaction.ruptured", Type::Boolean, "Whether a layer ruptures in this step."),
 ];
 
-/// The parameters of a tissue: its section, and the tick, without the rest of the scenario.
+/// Returns true for a parameter of a tissue: a key of its section, or the tick.
 fn is_of_tissue(key: &Key) -> bool {
     key.path.starts_with("tissue.") || key.path == "simulation.tick_s"
 }
@@ -188,7 +178,7 @@ impl Model {
     /// All models.
     pub const ALL: [Self; 3] = [Self::Rig, Self::Simulation, Self::Tissue];
 
-    /// The name of the scenario's file in the unit, which states the model.
+    /// The file name of the scenario in the unit, which identifies the model.
     #[must_use]
     pub fn file(self) -> &'static str {
         match self {
@@ -198,7 +188,7 @@ impl Model {
         }
     }
 
-    /// The identifier of the model, and the name of its library in the unit.
+    /// The identifier of the model, which is also the name of its library in the unit.
     #[must_use]
     pub fn identifier(self) -> &'static str {
         match self {
@@ -227,7 +217,7 @@ impl Model {
                 start: match kind {
                     Type::Real(_) => Scalar::Real(0.0),
                     Type::Integer(_) | Type::Choice(_) => Scalar::Integer(0),
-                    // A person that is led is what the inputs are for.
+                    // By default the inputs set the person's position.
                     Type::Boolean => Scalar::Boolean(causality == Causality::Input),
                 },
             })
@@ -237,8 +227,8 @@ impl Model {
         inputs.chain(outputs).chain(self.parameters(scenario)).collect()
     }
 
-    /// A parameter for each key with a value of a type that the standard has. A key without a value, a list, a text or a
-    /// file is none, nor is a whole number beyond 32 bits, which FMI 2.0 does not have.
+    /// The parameters: one for each key whose value has a type of the standard. Keys without a value, lists, texts,
+    /// files, and whole numbers beyond the 32 bits of FMI 2.0 are omitted.
     fn parameters(self, scenario: &Scenario) -> Vec<Variable> {
         let values: Vec<(KeyAt, Option<Value>)> = match self {
             Self::Rig => scenario.rig_values().map(|(key, value)| (key.into(), value)).collect(),

@@ -3,15 +3,17 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::interval::{poisson, wilson};
 use super::tally::Tally;
 
 /// The performance of a detector at one threshold. Intervals are 95 % confidence intervals.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Point {
-    /// γ, in the unit of the distance.
+    /// γ, in the unit of the distance; NaN (`null` in JSON) for a user-defined detector without a threshold.
+    #[schemars(with = "Option<f64>")]
     pub threshold: f64,
     /// Number of cases.
     pub cases: u64,
@@ -19,20 +21,21 @@ pub struct Point {
     pub clean_cases: u64,
     /// Number of ruptures.
     pub ruptures: u64,
-    /// Number of ruptures that are detected in time.
+    /// Number of ruptures detected in time.
     pub detected: u64,
-    /// Share of detections in time for each rupture of a case, in their order.
+    /// Share of detections in time for each rupture of a case, in order.
     pub detection_of_each: Vec<f64>,
-    /// Number of ruptures that are detected too late.
+    /// Number of ruptures detected too late.
     pub late: u64,
-    /// Number of ruptures without an alarm within 0.5 s, by the reason of the miss; at the detector's own threshold.
+    /// Number of ruptures without an alarm within 0.5 s, by the reason of the miss; only at the threshold of the
+    /// settings.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub missed: BTreeMap<String, u64>,
-    /// Share of ruptures that are detected in time; `None` without ruptures.
+    /// Share of ruptures detected in time; `None` without ruptures.
     pub detection: Option<f64>,
     /// Interval of `detection` (Wilson).
     pub detection_interval: Option<(f64, f64)>,
-    /// Median delay in s of all detections, late or not; `None` without a detection.
+    /// Median delay of all detections in s, including late ones; `None` without a detection.
     pub delay_median_s: Option<f64>,
     /// 5 % quantile of the delay in s.
     pub delay_5_s: Option<f64>,
@@ -42,14 +45,15 @@ pub struct Point {
     pub false_alarms: u64,
     /// Time outside the windows after ruptures, in h.
     pub hours: f64,
-    /// False alarms per minute; `None` without a false alarm, because only a bound is known then, and without any time.
+    /// False alarms per minute; `None` without a false alarm, when only a bound is known, or without time.
     pub false_alarms_per_minute: Option<f64>,
-    /// Interval of the false-alarm rate per minute (exact, Poisson); without a false alarm, from 0 to the one-sided bound.
+    /// Interval of the false-alarm rate per minute (exact, Poisson). Without a false alarm it extends from 0 to the
+    /// one-sided bound.
     pub false_alarms_per_minute_interval: Option<(f64, f64)>,
 }
 
 impl Point {
-    /// Returns the performance from counts.
+    /// Computes the performance from counts.
     #[must_use]
     pub fn of(threshold: f64, tally: &Tally) -> Self {
         let ruptures = tally.ruptures.iter().sum();
@@ -79,7 +83,7 @@ impl Point {
         }
     }
 
-    /// Returns the false alarms per hour, 0 without a false alarm.
+    /// False alarms per hour; 0 without a false alarm.
     #[must_use]
     pub fn false_alarms_per_hour(&self) -> f64 {
         60.0 * self.false_alarms_per_minute.unwrap_or(0.0)
@@ -87,35 +91,38 @@ impl Point {
 }
 
 /// The performance of a detector by threshold, ascending.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Curve {
-    /// The distance, by its word in scenarios, or the name of the user's own detector.
+    /// Name of the distance in scenarios, or of the user-defined detector.
     pub detector: Cow<'static, str>,
-    /// Whether it is a baseline: a few lines without a model of the tissue.
+    /// True for a baseline: a simple detector without a model of the tissue.
     pub is_baseline: bool,
-    /// True for a detector of the user's own, whose misses have no known reason.
+    /// True for a user-defined detector, whose misses have no known reason.
     #[serde(skip)]
     pub is_own: bool,
-    /// The unit of its threshold.
+    /// Unit of the threshold.
     pub unit: &'static str,
-    /// The threshold of its settings, in that unit; NaN for the user's own detector without a threshold.
+    /// Threshold of the settings, in that unit; NaN (`null` in JSON) for a user-defined detector without a threshold.
+    #[schemars(with = "Option<f64>")]
     pub own_threshold: f64,
-    /// Its drift, in that unit; NaN for the user's own detector.
+    /// Drift, in that unit; NaN (`null` in JSON) for a user-defined detector.
+    #[schemars(with = "Option<f64>")]
     pub drift: f64,
     /// The performance at each threshold.
     pub points: Vec<Point>,
 }
 
 impl Curve {
-    /// Returns the point at the threshold of the settings, or `None` if it is not among the thresholds.
+    /// The point at the threshold of the settings, or `None` if this threshold was not evaluated.
     #[must_use]
     pub fn at_own_threshold(&self) -> Option<&Point> {
-        // NaN is equal to itself here.
+        // `total_cmp` treats NaN as equal to itself.
         self.points.iter().find(|point| point.threshold.total_cmp(&self.own_threshold).is_eq())
     }
 
-    /// Returns the Pareto front: in order of the false alarms, the points with the most detections for at most this number of false
-    /// alarms, and the shorter delay for equal detections. A threshold that is so low that the decision never settles is omitted.
+    /// The Pareto front, by increasing number of false alarms: the points with the most detections for at most this
+    /// number of false alarms, and the shortest delay among equal detections. Thresholds so low that the decision never
+    /// settles are omitted.
     #[must_use]
     pub fn front(&self) -> Vec<&Point> {
         let mut points: Vec<&Point> = self.points.iter().collect();
@@ -131,14 +138,15 @@ impl Curve {
         front
     }
 
-    /// Returns the point with the fewest false alarms that detects at least a share of the ruptures, or `None`.
+    /// The point with the fewest false alarms that detects at least a share of the ruptures.
     #[must_use]
     pub fn at_detection(&self, share: f64) -> Option<&Point> {
         let sufficient = self.points.iter().filter(|point| point.detection.is_some_and(|detection| detection >= share));
         sufficient.min_by(|a, b| a.false_alarms.cmp(&b.false_alarms).then(b.detected.cmp(&a.detected)))
     }
 
-    /// Returns the point with the most detections at a maximum rate of false alarms per hour, or `None` if every threshold has more.
+    /// The point with the most detections at a maximum rate of false alarms per hour, or `None` if every threshold
+    /// exceeds the rate.
     #[must_use]
     pub fn at_false_alarms_per_hour(&self, rate: f64) -> Option<&Point> {
         let allowed = self.points.iter().filter(|point| point.false_alarms_per_hour() <= rate);

@@ -6,8 +6,8 @@ use trocar_core::lane::{Lane, Mask};
 
 /// A detector with several thresholds and otherwise equal settings.
 ///
-/// The ratio of cap to threshold is that of the settings. Each threshold is a lane of [`Detector`], so arming, cap and reset, and every
-/// alarm, are those of the detector.
+/// The ratio of cap to threshold is the ratio of the settings. Each threshold is a lane of [`Detector`], so that
+/// arming, cap, reset and alarms are identical to a separate detector.
 #[derive(Debug, Clone)]
 pub struct DetectorBank {
     settings: DetectorSettings,
@@ -15,8 +15,8 @@ pub struct DetectorBank {
 }
 
 impl DetectorBank {
-    /// Returns `count` (at least two) thresholds from 0.01 to nearly 100 times the threshold of the settings, which is one of them, evenly
-    /// spaced on a logarithmic scale.
+    /// Creates a bank with `count` (at least two) thresholds from 0.01 to nearly 100 times the threshold of the
+    /// settings, evenly spaced on a logarithmic scale. The threshold of the settings is one of them.
     #[must_use]
     pub fn around(settings: DetectorSettings, count: usize) -> Self {
         let middle = (count.max(2) / 2) as f64;
@@ -24,30 +24,30 @@ impl DetectorBank {
         Self::new(settings, (0..count.max(2)).map(|k| settings.cusum.threshold * share(k)).collect())
     }
 
-    /// Returns a detector with given thresholds in the unit of the distance, each above 0.
+    /// Creates a bank with thresholds in the unit of the distance, each above 0.
     #[must_use]
     pub fn new(settings: DetectorSettings, thresholds: Vec<f64>) -> Self {
         Self { settings, thresholds }
     }
 
-    /// Returns the settings.
+    /// The settings.
     #[must_use]
     pub fn settings(&self) -> &DetectorSettings {
         &self.settings
     }
 
-    /// Returns the thresholds, in the unit of the distance.
+    /// The thresholds, in the unit of the distance.
     #[must_use]
     pub fn thresholds(&self) -> &[f64] {
         &self.thresholds
     }
 
-    /// Returns the settings of the detector at a threshold, by its index.
+    /// The settings of the detector at the threshold with this index.
     #[must_use]
     pub fn settings_at(&self, index: usize) -> DetectorSettings {
         let threshold = self.thresholds.get(index).copied().unwrap_or(self.settings.cusum.threshold);
         let mut settings = self.settings;
-        // The default ratio is 10, which a division would not give exactly.
+        // The default ratio is 10, which a division would not reproduce exactly.
         let usual = settings.cusum.cap == 10.0 * settings.cusum.threshold;
         let ratio = if usual { 10.0 } else { settings.cusum.cap / settings.cusum.threshold };
         settings.cusum.threshold = threshold;
@@ -55,11 +55,11 @@ impl DetectorBank {
         settings
     }
 
-    /// Calls `alarm` for every alarm, with the index of the threshold and of the sample, in order of time for each threshold.
+    /// Calls `alarm` with the indices of threshold and sample for every alarm, in order of time for each threshold.
     pub fn evaluate(&self, evidence: &[Evidence<f64>], tick_s: f64, alarm: &mut dyn FnMut(usize, usize)) {
         let settings: Vec<DetectorSettings> = (0..self.thresholds.len()).map(|index| self.settings_at(index)).collect();
         for (group, settings) in settings.chunks(LANES).enumerate() {
-            // If the last group is not full, its last threshold fills the remaining lanes.
+            // In an incomplete last group, the last threshold fills the remaining lanes.
             let of = |pick: fn(&DetectorSettings) -> f64| {
                 ThresholdLanes(std::array::from_fn(|i| pick(&settings[i.min(settings.len() - 1)])))
             };
@@ -102,7 +102,7 @@ mod tests {
     use trocar_core::detector::{DistanceKind, Hypotheses};
 
     #[test]
-    fn the_middle_threshold_is_that_of_the_settings_and_the_range_is_four_decades() {
+    fn the_thresholds_span_four_decades_around_the_threshold_of_the_settings() {
         for kind in DistanceKind::ALL {
             let settings = DetectorSettings::for_kind(kind, Hypotheses::default());
             let bank = DetectorBank::around(settings, 24);

@@ -1,27 +1,42 @@
-//! What a study of operating characteristics says.
+//! The document of a study of operating characteristics.
 
 use std::collections::BTreeSet;
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{Characteristics, Condition, Curve, Point};
+use trocar_base::warning::Warning;
 use trocar_document::{
-    Cell, DataTable, Digits, Document, Number, Section, Table, Verdict, counted, plain, significant,
+    Cell, DataTable, Digits, Document, Number, Section, Table, Verdict, counted, json_of, plain, significant,
 };
 use trocar_figures::{CharacteristicView, FigureError};
 use trocar_metrics::Unit;
 
-/// Share of detected ruptures at which false-alarm rates are compared.
 const STATED_DETECTION: f64 = 0.995;
 
-/// False alarms per hour at which detections are compared.
 const STATED_FALSE_ALARMS_PER_HOUR: f64 = 1.0;
 
-/// False alarms per hour at which baselines are compared: one a minute, which a short study resolves.
+/// False alarms per hour at which baselines are compared: one per minute, which a short study can resolve.
 const BASELINE_FALSE_ALARMS_PER_HOUR: f64 = 60.0;
 
+/// `roc.json`: detection, delay and false alarms by threshold.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct RocFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// Number of seeds of each condition.
+    seeds: u64,
+    /// True if the study ended before all cases were evaluated.
+    stopped: bool,
+    /// The warnings about the study.
+    warnings: Vec<Warning>,
+    characteristics: &'a Characteristics,
+}
+
 impl Characteristics {
-    /// What the study says of so many seeds: each detector at its own threshold, at the stated operating points, and by condition.
+    /// The document of a study with `seeds` seeds: each detector at the threshold of its settings, at the stated
+    /// operating points, and by condition.
     #[must_use]
     pub fn document(&self, seeds: u64) -> Document<'_> {
         let is_stopped = self.cases < self.cases_planned;
@@ -36,16 +51,16 @@ impl Characteristics {
         let mut document = Document {
             name: "roc",
             title: format!("{runs}{conditions}"),
-            verdict: Verdict { sentences: self.counts(), left_out: vec![] },
+            verdict: Verdict { sentences: self.counts().into_iter().chain(self.best()).collect(), left_out: vec![] },
             warnings: self.warnings(),
             sections: self.sections(),
             data: vec![self.points()],
-            json: json!({
-                "trocar_version": env!("CARGO_PKG_VERSION"),
-                "seeds": seeds,
-                "stopped": is_stopped,
-                "warnings": self.warnings(),
-                "characteristics": self,
+            json: json_of(&RocFile {
+                trocar_version: env!("CARGO_PKG_VERSION"),
+                seeds,
+                stopped: is_stopped,
+                warnings: self.warnings(),
+                characteristics: self,
             }),
             ..Document::default()
         };
@@ -53,7 +68,7 @@ impl Characteristics {
         document
     }
 
-    /// The observed time outside the windows after ruptures, in h, and the number of ruptures.
+    /// The observed time outside the windows after ruptures in h, and the number of ruptures.
     fn observed(&self) -> (f64, u64) {
         let point = self.all.first().and_then(|curve| curve.points.first());
         point.map_or((0.0, 0), |point| (point.hours, point.ruptures))
@@ -67,6 +82,28 @@ impl Characteristics {
         ]
     }
 
+    /// Names the detectors with the most detections in time at the thresholds of their settings, and among them those
+    /// with the fewest false alarms.
+    fn best(&self) -> Option<String> {
+        let detection = |point: &Point| point.detection.unwrap_or(0.0);
+        let most = self.own_points().map(|(_, point)| detection(point)).max_by(f64::total_cmp)?;
+        let of_most = || self.own_points().filter(|(_, point)| detection(point) == most);
+        let fewest = of_most().map(|(_, point)| point.false_alarms).min()?;
+        let best: Vec<&str> =
+            of_most().filter(|(_, point)| point.false_alarms == fewest).map(|(curve, _)| &*curve.detector).collect();
+        let alarms = if fewest == 0 { "no false alarm".to_owned() } else { counted(fewest, "false alarm") };
+        let (names, share) = (best.join(", "), share(most));
+        Some(match best.len() {
+            1 => format!(
+                "{names} detects the most in time at its own threshold: {share} of the ruptures, with {alarms}."
+            ),
+            count => format!(
+                "{count} of {} detect the most in time at their own thresholds, {share} of the ruptures with {alarms}: {names}.",
+                counted(self.own_points().count() as u64, "detector")
+            ),
+        })
+    }
+
     fn sections(&self) -> Vec<Section> {
         let titled = |id, title: &'static str, line: &str, table: Table| {
             let mut section = Section::new(id, title);
@@ -75,7 +112,9 @@ impl Characteristics {
             section
         };
         let own = "at the detector's own threshold";
-        let mut sections = vec![titled("own", "At the detector's own threshold", own, self.own_table())];
+        let mut first = titled("own", "At the detector's own threshold", own, self.own_table());
+        first.figure("roc");
+        let mut sections = vec![first];
         if let Some(misses) = self.misses_table() {
             let line = "why ruptures have no alarm, at the detector's own threshold";
             sections.push(titled("misses", "Misses", line, misses));
@@ -126,7 +165,8 @@ impl Characteristics {
         self.all.iter().filter_map(|curve| Some((curve, curve.at_own_threshold()?)))
     }
 
-    /// Why each built-in detector at its own threshold misses ruptures; `None` without a missed one.
+    /// The reasons why each built-in detector misses ruptures at the threshold of its settings; `None` without a missed
+    /// rupture.
     fn misses_table(&self) -> Option<Table> {
         let built_in = || self.own_points().filter(|(curve, _)| !curve.is_own);
         let reasons: BTreeSet<&String> = built_in().flat_map(|(_, point)| point.missed.keys()).collect();
@@ -167,7 +207,6 @@ impl Characteristics {
         table
     }
 
-    /// The best threshold of each detector at the stated operating points, next to its own.
     fn thresholds_table(&self) -> Table {
         let columns = [
             ("detector", "threshold".to_owned()),
@@ -190,8 +229,8 @@ impl Characteristics {
         table
     }
 
-    /// Which detectors each baseline beats: those that detect fewer ruptures, each at its best threshold. Empty without baselines or
-    /// others.
+    /// For each baseline, the detectors that detect fewer ruptures, each at its best threshold. Empty without baselines
+    /// or other detectors.
     fn baselines(&self) -> Vec<String> {
         let best = |curve: &Curve| {
             let point = curve.at_false_alarms_per_hour(BASELINE_FALSE_ALARMS_PER_HOUR);
@@ -239,7 +278,6 @@ impl Characteristics {
         table
     }
 
-    /// A row per condition, detector and threshold, first over all conditions.
     fn points(&self) -> DataTable<'_> {
         let all = self.all.iter().map(|curve| (None, curve));
         let each = self.conditions.iter().flat_map(|one| one.curves.iter().map(move |curve| (Some(one), curve)));
@@ -278,7 +316,6 @@ impl Characteristics {
             .optional("false_alarms_per_minute_high", rates().map(|interval| Some(interval?.1)))
     }
 
-    /// For each detector the best detection and delay against the false-alarm rate, over all conditions.
     fn figure(&self) -> Result<trocar_document::Figure<'_>, FigureError> {
         let views: Vec<CharacteristicView<'_>> = self.all.iter().map(characteristic_view).collect();
         let (hours, _) = self.observed();
@@ -289,7 +326,6 @@ impl Characteristics {
     }
 }
 
-/// What a figure shows of a curve: the best detection and delay against the false-alarm rate.
 fn characteristic_view(curve: &Curve) -> CharacteristicView<'_> {
     let front = curve.front();
     CharacteristicView {
@@ -300,19 +336,17 @@ fn characteristic_view(curve: &Curve) -> CharacteristicView<'_> {
     }
 }
 
-/// Returns why a point says nothing about the stated rate of false alarms; `None` if it does. Without a false alarm in less than
-/// three hours, the 95 % confidence interval includes a rate of one per hour.
+/// The reason why a point does not resolve the stated rate of false alarms; `None` if it does. Without a false alarm in
+/// less than three hours, the 95 % confidence interval includes a rate of one per hour.
 fn unresolved(point: &Point) -> Option<String> {
     let is_unresolved = point.false_alarms == 0 && point.hours * STATED_FALSE_ALARMS_PER_HOUR < 3.0;
     is_unresolved.then(|| format!("not resolvable: {} observed", observed(point.hours)))
 }
 
-/// Returns a duration in minutes, or in hours from one hour on.
 fn observed(hours: f64) -> String {
     if hours < 1.0 { format!("{:.1} min", 60.0 * hours) } else { format!("{hours:.1} h") }
 }
 
-/// Returns the name of a condition.
 fn named(condition: &Condition) -> String {
     let parts = [
         (condition.drop_n, 1.0, "N drop"),
@@ -325,7 +359,7 @@ fn named(condition: &Condition) -> String {
     format!("{} + {} N{}", condition.signal, condition.noise_std_n, parts.map(part).concat())
 }
 
-/// Returns a threshold; the user's own detector may have none.
+/// Formats a threshold, which a user-defined detector may lack.
 fn threshold(threshold: f64, unit: &str) -> Cell {
     Cell::si(Some(threshold).filter(|threshold| !threshold.is_nan()), unit)
 }
@@ -348,12 +382,10 @@ fn delay(point: &Point) -> Cell {
     }
 }
 
-/// Returns a rate without meaningless digits.
 fn short(rate: f64) -> String {
     if rate >= 100.0 { format!("{rate:.0}") } else { format!("{rate:.2}") }
 }
 
-/// Returns the false alarms per hour, or their upper bound without a false alarm.
 fn short_rate(point: &Point) -> String {
     match (point.false_alarms_per_minute, point.false_alarms_per_minute_interval) {
         (Some(rate), _) => format!("{}/h", short(60.0 * rate)),
@@ -362,7 +394,7 @@ fn short_rate(point: &Point) -> String {
     }
 }
 
-/// Returns the false alarms per hour with their interval, or their upper bound without a false alarm.
+/// The false alarms per hour with their interval, or their upper bound without a false alarm.
 fn rate(point: &Point) -> Cell {
     match (point.false_alarms_per_minute, point.false_alarms_per_minute_interval) {
         (Some(rate), Some((low, high))) => {

@@ -2,14 +2,13 @@
 
 use trocar_base::quantiles::bisect;
 
-/// The standard normal quantile of 97.5 %.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Counts up to this have exact intervals. For larger counts the error of the cube-root approximation is negligible.
+/// Maximum count with an exact interval. For larger counts the error of the cube-root approximation is negligible.
 const MAX_EXACT: u64 = 100;
 
-/// Returns the 95 % interval of a probability from `successes` of `trials` (Wilson, *Journal of the American Statistical
-/// Association* 22, 1927), or `None` without trials.
+/// The 95 % interval of a probability from `successes` of `trials` (Wilson, *Journal of the American Statistical
+/// Association* 22, 1927); `None` without trials.
 #[must_use]
 pub fn wilson(successes: u64, trials: u64) -> Option<(f64, f64)> {
     if trials == 0 {
@@ -25,8 +24,8 @@ pub fn wilson(successes: u64, trials: u64) -> Option<(f64, f64)> {
     Some((low, high))
 }
 
-/// Returns the 95 % interval of the mean of a Poisson count (Garwood, *Biometrika* 28, 1936). For a count of 0 it is one-sided, from
-/// 0 to `-ln 0.05` (rule of three).
+/// The 95 % interval of the mean of a Poisson count (Garwood, *Biometrika* 28, 1936). For a count of 0 it is one-sided,
+/// from 0 to `-ln 0.05` (rule of three).
 #[must_use]
 pub fn poisson(count: u64) -> (f64, f64) {
     if count == 0 {
@@ -40,13 +39,13 @@ pub fn poisson(count: u64) -> (f64, f64) {
     (low, high)
 }
 
-/// Returns half a chi-square quantile with `2 shape` degrees of freedom, by the approximation of Wilson and Hilferty.
+/// Half of a chi-square quantile with `2 shape` degrees of freedom, by the approximation of Wilson and Hilferty.
 fn wilson_hilferty(shape: f64, z: f64) -> f64 {
     let inner = 1.0 - 1.0 / (9.0 * shape) + z / (3.0 * shape.sqrt());
     shape * inner * inner * inner
 }
 
-/// Returns the probability of a Poisson count of at most `count`.
+/// The probability of a Poisson count of at most `count`.
 fn poisson_cdf(count: u64, mean: f64) -> f64 {
     let mut term = libm::exp(-mean);
     let mut sum = term;
@@ -72,7 +71,7 @@ mod tests {
         for (k, n) in [(1, 10), (5, 10), (199, 200), (1990, 2000)] {
             let (low, high) = wilson(k, n).expect("trials");
             let share = k as f64 / n as f64;
-            // At its ends, the normal test of the share against p is at its limit.
+            // At the ends of the interval the normal test of the share against p is at its limit.
             for p in [low, high] {
                 assert!(((share - p).abs() / (p * (1.0 - p) / n as f64).sqrt() - Z).abs() < 1e-9);
             }

@@ -4,10 +4,8 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use trocar_core::lane::{Lane, Mask, by_index};
 
-/// Number of lanes.
 pub(super) const LANES: usize = 8;
 
-/// A number for each threshold.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ThresholdLanes(pub(super) [f64; LANES]);
 

@@ -1,11 +1,11 @@
-//! Why a detector at its own threshold misses ruptures.
+//! The reasons why a detector misses ruptures at the threshold of its settings.
 
 use super::tally::{Labels, Tally};
 use trocar_core::detector::{CusumDetector, DetectorSettings, Evidence};
 use trocar_core::time::nearest_ticks;
 use trocar_metrics::{DetectorSample, MissRule, RUPTURE_WINDOW_S, SupervisorHistory};
 
-/// Counts the reasons of the missed ruptures (by index) of a case.
+/// Counts the reasons of a case's missed ruptures, which are given by index.
 pub(super) fn count(
     tally: &mut Tally,
     settings: &DetectorSettings,

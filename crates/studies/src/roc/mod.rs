@@ -1,11 +1,11 @@
 //! Receiver operating characteristics: detections, delays and false alarms of a detector by threshold.
 //!
-//! A case is a signal whose force has white noise of one seed. The estimator runs once per case. Every detector then runs with many
-//! thresholds on its residual, and a [`Tally`] compares the alarms with the labels. A tally has integers only, so the results do not
-//! depend on the order of the cases and the number of threads.
+//! A case is a signal whose force has white noise of one seed. The estimator runs once per case. Every detector then
+//! evaluates the residual with many thresholds, and a [`Tally`] compares the alarms with the labels. Tallies contain
+//! only integers, so the results do not depend on the order of the cases or the number of threads.
 //!
-//! An undefined value, such as the delay without a detection, is `None`. Without a false alarm, the rate is not 0, but has an upper
-//! bound that depends on the observed time.
+//! An undefined value, such as the delay without a detection, is `None`. Without a false alarm the rate is not 0; it
+//! has an upper bound that depends on the observed time.
 
 mod curve;
 mod detector_bank;
@@ -21,6 +21,7 @@ pub mod trials;
 
 pub use curve::{Curve, Point};
 pub use detector_bank::DetectorBank;
+pub use document::RocFile;
 pub use interval::{poisson, wilson};
 pub use samples::Samples;
 pub use signal::{Signal, SignalKind};
@@ -45,7 +46,7 @@ pub enum RocError {
     /// A run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// Signals with different detector settings have no common curve.
+    /// The signals have different detector settings, and therefore no common curve.
     #[error("{first} and {second} have different settings of the detector {detector}; evaluate them separately")]
     DifferentDetectors {
         /// The first signal.

@@ -2,7 +2,7 @@
 
 use trocar_engine::engine::{Observer, Signals};
 
-/// Evenly spaced samples, SI.
+/// Evenly spaced samples in SI units.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[allow(missing_docs, reason = "the names say quantity and unit")]
 pub struct Samples {

@@ -1,4 +1,4 @@
-//! The signals of a study: a recording, or a scenario that runs with each seed.
+//! The signals of a study: recordings, and scenarios that run with each seed.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -15,10 +15,10 @@ use trocar_detect as detect;
 use trocar_recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
 use trocar_scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 
-/// Random stream of the added noise, different from that of the synthetic recording's own noise.
+/// Random stream of the added noise, different from the stream of the synthetic recording.
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
 
-/// Seed of the synthetic recordings, which is that of the shipped one.
+/// Seed of the synthetic recordings, equal to the seed of the shipped one.
 const SYNTHETIC_SEED: u64 = 1;
 
 /// A signal with its estimator and detectors.
@@ -26,7 +26,7 @@ const SYNTHETIC_SEED: u64 = 1;
 pub struct Signal {
     /// Name of the signal.
     pub name: String,
-    /// The differences from the shipped insertion, for a synthetic insertion.
+    /// Differences of a synthetic insertion from the shipped one.
     pub variant: InVivoLikeVariant,
     /// Source of the samples.
     pub kind: SignalKind,
@@ -43,14 +43,15 @@ pub struct Signal {
 pub enum SignalKind {
     /// A recording with added noise.
     Recorded(Samples),
-    /// A made recording for each seed.
+    /// A synthetic recording for each seed.
     Trials,
-    /// A closed loop with noise on the sensor and without augmentation, because with augmentation the run depends on the threshold.
+    /// A closed loop with sensor noise. It runs without augmentation, because the augmented run depends on the
+    /// threshold.
     ClosedLoop(Box<Scenario>),
 }
 
 impl Signal {
-    /// Returns the recording of a specification, evenly sampled and with a velocity, as in `trocar detect`.
+    /// Creates the recorded signal of a specification, evenly sampled and with a velocity, as in `trocar detect`.
     ///
     /// # Errors
     /// An invalid setting.
@@ -73,7 +74,7 @@ impl Signal {
         })
     }
 
-    /// Returns a variant of the synthetic insertion, with the settings of a specification.
+    /// Creates a variant of the synthetic insertion with the settings of a specification.
     ///
     /// # Errors
     /// An invalid setting, or a variant that is not a valid recording.
@@ -93,7 +94,7 @@ impl Signal {
         Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &made, kinds)? })
     }
 
-    /// Returns the made recordings of [`super::trials`], with the settings of a specification.
+    /// Creates the synthetic recordings of [`super::trials`] with the settings of a specification.
     #[must_use]
     pub fn trials(spec: &DetectionSpec, kinds: &[DistanceKind]) -> Self {
         Self {
@@ -106,7 +107,7 @@ impl Signal {
         }
     }
 
-    /// Returns the closed loop of a scenario, without augmentation.
+    /// Creates the closed loop of a scenario, without augmentation.
     ///
     /// # Errors
     /// A scenario with a position resolution, because the engine does not output the quantised positions.
@@ -128,8 +129,8 @@ impl Signal {
         })
     }
 
-    /// Writes the inputs of the detectors, with noise (standard deviation in N) of a seed, to `evidence`, and returns
-    /// the labels.
+    /// Writes the inputs of the detectors, with noise of a standard deviation (N) and seed, to `evidence`. Returns the
+    /// labels.
     pub(super) fn evaluate(
         &self,
         noise_std_n: f64,
@@ -188,8 +189,8 @@ impl Signal {
     }
 }
 
-/// Returns the settings of each kind: unchanged for their own kind, and derived from the same hypotheses for the other kinds, whose
-/// thresholds have other units.
+/// The settings for each kind of distance: unchanged for the kind of the settings. Other kinds, whose thresholds have
+/// other units, are derived from the same hypotheses.
 fn detectors(own: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
     let of = |&kind: &DistanceKind| {
         if kind == own.distance.kind {

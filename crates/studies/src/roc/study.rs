@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::RocError;
@@ -32,30 +33,30 @@ pub struct Study {
 }
 
 /// A signal with one noise level, and the performance of the detectors.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Condition {
     /// Name of the signal.
     pub signal: String,
     /// Standard deviation of the added noise, in N.
     pub noise_std_n: f64,
-    /// Force drop of each rupture, in N; `None` for the shipped or recorded one.
+    /// Force drop of each rupture, in N; `None` for the shipped or recorded drop.
     pub drop_n: Option<f64>,
-    /// Time constant of each force drop, in s; `None` for the shipped or recorded one.
+    /// Time constant of each force drop, in s; `None` for the shipped or recorded value.
     pub sharpness_s: Option<f64>,
-    /// Depth of the first rupture, in m; `None` for the shipped or recorded one.
+    /// Depth of the first rupture, in m; `None` for the shipped or recorded depth.
     pub depth_m: Option<f64>,
     /// A curve per detector.
     pub curves: Vec<Curve>,
 }
 
 /// The result of a study.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Characteristics {
     /// Maximum delay of a detection, in s.
     pub within_s: f64,
     /// Number of planned cases.
     pub cases_planned: u64,
-    /// Number of evaluated cases, fewer than planned if the study was stopped.
+    /// Number of evaluated cases; fewer than planned if the study was stopped.
     pub cases: u64,
     /// The curves over all conditions.
     pub all: Vec<Curve>,
@@ -76,14 +77,14 @@ impl Characteristics {
         vec![Warning::new(Code::NoRuptures, message).at("--rupture-s").remedy(remedy)]
     }
 
-    /// Adds detectors of the user's own before the others, each with its name, its threshold (NaN without one) and its points. Those
-    /// of the same name are one curve.
+    /// Inserts user-defined detectors before the others, each with its name, its threshold (NaN without one) and its
+    /// points. Detectors of the same name form one curve.
     pub fn add_own(&mut self, own: &[(String, f64, OwnPoints)]) {
         add_curves(&mut self.all, own, |points| &points.all);
         for (index, condition) in self.conditions.iter_mut().enumerate() {
             add_curves(&mut condition.curves, own, |points| &points.conditions[index]);
         }
-        // Without a built-in detector no case was counted yet.
+        // Without a built-in detector no case has been counted yet.
         let cases = own.first().map_or(0, |(_, _, points)| points.all.cases);
         (self.cases, self.cases_planned) = (self.cases.max(cases), self.cases_planned.max(cases));
     }
@@ -109,16 +110,14 @@ fn add_curves(curves: &mut Vec<Curve>, own: &[(String, f64, OwnPoints)], of: imp
     curves.splice(0..0, added);
 }
 
-/// The tallies and buffers of one thread.
 #[derive(Default)]
 struct ThreadTallies {
-    /// Tallies by condition, detector and threshold.
     tallies: Vec<Tally>,
     evidence: Vec<Evidence<f64>>,
     alarms: Vec<Vec<usize>>,
 }
 
-/// The performance of a detector of the user's own.
+/// The performance of a user-defined detector.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OwnPoints {
     /// Over all conditions.
@@ -128,7 +127,6 @@ pub struct OwnPoints {
 }
 
 impl OwnPoints {
-    /// Of the tallies of each condition.
     fn of(tallies: Vec<Tally>) -> Self {
         let mut all = Tally::default();
         tallies.iter().for_each(|tally| all.add(tally));
@@ -138,19 +136,18 @@ impl OwnPoints {
 }
 
 impl Study {
-    /// Smallest and largest standard deviation of the added noise, in N.
+    /// Range of the standard deviation of the added noise, in N.
     pub const NOISE_STDS_N: (f64, f64) = (0.0, 100.0);
 
-    /// Every signal with every noise level.
     fn conditions(&self) -> Vec<(&Signal, f64)> {
         self.signals.iter().flat_map(|signal| self.noise_std_n.iter().map(move |&noise| (signal, noise))).collect()
     }
 
-    /// Runs detectors of the user's own, in the same cases as [`Study::run`], one case after the other. `alarms` writes the samples with
-    /// an alarm of a detector, by its index among `detectors`, for the evidence of a case and the time (s) between two of its samples.
+    /// Runs user-defined detectors in the cases of [`Study::run`], one case after the other. `alarms` receives the
+    /// index of a detector, the evidence of a case and the sampling interval (s), and writes the samples with an alarm.
     ///
     /// # Errors
-    /// Those of `alarms`, and [`RocError`] if a run fails.
+    /// The errors of `alarms`, and [`RocError`] if a run fails.
     pub fn run_own<E: From<RocError>>(
         &self,
         detectors: usize,
@@ -172,7 +169,7 @@ impl Study {
         Ok(tallies.into_iter().map(OwnPoints::of).collect())
     }
 
-    /// As [`Study::run_own`], with the cases side by side: `alarms` makes a detector anew for each.
+    /// [`Study::run_own`] with the cases in parallel; `alarms` creates a new detector for each case.
     ///
     /// # Errors
     /// As [`Study::run_own`].
@@ -205,12 +202,12 @@ impl Study {
         Ok(tallies.into_iter().map(OwnPoints::of).collect())
     }
 
-    /// Runs the study in parallel, and calls `done` after each case. If `stop` is set, no new case starts, and the finished cases
-    /// count. The results do not depend on the number of threads.
+    /// Runs the study in parallel, and calls `done` after each case. Once `stop` is set, no new case starts, and the
+    /// result covers the finished cases. The results do not depend on the number of threads.
     ///
     /// # Errors
     /// [`RocError`] for signals with different detectors, or if a run fails.
-    // Called dynamically: the detectors are compiled once, and not in every crate that runs a study.
+    // Dynamic dispatch: the detectors are compiled once instead of in every crate that runs a study.
     pub fn run(&self, stop: &AtomicBool, done: &(dyn Fn() + Sync)) -> Result<Characteristics, RocError> {
         let banks = self.detector_banks()?;
         let conditions = self.conditions();
@@ -259,7 +256,6 @@ impl Study {
         Ok(self.characteristics(&banks, &conditions, &tallies))
     }
 
-    /// Returns the bank of each detector, which is the same for all signals.
     fn detector_banks(&self) -> Result<Vec<DetectorBank>, RocError> {
         let Some((first, others)) = self.signals.split_first() else { return Ok(vec![]) };
         for other in others {
@@ -313,7 +309,7 @@ impl Study {
     }
 }
 
-/// Returns the curves, with the points that `point` gives for a threshold and its index among all thresholds.
+/// The curves; `point` computes the point of a threshold and of its index among all thresholds.
 fn curves(banks: &[DetectorBank], point: impl Fn((f64, usize)) -> Point) -> Vec<Curve> {
     let mut index = 0;
     let mut next = || {

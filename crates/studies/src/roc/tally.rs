@@ -5,36 +5,35 @@ use std::collections::BTreeMap;
 use super::trials::{Fall, Trial};
 use trocar_metrics::RUPTURE_WINDOW_S;
 
-/// Tolerance of a delay's limit in s, because times are sums of rounded decimals.
+/// Tolerance of the maximum delay in s, because times are sums of rounded decimals.
 const ROUNDING_S: f64 = 1e-9;
 
 /// The counts of a detector's alarms over many cases. They are integers, so the order of the cases has no effect.
 ///
-/// The first alarm within [`RUPTURE_WINDOW_S`] after a label, and before the next label, matches that rupture. It is a detection if it is
-/// in time, and late otherwise. Every other alarm is false.
+/// The first alarm within [`RUPTURE_WINDOW_S`] after a label, and before the next label, matches this rupture. It is a
+/// detection if it is in time, and late otherwise. Every other alarm is false.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Number of cases.
     pub cases: u64,
-    /// Cases in which every rupture is detected in time, without a false alarm.
+    /// Number of cases in which every rupture is detected in time, without a false alarm.
     pub clean_cases: u64,
-    /// Labelled ruptures, by their index in the case.
+    /// Number of labelled ruptures, by their index in the case.
     pub ruptures: Vec<u64>,
-    /// Ruptures that are detected in time, by their index in the case.
+    /// Number of ruptures detected in time, by their index in the case.
     pub detected: Vec<u64>,
-    /// Ruptures that are detected too late.
+    /// Number of ruptures detected too late.
     pub late: u64,
-    /// False alarms.
+    /// Number of false alarms.
     pub false_alarms: u64,
-    /// Time outside the windows after labels, in which a first alarm is false, in ns; of a trial the time in contact.
+    /// Time in ns outside the windows after labels, in which a first alarm is false; for a trial, the time in contact.
     pub quiet_ns: u64,
     /// Number of detections by delay in ns.
     pub delays_ns: BTreeMap<u64, u64>,
-    /// Number of missed ruptures by the word of their reason; only at the detector's own threshold.
+    /// Number of missed ruptures by reason; only at the threshold of the settings.
     pub missed: BTreeMap<String, u64>,
 }
 
-/// The labels of a case, and the maximum delay of a detection.
 #[derive(Debug, Clone)]
 pub(super) struct Labels {
     labels: Vec<Label>,
@@ -42,21 +41,20 @@ pub(super) struct Labels {
     quiet_ns: u64,
 }
 
-/// A rupture of a case.
 #[derive(Debug, Clone, Copy)]
 struct Label {
-    /// Its time after the first sample, in s.
     time_s: f64,
-    /// Maximum delay of a detection, in s.
     within_s: f64,
-    /// Until when further alarms are not false, in s after it: a fall in several steps may have several alarms.
+    /// Time after the rupture in s during which further alarms are not false: a fall in several steps may cause several
+    /// alarms.
     fall_s: f64,
-    /// Whether it counts: a rupture that noise hides is neither missed nor detected, and its alarms are not false.
+    /// True if the rupture counts. A rupture that noise hides is neither missed nor detected, and its alarms are not
+    /// false.
     counts: bool,
 }
 
 impl Labels {
-    /// Returns the labels of ruptures in s after the first of `samples`, ascending.
+    /// Creates labels of ruptures in s after the first of `samples`, ascending.
     pub(super) fn new(ruptures_s: Vec<f64>, samples: usize, tick_s: f64, within_s: f64) -> Self {
         let label = |time_s| Label { time_s, within_s, fall_s: 0.0, counts: true };
         let mut labels = Self { labels: ruptures_s.into_iter().map(label).collect(), tick_s, quiet_ns: 0 };
@@ -65,7 +63,8 @@ impl Labels {
         labels
     }
 
-    /// Returns the labels of a trial, whose alarms may come until `within_s`, or three samples, after the end of the fall.
+    /// Creates the labels of a trial, whose alarms may come until `within_s`, or three samples, after the end of the
+    /// fall.
     pub(super) fn of_trial(trial: &Trial, within_s: f64) -> Self {
         let slack_s = within_s.max(3.0 * trial.tick_s);
         let label = |fall: &Fall| Label {
@@ -81,17 +80,15 @@ impl Labels {
         }
     }
 
-    /// Returns the time of a rupture, in s after the first sample.
     pub(super) fn rupture_s(&self, rupture: usize) -> f64 {
         self.labels[rupture].time_s
     }
 
-    /// Returns the time between two samples, in s.
     pub(super) fn tick_s(&self) -> f64 {
         self.tick_s
     }
 
-    /// Returns the latest rupture that an alarm at a sample can match, and its delay in s.
+    /// The latest rupture that an alarm at a sample can match, and its delay in s.
     fn matched(&self, sample: usize) -> Option<(usize, f64)> {
         let time_s = sample as f64 * self.tick_s;
         let rupture = self.labels.partition_point(|label| label.time_s <= time_s + ROUNDING_S).checked_sub(1)?;
@@ -165,7 +162,7 @@ impl Tally {
         }
     }
 
-    /// Returns the smallest delay, in s, that at least a share of the detections do not exceed, or `None` without a detection.
+    /// The smallest delay in s that at least a share of the detections do not exceed; `None` without a detection.
     #[must_use]
     pub fn delay_quantile_s(&self, share: f64) -> Option<f64> {
         let all: u64 = self.delays_ns.values().sum();
@@ -185,7 +182,7 @@ impl Tally {
 mod tests {
     use super::*;
 
-    /// Counts alarms of one case of 10 s at 1 kHz with ruptures at 2 s and 2.3 s, in time within 10 ms.
+    /// Counts the alarms of a case of 10 s at 1 kHz with ruptures at 2 s and 2.3 s, in time within 10 ms.
     fn of(alarms: &[usize]) -> Tally {
         let mut tally = Tally::default();
         tally.count(alarms, &Labels::new(vec![2.0, 2.3], 10_000, 1e-3, 0.010));
@@ -209,7 +206,7 @@ mod tests {
 
     #[test]
     fn the_windows_after_labels_are_not_quiet_time() {
-        // From 2.0 s to 2.8 s, including both ends.
+        // The windows extend from 2.0 s to 2.8 s, including both ends.
         assert_eq!(of(&[]).quiet_ns, (10_000 - 801) * 1_000_000);
     }
 

@@ -1,4 +1,4 @@
-//! A run that goes on with nothing that forces it.
+//! Continues a run without any excitation.
 
 use std::ops::ControlFlow;
 
@@ -8,21 +8,20 @@ use trocar_engine::engine::{BuiltInOr, Observer, OwnEngine, OwnParts, Signals, T
 use trocar_metrics::DIVERGED_M;
 use trocar_scenario::{OperatorSpec, Scenario};
 
-/// A run that is repeated up to a tick and goes on from there while the hand rests at its last desired position, the organs at
-/// theirs, and the force sensor has no noise. A force that is replayed over time stays at its last value after the end of the run.
+/// A run that is repeated up to a tick and then continues at rest: the hand stays at its last desired position, the
+/// organs at theirs, and the force sensor has no noise. A force replayed over time keeps its last value after the end
+/// of the run.
 ///
-/// What remains is the loop: machines, tissue, link with its losses, augmentation, reflexes of the arm.
+/// Only the loop remains: machines, tissue, link with its losses, augmentation, reflexes of the arm.
 pub(super) struct AtRest {
     engine: OwnEngine,
     tick: u64,
     desired_m: f64,
-    /// The positions of slave and master from the rest on, in m.
+    /// Positions of slave and master since the start of the rest, in m.
     pub(super) positions_m: [Vec<f64>; 2],
-    /// True if the run has diverged or could not go on.
     pub(super) has_ended: bool,
 }
 
-/// Records the positions of slave and master.
 struct Positions<'a>(&'a mut [Vec<f64>; 2]);
 
 impl Observer<f64> for Positions<'_> {
@@ -39,7 +38,7 @@ impl Observer<f64> for Positions<'_> {
 }
 
 impl AtRest {
-    /// Repeats the run of `trace` up to tick `rest`; delays that were logged repeat those from tick `repeat` on, for `ticks` ticks.
+    /// Repeats the run of `trace` up to tick `rest`. For `ticks` ticks, logged delays repeat from tick `repeat` on.
     ///
     /// # Errors
     /// [`RunError::Scenario`] if the parts cannot be built.
@@ -52,7 +51,7 @@ impl AtRest {
     ) -> Result<Self, RunError> {
         let mut scenario = scenario.clone();
         if matches!(scenario.operator, OperatorSpec::Hand(_)) {
-            // The motion of a live hand is known from the trace alone.
+            // Only the trace contains the motion of a live hand.
             scenario.operator = OperatorSpec::Recording(trace.desired_position_m.as_slice().into());
         }
         let end = scenario.grid.ticks();
@@ -68,7 +67,7 @@ impl AtRest {
         Ok(run)
     }
 
-    /// Takes away what forces the run.
+    /// Removes all excitation from the run.
     fn rest(&mut self) {
         let parts = &mut self.engine.parts;
         if let BuiltInOr::BuiltIn(operator) = &mut parts.operator {
@@ -80,7 +79,6 @@ impl AtRest {
         parts.sensor.silence();
     }
 
-    /// Runs until so many ticks after the rest.
     pub(super) fn extend_to(&mut self, ticks: u64) {
         let end = self.tick + ticks.saturating_sub(self.positions_m[0].len() as u64);
         let mut positions_m = std::mem::take(&mut self.positions_m);
@@ -93,7 +91,7 @@ impl AtRest {
             interrupt::check_at(self.tick);
             match self.engine.parts.tick(self.tick, self.desired_m, &mut self.engine.plants, observer) {
                 ControlFlow::Continue(next_m) => (self.desired_m, self.tick) = (next_m, self.tick + 1),
-                // The run itself has completed: what fails after its end is no error of it.
+                // The original run has completed, so a failure after its end is not its error.
                 ControlFlow::Break(_) => self.has_ended = true,
             }
         }

@@ -1,29 +1,32 @@
-//! What a run says.
+//! The document of a run.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value as Json;
 
 use super::{Run, trace_table};
 use crate::animation::animation;
 use crate::compare::{events_table, metric_tables, verdict};
+use trocar_base::warning::Warning;
 use trocar_detect::ExtraParameterEstimate;
-use trocar_document::{Document, Section, Shown, Study, TextFile, Window, show, significant};
+use trocar_document::{Document, Section, Shown, Study, TextFile, Window, json_of, show, significant};
 use trocar_figures::{self as figures, EnergyView, EstimationView, RunView};
-use trocar_metrics::{Outcome, RuptureMetrics, Unit};
+use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Unit};
 
-/// Displayed time before and after a rupture, in s.
 const BEFORE_S: f64 = 0.2;
 const AFTER_S: f64 = 1.0;
 
-/// Maximum number of ruptures with a window.
 const MAX_WINDOWS: usize = 6;
 
-/// Name of the figure of positions and forces.
 const TELEOPERATION: &str = "teleoperation";
 
 impl Study for Run {
     fn document(&self) -> Document<'_> {
         let mut verdict = verdict(&[self]);
         verdict.sentences.insert(0, format!("{}.", state(self)));
+        if let Some(unreached) = self.unreached_sentence() {
+            verdict.sentences.insert(1, unreached);
+        }
         let mut document = Document {
             name: "summary",
             title: self.scenario.name.clone(),
@@ -32,7 +35,7 @@ impl Study for Run {
             sections: sections(self),
             data: vec![trace_table(&self.trace, |_| true)],
             files: vec![TextFile { name: "scenario.toml".into(), text: self.scenario.echo() }],
-            json: json(self),
+            json: self.summary(),
             ..Document::default()
         };
         if !self.trace.is_empty() {
@@ -44,7 +47,7 @@ impl Study for Run {
     }
 }
 
-/// Adds the figures of a run.
+/// Adds the figures of a run to a document.
 pub fn add_figures<'a>(
     document: &mut Document<'a>,
     run: RunView<'a>,
@@ -82,11 +85,9 @@ fn sections(run: &Run) -> Vec<Section> {
     vec![metrics, signals, events, further, about]
 }
 
-/// What a chart leaves out.
 pub(crate) const REDUCED: &str = "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around \
     ruptures and alarms is kept. trace.csv has every tick.";
 
-/// Returns the windows around the first ruptures.
 pub(crate) fn windows(ruptures: &[RuptureMetrics]) -> Vec<Window> {
     let window = |(index, rupture): (usize, &RuptureMetrics)| Window {
         label: format!("rupture {}", index + 1),
@@ -95,7 +96,7 @@ pub(crate) fn windows(ruptures: &[RuptureMetrics]) -> Vec<Window> {
     ruptures.iter().take(MAX_WINDOWS).enumerate().map(window).collect()
 }
 
-/// Returns a run's outcome with its name.
+/// The outcome of a run with the name of its scenario.
 #[must_use]
 pub fn outcome(run: &Run) -> String {
     format!("{}: {}", run.scenario.name, state(run))
@@ -114,7 +115,7 @@ fn state(run: &Run) -> String {
     }
 }
 
-/// Returns a sentence about a run: outcome, tick, seed and supervisor.
+/// A sentence about a run: outcome, tick, seed and supervisor.
 pub(crate) fn about(run: &Run) -> String {
     let scenario = &run.scenario;
     format!(
@@ -126,7 +127,6 @@ pub(crate) fn about(run: &Run) -> String {
     )
 }
 
-/// Returns the ruptures of named layers; nothing for other tissues.
 fn ruptures_line(run: &Run) -> String {
     let of_layer = |rupture: &RuptureMetrics| Some(format!("{:.3} s ({})", rupture.time_s, rupture.layer.as_deref()?));
     let ruptures: Vec<String> = run.metrics.ruptures.iter().filter_map(of_layer).collect();
@@ -143,26 +143,43 @@ fn alarms_line(run: &Run) -> String {
     if alarms.is_empty() { "alarms: none".into() } else { format!("alarms: {}", alarms.join(", ")) }
 }
 
-/// Returns `summary.json`: every metric, the events, the seed and the version.
-fn json(run: &Run) -> Json {
-    let mut all = json!({
-        "trocar_version": env!("CARGO_PKG_VERSION"),
-        "scenario": run.scenario.name,
-        "seed": run.scenario.seed,
-        "tick_s": run.scenario.grid.tick_s(),
-        "warnings": run.warnings(),
-        "metrics": run.metrics,
-    });
-    if let (Json::Object(all), Some(estimate)) = (&mut all, ExtraParameterEstimate::of(&run.trace.extra_parameter)) {
-        all.insert("further_estimate".into(), json!(estimate));
+/// `summary.json` of a run: every metric, the events, the seed and the version.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct RunFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// Name of the scenario.
+    scenario: &'a str,
+    /// The seed of the random numbers.
+    seed: u64,
+    /// Length of a tick, in s.
+    tick_s: f64,
+    /// The warnings about the run.
+    warnings: Vec<Warning>,
+    metrics: &'a Metrics,
+    /// The estimates of the extra parameter, if the estimator has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    further_estimate: Option<ExtraParameterEstimate>,
+}
+
+impl<'a> RunFile<'a> {
+    pub(crate) fn of(run: &'a Run) -> Self {
+        Self {
+            trocar_version: env!("CARGO_PKG_VERSION"),
+            scenario: &run.scenario.name,
+            seed: run.scenario.seed,
+            tick_s: run.scenario.grid.tick_s(),
+            warnings: run.warnings(),
+            metrics: &run.metrics,
+            further_estimate: ExtraParameterEstimate::of(&run.trace.extra_parameter),
+        }
     }
-    all
 }
 
 impl Run {
     /// The content of `summary.json`: every metric, the events, the seed and the version.
     #[must_use]
     pub fn summary(&self) -> Json {
-        json(self)
+        json_of(&RunFile::of(self))
     }
 }

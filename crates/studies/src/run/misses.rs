@@ -1,4 +1,4 @@
-//! The reasons of missed ruptures: the run once more, with an observed detector.
+//! Finds the reasons of missed ruptures by repeating the run with an observed detector.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -7,21 +7,18 @@ use trocar_core::detector::{CusumDetector, Decision, Detector, Evidence};
 use trocar_core::time::nearest_ticks;
 use trocar_engine::engine::{Observer, OwnParts, Signals};
 use trocar_metrics::{
-    DetectorSample, Metrics, Miss, MissReason, MissRule, RUPTURE_WINDOW_S, RuptureMetrics, SupervisorHistory,
+    ALARM_WINDOW_S, DetectorSample, Metrics, Miss, MissReason, MissRule, RuptureMetrics, SupervisorHistory,
 };
 use trocar_scenario::Scenario;
 
-/// Maximum number of reasons of a missed rupture.
 const MAX_REASONS: usize = 8;
 
-/// The samples of the windows of some ruptures, with their ticks.
 type Windows = Vec<(u64, DetectorSample)>;
 
 /// The scenario's detector, which records its state in the windows of some ruptures.
 struct ObservedDetector {
     detector: CusumDetector<f64>,
     tick: u64,
-    /// First and last tick of each window, in order.
     windows: Vec<(u64, u64)>,
     samples: Arc<Mutex<Windows>>,
 }
@@ -38,10 +35,10 @@ impl Detector<f64> for ObservedDetector {
     }
 }
 
-/// The history of the supervisor up to the end of the window of a rupture: what comes later does not tell why it was missed.
+/// Records the history of the supervisor up to the end of a rupture's window. Later events do not explain the miss.
 struct UntilWindow {
     supervisor: SupervisorHistory,
-    /// Ruptures to come, up to the one that is examined.
+    /// Number of ruptures up to and including the examined one.
     to_come: usize,
     window_ticks: u64,
     last_tick: u64,
@@ -49,12 +46,10 @@ struct UntilWindow {
 }
 
 impl UntilWindow {
-    /// Up to a tick.
     fn of_tick(last_tick: u64) -> Self {
         Self { supervisor: SupervisorHistory::default(), to_come: 0, window_ticks: 0, last_tick, is_done: false }
     }
 
-    /// Up to the end of the window of the rupture `index` (from 0).
     fn of_rupture(index: usize, window_ticks: u64) -> Self {
         Self { to_come: index + 1, window_ticks, ..Self::of_tick(u64::MAX) }
     }
@@ -69,7 +64,7 @@ impl Observer<f64> for UntilWindow {
                 self.last_tick = s.tick + self.window_ticks;
             }
         }
-        // A tick after the window shows that the run covers it.
+        // A tick after the window shows that the run covers the window.
         self.is_done = s.tick > self.last_tick;
     }
 
@@ -78,7 +73,7 @@ impl Observer<f64> for UntilWindow {
     }
 }
 
-/// Adds to each missed rupture of a run why it was missed.
+/// Adds the reason to each missed rupture of a run.
 ///
 /// # Errors
 /// As [`run`](super::run()).
@@ -93,14 +88,14 @@ pub(super) fn explain_misses(scenario: &Scenario, metrics: &mut Metrics) -> Resu
     Ok(())
 }
 
-/// What is observed of each missed rupture of a scenario's run. A run repeats bit for bit, so another one has the same
-/// ruptures and alarms.
+/// Observes each missed rupture in a repetition of the run. A run repeats bit for bit, with the same ruptures and
+/// alarms.
 fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>, RunError> {
     let tick_s = scenario.grid.tick_s();
     let rule = MissRule {
         tick_s,
         start_s: 0.0,
-        window_s: RUPTURE_WINDOW_S,
+        window_s: ALARM_WINDOW_S,
         detector: &scenario.detector,
         refractory_s: scenario.augmentation.automaton.refractory_s,
     };
@@ -130,10 +125,10 @@ fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>,
     Ok(metrics.ruptures.iter().map(explain).collect())
 }
 
-/// The reasons whose removal raises an alarm for the rupture `index` (from 0), as few as are found.
+/// Finds a small set of reasons whose removal raises an alarm for the rupture `index`, from 0.
 ///
-/// A reason can hide another: a detector without settling time, for instance, may be armed and yet stay below the
-/// threshold. So each observed reason is removed alone, then all of them, then what is observed after that.
+/// A reason can hide another one: for instance, a detector without a settling time may be armed but stay below the
+/// threshold. Therefore each observed reason is removed alone, then all of them, then the reasons observed after that.
 fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, RunError> {
     let without = |scenario: &Scenario, reasons: &[MissReason]| {
         let mut other = scenario.clone();
@@ -167,11 +162,11 @@ fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, Run
     })
 }
 
-/// The metrics of a run, up to the end of the window of a rupture, in which the detector raises no alarm in it; `None` if it raises
-/// one, accepted or not.
+/// The metrics of a run up to the end of a rupture's window if the detector raises no alarm in the window; `None` if it
+/// raises one, accepted or not.
 fn still_missed(scenario: &Scenario, index: usize) -> Result<Option<Metrics>, RunError> {
     let tick_s = scenario.grid.tick_s();
-    let window_ticks = nearest_ticks(RUPTURE_WINDOW_S, tick_s);
+    let window_ticks = nearest_ticks(ALARM_WINDOW_S, tick_s);
     let mut observer = UntilWindow::of_rupture(index, window_ticks);
     let metrics = observe(scenario, &mut observer)?;
     let has_alarm = metrics.ruptures.get(index).is_some_and(|rupture| {

@@ -1,4 +1,4 @@
-//! Running a scenario for its metrics, and optionally its trace.
+//! Runs scenarios for their metrics, and optionally their trace.
 
 mod at_rest;
 mod document;
@@ -7,6 +7,7 @@ mod oscillation;
 mod own;
 mod pack;
 mod promise;
+mod reach;
 mod stepped;
 mod swings;
 mod trace_table;
@@ -14,15 +15,16 @@ mod views;
 mod warnings;
 
 pub(crate) use document::{REDUCED, about, windows};
-pub use document::{add_figures, outcome};
+pub use document::{RunFile, add_figures, outcome};
 pub use pack::{PACK, can_share, run_pack, run_pack_in, run_pack_sharing};
 pub(crate) use pack::{RunObserver, run_pack_observed};
 pub use promise::{force_bound_gap, promise_gaps};
+pub use reach::Reach;
 pub use stepped::SteppedRun;
 pub use trace_table::trace_table;
 pub use trocar_scenario::{empty_trace, empty_trace_with};
 pub use views::event_shade;
-pub use warnings::{outside_measured, seeds_without_effect};
+pub use warnings::{delays_rounded, foreseen, outside_measured, seeds_without_effect};
 
 use thiserror::Error;
 
@@ -38,34 +40,36 @@ use trocar_scenario::{Scenario, ScenarioError};
 pub struct Run {
     /// The scenario.
     pub scenario: Scenario,
-    /// Its metrics.
+    /// Metrics.
     pub metrics: Metrics,
-    /// Its trace, with every tick.
+    /// Trace, with every tick.
     pub trace: Trace,
-    /// The roles with a part of the user's own; none for a scenario's run.
+    /// How far the needle got; `None` without a trace.
+    pub reach: Option<Reach>,
+    /// The roles with a user-defined part; empty for a run with the scenario's parts.
     pub own_parts: Vec<&'static str>,
 }
 
-/// Why a scenario could not be run to a result.
+/// The error of a run.
 #[derive(Debug, Error)]
 pub enum RunError {
     /// The scenario cannot be run as written.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// The numerical integration, the tissue or a part of the user's own failed.
+    /// The numerical integration, the tissue or a user-defined part failed.
     #[error("{name}: {source}")]
     Engine {
-        /// The scenario's name.
+        /// Name of the scenario.
         name: String,
-        /// The engine's error.
+        /// Error of the engine.
         source: EngineError,
     },
 }
 
 /// Runs a scenario and records its trace. Results are reproducible bit for bit.
 ///
-/// A missed rupture has its reason, and a lasting swing is an outcome of its own; both need the trace, and a second run
-/// where they occur.
+/// Reasons of missed ruptures and sustained oscillations are determined with the trace and, if they occur, further
+/// runs.
 ///
 /// # Errors
 /// [`RunError`]; a run that diverges is a result, not an error.
@@ -76,8 +80,8 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
 }
 
 impl Run {
-    /// A scenario with the metrics and the trace of its run, completed by the names of the layers that ruptured, and by
-    /// what needs further runs: whether a swing lasts, and why ruptures were missed.
+    /// Completes the metrics and the trace of a scenario's run by the names of the ruptured layers, and by the results
+    /// of further runs: sustained oscillation and reasons of missed ruptures.
     ///
     /// # Errors
     /// As [`run`].
@@ -88,24 +92,27 @@ impl Run {
             rupture.layer = Some(layer.to_owned());
         }
         metrics.ports = port_metrics(&scenario, &trace);
-        Ok(Self { scenario, metrics, trace, own_parts: vec![] })
+        let reach = Reach::of(&scenario.grid, &metrics, &trace);
+        Ok(Self { scenario, metrics, trace, reach, own_parts: vec![] })
     }
 
-    /// A scenario with the metrics and the trace of a run with own parts in some roles ([`OwnParts::roles`]).
+    /// Combines a scenario with the metrics and the trace of a run with user-defined parts in some roles
+    /// ([`OwnParts::roles`]).
     ///
-    /// Such a run cannot be repeated: it tells neither the layer of a rupture, nor why it was missed, nor whether the hand
-    /// forces a swing. [`Run::warnings`] says so where it matters.
+    /// Such a run cannot be repeated. Therefore it does not determine the layer of a rupture, the reason of a miss, or
+    /// whether the hand causes an oscillation. [`Run::warnings`] reports this where it matters.
     #[must_use]
     pub fn of_own_parts(scenario: Scenario, own_parts: Vec<&'static str>, mut metrics: Metrics, trace: Trace) -> Self {
         metrics.ports = port_metrics(&scenario, &trace);
-        Self { scenario, metrics, trace, own_parts }
+        let reach = Reach::of(&scenario.grid, &metrics, &trace);
+        Self { scenario, metrics, trace, reach, own_parts }
     }
 }
 
-/// [`run`] with some of the user's own parts in place of the scenario's.
+/// [`run`] with user-defined parts in place of some of the scenario's parts.
 ///
 /// # Errors
-/// As [`run`]; [`EngineError::Part`] for an own part that returns a number that is not finite.
+/// As [`run`]; [`EngineError::Part`] if a user-defined part returns a number that is not finite.
 pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
     let roles = own.roles();
     if roles.is_empty() {
@@ -126,7 +133,7 @@ pub fn measure(scenario: &Scenario) -> Result<Metrics, RunError> {
     Ok(with_link(scenario, metrics, engine.link_report()))
 }
 
-/// Runs a scenario for its metrics with one more observer, which is not called for a diverged tick.
+/// Runs a scenario for its metrics with an additional observer, which is not called for a diverged tick.
 ///
 /// # Errors
 /// As [`run`].
@@ -136,7 +143,7 @@ pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<
     Ok(with_link(scenario, metrics, engine.link_report()))
 }
 
-/// [`observe`] with some of the user's own parts in place of the scenario's.
+/// [`observe`] with user-defined parts in place of some of the scenario's parts.
 ///
 /// # Errors
 /// As [`run_with`].
@@ -150,7 +157,8 @@ pub fn observe_with(scenario: &Scenario, own: OwnParts, observer: &mut dyn Obser
     Ok(with_link(scenario, metrics.metrics(0), engine.parts.link_report(0)))
 }
 
-/// The outcome of a run with own parts. A tissue that says why it failed is told before the number that it returned.
+/// The outcome of a run with user-defined parts. A failure reported by the tissue takes precedence over the number that
+/// it returned.
 fn checked_outcome(
     scenario: &Scenario,
     checked: &CheckedParts,
@@ -163,7 +171,6 @@ fn checked_outcome(
     failed.map_err(|source| RunError::Engine { name: scenario.name.clone(), source })
 }
 
-/// Runs a scenario's engine with the metrics observer and one more.
 fn with_metrics<O: Observer<f64>>(
     scenario: &Scenario,
     observer: O,
@@ -174,7 +181,6 @@ fn with_metrics<O: Observer<f64>>(
     Ok(observers.0.metrics(0))
 }
 
-/// The metrics of a scenario's run before its first tick.
 fn metrics_observer(scenario: &Scenario) -> MetricsObserver<f64> {
     let metrics = MetricsObserver::new(scenario.grid, scenario.rupture_times_s().len());
     metrics.of_operators(|_| scenario.operator_traits())
@@ -184,7 +190,7 @@ fn with_link(scenario: &Scenario, metrics: Metrics, report: Option<LinkReport>) 
     Metrics { link: report.map(|report| LinkMetrics::new(&report, &scenario.grid)), ..metrics }
 }
 
-/// The energies at the ports of a scenario's run, which is run for them; `None` as for [`PortMetrics::of`].
+/// Runs a scenario and returns the energies at its ports; `None` as for [`PortMetrics::of`].
 ///
 /// # Errors
 /// As [`run`].
@@ -194,7 +200,6 @@ pub(crate) fn ports(scenario: &Scenario) -> Result<Option<PortMetrics>, RunError
     Ok(port_metrics(scenario, &trace))
 }
 
-/// The energies at the ports of a trace.
 fn port_metrics(scenario: &Scenario, trace: &Trace) -> Option<PortMetrics> {
     let columns = PortColumns {
         time_s: &trace.time_s,

@@ -1,4 +1,4 @@
-//! Whether a run swings without decaying.
+//! Determines whether a run oscillates without decaying.
 
 use super::RunError;
 use super::at_rest::AtRest;
@@ -8,58 +8,62 @@ use trocar_engine::engine::Trace;
 use trocar_metrics::Outcome;
 use trocar_scenario::{EngineKind, Scenario, TissueSpec};
 
-/// The part of a run, at its end, that is examined, as a share.
+/// Share of the run at its end that is examined, the tail.
 const TAIL: f64 = 0.4;
 
-/// Minimum number of swings, from a peak to a trough or back, in each half of the tail.
+/// Minimum number of swings (from a peak to a trough or back) in each half of the tail.
 const MIN_SWINGS: usize = 4;
 
 /// Minimum swing in m, and in steps of the position sensor.
 const MIN_SWING_M: f64 = 2e-5;
 const MIN_SWING_STEPS: f64 = 2.0;
 
-/// Ratio of the later strength to the earlier one from which a swing of the tail may last.
+/// Minimum ratio of the later to the earlier strength in the tail for an oscillation that may be sustained.
 const LASTING: f64 = 0.8;
 
-/// Minimum number of swings in each window of the run at rest by which its strengths are compared.
+/// Minimum number of swings in each window of the run at rest for a comparison of strengths.
 const MIN_WINDOW_SWINGS: usize = 8;
 
-/// Logarithmic decay from window to window below which the strength stays, and up to which it may still approach a lasting one.
+/// Logarithmic decay from window to window below which the strength is constant, and below which it may approach a
+/// constant strength.
 const STAYS: f64 = 1e-3;
 const APPROACHES: f64 = 0.05;
 
-/// The first one at the end of the longest rest, whose windows are long.
+/// [`STAYS`] at the end of the longest rest, whose windows are long.
 const STAYS_AT_LAST: f64 = 1e-2;
 
-/// Ratio of two consecutive decays below which they end: an exponential decay has 1, an approach to a cycle a smaller one.
+/// Ratio of two consecutive decays below which the decay ends. The ratio is 1 for an exponential decay, and smaller for
+/// an approach to a limit cycle.
 const ENDS: f64 = 0.3;
 
-/// With random losses the strength varies: ratio of the last window to the first from which the swing lasts.
+/// With random losses the strength varies: minimum ratio of the last window to the first for a sustained oscillation.
 const LASTING_AT_RANDOM: f64 = 0.5;
 
-/// Share of the swing at the end of the run that the lasting one must have to be the same. A run can decay to a smaller one.
+/// Minimum ratio of the sustained oscillation to the oscillation at the end of the run for both to be the same. A run
+/// can decay to a smaller oscillation.
 const PART_OF_SEEN: f64 = 0.5;
 
-/// The longest rest: as a multiple of the shortest one, with random losses, with an engine or a tissue of slow ticks, and in ticks.
+/// The longest rest as a multiple of the shortest one, in general, with random losses, and with an engine or a tissue
+/// of slow ticks; and in ticks.
 const MAX_REST: u64 = 64;
 const MAX_RANDOM_REST: u64 = 8;
 const MAX_SLOW_REST: u64 = 4;
 const MAX_REST_TICKS: u64 = 400_000;
 
-/// The shortest rest in events and in round trips of the link, so that its windows are not shorter than one.
+/// The shortest rest in events and in round trips of the link, so that a window is not shorter than one of them.
 const REST_EVENTS: f64 = 4.0;
 const REST_ROUND_TRIPS: u64 = 8;
 
-/// A swing.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Swing {
     pub(super) swing_m: f64,
     pub(super) frequency_hz: f64,
 }
 
-/// Returns `Oscillating` for a run that completed but swings without decaying, otherwise its outcome.
+/// Returns `Oscillating` for a completed run that oscillates without decaying, otherwise its outcome.
 ///
-/// The loop sustains a swing if it lasts when nothing forces it. So a run that swings at its end goes on with the hand at rest.
+/// The loop sustains an oscillation if it continues without excitation. Therefore a run that oscillates at its end is
+/// continued with the hand at rest.
 ///
 /// # Errors
 /// As [`run`](super::run()).
@@ -71,7 +75,7 @@ pub(super) fn outcome(scenario: &Scenario, trace: &Trace, outcome: Outcome) -> R
     Ok(swing.map_or(outcome, |Swing { frequency_hz, swing_m }| Outcome::Oscillating { frequency_hz, swing_m }))
 }
 
-/// The swing at the end of a run that does not decay, whatever its cause.
+/// The oscillation at the end of a run that does not decay, whatever its cause.
 pub(super) fn lasting_swing(scenario: &Scenario, trace: &Trace) -> Option<Swing> {
     Tail::of(scenario, trace).lasting()
 }
@@ -101,7 +105,8 @@ impl Tail {
         }
     }
 
-    /// True if slave or master reverses in the tail, and still moves in its second half. Few runs with a hand that rests do.
+    /// True if slave or master reverses in the tail, and still moves in its second half. Few runs with a resting hand
+    /// do.
     fn may_swing(&self) -> bool {
         self.relative_m.iter().any(|positions| {
             let (_, late) = positions.split_at(positions.len() / 2);
@@ -109,7 +114,7 @@ impl Tail {
         })
     }
 
-    /// The larger swing that does not become clearly weaker.
+    /// The larger of the oscillations that do not clearly decay.
     fn lasting(&self) -> Option<Swing> {
         let lasting = self.relative_m.iter().filter_map(|positions| {
             let (early, late) = positions.split_at(positions.len() / 2);
@@ -120,7 +125,6 @@ impl Tail {
         larger(lasting)
     }
 
-    /// The larger swing in the second half of the tail.
     fn late(&self) -> Option<Swing> {
         let late =
             |positions: &Vec<f64>| swing_of(&positions[positions.len() / 2..], self.tick_s, self.min_m, MIN_SWINGS);
@@ -132,7 +136,7 @@ fn larger(swings: impl Iterator<Item = Swing>) -> Option<Swing> {
     swings.max_by(|a, b| a.swing_m.total_cmp(&b.swing_m))
 }
 
-/// The swing in positions of which at least `min_count` swings are at least `min_m`.
+/// The oscillation of positions with at least `min_count` swings of at least `min_m`.
 fn swing_of(positions: &[f64], tick_s: f64, min_m: f64, min_count: usize) -> Option<Swing> {
     let all = swings(positions, min_m);
     if all.len() < min_count {
@@ -146,11 +150,11 @@ fn tail_begin(ticks: usize) -> usize {
     ticks - (ticks as f64 * TAIL) as usize
 }
 
-/// The swing at the end of a run that lasts when nothing forces it.
+/// The oscillation at the end of a run that continues without excitation.
 ///
-/// The hand rests where it was at the end. A hand that was still moving, as in a sine, may be outside of the tissue there; so it
-/// rests, in a second trial, where it was deepest in the second half of the tail. This place is only the cause of what the run
-/// did if the run swung as fast and as far as it does there.
+/// The hand rests at its last position. A moving hand, as in a sine, may be outside the tissue there. Therefore a
+/// second trial rests the hand at its deepest position in the second half of the tail. Its result counts only if the
+/// run itself oscillated with at least half of its frequency and [`PART_OF_SEEN`] of its size.
 fn sustained_swing(scenario: &Scenario, trace: &Trace) -> Result<Option<Swing>, RunError> {
     let tail = Tail::of(scenario, trace);
     if !tail.may_swing() {
@@ -174,7 +178,7 @@ fn sustained_swing(scenario: &Scenario, trace: &Trace) -> Result<Option<Swing>, 
     Ok(swing.filter(is_cause))
 }
 
-/// The swing of a run that rests from a tick on, if it lasts.
+/// The oscillation of a run that rests from a tick on, if it is sustained.
 fn swing_at_rest(scenario: &Scenario, trace: &Trace, rest: usize, tail: &Tail) -> Result<Option<Swing>, RunError> {
     let length = RestLength::of(scenario);
     let mut run = AtRest::new(scenario, trace, rest as u64, tail_begin(trace.len()) as u64, length.max)?;
@@ -183,7 +187,7 @@ fn swing_at_rest(scenario: &Scenario, trace: &Trace, rest: usize, tail: &Tail) -
         run.extend_to(ticks);
         let is_last = ticks >= length.max;
         let lasts = match run.has_ended {
-            // A divergence without a swing is a drift.
+            // A divergence without an oscillation is a drift.
             true => Some(run.positions_m.iter().any(|positions| !swings(positions, tail.min_m).is_empty())),
             false => lasts(&run.positions_m, tail.min_m, is_last, length.is_random),
         };
@@ -198,7 +202,7 @@ fn swing_at_rest(scenario: &Scenario, trace: &Trace, rest: usize, tail: &Tail) -
     }
 }
 
-/// The length of a rest in ticks: the shortest one, doubled until the swing is clear, and the longest one.
+/// The length of a rest in ticks: the minimum, which is doubled until the result is clear, and the maximum.
 struct RestLength {
     min: u64,
     max: u64,
@@ -228,9 +232,10 @@ impl RestLength {
     }
 }
 
-/// Whether a swing lasts; `None` if a longer rest shows it.
+/// Returns true if an oscillation is sustained; `None` if a longer rest is needed to decide.
 ///
-/// The last three quarters of the rest are compared; in the first one the motion that the hand has caused decays.
+/// The last three quarters of the rest are compared, because the motion that the hand has caused decays in the first
+/// one.
 fn lasts(positions_m: &[Vec<f64>; 2], min_m: f64, is_last: bool, is_random: bool) -> Option<bool> {
     let window = positions_m[0].len() / 4;
     let windows = positions_m.each_ref().map(|positions| [1, 2, 3].map(|k| &positions[k * window..(k + 1) * window]));
@@ -270,14 +275,14 @@ mod tests {
     }
 
     #[test]
-    fn a_swing_that_stays_lasts_and_one_that_decays_does_not() {
+    fn a_constant_swing_lasts_and_a_decaying_one_does_not() {
         for is_last in [false, true] {
             assert_eq!(verdict(|_| 1e-3, is_last), Some(true));
             assert_eq!(verdict(|t| 1e-3 * (-t).exp(), is_last), Some(false));
             assert_eq!(verdict(|t| 1e-5 * (0.1 * t).exp(), is_last), Some(true), "it grows");
             assert_eq!(verdict(|t| 1e-3 + 1e-4 * (-0.3 * t).exp(), is_last), Some(true), "it approaches a cycle");
         }
-        // Slow decays are clear after a longer rest.
+        // A longer rest shows slow decays clearly.
         for slow in [0.01, 0.001] {
             assert_eq!(verdict(|t| 1e-3 * (-slow * t).exp(), false), None, "{slow}");
         }

@@ -1,14 +1,13 @@
-//! What the user's own parts return: a number that is not finite ends the run.
+//! Checks the results of user-defined parts: a number that is not finite ends the run.
 
 use trocar_core::time::TickGrid;
 use trocar_engine::engine::{InvalidPart, Observer, Signals};
 
-/// Looks for the first signal that is not finite, and ends the run if it is that of a user's own part.
+/// Finds the first signal that is not finite, and ends the run if it comes from a user-defined part.
 #[derive(Debug, Clone)]
 pub(super) struct CheckedParts {
     own: Vec<&'static str>,
     grid: TickGrid,
-    /// Whether there is anything left to look for.
     looks: bool,
     found: Option<InvalidPart>,
 }
@@ -32,14 +31,15 @@ impl CheckedParts {
     fn conclude(&mut self, tick: u64, roles: &[&'static str]) {
         self.looks = false;
         let own: Vec<&str> = roles.iter().copied().filter(|role| self.own.contains(role)).collect();
-        // What a built-in part makes of large numbers is a run that diverges.
+        // Non-finite numbers of a built-in part mean that the run diverges.
         if !own.is_empty() {
             self.found = Some(InvalidPart { roles: own.join(" or "), tick, time_s: self.grid.time_s(tick) });
         }
     }
 }
 
-/// The signals in the order in which a tick computes them, each with the roles that can be its cause.
+/// Finds the first signal that is not finite, in the order in which a tick computes them, and returns the roles that
+/// can be its cause.
 fn first_invalid(s: &Signals<f64>) -> Option<&'static [&'static str]> {
     let signals: [(&'static [&'static str], [f64; 3]); 6] = [
         (&["operator"], [s.desired_position_m, s.intended_position_m, 0.0]),

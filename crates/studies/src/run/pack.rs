@@ -1,4 +1,4 @@
-//! Running several scenarios in lanes.
+//! Runs several scenarios in lanes.
 
 use std::ops::Range;
 
@@ -13,23 +13,23 @@ use trocar_engine::wide_lanes::{Avx2, Avx512};
 use trocar_metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use trocar_scenario::{Scenario, ScenarioEngine};
 
-/// Maximum number of scenarios that run side by side; more make more packs.
+/// Maximum number of scenarios that run together in lanes; more form further packs.
 pub const PACK: usize = LANES;
 
 /// Minimum number of scenarios for which eight lanes are faster than separate runs.
 const MIN_SCENARIOS: usize = 3;
 
-/// Runs scenarios for their metrics, in order, up to [`PACK`] side by side. The results are identical, bit for bit, to
+/// Runs scenarios for their metrics, in order, up to [`PACK`] in lanes. The results are identical, bit for bit, to
 /// separate runs.
 ///
-/// Scenarios run side by side if they differ in numbers only: scales, gains, tissue, machines, thresholds, seeds.
-/// Scenarios that differ in structure (kinds of tissue and controller, ticks, delays, sensors with and without noise)
-/// run one after the other. A scenario that cannot be run gives an error at its index and does not affect the others.
+/// Scenarios share lanes if they differ only in numbers: scales, gains, tissue, machines, thresholds, seeds. Scenarios
+/// that differ in structure (kinds of tissue and controller, ticks, delays, sensors with and without noise) run one
+/// after the other. A failed scenario gives an error at its index and does not affect the others.
 pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     run_pack_in(InstructionSet::widest(), scenarios)
 }
 
-/// [`run_pack`] in a given instruction set, or one after the other if the machine does not have it.
+/// [`run_pack`] with a given instruction set, or one after the other if the machine does not support it.
 pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     metrics_of(run_pack_observed(set, &mut NoiseBank::new(0), scenarios, &()))
 }
@@ -43,23 +43,19 @@ fn metrics_of(runs: Vec<Result<(Metrics, ()), RunError>>) -> Vec<Result<Metrics,
     runs.into_iter().map(|run| run.map(|(metrics, ())| metrics)).collect()
 }
 
-/// An additional observer of the runs of a pack: one for all lanes of an engine.
+/// An additional observer of the runs of a pack, which covers all lanes of an engine.
 pub(crate) trait RunObserver {
-    /// The observer over lanes.
     type OverLanes<L: Lane>: EventObserver<L>;
-    /// Its result for one run.
     type Finding;
-    /// Whether there is anything to observe.
     const OBSERVES: bool = true;
 
-    /// An observer of the scenarios at these indices of the list, the first in lane 0. Unused lanes repeat the last
-    /// scenario.
+    /// Creates an observer of the scenarios at these indices of the list, the first in lane 0. Unused lanes repeat the
+    /// last scenario.
     fn over_lanes<L: Lane>(&self, places: Range<usize>) -> Self::OverLanes<L>;
 
-    /// The result of lane `lane`.
     fn finding<L: Lane>(observer: &Self::OverLanes<L>, lane: usize) -> Self::Finding;
 
-    /// A separate run of the scenario at index `place` of the list.
+    /// Runs the scenario at index `place` of the list separately.
     ///
     /// # Errors
     /// As [`measure`].
@@ -85,10 +81,9 @@ impl RunObserver for () {
     }
 }
 
-/// A run's metrics, and its observer's result.
 type ObservedRun<R> = Result<(Metrics, <R as RunObserver>::Finding), RunError>;
 
-/// [`run_pack_in`] with noise shared between runs of the same seed and with an additional observer.
+/// [`run_pack_in`] with noise shared between runs of the same seed, and an additional observer.
 pub(crate) fn run_pack_observed<R: RunObserver>(
     set: InstructionSet,
     bank: &mut NoiseBank,
@@ -100,13 +95,12 @@ pub(crate) fn run_pack_observed<R: RunObserver>(
     packs.flat_map(|(k, pack)| run_eight(set, bank, pack, (k * PACK, observer))).collect()
 }
 
-/// Whether scenarios, at most [`PACK`], can run side by side on this machine.
+/// Returns true if the scenarios, at most [`PACK`], can share lanes on this machine.
 #[must_use]
 pub fn can_share(scenarios: &[Scenario]) -> bool {
     scenarios.len() <= PACK && Engines::of(scenarios).is_some_and(|engines| engines.can_share())
 }
 
-/// Runs up to eight scenarios, the first at index `first` of the observer's list.
 fn run_eight<R: RunObserver>(
     set: InstructionSet,
     bank: &mut NoiseBank,
@@ -122,7 +116,7 @@ fn run_eight<R: RunObserver>(
     });
     match together {
         Some(runs) => {
-            // A link continues to count after its lane has diverged, unlike in a separate run.
+            // Unlike in a separate run, a link continues to count after its lane has diverged.
             let ends_early = |metrics: &Metrics| metrics.link.is_some() && metrics.outcome != Outcome::Completed;
             let each = runs.into_iter().enumerate();
             each.map(|(k, run)| if ends_early(&run.0) { alone(k) } else { Ok(run) }).collect()
@@ -131,11 +125,10 @@ fn run_eight<R: RunObserver>(
     }
 }
 
-/// The engines of scenarios, all of one kind.
 struct Engines(Vec<ScenarioEngine>);
 
 impl Engines {
-    /// `None` without scenarios, or if one cannot be built: its separate run reports the error.
+    /// `None` without scenarios, or if one cannot be built; its separate run reports the error.
     fn of(scenarios: &[Scenario]) -> Option<Self> {
         let engines: Result<Vec<_>, _> = scenarios.iter().map(Scenario::build).collect();
         engines.ok().filter(|engines| !engines.is_empty()).map(Self)
@@ -210,7 +203,7 @@ fn side_by_side<L: Wide, R: RunObserver>(
     let traits = |lane: usize| scenarios[lane.min(scenarios.len() - 1)].operator_traits();
     let called = Additional(R::OBSERVES.then_some(&mut additional as &mut dyn EventObserver<L>));
     let mut observers = (MetricsObserver::<L>::new(grid, ruptures).of_operators(traits), called);
-    // An exact engine does not fail.
+    // An exact engine cannot fail.
     engine.run_wide(&mut observers).ok()?;
     let (metrics, _) = observers;
     let run = |lane: usize| {

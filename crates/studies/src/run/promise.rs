@@ -1,4 +1,4 @@
-//! What the promise of a passivity scheme does not cover in a scenario.
+//! Finds the parts of a scenario that the guarantee of its passivity scheme does not cover.
 
 use trocar_core::settings::KeySource as _;
 
@@ -8,12 +8,13 @@ use trocar_engine::teleoperation::Scheme;
 use trocar_engine::tissue::TissueSettings;
 use trocar_scenario::{Scenario, TissueSpec};
 
-/// A reason for which a scheme cannot promise `E_m - E_s >= -E_0`: the key, the sentence, the remedy.
+/// A reason why a scheme cannot guarantee `E_m - E_s >= -E_0`: the key, the sentence, the remedy.
 type Gap = (&'static str, String, &'static str);
 
-/// A warning for each part of a scenario that the promise of its passivity scheme does not cover; none without a scheme.
+/// A warning for each part of a scenario that the guarantee of its passivity scheme does not cover; none without a
+/// scheme.
 ///
-/// The energy may stay within the promise nevertheless: a run measures it.
+/// The energy may nevertheless stay within the bound; a run measures it.
 #[must_use]
 pub fn promise_gaps(scenario: &Scenario) -> Vec<Warning> {
     if scenario.link.passivity.scheme == Scheme::None {
@@ -29,7 +30,7 @@ pub fn promise_gaps(scenario: &Scenario) -> Vec<Warning> {
     gaps.into_iter().flatten().map(warning).collect()
 }
 
-/// The warning that the scheme of a scenario bounds the energy and not the force; none without a scheme.
+/// The warning that a passivity scheme bounds the energy but not the force; none without a scheme.
 #[must_use]
 pub fn force_bound_gap(scenario: &Scenario) -> Option<Warning> {
     (scenario.link.passivity.scheme != Scheme::None).then(|| {

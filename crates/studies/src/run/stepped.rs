@@ -1,4 +1,4 @@
-//! A run that is stepped tick by tick from outside.
+//! A run that the caller advances tick by tick.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -11,8 +11,8 @@ use trocar_engine::operator::{HumanOperator, Operator};
 use trocar_metrics::MetricsObserver;
 use trocar_scenario::Scenario;
 
-/// A run that is stepped tick by tick, whose person can be led from outside: a loop around the simulation, with another
-/// program's controller or a person's input in it.
+/// A run that the caller advances tick by tick. The caller can set the position of the person at each tick, for
+/// instance from another program's controller or from a person's input.
 ///
 /// ```
 /// # mod trocar {
@@ -41,16 +41,16 @@ pub struct SteppedRun {
     observers: (CheckedParts, (MetricsObserver<f64>, Trace)),
     led: Arc<AtomicU64>,
     desired_m: f64,
-    /// Where the person was led at each tick so far, in m; NaN where not.
+    /// The given position of the person at each tick, in m; NaN without one.
     led_m: Vec<f64>,
     has_ended: bool,
 }
 
 impl SteppedRun {
-    /// A scenario with some of the user's own parts, before its first tick.
+    /// Creates the run of a scenario with user-defined parts, before its first tick.
     ///
     /// # Errors
-    /// [`RunError::Scenario`] if its parts cannot be built.
+    /// [`RunError::Scenario`] if the parts cannot be built.
     pub fn new(scenario: Scenario, own: OwnParts) -> Result<Self, RunError> {
         let trace = empty_trace_with(&scenario, &own);
         let mut roles = own.roles();
@@ -67,8 +67,8 @@ impl SteppedRun {
         Ok(Self { scenario, engine, observers, led, desired_m, led_m: vec![], has_ended: false })
     }
 
-    /// Repeats the run of a scenario without parts of one's own, of which [`SteppedRun::led_m`] is given: it goes on from the same
-    /// state. It takes the time of its ticks.
+    /// Repeats the run of a scenario without user-defined parts from its [`SteppedRun::led_m`], and continues from the
+    /// same state. It takes the time of its ticks.
     ///
     /// # Errors
     /// As [`SteppedRun::new`] and [`SteppedRun::step`].
@@ -80,8 +80,9 @@ impl SteppedRun {
         Ok(run)
     }
 
-    /// Runs a tick: the signals are observed, and then both machines move to the next tick, at which the desired position is
-    /// `desired_m` (m), between both ticks linear; with `None`, that of the operator. Returns whether there are more ticks.
+    /// Runs a tick: the signals are observed, and then both machines move to the next tick. The desired position moves
+    /// linearly to `desired_m` (m) at the next tick, or to the operator's position with `None`. Returns true if there
+    /// are more ticks.
     ///
     /// # Errors
     /// [`RunError::Engine`].
@@ -104,7 +105,7 @@ impl SteppedRun {
             }
         };
         if self.has_ended {
-            // A tissue that cannot go on is the cause of what followed.
+            // A failure of the tissue is the cause of later errors.
             let outcome = engine.parts.tissue_outcome().and(outcome);
             checked_outcome(&self.scenario, &self.observers.0, outcome)?;
         }
@@ -118,19 +119,19 @@ impl SteppedRun {
         &self.scenario
     }
 
-    /// The number of ticks so far.
+    /// Number of ticks so far.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.led_m.len() as u64
     }
 
-    /// Where the person was led at each tick so far, in m; NaN at a tick at which they were not.
+    /// The given position of the person at each tick so far, in m; NaN at ticks without one.
     #[must_use]
     pub fn led_m(&self) -> &[f64] {
         &self.led_m
     }
 
-    /// Whether there are no more ticks.
+    /// Returns true if there are no more ticks.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.has_ended
@@ -157,7 +158,8 @@ impl std::fmt::Debug for SteppedRun {
     }
 }
 
-/// An operator whose positions can be given from outside: as bits, NaN for its own.
+/// An operator whose position the caller can override. `led` holds the bits of the given position; NaN selects the
+/// operator's position.
 struct Led {
     operator: BuiltInOr<HumanOperator<f64>, dyn Operator<f64> + Send>,
     led: Arc<AtomicU64>,

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use trocar_base::interrupt;
 
-/// The changes from each peak to the next trough and back, of at least `min`.
+/// The changes of at least `min` from each peak to the next trough and back.
 pub(super) fn swings(values: &[f64], min: f64) -> Vec<f64> {
     interrupt::check();
     let Some(&first) = values.first() else { return vec![] };
@@ -37,13 +37,12 @@ pub(super) fn swings(values: &[f64], min: f64) -> Vec<f64> {
     all
 }
 
-/// The median; `None` without values.
 pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
 }
 
-/// The largest value less the smallest; 0 without values.
+/// The maximum minus the minimum; 0 without values.
 pub(super) fn range(values: &[f64]) -> f64 {
     interrupt::check();
     let bounds = (f64::INFINITY, f64::NEG_INFINITY);
@@ -51,11 +50,11 @@ pub(super) fn range(values: &[f64]) -> f64 {
     (high - low).max(0.0)
 }
 
-/// The strength of the motion in a signal: the standard deviation of its changes from sample to sample.
+/// The strength of the motion in a signal: the standard deviation of its sample-to-sample changes.
 ///
-/// A constant offset and a steady drift do not count. Unlike the distance from peak to trough, it does not beat with the samples
-/// of a swing of two or three samples. The weights are those of a Hann window, `1 - cos(2π (k + 1/2) / N)`, so that the share of a
-/// period at the ends does not matter.
+/// A constant offset and a steady drift have no effect. Unlike the distance from peak to trough, the strength does not
+/// beat with the samples if a period has only two or three samples. The weights are a Hann window, `1 - cos(2π (k +
+/// 1/2) / N)`, so that incomplete periods at the ends do not matter.
 pub(super) fn strength(values: &[f64]) -> f64 {
     interrupt::check();
     let count = values.len().saturating_sub(1);
@@ -90,8 +89,8 @@ mod tests {
     }
 
     #[test]
-    fn the_strength_is_that_of_the_swing_and_not_of_its_drift_or_its_samples() {
-        // Of a sine of amplitude A, sampled every T: √2 A sin(ω T / 2).
+    fn the_strength_does_not_depend_on_the_drift_or_the_samples_of_a_swing() {
+        // For a sine of amplitude A, sampled every T: √2 A sin(ω T / 2).
         let expected = |amplitude: f64, per_sample: f64| 2.0_f64.sqrt() * amplitude * (per_sample / 2.0).sin();
         for per_sample in [0.02, 0.37, TAU / 3.0 + 1e-3, 2.9] {
             let signal: Vec<f64> = (0..2000).map(f64::from).map(|k| 3.0 * (per_sample * k).sin() + 0.1 * k).collect();

@@ -1,4 +1,4 @@
-//! What figures draw of a run.
+//! The views of a run for figures.
 
 use std::borrow::Cow;
 
@@ -7,7 +7,7 @@ use trocar_core::augmentation::HoldSettings;
 use trocar_document::figure::Shade;
 use trocar_figures::{EnergyView, EstimationView, RunView};
 
-/// Returns the shade of events with a hold, whose name is the word for what the slave does: only a freeze freezes it.
+/// The shade of events with a hold. Its name describes the slave: only a freeze is called frozen.
 #[must_use]
 pub fn event_shade(hold: HoldSettings) -> Shade {
     match hold {

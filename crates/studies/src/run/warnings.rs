@@ -2,23 +2,29 @@
 
 use super::Run;
 use super::oscillation::{Swing, lasting_swing};
+use super::reach::motion_beyond_run;
 use trocar_base::warning::{Code, Warning};
+use trocar_core::settings::KeySource as _;
+use trocar_detect::recorded_warnings;
+use trocar_document::significant;
+use trocar_engine::channel::DelaySettings;
+use trocar_engine::plant::ControlTiming;
 use trocar_engine::tissue::TissueSettings;
 use trocar_engine::tissue::literature::Outside;
-use trocar_metrics::{Outcome, RuptureMetrics};
-use trocar_scenario::{Scenario, TissueSpec};
+use trocar_metrics::{Miss, MissReason, Outcome, RuptureMetrics};
+use trocar_scenario::{OperatorSpec, Scenario, TissueSpec, idle_keys};
 
-/// Mean power between hand and master in W that no person exceeds for the length of a run.
+/// Mean power between hand and master in W that no person sustains for the length of a run.
 ///
-/// Trained people sustain about 100 W with one arm at a crank; a hand at a needle gives a fraction of a watt.
+/// Trained people sustain about 100 W with one arm at a crank; a hand at a needle delivers a fraction of a watt.
 const MAX_HAND_POWER_W: f64 = 100.0;
 
-/// Energy in J that a run may give to the hand without a warning, and the same as a share of the work on the tissue:
-/// the controllers' lag stores and returns some.
+/// Energy that a run may deliver to the hand without a warning, in J and as a share of the work on the tissue. The
+/// controllers' lag stores and returns some energy.
 const MAX_GIVEN_J: f64 = 1e-3;
 const MAX_GIVEN_SHARE: f64 = 0.1;
 
-/// Rounding of the energies of a run in J, and as a share of the energy that has moved.
+/// Rounding error of the energies of a run, in J and as a share of the transferred energy.
 const ROUNDING_J: f64 = 1e-9;
 const ROUNDING_SHARE: f64 = 1e-9;
 
@@ -27,24 +33,36 @@ impl Run {
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut all: Vec<Warning> = self.missed_ruptures().collect();
+        all.extend(self.stray_alarms());
+        all.extend(self.unreached());
         all.extend(self.oscillation());
         all.extend(self.energy_of_the_hand());
         all.extend(self.broken_promise());
         all.extend(delay_beyond_run(&self.scenario));
+        all.extend(delays_rounded(&self.scenario));
+        all.extend(replayed(&self.scenario));
+        all.extend(idle_keys(&self.scenario));
         if !self.is_own("tissue") {
             all.extend(outside_measured(&self.scenario));
         }
         all.into_iter().map(|warning| warning.of(&self.scenario.name)).collect()
     }
 
-    /// Whether a role has a part of the user's own.
-    fn is_own(&self, role: &str) -> bool {
+    pub(super) fn is_own(&self, role: &str) -> bool {
         self.own_parts.contains(&role)
+    }
+
+    /// Returns true if a rupture was missed because of an unmatched alarm, which has a separate warning.
+    fn is_of_stray_alarm(&self, miss: &Miss) -> bool {
+        let MissReason::AlarmOfAnother { alarm_s } = miss.reason else { return false };
+        let half_tick_s = 0.5 * self.scenario.grid.tick_s();
+        self.metrics.alarms.iter().any(|alarm| !alarm.matched && (alarm.time_s - alarm_s).abs() < half_tick_s)
     }
 
     fn missed_ruptures(&self) -> impl Iterator<Item = Warning> + '_ {
         let of = |(index, rupture): (usize, &RuptureMetrics)| {
-            Some(rupture.miss.as_ref()?.warning(index + 1, rupture.time_s))
+            let miss = rupture.miss.as_ref().filter(|miss| !self.is_of_stray_alarm(miss))?;
+            Some(miss.warning(index + 1, rupture.time_s))
         };
         let (missed, all) = (self.metrics.missed_ruptures, self.metrics.ruptures.len());
         let unexplained = (!self.own_parts.is_empty() && missed > 0).then(|| {
@@ -108,7 +126,6 @@ impl Run {
 }
 
 impl Run {
-    /// A scheme that has generated more energy than it promises.
     fn broken_promise(&self) -> Option<Warning> {
         let (link, ports) = (self.metrics.link.as_ref()?, self.metrics.ports.as_ref()?);
         let promised_j = link.promised_energy_j?;
@@ -129,7 +146,27 @@ impl Run {
     }
 }
 
-/// A delay that is longer than the run.
+/// The warnings about a scenario that need no run: its motion, its delays and its replayed samples.
+#[must_use]
+pub fn foreseen(scenario: &Scenario) -> Vec<Warning> {
+    let mut all: Vec<Warning> = motion_beyond_run(scenario).into_iter().collect();
+    all.extend(delay_beyond_run(scenario));
+    all.extend(delays_rounded(scenario));
+    all.extend(replayed(scenario));
+    all
+}
+
+fn replayed(scenario: &Scenario) -> Vec<Warning> {
+    let replays_position = scenario.values().optional_word("operator.kind") == Some("recording");
+    match (&scenario.operator, &scenario.tissue) {
+        (OperatorSpec::Recording(position_m), TissueSpec::Recording { force_n, .. }) if replays_position => {
+            // The recorded positions are those of the needle, hence of the slave.
+            recorded_warnings(scenario.grid.tick_s(), position_m, force_n)
+        }
+        _ => vec![],
+    }
+}
+
 fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
     let ticks = scenario.grid.ticks();
     let beyond = [("channel.forward_delay_s", scenario.forward), ("channel.backward_delay_s", scenario.backward)];
@@ -146,7 +183,39 @@ fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
     )
 }
 
-/// The properties of the tissue outside the range of the measurements.
+/// Warns of delays that are rounded up to whole ticks.
+#[must_use]
+pub fn delays_rounded(scenario: &Scenario) -> Vec<Warning> {
+    let tick_s = scenario.grid.tick_s();
+    let acting = [scenario.forward, scenario.backward].map(|delay| delay.whole as f64 + delay.share);
+    let of = |(key, delay_s): (&'static str, f64), ticks: f64| {
+        // A difference below a billionth of a tick is a rounding error of the division.
+        (ticks - delay_s / tick_s > 1e-9 * ticks.max(1.0)).then(|| {
+            let why = if scenario.timing == ControlTiming::Sampled {
+                "sampled controllers read samples at their ticks"
+            } else {
+                "this architecture or passivity scheme computes on the tick"
+            };
+            let message = format!(
+                "{key} is {} ms and acts as {} ms: {why}, and a tick is {} ms",
+                significant(1e3 * delay_s),
+                significant(1e3 * ticks * tick_s),
+                significant(1e3 * tick_s)
+            );
+            Warning::new(Code::DelayRounded, message)
+                .at(key)
+                .remedy("give a multiple of simulation.tick_s, or shorten the tick")
+        })
+    };
+    let [(forward, forward_s), (backward, backward_s)] = scenario.delays.of_each_way();
+    if forward_s == backward_s {
+        return of((DelaySettings::BOTH, forward_s), acting[0]).into_iter().collect();
+    }
+    let each = [of((forward, forward_s), acting[0]), of((backward, backward_s), acting[1])];
+    each.into_iter().flatten().collect()
+}
+
+/// Warns of properties of the tissue outside the measured range.
 #[must_use]
 pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
     let found = scenario.tissue.settings().map_or(vec![], TissueSettings::outside_measured);
@@ -158,7 +227,7 @@ pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
     found.iter().map(warning).collect()
 }
 
-/// A warning for several seeds of scenarios of which some have no random numbers.
+/// Warns of several seeds for scenarios without random numbers.
 #[must_use]
 pub fn seeds_without_effect<'a>(scenarios: impl IntoIterator<Item = &'a Scenario>, seeds: u64) -> Vec<Warning> {
     let copies = scenarios.into_iter().filter(|scenario| seeds > 1 && !scenario.has_random_numbers());

@@ -7,28 +7,26 @@ use trocar_stability::Switching;
 /// Depth of the resting needle, in m.
 const DEPTH_M: f64 = 0.01;
 
-/// Initial offset of the hand, in m.
 const DISPLACEMENT_M: f64 = 1e-3;
 
-/// The offset as a fraction of what a ramp closes in a tick: small enough that an event's gap closes in one tick, as in
-/// the analysis.
+/// The offset as a fraction of the distance that a ramp closes in a tick. It is small enough to close in one tick, as
+/// in the analysis.
 const SMALL: f64 = 0.1;
 
 /// Number of events of a periodic sequence, and maximum length of the run, in s.
 const EVENTS: usize = 12;
 const LONGEST_S: f64 = 60.0;
 
-/// Time after the last event, in s.
 const AFTER_S: f64 = 0.5;
 
-/// The sequence: starts and freeze length in ticks, on one stiffness.
+/// A sequence of events: starts and length of the freeze in ticks, with one stiffness.
 struct Demonstration {
     stiffness_n_per_m: f64,
     starts: Vec<u64>,
     held_ticks: u64,
 }
 
-/// The sequence to run: a growing one if there is one, else the one that moves the needle farthest, else the one that
+/// The sequence to run: a growing one if available, else the one that moves the needle farthest, else the one that
 /// decays slowest.
 fn demonstration(switching: &Switching) -> Demonstration {
     let phases = switching.phases;
@@ -58,9 +56,9 @@ fn demonstration(switching: &Switching) -> Demonstration {
     }
 }
 
-/// The scenario of a source and settings, changed to run the worst sequence of events: the needle rests in a spring and
-/// a damper with the force reading zeroed, the hand starts a little away from its desired position, and alarms occur
-/// only at the sequence's times.
+/// Changes the scenario of a source and settings to run the worst sequence of events. The needle rests in a spring and
+/// a damper with the force reading zeroed. The hand starts a little away from its desired position, and alarms occur
+/// only at the times of the sequence.
 ///
 /// # Errors
 /// As [`Scenario::load`].
@@ -87,7 +85,7 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
         "operator.kind=ramp".to_owned(),
         format!("operator.start_m={displacement_m:?}"),
         "operator.end_m=0.0".to_owned(),
-        // Reached in the first tick.
+        // The desired position is reached in the first tick.
         format!("operator.speed_m_per_s={:?}", 2.0 * displacement_m / tick_s),
         "operator.tremor_amplitude_m=0.0".to_owned(),
         "operator.stretch_short_gain_n_s_per_m=0.0".to_owned(),

@@ -1,9 +1,8 @@
 //! Comparison of the linear verdicts with the engine.
 //!
-//! A run begins in equilibrium, 10 mm inside a Kelvin-Voigt tissue whose surface the needle can leave. The force
-//! sensor's bias cancels the resting force, so that nothing moves until the hand moves by a micrometre and back. The
-//! needle's motion late in the run is compared with its earlier motion: an unstable loop grows long before contact is
-//! lost.
+//! A run begins in equilibrium, 10 mm inside a Kelvin-Voigt tissue that the needle can leave. The bias of the force
+//! sensor cancels the resting force, so that nothing moves until the hand moves by a micrometre and back. The needle's
+//! motion late in the run is compared with its earlier motion: an unstable loop grows long before contact is lost.
 
 mod document;
 mod events;
@@ -13,6 +12,7 @@ mod study;
 mod tissue_of_run;
 mod verdict;
 
+pub use document::{CertificateFile, LoopPart, StabilityFile};
 pub use events::worst_events;
 pub use run::{Verdict, simulate};
 pub use sequences::{EventRecord, EventRun, Farthest, random_sequences, without_alarms};
@@ -28,10 +28,10 @@ use trocar_base::parallel::try_map;
 use trocar_scenario::Scenario;
 use trocar_stability::{LinearLoop, Parameter, StabilityError, StabilityMap, is_near_boundary};
 
-/// Relative distance to the boundary, in either parameter, within which a verdict is not counted.
+/// Relative distance to the boundary, in either parameter, within which a verdict does not count.
 pub const BAND: f64 = 0.005;
 
-/// The reason why verdicts cannot be compared.
+/// The error of a comparison.
 #[derive(Debug, Error)]
 pub enum CheckError {
     /// The loop cannot be analysed.
@@ -47,29 +47,29 @@ pub enum CheckError {
 pub struct Disagreement {
     /// Value of the map's first parameter.
     pub x: f64,
-    /// Value of its second.
+    /// Value of its second parameter.
     pub y: f64,
-    /// Whether the linear loop is stable there.
+    /// True if the linear loop is stable at this point.
     pub analytic_stable: bool,
     /// The engine's verdict.
     pub simulated: Verdict,
-    /// Whether the boundary is nearer than [`BAND`].
+    /// True if the boundary is nearer than [`BAND`].
     pub is_near_boundary: bool,
 }
 
 /// The engine's verdicts for a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
-    /// Row by row, as the map's; `None` where the check was stopped.
+    /// Verdicts row by row, in the order of the map; `None` for points skipped by a stop.
     pub simulated: Vec<Option<Verdict>>,
-    /// Number of points that were run and are not within [`BAND`] of the boundary.
+    /// Number of simulated points that are not within [`BAND`] of the boundary.
     pub judged: usize,
-    /// The points at which the two differ.
+    /// The points at which the two verdicts differ.
     pub disagreements: Vec<Disagreement>,
 }
 
 impl Check {
-    /// Share of the judged points at which both agree; `None` where none was judged.
+    /// Share of the judged points at which both agree; `None` without judged points.
     #[must_use]
     pub fn agreement(&self) -> Option<f64> {
         let apart = self.disagreements.iter().filter(|point| !point.is_near_boundary).count();
@@ -77,7 +77,7 @@ impl Check {
     }
 }
 
-/// Runs the engine at every point of a map; calls `done` after each; `stop` ends it early.
+/// Runs the engine at every point of a map, and calls `done` after each run. Once `stop` is set, no new run starts.
 ///
 /// # Errors
 /// [`CheckError`] if a point cannot be analysed or run.

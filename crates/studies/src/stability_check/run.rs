@@ -19,7 +19,7 @@ const DEPTH_M: f64 = 0.01;
 const NUDGE_M: f64 = 1e-6;
 const NUDGE_S: f64 = 0.02;
 
-/// Fraction of the depth beyond which a motion counts as grown: contact is about to be lost.
+/// Fraction of the depth beyond which a motion counts as grown, shortly before contact is lost.
 const GROWN: f64 = 0.3;
 
 /// Fraction of the maximum squared speed below which a motion counts as decayed.
@@ -41,7 +41,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Its word in files.
+    /// Returns the name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -52,10 +52,8 @@ impl Verdict {
     }
 }
 
-/// Observes the needle's speed over four quarters of a run.
 struct SpeedObserver {
     quarter: u64,
-    /// Sums of squares.
     sums: [f64; 4],
     max: f64,
     verdict: Option<Verdict>,
@@ -68,7 +66,7 @@ impl Observer<f64> for SpeedObserver {
         let now = (signals.tick / self.quarter).min(3) as usize;
         self.sums[now] += square;
         self.max = self.max.max(square);
-        // False for NaN, which counts as grown too.
+        // False for NaN, which also counts as grown.
         let is_small = position.abs() < GROWN * DEPTH_M && square.is_finite();
         if !is_small {
             self.verdict = Some(Verdict::Grows);
@@ -88,7 +86,7 @@ impl Observer<f64> for SpeedObserver {
 /// Runs a loop's settings in the engine, with the scenario's estimator and detector and without augmentation.
 ///
 /// # Errors
-/// [`RunError`] if the settings give no computable plant.
+/// [`RunError`] if the plant of the settings cannot be computed.
 pub fn simulate(scenario: &Scenario, settings: &LinearLoop) -> Result<Verdict, RunError> {
     let tick_s = settings.tick_s;
     let length_s = SHORTEST_S + PER_DELAY * (settings.forward_delay_s + settings.backward_delay_s);

@@ -1,4 +1,4 @@
-//! Random sequences of events on the engine, against the bounds of an analysis.
+//! Runs random sequences of events in the engine, to compare them with the bounds of an analysis.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,32 +13,32 @@ use trocar_engine::tissue::{KelvinVoigtSettings, Surface, TissueSettings};
 use trocar_scenario::{OperatorSpec, Scenario, ScenarioError, Source, TissueSpec};
 use trocar_stability::Phases;
 
-/// Depth of the resting needle, in m: it stays in contact.
+/// Depth of the resting needle in m, which keeps it in contact.
 const DEPTH_M: f64 = 0.05;
 
-/// Distance of the hand from its desired position at its release, as exponents of 10 of metres: from far below to far
-/// above what a ramp closes in a tick.
+/// Range of the distance of the hand from its desired position at the release, as exponents of 10 in m: from far below
+/// to far above the distance that a ramp closes in a tick.
 const DISTANCE_EXPONENT: (f64, f64) = (-6.0, -2.0);
 
-/// Maximum ticks from one alarm to the next. Alarms that are too early are not taken.
+/// Maximum ticks between alarms. The supervisor ignores alarms that are too early.
 const SPACINGS: [u64; 3] = [5, 50, 250];
 
-/// A release of the hand with events, on one stiffness.
+/// A release of the hand with events, with one stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventRun {
     /// `K` in N/m.
     pub stiffness_n_per_m: f64,
     /// Distance of the hand from its desired position, in m.
     pub distance_m: f64,
-    /// Frozen ticks of each event.
+    /// Number of frozen ticks of each event.
     pub held_ticks: u64,
     /// Ticks of the alarms, ascending.
     pub alarms: Vec<u64>,
-    /// Ticks of the run.
+    /// Number of ticks of the run.
     pub ticks: u64,
 }
 
-/// What the engine did in such a run.
+/// The record of an engine run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EventRecord {
     /// Maximum distance of the slave from the resting position, in m.
@@ -52,14 +52,14 @@ pub struct EventRecord {
     is_augmented: bool,
 }
 
-/// The farthest of many runs, per metre of the hand's distance.
+/// The maxima over many runs, per metre of the hand's distance.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Farthest {
-    /// The slave, in m/m.
+    /// Position of the slave, in m/m.
     pub slave: f64,
-    /// The feedback force, in N/m.
+    /// Feedback force, in N/m.
     pub force_n_per_m: f64,
-    /// Number of events of all runs together.
+    /// Number of events of all runs.
     pub events: u64,
 }
 
@@ -76,7 +76,7 @@ impl Observer<f64> for EventRecord {
     }
 }
 
-/// A scenario without noise, in which events occur only where they are asked for.
+/// Loads a scenario without noise, in which only prescribed events occur.
 ///
 /// # Errors
 /// As [`Scenario::load`].
@@ -87,7 +87,7 @@ pub fn without_alarms(source: &Source, settings: &[String]) -> Result<Scenario, 
 }
 
 impl EventRun {
-    /// A random one: stiffness from a range, length of the freeze as the phases allow.
+    /// Draws a random run: the stiffness from a range, and a length of the freeze that the phases allow.
     #[must_use]
     pub fn drawn(seed: u64, index: u64, stiffness_n_per_m: (f64, f64), phases: Phases, ticks: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -105,7 +105,7 @@ impl EventRun {
         Self { stiffness_n_per_m, distance_m, held_ticks, alarms, ticks }
     }
 
-    /// Runs it on the engine: the needle rests in a spring and a damper of 5 N·s/m, and the hand is released.
+    /// Runs it in the engine: the needle rests in a spring and a damper of 5 N·s/m, and the hand is released.
     ///
     /// # Errors
     /// [`RunError`].
@@ -117,7 +117,7 @@ impl EventRun {
         run.operator = OperatorSpec::Ramp {
             start_m: self.distance_m,
             end_m: 0.0,
-            // Reached in the first tick.
+            // The desired position is reached in the first tick.
             speed_m_per_s: 2.0 * self.distance_m.abs() / tick_s,
         };
         run.tissue = TissueSpec::from(TissueSettings::KelvinVoigt(KelvinVoigtSettings {

@@ -15,41 +15,41 @@ use trocar_stability::{
 /// Maximum tissue stiffness of the switching analysis, in N/m.
 pub const MAX_STIFFNESS_N_PER_M: f64 = 1e6;
 
-/// A scenario's loop, its map over two parameters, its events, and the comparison with the engine.
+/// A scenario's loop, its map over two parameters, its switching, and the comparison with the engine.
 #[derive(Debug, Clone)]
 pub struct StabilityStudy {
     /// The scenario's name.
     pub name: String,
-    /// The verdict on the loop, with what it leaves out.
+    /// The verdict on the loop, and the parts that it leaves out.
     pub verdict: LoopVerdict,
     /// The loop, at the worst stiffness of its tissue.
     pub analysis: Analysis,
     /// The map.
     pub map: StabilityMap,
-    /// The switching analysis, or why there is none.
+    /// The switching analysis, or the reason why there is none.
     pub switching: Result<Switching, &'static str>,
-    /// The Z-width, if it was computed.
+    /// The Z-width, if computed.
     pub z_width: Option<ZWidth>,
     /// The limits over the scenario's population, if it has one.
     pub population: Option<Population>,
-    /// The absolute stability with bounded hands and tissues: any passive hand and the tissues of the switching analysis, if
-    /// no others were given.
+    /// The absolute stability with bounded hands and tissues. The default is any passive hand, and the tissues of the
+    /// switching analysis.
     pub bounded: Bounded,
-    /// The absolute stability over a parameter, if it was computed.
+    /// The absolute stability over a parameter, if computed.
     pub absolute: Option<AbsoluteOver>,
-    /// The comparison of the map with the engine, if it was run.
+    /// The comparison of the map with the engine, if run.
     pub check: Option<Check>,
-    /// The loop over frequency and time.
+    /// The response of the loop over frequency and time.
     pub response: LoopResponse,
-    /// The poles over a parameter, if they were computed.
+    /// The poles over a parameter, if computed.
     pub locus: Option<Locus>,
-    /// The scenario that runs the worst sequence of events, if it was asked for.
+    /// The scenario that runs the worst sequence of events, if requested.
     pub worst_events: Option<Scenario>,
 }
 
 impl StabilityStudy {
     /// Analyses a scenario, its map over two axes, and its switching with any tissue stiffness (N/m) in the range
-    /// `sector`, which must satisfy [`is_tissue`]; by default that of its tissue.
+    /// `sector`. The range must satisfy [`is_tissue`]; its default is the range of the scenario's tissue.
     ///
     /// # Errors
     /// [`CheckError`].
@@ -102,7 +102,7 @@ impl StabilityStudy {
         Ok(())
     }
 
-    /// Computes the absolute stability with these hands and tissues, and over an axis if there is one.
+    /// Computes the absolute stability with these hands and tissues, and over an axis if given.
     ///
     /// # Errors
     /// [`CheckError`].
@@ -122,8 +122,8 @@ impl StabilityStudy {
         Ok(())
     }
 
-    /// Makes the scenario that runs the worst sequence of events, from the source and the settings of this one; nothing if the
-    /// switching is not analysed.
+    /// Creates the scenario that runs the worst sequence of events, from the source and settings of this study. It does
+    /// nothing if the switching is not analysed.
     ///
     /// # Errors
     /// As [`Scenario::load`].
@@ -133,13 +133,14 @@ impl StabilityStudy {
         Ok(())
     }
 
-    /// The tissue that the analysis stands for.
+    /// The tissue for which the analysis holds.
     #[must_use]
     pub fn tissue(&self) -> &TissueRange {
         &self.analysis.settings.tissue
     }
 
-    /// True if the tissue is a spring in the certificate's range of stiffness at every tick.
+    /// Returns true if the tissue is always a spring within the certificate's range of stiffness; `None` if the
+    /// switching is not analysed.
     #[must_use]
     pub fn covers_tissue(&self) -> Option<bool> {
         let (low, high) = self.switching.as_ref().ok()?.settings.stiffness_n_per_m;
@@ -147,8 +148,9 @@ impl StabilityStudy {
         Some(self.tissue().is_whole_tissue() && low <= softest && stiffest <= high)
     }
 
-    /// Whether the switching between the modes is certified for the scenario; `None` where it is not analysed, where the
-    /// analysis leaves out a part of the scenario, and where the range of stiffness does not cover the scenario's tissue.
+    /// Returns true if the switching between the modes is certified for the scenario. `None` if it is not analysed, if
+    /// the analysis leaves out a part of the scenario, or if the range of stiffness does not cover the scenario's
+    /// tissue.
     #[must_use]
     pub fn is_certified(&self) -> Option<bool> {
         let switching = self.switching.as_ref().ok()?;
@@ -192,8 +194,8 @@ impl StabilityStudy {
         left_out.chain(uncovered).collect()
     }
 
-    /// Runs the engine at every point of the map; calls `done` after each run; runs not begun when `stop` is set are
-    /// skipped.
+    /// Runs the engine at every point of the map, and calls `done` after each run. Once `stop` is set, no new run
+    /// starts.
     ///
     /// # Errors
     /// [`CheckError`].
@@ -208,7 +210,7 @@ impl StabilityStudy {
     }
 }
 
-/// Whether the switching can be analysed for a tissue between these stiffnesses in N/m: ascending, from 0 to
+/// Returns true if the switching can be analysed for a tissue between these stiffnesses in N/m: ascending, from 0 to
 /// [`MAX_STIFFNESS_N_PER_M`].
 #[must_use]
 pub fn is_tissue((low, high): (f64, f64)) -> bool {

@@ -1,4 +1,4 @@
-//! The tissue of a scenario, from its parameters or, where they do not tell, from its run.
+//! The stiffness of a scenario's tissue, from its parameters or, if they do not determine it, from a run.
 
 use super::CheckError;
 use crate::run::{RunError, observe};
@@ -7,14 +7,14 @@ use trocar_engine::engine::{Observer, Signals};
 use trocar_scenario::Scenario;
 use trocar_stability::{LinearLoop, TissueRange, TissueSource};
 
-/// Advance in m over which a slope is taken.
+/// Advance over which a slope is measured, in m.
 const ADVANCE_M: f64 = 5e-5;
 
-/// Time after a rupture in s that is left out: the force of the ruptured layer falls.
+/// Excluded time after a rupture in s, in which the force of the ruptured layer falls.
 const RUPTURE_S: f64 = 0.1;
 
-/// Returns the range of stiffness that the needle meets in a scenario. Only a tissue whose parameters do not tell it is run
-/// once: that of a unit, and one that stiffens with depth under a live hand.
+/// Determines the range of stiffness that the needle encounters. The scenario is run once only if the parameters do not
+/// determine the range: for the tissue of a unit, and for a tissue that stiffens with depth under a live hand.
 ///
 /// # Errors
 /// [`RunError`].
@@ -33,7 +33,7 @@ pub fn tissue_range(scenario: &Scenario) -> Result<TissueRange, RunError> {
     Ok(TissueRange::of_slopes(TissueSource::Run, (0.0, observer.largest_n_per_m)))
 }
 
-/// Returns the linear loop of a scenario, with the tissue that its needle meets.
+/// The linear loop of a scenario, with the tissue that its needle encounters.
 ///
 /// # Errors
 /// [`CheckError`].
@@ -41,12 +41,11 @@ pub fn linear_loop(scenario: &Scenario) -> Result<LinearLoop, CheckError> {
     Ok(LinearLoop::of(scenario, tissue_range(scenario)?)?)
 }
 
-/// Observes the largest slope of the force over the depth while the needle advances.
 struct SlopeObserver {
     contact_m: f64,
-    /// Depth and force at which the present slope begins.
+    /// Depth and force at the beginning of the present slope.
     from: Option<(f64, f64)>,
-    /// The first tick after the last rupture that counts.
+    /// The first tick after a rupture that is evaluated again.
     until: u64,
     rupture_ticks: u64,
     largest_n_per_m: f64,

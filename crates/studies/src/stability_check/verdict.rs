@@ -1,35 +1,37 @@
-//! The verdict on the linear loop of a scenario, with what it leaves out.
+//! The verdict on the linear loop of a scenario, and the parts that it leaves out.
 
+use super::document::LoopPart;
 use super::tissue_of_run::linear_loop;
 use super::{CheckError, document};
+use trocar_document::json_of;
 use trocar_scenario::Scenario;
 use trocar_stability::{
     ClosedLoop, LeftOut, LinearLoop, LoopLimit, Margins, Mode, VaryingDelays, left_out_with, loop_limits, unmodelled,
 };
 
-/// The verdict on the linear loop of a scenario. Every surface takes it from here.
+/// The verdict on the linear loop of a scenario, for all user interfaces.
 #[derive(Debug, Clone)]
 pub struct LoopVerdict {
     /// The loop, at the worst stiffness of its tissue.
     pub settings: LinearLoop,
     /// The dominant mode of that loop.
     pub mode: Mode,
-    /// Its margins.
+    /// Margins of the loop.
     pub margins: Margins,
-    /// True if the loop is stable at every stiffness of its tissue, and out of contact.
+    /// True if the loop is stable at every stiffness of its tissue, and in free motion.
     pub is_stable_in_range: bool,
-    /// The parts of the scenario that the analysis leaves out, besides tissue and augmentation.
+    /// The parts of the scenario that the analysis leaves out, other than tissue and augmentation.
     pub left_out: Vec<LeftOut>,
     /// The limits of motors and force sensor that the loop never reaches.
     pub unreached: Vec<LoopLimit>,
-    /// Delays that vary from tick to tick; `None` if they are constant, or if nothing bounds them.
+    /// Delays that vary from tick to tick; `None` if they are constant or unbounded.
     pub delays: Option<VaryingDelays>,
-    /// Everything that the linear loop leaves out, with tissue and augmentation.
+    /// Everything that the linear loop leaves out, including tissue and augmentation.
     pub unmodelled: Vec<String>,
 }
 
 impl LoopVerdict {
-    /// The verdict on a scenario.
+    /// Judges a scenario.
     ///
     /// # Errors
     /// [`CheckError`].
@@ -37,7 +39,7 @@ impl LoopVerdict {
         Self::with_loop(scenario, linear_loop(scenario)?)
     }
 
-    /// The verdict on a scenario whose loop is known.
+    /// Judges a scenario whose loop is known.
     ///
     /// # Errors
     /// [`CheckError`].
@@ -58,29 +60,29 @@ impl LoopVerdict {
         })
     }
 
-    /// True if the scenario's loop is stable, in contact with its tissue and out of it, for every order of delays that vary;
-    /// `None` where the analysis leaves out a part of the scenario.
+    /// Returns true if the loop is stable in contact with its tissue and in free motion, for every order of varying
+    /// delays; `None` if the analysis leaves out a part of the scenario.
     #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
         self.left_out.is_empty().then_some(self.is_stable_in_range)
     }
 
-    /// True if the loop is stable at the worst stiffness, without what is left out.
+    /// Returns true if the loop is stable at the worst stiffness, without the parts that the analysis leaves out.
     #[must_use]
     pub fn is_linear_loop_stable(&self) -> bool {
         self.mode.spectral_radius < 1.0
     }
 
-    /// The verdict in a sentence, with the tissue that it stands for.
+    /// The verdict in one sentence, with the tissue for which it holds.
     #[must_use]
     pub fn sentence(&self) -> String {
         document::verdict::sentence(self)
     }
 
-    /// The verdict with its tissue and what it leaves out: the first part of `stability.json`, and what the page and Python show of
-    /// a loop.
+    /// The verdict as JSON, with its tissue and the parts that it leaves out: the first part of `stability.json`, also
+    /// used by the page and Python.
     #[must_use]
     pub fn json(&self) -> serde_json::Value {
-        document::verdict::json(self)
+        json_of(&LoopPart::of(self))
     }
 }

@@ -14,12 +14,12 @@ pub enum Levels {
         from: f64,
         /// Last number.
         to: f64,
-        /// Whether the scale is logarithmic.
+        /// True if the scale is logarithmic.
         log: bool,
-        /// Number of values including the ends; `None` if the design gives it.
+        /// Number of values including the ends; `None` if the design determines it.
         points: Option<u64>,
     },
-    /// A log-normal distribution, cut off at three standard deviations of the logarithm.
+    /// A log-normal distribution, truncated at three standard deviations of the logarithm.
     LogNormal {
         /// The median.
         median: f64,
@@ -28,7 +28,6 @@ pub enum Levels {
     },
 }
 
-/// Standard deviations at which a distribution is cut off.
 const MAX_DEVIATIONS: f64 = 3.0;
 
 /// A key that a sweep varies, with its values.
@@ -43,7 +42,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Returns the number of values; `None` for a range without points.
+    /// The number of values; `None` for a range without points.
     #[must_use]
     pub fn count(&self) -> Option<u64> {
         match &self.levels {
@@ -53,8 +52,8 @@ impl Axis {
         }
     }
 
-    /// Returns the value at a unit coordinate, 0 to below 1: the level that the coordinate falls on, or the
-    /// interpolation between the ends.
+    /// The value at a unit coordinate, from 0 to below 1: the level at the coordinate, or the interpolation between the
+    /// ends.
     #[must_use]
     pub fn value(&self, coordinate: f64) -> Value {
         let level = |count: u64| ((coordinate * count as f64) as u64).min(count.saturating_sub(1));
@@ -84,13 +83,13 @@ impl Axis {
         }
     }
 
-    /// Returns the first value.
+    /// The first value.
     #[must_use]
     pub fn first(&self) -> Value {
         self.value(0.0)
     }
 
-    /// Returns the unit coordinates of the values that bound all others: all of a list, both ends of a range.
+    /// The unit coordinates of the values that bound all others: all values of a list, both ends of a range.
     #[must_use]
     pub fn ends(&self) -> Vec<f64> {
         match &self.levels {
@@ -99,21 +98,20 @@ impl Axis {
         }
     }
 
-    /// Returns the levels as numbers, in their order; empty for a range without points, and for values that are not
-    /// numbers.
+    /// The levels as numbers, in order; empty for a range without points, and for values that are not numbers.
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         let count = self.count().unwrap_or(0);
         (0..count).filter_map(|k| number(&self.value((k as f64 + 0.5) / count as f64))).collect()
     }
 
-    /// Returns whether the values are numbers.
+    /// Returns true if the values are numbers.
     #[must_use]
     pub fn is_numeric(&self) -> bool {
         matches!(self.key.kind, Kind::Number(_) | Kind::Whole(_) | Kind::Sign)
     }
 
-    /// Returns whether the scale is logarithmic.
+    /// Returns true if the scale is logarithmic.
     #[must_use]
     pub fn is_log(&self) -> bool {
         matches!(self.levels, Levels::Range { log: true, .. } | Levels::LogNormal { .. })
@@ -126,7 +124,7 @@ impl Axis {
         }
     }
 
-    /// Returns the values in the form of a sweep file.
+    /// Formats the values as in a sweep file.
     #[must_use]
     pub fn to_toml(&self) -> String {
         match &self.levels {
@@ -145,13 +143,13 @@ impl Axis {
     }
 }
 
-/// Interpolates between two numbers; the result is never beyond them.
+/// Interpolates between two numbers; the result never lies beyond them.
 fn between(from: f64, to: f64, log: bool, coordinate: f64) -> f64 {
     let value = if log { from * libm::exp(coordinate * libm::log(to / from)) } else { from + coordinate * (to - from) };
     value.clamp(from.min(to), from.max(to))
 }
 
-/// Returns a value as a number; `None` for other values.
+/// Converts a value to a number; `None` for other values.
 #[must_use]
 pub fn number(value: &Value) -> Option<f64> {
     match value {

@@ -13,12 +13,12 @@ pub enum AxisColumn {
     Whole(Vec<i64>),
     /// Booleans.
     Flag(Vec<bool>),
-    /// All others: words unchanged, lists in TOML.
+    /// Other values: words unchanged, lists in TOML.
     Text(Vec<String>),
 }
 
 impl AxisColumn {
-    /// Returns an empty column for an axis.
+    /// Creates an empty column for an axis.
     #[must_use]
     pub fn of(axis: &Axis) -> Self {
         match axis.key.kind {
@@ -29,7 +29,7 @@ impl AxisColumn {
         }
     }
 
-    /// Appends a value of the axis. Values of another type, which an axis does not have, are ignored.
+    /// Appends a value of the axis. Values of another type, which cannot occur, are ignored.
     pub fn push(&mut self, value: &Value) {
         match (self, value) {
             (Self::Number(column), Value::Number(number)) => column.push(*number),
@@ -40,7 +40,6 @@ impl AxisColumn {
         }
     }
 
-    /// Returns the values as those of a table.
     pub(super) fn into_values(self) -> Values<'static> {
         match self {
             Self::Number(column) => Values::Numbers(column.into()),
@@ -51,7 +50,6 @@ impl AxisColumn {
     }
 }
 
-/// Returns a value in the form of a text column.
 fn text(value: &Value) -> String {
     match value {
         Value::Text(text) => text.clone(),

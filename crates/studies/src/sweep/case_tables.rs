@@ -10,10 +10,10 @@ use trocar_scenario::Value;
 /// Maximum number of rows of a table, which is held in memory.
 const MAX_ROWS: usize = 1 << 16;
 
-/// Passes on the cases in tables of consecutive rows with the same columns. `hash` identifies the sweep.
+/// Passes the cases on in tables of consecutive rows with the same columns. `hash` identifies the sweep.
 ///
 /// # Errors
-/// Returns the errors of the rows unchanged, and [`SweepError::Io`] if `each` fails.
+/// The errors of the rows, and [`SweepError::Io`] if `each` fails.
 pub fn case_tables(
     design: &Design,
     hash: &str,
@@ -32,14 +32,12 @@ pub fn case_tables(
     if part.cases.is_empty() { Ok(()) } else { each(&mut part) }
 }
 
-/// Consecutive rows.
 struct Part<'a> {
     design: &'a Design,
     cases: Vec<u64>,
     axes: Vec<AxisColumn>,
     seeds: Vec<u64>,
     outcomes: Vec<Cow<'a, str>>,
-    /// A column for each metric.
     metrics: Vec<Vec<Option<f64>>>,
 }
 
@@ -64,7 +62,6 @@ impl<'a> Part<'a> {
         self.metrics.iter_mut().zip(metrics).for_each(|(column, metric)| column.push(metric));
     }
 
-    /// Returns the rows, and keeps none.
     fn take(&mut self, hash: &str) -> DataTable<'a> {
         let Self { design, cases, axes, seeds, outcomes, metrics } = std::mem::replace(self, Self::new(self.design));
         let mut table = DataTable::new("cases").with("case", Values::Whole(cases));

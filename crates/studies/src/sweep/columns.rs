@@ -1,4 +1,4 @@
-//! The metrics that a sweep can keep of each case.
+//! The metrics that a sweep can store for each case.
 
 use super::stability::LoopOfCase;
 use trocar_metrics::{Declaration, Metric, Metrics, RunMetric, Scope, Unit};
@@ -6,28 +6,26 @@ use trocar_scenario::nearest_of;
 
 type LoopMetric = Metric<fn(&LoopOfCase<'_>) -> Option<f64>>;
 
-/// The source of a column's value.
 #[derive(Debug, Clone, Copy)]
 enum Measure {
     Run(RunMetric),
     Loop(&'static LoopMetric),
 }
 
-/// A metric that a sweep keeps: its name in files, its unit, and its source.
+/// A metric that a sweep stores: its name in files, its unit, and its source.
 #[derive(Debug, Clone)]
 pub struct Column {
     /// Name, for example `rupture_1_detection_delay_s`.
     pub name: String,
     /// Label, for example `rupture 1: detection delay`.
     pub label: String,
-    /// Meaning, in a sentence.
+    /// Meaning, in one sentence.
     pub meaning: &'static str,
     /// Unit.
     pub unit: Unit,
     measure: Measure,
 }
 
-/// The metrics that are kept if a sweep file does not name any.
 const DEFAULTS: [&str; 13] = [
     "detected_ruptures",
     "missed_ruptures",
@@ -56,7 +54,7 @@ impl Column {
         Self { name, label, meaning: declaration.meaning, unit: declaration.unit, measure }
     }
 
-    /// Returns the column of a name or of a metric's former name, if any.
+    /// Finds a column by the current or former name of its metric.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let of_loop = || LoopOfCase::METRICS.iter().find(|metric| metric.declaration.key(1) == name);
@@ -64,42 +62,42 @@ impl Column {
         of_run.or_else(|| of_loop().map(Measure::Loop)).map(Self::new)
     }
 
-    /// Returns the default columns.
+    /// The default columns.
     #[must_use]
     pub fn defaults() -> Vec<Self> {
         DEFAULTS.iter().filter_map(|name| Self::named(name)).collect()
     }
 
-    /// Returns the declarations of all metrics that a sweep can keep.
+    /// The declarations of all metrics that a sweep can store.
     pub fn declarations() -> impl Iterator<Item = &'static Declaration> {
         let of_loop = LoopOfCase::METRICS.iter().map(|metric| &metric.declaration);
         RunMetric::all().map(|metric| metric.declaration()).chain(of_loop)
     }
 
-    /// Returns all names; those of ruptures and events have the number 1.
+    /// All names; ruptures and events have the number 1.
     pub fn names() -> impl Iterator<Item = String> {
         Self::declarations().map(|declaration| declaration.key(1))
     }
 
-    /// Returns the most similar name, if any.
+    /// The most similar name, if any.
     #[must_use]
     pub fn nearest(name: &str) -> Option<String> {
         nearest_of(name, Self::names())
     }
 
-    /// Returns whether the value needs the closed loop of the case.
+    /// Returns true if the value needs the closed loop of the case.
     #[must_use]
     pub fn is_of_loop(&self) -> bool {
         matches!(self.measure, Measure::Loop(_))
     }
 
-    /// Returns whether the value needs the energies of the ports, which follow from the trace of a run.
+    /// Returns true if the value needs the energies at the ports, which are computed from the trace of a run.
     #[must_use]
     pub fn is_of_ports(&self) -> bool {
         matches!(self.measure, Measure::Run(metric) if metric.declaration().scope == Scope::Port)
     }
 
-    /// Returns the value in SI; `None` if it is undefined or not finite.
+    /// The value in SI units; `None` if undefined or not finite.
     #[must_use]
     pub fn value(&self, metrics: &Metrics, of_case: Option<&LoopOfCase<'_>>) -> Option<f64> {
         let value = match self.measure {
@@ -109,7 +107,7 @@ impl Column {
         value.filter(|value| value.is_finite())
     }
 
-    /// Returns whether the values are whole numbers.
+    /// Returns true if the values are whole numbers.
     #[must_use]
     pub fn is_count(&self) -> bool {
         self.unit == Unit::Count

@@ -1,20 +1,20 @@
-//! Axes that vary together.
+//! Correlated axes.
 
 use trocar_base::quantiles::{normal_quantile, normal_share};
 
-/// Some axes, each two of which are correlated alike.
+/// A group of axes with equal pairwise correlation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correlation {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Indices of the axes.
     pub axes: Vec<usize>,
-    /// The correlation of the normal numbers from which the axes' values follow.
+    /// The correlation of the normal numbers from which the values of the axes are derived.
     pub coefficient: f64,
 }
 
-/// Correlates the unit coordinates of some axes (a Gaussian copula): they become normal numbers, which are mixed with the
-/// Cholesky factor of their correlation matrix, and become unit coordinates again. Each stays evenly distributed.
+/// Correlates the unit coordinates of some axes (a Gaussian copula). They are converted to normal numbers, mixed with
+/// the Cholesky factor of their correlation matrix, and converted back. Each remains uniformly distributed.
 #[derive(Debug, Clone)]
 pub(super) struct Mixer {
     axes: Vec<usize>,
@@ -40,7 +40,6 @@ impl Mixer {
         Self { axes: correlation.axes.clone(), factor }
     }
 
-    /// Correlates the coordinates of a case.
     pub(super) fn mix(&self, coordinates: &mut [f64]) {
         let normals: Vec<f64> = self.axes.iter().map(|axis| normal_quantile(coordinates[*axis])).collect();
         for (row, axis) in self.factor.iter().zip(&self.axes) {
@@ -56,7 +55,6 @@ mod tests {
 
     use super::*;
 
-    /// The correlation of two lists.
     fn correlation(a: &[f64], b: &[f64]) -> f64 {
         let mean = |list: &[f64]| list.iter().sum::<f64>() / list.len() as f64;
         let (of_a, of_b) = (mean(a), mean(b));

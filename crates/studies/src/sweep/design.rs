@@ -1,4 +1,4 @@
-//! The cases of a sweep, each computed from its number alone.
+//! The cases of a sweep; each is computed from its number alone.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -23,8 +23,7 @@ pub enum SamplingScheme {
         /// Seed of the random numbers.
         seed: u64,
     },
-    /// A Latin hypercube: each of `points` equal parts of every axis has one point, at a random position in the
-    /// part.
+    /// A Latin hypercube: each of `points` equal parts of every axis contains one point at a random position.
     LatinHypercube {
         /// Number of points.
         points: u64,
@@ -38,7 +37,7 @@ pub enum SamplingScheme {
         /// Seed of the shift.
         seed: u64,
     },
-    /// Given points: every axis has a list of as many values, and a point has the same place in each.
+    /// Given points: every axis lists the same number of values, and the k-th values of all axes are a point.
     List {
         /// Number of points.
         points: u64,
@@ -46,17 +45,17 @@ pub enum SamplingScheme {
 }
 
 impl SamplingScheme {
-    /// The words that sweep files use.
+    /// The names used in sweep files.
     pub const WORDS: [&'static str; 5] = ["grid", "random", "latin-hypercube", "sobol", "list"];
 
-    /// Every scheme with these points and this seed, in the order of [`SamplingScheme::WORDS`].
+    /// Every scheme with this number of points and seed, in the order of [`SamplingScheme::WORDS`].
     #[must_use]
     pub fn all(points: u64, seed: u64) -> [Self; 5] {
         let (random, hypercube) = (Self::Random { points, seed }, Self::LatinHypercube { points, seed });
         [Self::Grid, random, hypercube, Self::Sobol { points, seed }, Self::List { points }]
     }
 
-    /// Returns the word in sweep files.
+    /// Returns the name used in sweep files.
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
@@ -68,7 +67,7 @@ impl SamplingScheme {
         }
     }
 
-    /// Returns the number of points and the seed of random numbers; `None` for a grid and for given points.
+    /// The number of points and the random seed; `None` for a grid and for given points.
     #[must_use]
     pub fn points_and_seed(&self) -> Option<(u64, u64)> {
         match *self {
@@ -85,9 +84,11 @@ impl SamplingScheme {
 pub struct Design {
     /// Name of the folder.
     pub name: String,
+    /// The question that the sweep answers.
+    pub question: Option<String>,
     /// The varied keys, in the order of the sweep file.
     pub axes: Vec<Axis>,
-    /// The axes that vary together.
+    /// The groups of correlated axes.
     pub correlations: Vec<Correlation>,
     /// The selection of points on the axes.
     pub scheme: SamplingScheme,
@@ -95,13 +96,13 @@ pub struct Design {
     pub seeds: u64,
     /// First noise seed.
     pub first_seed: u64,
-    /// The noise seeds, as many as `seeds`, if they are not consecutive from the first.
+    /// The noise seeds, `seeds` in number, if they are not consecutive.
     pub listed_seeds: Option<Vec<u64>>,
-    /// The metrics that are kept for each case.
+    /// The metrics that are stored for each case.
     pub columns: Vec<Column>,
     /// Indices in `columns` of the metrics with figures and an analysis of influences.
     pub focus: Vec<usize>,
-    /// Whether the rows are also written as CSV, in addition to Parquet.
+    /// True if the rows are also written as CSV, in addition to Parquet.
     pub csv: bool,
 }
 
@@ -109,7 +110,7 @@ pub struct Design {
 pub const MAX_CASES: u64 = 1 << 50;
 
 impl Design {
-    /// Returns the number of points, each with [`Design::seeds`] cases; `None` for more than [`MAX_CASES`] cases.
+    /// The number of points, each with [`Design::seeds`] cases; `None` for more than [`MAX_CASES`] cases.
     #[must_use]
     pub fn points(&self) -> Option<u64> {
         let points = match self.scheme {
@@ -125,20 +126,20 @@ impl Design {
         Some(points)
     }
 
-    /// Returns the number of cases.
+    /// The number of cases.
     #[must_use]
     pub fn cases(&self) -> u64 {
         self.points().unwrap_or(0) * self.seeds
     }
 
-    /// Returns the seed of a case: consecutive cases are one point with different seeds.
+    /// The seed of a case. Consecutive cases are one point with different seeds.
     #[must_use]
     pub fn seed(&self, case: u64) -> u64 {
         let at = case % self.seeds;
         self.listed_seeds.as_ref().map_or(self.first_seed.wrapping_add(at), |seeds| seeds[at as usize])
     }
 
-    /// Returns the computation of the unit coordinates.
+    /// The computation of the unit coordinates.
     #[must_use]
     pub fn coordinates(&self) -> UnitCoordinates<'_> {
         let (points, seed) = self.scheme.points_and_seed().unwrap_or((1, 0));
@@ -175,7 +176,7 @@ pub struct UnitCoordinates<'a> {
 }
 
 impl UnitCoordinates<'_> {
-    /// Writes the unit coordinate on each axis, 0 to below 1, in the order of the axes.
+    /// Writes the unit coordinate on each axis, from 0 to below 1.
     pub fn of(&self, case: u64, coordinates: &mut Vec<f64>) {
         let point = case / self.design.seeds;
         coordinates.clear();
@@ -211,7 +212,7 @@ impl UnitCoordinates<'_> {
         self.mixers.iter().for_each(|mixer| mixer.mix(coordinates));
     }
 
-    /// Writes the value of each axis.
+    /// Writes the value on each axis.
     pub fn values(&self, case: u64, coordinates: &mut Vec<f64>, values: &mut Vec<Value>) {
         self.of(case, coordinates);
         values.clear();
@@ -246,6 +247,7 @@ mod tests {
             scheme,
             seeds: 2,
             first_seed: 10,
+            question: None,
             listed_seeds: None,
             columns: vec![],
             focus: vec![],
@@ -264,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn every_scheme_has_its_word() {
+    fn every_scheme_has_the_name_at_its_place() {
         assert_eq!(SamplingScheme::all(3, 1).map(|scheme| scheme.word()), SamplingScheme::WORDS);
     }
 
@@ -300,7 +302,7 @@ mod tests {
         let cases = all(&random(1));
         assert_ne!(cases, all(&random(2)));
         let mean = |axis: usize| cases.iter().map(|case| case[axis]).sum::<f64>() / cases.len() as f64;
-        // The mean of 500 is normal with a standard deviation of 0.013.
+        // The mean of 500 points is normal with a standard deviation of 0.013.
         assert!((0..3).all(|axis| (mean(axis) - 0.5).abs() < 0.05));
         let (longer, mut coordinates) = (design(SamplingScheme::Random { points: 900, seed: 1 }, None), vec![]);
         longer.coordinates().of(777, &mut coordinates);
@@ -308,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn too_many_cases_are_none() {
+    fn too_many_cases_give_no_number_of_points() {
         assert_eq!(design(SamplingScheme::Random { points: u64::MAX, seed: 1 }, None).points(), None);
         assert_eq!(design(SamplingScheme::Grid, Some(1 << 30)).points(), None);
     }

@@ -1,13 +1,18 @@
-//! What a complete sweep says.
+//! The document of a complete sweep.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value as Json;
 
+use super::answer;
 use super::drawn_cases::DrawnCases;
-use super::{Design, Findings, HeatMap, Spread, Summary};
+use super::{Axis, Design, Findings, HeatMap, Influence, Influences, Spread, Summary};
+use trocar_base::warning::Warning;
 use trocar_document::{
-    Cell, DataTable, Digits, Document, Figure, Number, Section, Shown, Study, Table, Values, Verdict, counted, readable,
+    Cell, DataTable, Digits, Document, Figure, Number, Section, Shown, Study, Table, Values, Verdict, counted, json_of,
+    readable,
 };
-use trocar_figures::{self as figures, AxisView, FigureError, HeatView, TornadoView};
+use trocar_figures::{self as figures, AxisView, FigureError, HeatView, InfluenceBar};
 use trocar_metrics::Unit;
 use trocar_scenario::unit_of;
 
@@ -16,11 +21,11 @@ use trocar_scenario::unit_of;
 pub struct SweepReport<'a> {
     /// The design of the sweep.
     pub design: &'a Design,
-    /// The hash of its inputs.
+    /// Hash of the inputs.
     pub hash: &'a str,
     /// The findings.
     pub findings: &'a Findings,
-    /// The drawn cases, for a report.
+    /// The cases to draw, for a report.
     pub cases: Option<&'a DrawnCases>,
 }
 
@@ -42,6 +47,7 @@ impl Study for SweepReport<'_> {
             document.figure("tornado", tornado(design, findings));
             document.data.push(tornado_columns(design, findings));
         }
+        // A report begins with the maps, which show the answer.
         let mut maps = Section::new("maps", "Maps over two axes").shown(Shown::InReports);
         for map in &findings.heat_maps {
             let name = format!("heat_{}", design.columns[map.column].name);
@@ -50,7 +56,7 @@ impl Study for SweepReport<'_> {
             document.data.push(map_columns(design, map, name));
         }
         if !maps.blocks.is_empty() {
-            document.sections.push(maps);
+            document.sections.insert(0, maps);
         }
         if let Some(cases) = self.cases {
             let charts = cases.charts(design);
@@ -68,44 +74,81 @@ impl Study for SweepReport<'_> {
     }
 }
 
+/// `summary.json` of a sweep: all findings except the cases.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct SweepFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// Name of the sweep.
+    sweep: &'a str,
+    /// SHA-256 of the folder's `sweep.toml`, which contains all inputs of the sweep.
+    sweep_sha256: &'a str,
+    /// Number of cases.
+    cases: u64,
+    /// Number of points, each with one case per seed.
+    points: Option<u64>,
+    /// Number of seeds of each point.
+    seeds: u64,
+    /// Number of cases that diverged.
+    diverged: u64,
+    /// Number of cases with a failed integration.
+    failed: u64,
+    /// The distribution of each metric.
+    metrics: &'a [Summary],
+    /// The influence of the axes on the metrics in focus.
+    influences: Vec<MetricInfluences<'a>>,
+    /// The warnings about the sweep.
+    warnings: &'a [Warning],
+}
+
+/// The influence of each axis on a metric.
+#[derive(Debug, Serialize, JsonSchema)]
+struct MetricInfluences<'a> {
+    /// Key of the metric.
+    metric: &'a str,
+    /// The influence of each axis, in descending order.
+    of_axes: &'a [Influence],
+    /// R² of the rank regression.
+    rank_r_squared: Option<f64>,
+    /// Number of ranked cases.
+    ranked: u64,
+}
+
 impl SweepReport<'_> {
-    /// Returns `summary.json`: all findings except the rows.
     fn json(&self) -> Json {
-        let Self { design, hash, findings, .. } = self;
-        let of_metric = |influences: &super::Influences| {
-            json!({
-                "metric": design.columns[influences.column].name,
-                "of_axes": influences.of_axes,
-                "rank_r_squared": influences.rank_r_squared,
-                "ranked": influences.ranked,
-            })
+        let Self { design, hash, findings, .. } = *self;
+        let of_metric = |influences| {
+            let &Influences { column, ref of_axes, rank_r_squared, ranked } = influences;
+            MetricInfluences { metric: &design.columns[column].name, of_axes, rank_r_squared, ranked }
         };
-        json!({
-            "trocar_version": env!("CARGO_PKG_VERSION"),
-            "sweep": design.name,
-            "sweep_sha256": hash,
-            "cases": findings.cases,
-            "points": design.points(),
-            "seeds": design.seeds,
-            "diverged": findings.diverged,
-            "failed": findings.failed,
-            "metrics": findings.summaries,
-            "influences": findings.influences.iter().map(of_metric).collect::<Vec<_>>(),
-            "warnings": findings.warnings,
+        json_of(&SweepFile {
+            trocar_version: env!("CARGO_PKG_VERSION"),
+            sweep: &design.name,
+            sweep_sha256: hash,
+            cases: findings.cases,
+            points: design.points(),
+            seeds: design.seeds,
+            diverged: findings.diverged,
+            failed: findings.failed,
+            metrics: &findings.summaries,
+            influences: findings.influences.iter().map(of_metric).collect(),
+            warnings: &findings.warnings,
         })
     }
 }
 
 fn verdict(design: &Design, findings: &Findings) -> Verdict {
     let axes: Vec<&str> = design.axes.iter().map(|axis| &*axis.key.path).collect();
-    let mut sentences = vec![format!(
+    let mut sentences: Vec<String> = design.question.iter().cloned().collect();
+    sentences.extend(answer::sentences(findings));
+    sentences.push(format!(
         "{}, {} ({}) with {} each, over {}.",
         counted(findings.cases, "case"),
         counted(design.points().unwrap_or(0), "point"),
         design.scheme.word(),
         counted(design.seeds, "seed"),
         if axes.is_empty() { "no axis".to_owned() } else { axes.join(", ") },
-    )];
+    ));
     if findings.diverged > 0 || findings.failed > 0 {
         let (diverged, failed) = (findings.diverged, findings.failed);
         sentences.push(format!("{} diverged, {failed} could not be integrated.", counted(diverged, "case")));
@@ -152,7 +195,7 @@ fn summary_row(summary: &Summary) -> [Cell; 6] {
         let digits = if is_whole { Digits::All } else { Digits::Four };
         Number { value, factor, unit: unit.into(), digits }
     };
-    // One value has no interval.
+    // A single value has no interval.
     if summary.defined == 1 {
         return [name, defined, number(spread.median).into(), undefined(), undefined(), undefined()];
     }
@@ -197,22 +240,38 @@ fn influences(design: &Design, findings: &Findings) -> Section {
 }
 
 fn tornado(design: &Design, findings: &Findings) -> Result<Figure<'static>, FigureError> {
-    let mut views = vec![];
-    for of_metric in &findings.influences {
-        let bars = of_metric.of_axes.iter().map(|i| (i.axis.as_str(), i.epsilon_squared, i.rank_regression));
-        views.push(TornadoView { metric: &design.columns[of_metric.column].name, bars: bars.collect() });
-    }
-    figures::tornado(&design.name, &views)
+    let bars = |of_metric: &Influences| {
+        let summary = &findings.summaries[of_metric.column];
+        match answer::constancy(summary) {
+            // Shares of a negligible variance would look like large influences.
+            Some(range) => {
+                vec![InfluenceBar {
+                    title: format!("{}: hardly changes{range}", summary.label),
+                    share: None,
+                    slope: None,
+                }]
+            }
+            None => of_metric.of_axes.iter().map(|influence| influence.bar(summary)).collect(),
+        }
+    };
+    let bars: Vec<InfluenceBar> = findings.influences.iter().flat_map(bars).collect();
+    figures::tornado(&design.name, &bars)
 }
 
-/// Describes a metric's mean over two axes.
 fn heat_map(design: &Design, map: &HeatMap) -> Result<Figure<'static>, FigureError> {
     let column = &design.columns[map.column];
     let (factor, unit) = readable(column.unit);
-    let over = match design.seeds {
-        1 => String::new(),
-        seeds => format!(" (mean over {seeds} seeds)"),
+    let seeds = (design.seeds > 1).then(|| format!("{} seeds", design.seeds));
+    let is_other = |(index, _): &(usize, &Axis)| ![map.x_axis, map.y_axis].contains(index);
+    let others: Vec<String> =
+        design.axes.iter().enumerate().filter(is_other).map(|(_, axis)| axis.key.path.to_string()).collect();
+    let others = match others.len() {
+        0 => None,
+        1 | 2 => Some(others.join(" and ")),
+        more => Some(format!("the {more} other axes")),
     };
+    let all: Vec<String> = seeds.into_iter().chain(others).collect();
+    let over = if all.is_empty() { String::new() } else { format!(" (mean over {})", all.join(" and ")) };
     let label = &column.label;
     let caption = if unit.is_empty() { format!("{label}{over}") } else { format!("{label} in{unit}{over}") };
     let named = [map.x_axis, map.y_axis].map(|axis| {
@@ -227,7 +286,7 @@ fn heat_map(design: &Design, map: &HeatMap) -> Result<Figure<'static>, FigureErr
     figures::heat_map(&HeatView { name: &design.name, caption: &caption, axes, x, y, means: &means })
 }
 
-/// Returns `summary.csv`: a row per metric, in SI units.
+/// `summary.csv`: a row per metric, in SI units.
 fn summary_columns(findings: &Findings) -> DataTable<'_> {
     let summaries = || findings.summaries.iter();
     type Read = fn(&Spread) -> f64;
@@ -257,7 +316,7 @@ fn summary_columns(findings: &Findings) -> DataTable<'_> {
     data
 }
 
-/// Returns `tornado.csv`: the influence of each axis on each metric in focus.
+/// `tornado.csv`: the influence of each axis on each metric in focus.
 fn tornado_columns<'a>(design: &'a Design, findings: &'a Findings) -> DataTable<'a> {
     let rows = || findings.influences.iter().flat_map(|of| of.of_axes.iter().map(move |influence| (of, influence)));
     DataTable::new("tornado")
@@ -269,7 +328,6 @@ fn tornado_columns<'a>(design: &'a Design, findings: &'a Findings) -> DataTable<
         .with("ranked", Values::Whole(rows().map(|(of, _)| of.ranked).collect()))
 }
 
-/// Returns the cells of a heat map.
 fn map_columns<'a>(design: &'a Design, map: &'a HeatMap, name: String) -> DataTable<'a> {
     let [x, y] = [map.x_axis, map.y_axis].map(|axis| design.axes[axis].key.path.to_string());
     let cells = || map.cells.iter();

@@ -5,31 +5,27 @@ use trocar_document::{Figure, readable};
 use trocar_figures::{self as figures, CasesView};
 use trocar_scenario::Value;
 
-/// Maximum number of drawn cases.
 const MAX_CASES: u64 = 2_000;
 
-/// Maximum number of charts of a metric over an axis.
 const MAX_CHARTS: usize = 16;
 
-/// Number of classes for medians over an axis that has no levels or too many.
+/// Number of classes for medians over an axis without levels, or with too many.
 const CLASSES: usize = 20;
 
 /// The values of the axes and the metrics in focus, for the drawn cases.
 #[derive(Clone, Debug)]
 pub struct DrawnCases {
-    /// Values by axis and case.
     axes: Vec<Vec<f64>>,
-    /// Values by metric in focus and case.
     metrics: Vec<Vec<f64>>,
     cases: u64,
 }
 
 impl DrawnCases {
-    /// Reads the drawn cases. All cases are divided into equal parts, and one case is drawn from each part. Its position varies from
-    /// part to part, so that a regular step does not skip a level of an axis.
+    /// Reads the drawn cases. The cases are divided into equal parts, and one case is drawn from each part. Its
+    /// position varies between parts, because a regular step could skip a level of an axis.
     ///
     /// # Errors
-    /// Returns the errors of the rows.
+    /// The errors of the rows.
     pub fn of(design: &Design, rows: &Rows) -> Result<Self, SweepError> {
         let all = design.cases();
         let parts = all.min(MAX_CASES);
@@ -60,7 +56,6 @@ impl DrawnCases {
         Ok(drawing)
     }
 
-    /// Says how many of all cases are drawn.
     pub(super) fn about(&self, all: u64) -> String {
         let shown = if self.cases < all {
             format!("{} of {all} cases are drawn, evenly chosen; cases.parquet has all", self.cases)
@@ -70,7 +65,7 @@ impl DrawnCases {
         format!("{shown}. The line connects the medians of the drawn cases at each level or class of the axis.")
     }
 
-    /// Describes each metric in focus over each axis, by name.
+    /// Draws each metric in focus over each axis, with the names of the charts.
     pub(super) fn charts(&self, design: &Design) -> Vec<(String, Figure<'static>)> {
         let mut charts = vec![];
         for (metrics, index) in self.metrics.iter().zip(&design.focus) {
@@ -86,7 +81,7 @@ impl DrawnCases {
     }
 }
 
-/// Returns the position of a value on its axis: a number itself, or the index of a word in the list, from 1.
+/// The position of a value on its axis: the number itself, or the index of a word in the list, from 1.
 fn place(axis: &Axis, value: &Value) -> f64 {
     match (value, &axis.levels) {
         (Value::Number(number), _) => *number,
@@ -120,8 +115,8 @@ fn chart(column: &Column, axis: &Axis, values: &[f64], metrics: &[f64]) -> Figur
     })
 }
 
-/// Returns the median of each class at its middle case. `cases` are sorted by x. If there are few distinct values of x, each of
-/// them is a class.
+/// The median of each class at its middle case. `cases` are sorted by x. If x has few distinct values, each of them is
+/// a class.
 fn medians(cases: &[(f64, f64)], log: bool) -> Vec<(f64, f64)> {
     let mut medians = vec![];
     let Some((&(low, _), &(high, _))) = cases.first().zip(cases.last()) else { return medians };

@@ -13,7 +13,7 @@ pub enum SweepError {
     /// The sweep file or its scenario is invalid.
     #[error(transparent)]
     File(#[from] ScenarioError),
-    /// A case fails.
+    /// A case failed.
     #[error("case {case} ({values}): {source}")]
     Case {
         /// Number of the case.
@@ -44,7 +44,7 @@ pub enum SweepError {
         /// File of the part.
         path: PathBuf,
     },
-    /// The parts are not a complete sweep.
+    /// The parts do not form a complete sweep.
     #[error("{message}")]
     Parts {
         /// Cause and remedy.
@@ -61,7 +61,7 @@ pub enum SweepError {
 }
 
 impl SweepError {
-    /// Returns whether the input is the cause.
+    /// Returns true if the input is the cause.
     #[must_use]
     pub fn is_input(&self) -> bool {
         match self {

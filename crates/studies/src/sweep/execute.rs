@@ -1,4 +1,4 @@
-//! Execution of a sweep or of a part of it.
+//! Executes a sweep or a part of it.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -15,7 +15,7 @@ use super::stability::LoopOfCase;
 use crate::run::{RunError, ports};
 use trocar_engine::sensor::NoiseBank;
 
-/// Maximum number of noise samples in the caches of all threads together, 64 MB.
+/// Maximum number of noise samples in the caches of all threads, 64 MB.
 const MAX_NUMBERS_KEPT: usize = 8 << 20;
 
 /// The settings of an execution, which do not change the results.
@@ -23,13 +23,13 @@ const MAX_NUMBERS_KEPT: usize = 8 << 20;
 pub struct Execution {
     /// Number of threads, at least 1.
     pub threads: usize,
-    /// Whether cases that differ only in the detector's threshold share runs; otherwise each case runs separately.
+    /// True if cases that differ only in the detector's threshold share runs; otherwise each case runs separately.
     pub shares_runs: bool,
 }
 
 /// Progress reports and interruption of a sweep.
 pub struct Progress<'a> {
-    /// If set, no new pack starts; packs in progress are completed and kept.
+    /// Once set, no new pack starts; packs in progress are completed and stored.
     pub stop: &'a AtomicBool,
     /// Called once with the number of cases that were complete before.
     pub begun: &'a dyn Fn(u64),
@@ -37,18 +37,18 @@ pub struct Progress<'a> {
     pub done: &'a (dyn Fn(u64) + Sync),
 }
 
-/// Runs the missing packs of a part and returns the total number of complete cases. The order of the packs has no
-/// effect, because each has its own slot.
+/// Runs the missing packs of a part, and returns the total number of complete cases. The order of the packs has no
+/// effect, because each has a separate slot.
 ///
 /// # Errors
-/// [`SweepError`] of the first failed case among those that ran, or if a part cannot be read or written.
+/// [`SweepError`] of the failed case with the lowest number, or if a part cannot be read or written.
 pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>) -> Result<u64, SweepError> {
     let Execution { threads, shares_runs } = how;
     let before = part.cases_done()?;
     (progress.begun)(before);
     let Progress { stop, done: report, .. } = *progress;
     let packs = part.layout().packs.clone();
-    // More threads than packs would have nothing to do.
+    // Additional threads would be idle.
     let threads = threads.clamp(1, usize::try_from(packs.end - packs.start).unwrap_or(usize::MAX).max(1));
     let (next, done, failed) = (AtomicU64::new(packs.start), AtomicU64::new(before), AtomicBool::new(false));
     let first_error: Mutex<Option<SweepError>> = Mutex::new(None);
@@ -63,8 +63,8 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     let layout = part.layout();
     let cases = layout.cases_of(packs.start).start..layout.cases_of(packs.end).start;
     let shared = if shares_runs { SharedRuns::of(plan, cases) } else { None };
-    // A thread takes whole groups of cases that share runs, so that no other thread runs them meanwhile; but every
-    // thread must have work.
+    // A thread takes whole groups of cases that share runs, so that no other thread runs the same cases. The share is
+    // limited, so that every thread has work.
     let fair_share = (packs.end - packs.start) / (4 * threads as u64);
     let packs_per_turn = shared.as_ref().map_or(1, |shared| shared.span().div_ceil(PACK_CASES).min(fair_share).max(1));
     let work = || {
@@ -96,11 +96,10 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     }
 }
 
-/// The state of one thread.
 struct Worker<'a> {
     plan: &'a Plan,
     part: &'a Part,
-    /// The results of shared runs, common to all threads.
+    /// The results of shared runs, for all threads.
     shared: Option<&'a SharedRuns>,
     maker: CaseMaker<'a>,
     bank: NoiseBank,
@@ -108,7 +107,6 @@ struct Worker<'a> {
 }
 
 impl<'a> Worker<'a> {
-    /// Returns the state of one of `threads` threads.
     fn new(plan: &'a Plan, part: &'a Part, shared: Option<&'a SharedRuns>, threads: usize) -> Self {
         // A seed repeats only if there are several points.
         let seeds_repeat = plan.design.points().is_some_and(|points| points > 1);
@@ -116,7 +114,6 @@ impl<'a> Worker<'a> {
         Self { plan, part, shared, maker: plan.maker(), bank, rows: PackRows::default() }
     }
 
-    /// Runs and writes one pack; returns the number of its cases.
     fn run(&mut self, pack: u64) -> Result<u64, SweepError> {
         let cases = self.part.layout().cases_of(pack);
         let mut known: BTreeMap<u64, Row> =
@@ -135,12 +132,11 @@ impl<'a> Worker<'a> {
         Ok(cases.end - cases.start)
     }
 
-    /// Returns a later case if a lane is free.
+    /// A later case, if a lane is free.
     fn ahead(&self, lanes_taken: usize) -> Option<u64> {
         self.shared.filter(|_| lanes_taken < PACK_CASES as usize)?.ahead()
     }
 
-    /// Runs cases, with later cases in free lanes.
     fn run_cases(&mut self, cases: &[u64]) -> Result<Vec<(u64, Row)>, SweepError> {
         let columns = &self.plan.design.columns;
         let has_loop = columns.iter().any(Column::is_of_loop);

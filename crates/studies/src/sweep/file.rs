@@ -12,8 +12,9 @@ use trocar_scenario::{
 };
 
 /// The keys of a sweep file, with their meanings.
-pub const SWEEP_KEYS: [(&str, &str); 13] = [
+pub const SWEEP_KEYS: [(&str, &str); 14] = [
     ("name", "Name of the sweep's folder; the file name without extension when not given."),
+    ("question", "The question that the sweep answers, for its report."),
     ("base", "The scenario to vary: a path relative to this file, or a shipped one."),
     ("seeds", "Number of noise seeds per point, or a list of them; 1 when not given."),
     ("first_seed", "First noise seed, unless they are listed; the scenario's own when not given."),
@@ -31,14 +32,13 @@ pub const SWEEP_KEYS: [(&str, &str); 13] = [
     ("set", "Keys of the scenario with the same value in all cases, as in set.simulation.duration_s = 7.0."),
 ];
 
-/// The forms of an axis, for messages.
 const AXIS: &str = "a list, as in [1.0, 2.0], or { from = 0.5, to = 2.0, points = 16, log = true }, or \
                     { median = 1.0, spread = 1.5 }";
 
-/// The contents of a sweep file.
 #[derive(Debug)]
 pub(super) struct SweepFile {
     pub(super) name: Option<String>,
+    pub(super) question: Option<String>,
     pub(super) base: Option<Entry>,
     pub(super) set: Vec<Entry>,
     pub(super) axes: Vec<Axis>,
@@ -54,7 +54,6 @@ pub(super) struct SweepFile {
     pub(super) former_names: Vec<(String, String)>,
 }
 
-/// The entries of a range.
 #[derive(Default)]
 struct RangeEntries<'a> {
     path: &'a str,
@@ -77,7 +76,8 @@ impl SweepFile {
         entries.retain(|entry| !(matches!(entry.path.as_str(), "axes" | "set" | "design") && is_bare(entry)));
         // A key is the same with and without quotes, as in axes."scaling.force".
         entries.iter_mut().for_each(|entry| entry.path.retain(|letter| letter != '"'));
-        // In the order of the file, not alphabetically: the order of the axes is that of the cases.
+        // Sorted by position in the file instead of alphabetically, because the order of the axes determines the order
+        // of the cases.
         entries.sort_by_key(|entry| entry.key_place.span.start);
         let (axes, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("axes."));
         let (set, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("set."));
@@ -109,6 +109,7 @@ impl SweepFile {
         };
         Ok(Self {
             name: find("name").map(name).transpose()?,
+            question: find("question").map(line).transpose()?,
             base: find("base").cloned(),
             set: set.into_iter().map(strip).collect(),
             axes,
@@ -161,7 +162,6 @@ fn whole(entry: &Entry, min: u64, max: u64) -> Result<u64, ScenarioError> {
         .ok_or_else(|| must(entry, &format!("a whole number from {min} to {max}")))
 }
 
-/// The noise seeds of a list.
 fn listed_seeds(entry: &Entry) -> Result<Vec<u64>, ScenarioError> {
     let seed = |value: &toml::Value| value.as_integer().and_then(|value| u64::try_from(value).ok());
     let seeds = entry.value.as_array().and_then(|list| list.iter().map(seed).collect::<Option<Vec<u64>>>());
@@ -179,6 +179,11 @@ fn name(entry: &Entry) -> Result<String, ScenarioError> {
     let is_harmless = |name: &&str| harmless_name(name) == **name;
     let name = entry.value.as_str().filter(is_harmless);
     name.map(str::to_owned).ok_or_else(|| must(entry, "a string of letters, digits, '-' and '_', which names a folder"))
+}
+
+fn line(entry: &Entry) -> Result<String, ScenarioError> {
+    let is_line = |text: &&str| !text.trim().is_empty() && !text.contains(char::is_control);
+    entry.value.as_str().filter(is_line).map(str::to_owned).ok_or_else(|| must(entry, "a text of one line"))
 }
 
 fn scheme<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme, ScenarioError> {
@@ -218,7 +223,7 @@ fn grid<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme,
     }
 }
 
-/// The scheme, of given points with their number.
+/// Sets the number of points for given points; other schemes are unchanged.
 fn with_listed_points(scheme: SamplingScheme, axes: &[Axis]) -> Result<SamplingScheme, ScenarioError> {
     let SamplingScheme::List { .. } = scheme else { return Ok(scheme) };
     let points = axes.first().and_then(Axis::count).unwrap_or(1);
@@ -277,7 +282,6 @@ fn focus(entry: Option<&Entry>, columns: &[Column]) -> Result<Vec<usize>, Scenar
     texts(entry)?.into_iter().map(place).collect()
 }
 
-/// Returns the place of a text in a list.
 fn within(entry: &Entry, name: &str) -> Place {
     let Place { file, text, span } = entry.value_place.clone();
     let quoted = format!("\"{name}\"");
@@ -299,7 +303,7 @@ fn axes_of(entries: &[Entry], scheme: SamplingScheme) -> Result<Vec<Axis>, Scena
         let of_range = path.rsplit_once('.').filter(|(parent, _)| find_key(parent).is_some());
         let Some((parent, word)) = of_range else {
             let error = ScenarioError::new(format!("there is no key {path}")).at(Some(entry.key_place.clone()));
-            // The suggestion for a misspelt key of a range needs the path without the word of the range.
+            // The suggestion for a misspelt key of a range needs the path without the range's keyword.
             let stem = path.rsplit_once('.').filter(|(_, word)| AXIS_WORDS.contains(word));
             let near = nearest_key(stem.map_or(path, |(stem, _)| stem));
             return Err(match near {
@@ -334,7 +338,6 @@ fn axes_of(entries: &[Entry], scheme: SamplingScheme) -> Result<Vec<Axis>, Scena
     Ok(axes)
 }
 
-/// Rejects the keys that a sweep sets itself.
 fn refuse_own(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
     let error = |remedy: &str| {
         Err(ScenarioError::new(format!("{path} cannot be an axis")).at(Some(entry.key_place.clone())).remedy(remedy))
@@ -347,7 +350,7 @@ fn refuse_own(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
 }
 
 fn list(entry: &Entry, key: KeyAt, scheme: SamplingScheme) -> Result<Axis, ScenarioError> {
-    // For a key that holds a list, a list of numbers is one value.
+    // For a key with a list as its value, a list of numbers is one value.
     let items = entry.value.as_array().filter(|items| !items.is_empty());
     let items = items.filter(|items| key.kind != Kind::Numbers || items.iter().all(toml::Value::is_array));
     let Some(items) = items else {
@@ -359,7 +362,7 @@ fn list(entry: &Entry, key: KeyAt, scheme: SamplingScheme) -> Result<Axis, Scena
             let message = format!("{} has {item}, each must be {}", entry.path, key.kind);
             ScenarioError::new(message).at(Some(entry.value_place.clone()))
         })?;
-        // Given points may have one value in common.
+        // Given points may share a value.
         if !matches!(scheme, SamplingScheme::List { .. }) && values.contains(&value) {
             let message = format!("{} has {item} twice", entry.path);
             return Err(ScenarioError::new(message).at(Some(entry.value_place.clone())));
@@ -369,10 +372,8 @@ fn list(entry: &Entry, key: KeyAt, scheme: SamplingScheme) -> Result<Axis, Scena
     Ok(Axis { key, levels: Levels::List(values), place: entry.value_place.clone() })
 }
 
-/// The words of a range or a distribution.
 const AXIS_WORDS: [&str; 6] = ["from", "to", "points", "log", "median", "spread"];
 
-/// The axis of a log-normal distribution.
 fn distribution(entries: &RangeEntries<'_>, any: &Entry, is_grid: bool) -> Result<Axis, ScenarioError> {
     let RangeEntries { path, from, to, points, log, median, spread } = entries;
     let refuse = |entry: &Entry, message: String| Err(ScenarioError::new(message).at(Some(entry.key_place.clone())));
@@ -404,10 +405,8 @@ fn distribution(entries: &RangeEntries<'_>, any: &Entry, is_grid: bool) -> Resul
     Ok(Axis { key, levels: Levels::LogNormal { median: middle, spread: ratio }, place })
 }
 
-/// Largest ratio of a distribution.
 const MAX_SPREAD: f64 = 10.0;
 
-/// The groups of axes that vary together.
 fn correlations_of(
     entries: &[Entry],
     axes: &[Axis],

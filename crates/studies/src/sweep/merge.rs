@@ -1,8 +1,9 @@
-//! Join of the parts of a sweep that was computed in shards.
+//! Joins the parts of a sweep that was computed in shards.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::design::Design;
@@ -12,17 +13,17 @@ use super::plan::{layout, sha256, stored_design};
 use trocar_scenario::Source;
 
 /// The description of the part in a folder.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Manifest {
     /// Version of the program that started the sweep.
     pub trocar_version: String,
-    /// SHA-256 of the `sweep.toml` in the folder, which has all inputs of the sweep.
+    /// SHA-256 of the folder's `sweep.toml`, which contains all inputs of the sweep.
     pub sweep_sha256: String,
     /// Number of cases of the whole sweep.
     pub cases: u64,
     /// First case of this part, and one past its last case.
     pub part: (u64, u64),
-    /// Whether the tables are written and the part file is removed.
+    /// True if the tables are written and the part file is removed.
     pub is_complete: bool,
 }
 
@@ -46,7 +47,6 @@ pub struct Joined {
     pub rows: Rows,
 }
 
-/// The part in a folder.
 struct FolderPart {
     folder: PathBuf,
     hash: String,
@@ -61,7 +61,7 @@ fn read(path: &Path) -> Result<String, SweepError> {
     std::fs::read_to_string(path).or_else(|error| parts_error(format!("{} cannot be read: {error}", path.display())))
 }
 
-/// Verifies that folders have parts of one sweep with every case once, and joins them.
+/// Verifies that the parts in folders belong to one sweep and contain every case once, and joins them.
 ///
 /// # Errors
 /// [`SweepError::Parts`] otherwise, with the folder or the cases, and the remedy.

@@ -1,11 +1,12 @@
 //! Sweeps: many runs of a scenario with varied keys and many noise seeds.
 //!
 //! A sweep file ([`Plan`]) gives the values of keys and their combination ([`Design`]). Case `i` is computed from `i`
-//! alone, so that it has the same result alone, in a pack, in a shard and on any number of threads, and no data
-//! structure grows with the number of cases. The results are kept in a [`Part`]: a file with a slot for each pack of
-//! eight cases, written when the pack is complete. An interrupted sweep continues from there, and parts from different
-//! shards are joined by reading them in sequence.
+//! alone. Therefore its result is the same in a separate run, a pack or a shard and on any number of threads, and no
+//! data structure grows with the number of cases. A [`Part`] stores the results: a file with a slot for each pack of
+//! eight cases, which is written when the pack is complete. An interrupted sweep continues from there. Parts from
+//! different shards are joined by reading them in sequence.
 
+mod answer;
 mod axis;
 mod axis_column;
 mod case_tables;
@@ -35,7 +36,7 @@ pub use case_tables::case_tables;
 pub use columns::Column;
 pub use correlation::Correlation;
 pub use design::{Design, MAX_CASES, SamplingScheme, UnitCoordinates};
-pub use document::SweepReport;
+pub use document::{SweepFile, SweepReport};
 pub use drawn_cases::DrawnCases;
 pub use error::SweepError;
 pub use execute::{Execution, Progress, execute};
@@ -48,4 +49,4 @@ pub use schema::sweep_schema;
 pub use shard::Shard;
 pub use sobol::{MAX_DIMENSIONS, Sobol};
 pub use stability::LoopOfCase;
-pub use statistics::{Cell, Findings, HeatMap, Influence, Influences, Spread, Summary, findings};
+pub use statistics::{Cell, Findings, HeatMap, Influence, Influences, LevelMean, Spread, Summary, findings};

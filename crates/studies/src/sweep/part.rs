@@ -1,8 +1,8 @@
 //! The file with the results of the cases until all are complete.
 //!
-//! Every pack of eight cases has a slot, at an offset that follows from the pack's number. Packs are written in the
-//! order of completion and at once, so an interruption loses only those in progress. A slot begins with a checksum over
-//! its content, its number and the sweep's hash; a slot that is torn, empty or of another sweep is computed again.
+//! Every pack of eight cases has a slot, at an offset that follows from the pack's number. Packs are written
+//! immediately when they complete, so an interruption loses only the packs in progress. A slot begins with a checksum
+//! over its content, its number and the sweep's hash. A slot that is torn, empty or of another sweep is computed again.
 
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -15,7 +15,6 @@ use super::error::SweepError;
 /// Number of consecutive cases that run together.
 pub const PACK_CASES: u64 = 8;
 
-/// Number of packs per read.
 const BLOCK_PACKS: u64 = 1024;
 
 /// The outcome of a case.
@@ -30,7 +29,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// The outcome of a run; a sweep does not tell whether a swing lasts.
+    /// Converts the outcome of a run; a sweep does not detect sustained oscillations.
     #[must_use]
     pub fn of(outcome: trocar_metrics::Outcome) -> Self {
         match outcome {
@@ -39,7 +38,7 @@ impl Outcome {
         }
     }
 
-    /// Returns the word in files.
+    /// Returns the name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -80,14 +79,14 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Returns the cases of a pack; the last one may have fewer than eight.
+    /// The cases of a pack; the last pack may have fewer than eight.
     #[must_use]
     pub fn cases_of(&self, pack: u64) -> Range<u64> {
         let first = pack * PACK_CASES;
         first.min(self.cases)..(first + PACK_CASES).min(self.cases)
     }
 
-    /// Returns the number of cases of the part.
+    /// The number of cases of the part.
     #[must_use]
     pub fn part_cases(&self) -> u64 {
         self.cases.min(self.packs.end * PACK_CASES) - self.cases.min(self.packs.start * PACK_CASES)
@@ -113,7 +112,6 @@ impl Layout {
         })
     }
 
-    /// Returns whether a slot is intact.
     fn is_intact(&self, pack: u64, slot: &[u64]) -> bool {
         let cases = self.cases_of(pack);
         slot.len() >= self.slot_words(cases.end - cases.start)
@@ -158,7 +156,7 @@ impl Part {
         let locked = part.file.lock().unwrap_or_else(PoisonError::into_inner).try_lock();
         match locked {
             Err(TryLockError::WouldBlock) => Err(SweepError::Busy { path: path.to_owned() }),
-            // File systems without locks, such as some network drives, have no protection.
+            // File systems without locks, such as some network drives, are not protected.
             Ok(()) | Err(TryLockError::Error(_)) => Ok(part),
         }
     }
@@ -179,13 +177,13 @@ impl Part {
         }
     }
 
-    /// Returns the layout.
+    /// The layout.
     #[must_use]
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// Returns the path of the file.
+    /// The path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -212,7 +210,7 @@ impl Part {
         write().map_err(|error| self.failed(error))
     }
 
-    /// Returns whether the slot of a pack is intact.
+    /// Returns true if the slot of a pack is intact.
     ///
     /// # Errors
     /// [`SweepError::Io`].
@@ -222,7 +220,6 @@ impl Part {
         Ok(self.layout.is_intact(pack, &slots))
     }
 
-    /// Reads the slots of packs up to the end of the file.
     fn read(&self, packs: Range<u64>, words: &mut Vec<u64>) -> Result<(), SweepError> {
         let mut bytes = vec![];
         let mut read = || {
@@ -237,7 +234,7 @@ impl Part {
         Ok(())
     }
 
-    /// Calls `each` for each pack, with its slot if it is intact.
+    /// Calls `each` for each pack, with its slot if intact.
     fn scan(&self, mut each: impl FnMut(u64, Option<&[u64]>) -> Result<(), SweepError>) -> Result<(), SweepError> {
         let Range { start, end } = self.layout.packs;
         let slot_words = self.layout.slot_words(PACK_CASES);
@@ -255,7 +252,7 @@ impl Part {
         Ok(())
     }
 
-    /// Returns the number of complete cases.
+    /// Counts the complete cases.
     ///
     /// # Errors
     /// [`SweepError::Io`].
@@ -275,7 +272,7 @@ impl Part {
 pub struct Rows(pub Vec<Part>);
 
 impl Rows {
-    /// Calls `each` for each case in order, with its outcome and its values; NaN if undefined.
+    /// Calls `each` for each case in order, with its outcome and its values; undefined values are NaN.
     ///
     /// # Errors
     /// [`SweepError::Io`] of a part, [`SweepError::Parts`] for a missing pack, or the error of `each`.

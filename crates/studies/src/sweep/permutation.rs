@@ -1,8 +1,8 @@
-//! A pseudo-random permutation that needs no memory.
+//! A pseudo-random permutation in constant memory.
 
-/// A pseudo-random permutation of `0..length`, computed number by number.
+/// A pseudo-random permutation of `0..length`, computed element by element.
 ///
-/// A balanced Feistel network over the next even number of binary digits, iterated until the result is below the length
+/// It is a balanced Feistel network over the next even number of bits, iterated until the result is below the length
 /// (Black and Rogaway, *Ciphers with Arbitrary Finite Domains*, CT-RSA 2002): at most four steps on average.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Permutation {
@@ -11,18 +11,18 @@ pub struct Permutation {
     half_bits: u32,
 }
 
-/// Number of rounds: four are sufficient for a pseudo-random result, two more cost little.
+/// Number of rounds: four are sufficient for a pseudo-random result, and two more cost little.
 const ROUNDS: u64 = 6;
 
 impl Permutation {
-    /// Returns the permutation of `0..length` of a key.
+    /// Creates the permutation of `0..length` for a key.
     #[must_use]
     pub fn new(length: u64, key: u64) -> Self {
         let bits = u64::BITS - length.saturating_sub(1).leading_zeros();
         Self { length, key, half_bits: bits.div_ceil(2).max(1) }
     }
 
-    /// Returns the image of `index`, which is below the length.
+    /// The image of `index`, which must be below the length.
     #[must_use]
     pub fn at(&self, index: u64) -> u64 {
         let mut at = index;
@@ -80,7 +80,7 @@ mod tests {
             sum(&|i| (a(i) - middle) * (b(i) - middle)) / variance
         };
         let (one, other) = (Permutation::new(length, 1), Permutation::new(length, 2));
-        // For independent sequences it is normal with a standard deviation of 1/√4999.
+        // For independent sequences the correlation is normal with a standard deviation of 1/√4999.
         assert!(correlation(&|i| i as f64, &|i| one.at(i) as f64).abs() < 0.06);
         assert!(correlation(&|i| other.at(i) as f64, &|i| one.at(i) as f64).abs() < 0.06);
         assert!(correlation(&|i| one.at((i + 1) % length) as f64, &|i| one.at(i) as f64).abs() < 0.06);

@@ -29,11 +29,11 @@ pub struct Plan {
     canonical: String,
 }
 
-/// Number of axes whose corners are all checked before the sweep starts; the ends of the other axes are checked one by
-/// one.
+/// Maximum number of axes for which all corners are checked before the sweep starts; the ends of further axes are
+/// checked one by one.
 const MAX_CORNER_AXES: usize = 7;
 
-/// Returns whether a file is a sweep file: a table with axes.
+/// Returns true if a file is a sweep file: a table with axes.
 #[must_use]
 pub fn is_sweep(source: &Source) -> bool {
     entries(source).is_ok_and(|entries| entries.iter().any(is_axis))
@@ -74,7 +74,6 @@ impl Plan {
         Self::of(file, source, (base, None), settings)
     }
 
-    /// Returns the sweep of a file and a base, with the place of the base if the file names it.
     fn of(
         file: SweepFile,
         source: &Source,
@@ -99,32 +98,31 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Returns all inputs of the sweep: every choice, the resolved scenario and the version. Equal texts mean equal
-    /// sweeps.
+    /// All inputs of the sweep: every choice, the resolved scenario and the version. Equal texts mean equal sweeps.
     #[must_use]
     pub fn canonical(&self) -> &str {
         &self.canonical
     }
 
-    /// Returns the SHA-256 of [`Plan::canonical`], in hexadecimal digits.
+    /// The SHA-256 of [`Plan::canonical`], in hexadecimal digits.
     #[must_use]
     pub fn hash(&self) -> String {
         sha256(self.canonical.as_bytes())
     }
 
-    /// Returns whether the scenario or an axis sets a key, so that its value does not follow from another.
+    /// Returns true if the scenario or an axis sets a key, so that its value is not derived from another key.
     #[must_use]
     pub fn gives(&self, path: &str) -> bool {
         self.template.gives(path)
     }
 
-    /// Returns the layout of a shard's part.
+    /// The layout of a shard's part.
     #[must_use]
     pub fn layout(&self, shard: Shard) -> Layout {
         layout(&self.design, &self.canonical, shard.range(self.design.cases().div_ceil(PACK_CASES)))
     }
 
-    /// Returns the builder of the scenarios of cases; each thread has its own.
+    /// Creates a builder of the scenarios of cases; each thread needs one.
     #[must_use]
     pub fn maker(&self) -> CaseMaker<'_> {
         let (coordinates, values) = (vec![], vec![]);
@@ -137,7 +135,7 @@ impl Plan {
         }
     }
 
-    /// Returns the resolved scenario of a case.
+    /// The resolved scenario of a case.
     ///
     /// # Errors
     /// As [`Scenario::load`].
@@ -147,7 +145,8 @@ impl Plan {
         self.template.whole(&values, self.design.seed(case))
     }
 
-    /// Checks that every axis acts: for the kinds of the first case, or because the kinds are an axis as well.
+    /// Checks that every axis has an effect, either in the first case or because another axis varies the keys on which
+    /// the effect depends.
     fn check_acting(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
         let values = self.template.first().values();
@@ -166,8 +165,7 @@ impl Plan {
             .remedy(format!("remove the axis, or change {} in [set]", acts.key)))
     }
 
-    /// Resolves and builds scenarios at the ends of the axes, so that invalid values are errors before the sweep
-    /// starts.
+    /// Resolves and builds scenarios at the ends of the axes, to report invalid values before the sweep starts.
     fn check_corners(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
         let mut factory = self.template.factory();
@@ -202,7 +200,6 @@ impl Plan {
         corners.iter().try_for_each(|values| self.check_case(&mut factory, values))
     }
 
-    /// Resolves and builds the scenario of some values.
     fn check_case(&self, factory: &mut CaseFactory<'_>, values: &[Value]) -> Result<(), ScenarioError> {
         let built = factory.build(values, self.design.first_seed).and_then(|scenario| scenario.build().map(drop));
         built.map_err(|error| {
@@ -222,7 +219,7 @@ impl Plan {
                 hash_signals(&self.template.whole(&values, self.design.first_seed)?, &mut signals);
             }
         }
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(
             text,
             "\n[resolved]\ntrocar_version = \"{}\"\nsignals_sha256 = \"{}\"\n",
@@ -231,7 +228,7 @@ impl Plan {
         );
         let echo = self.template.first().echo();
         let mut is_in_section = false;
-        // A layer has a section by its name.
+        // Each layer is written as a section with its name.
         let mut in_list = None;
         for line in echo.lines() {
             if let Some(list) = line.strip_prefix("[[").and_then(|line| line.strip_suffix("]]")) {
@@ -243,7 +240,7 @@ impl Plan {
                 in_list = None;
                 continue;
             }
-            // The content identifies a file on any machine, not its path; the seeds are those of the design.
+            // The content identifies a file on any machine, not its path. The seeds are part of the design.
             let is_apart = ["file = ", "delays_file = ", "seed = "].iter().any(|key| line.starts_with(key));
             if let Some(section) = line.strip_prefix('[') {
                 is_in_section = true;
@@ -256,7 +253,6 @@ impl Plan {
     }
 }
 
-/// Returns the layout of the part with given packs.
 pub(super) fn layout(design: &Design, canonical: &str, packs: std::ops::Range<u64>) -> Layout {
     let digest = Sha256::digest(canonical.as_bytes());
     let key = digest.iter().take(8).fold(0, |key, byte| key << 8 | u64::from(*byte));
@@ -269,7 +265,7 @@ pub(super) fn sha256(bytes: &[u8]) -> String {
 
 fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().fold(String::new(), |mut text, byte| {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(text, "{byte:02x}");
         text
     })
@@ -278,6 +274,7 @@ fn hexadecimal(bytes: &[u8]) -> String {
 fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
     Design {
         name: file.name.unwrap_or(stem),
+        question: file.question,
         axes: file.axes,
         correlations: file.correlations,
         scheme: file.scheme,
@@ -290,7 +287,7 @@ fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
     }
 }
 
-/// Returns the design of a stored canonical text.
+/// Reads the design from a stored canonical text.
 ///
 /// # Errors
 /// [`ScenarioError`] for another text.
@@ -298,7 +295,6 @@ pub fn stored_design(source: &Source) -> Result<Design, ScenarioError> {
     Ok(design(SweepFile::of(entries(source)?, true)?, harmless_name(&source.stem()), 1))
 }
 
-/// Returns a design as a sweep file without its base.
 fn design_toml(design: &Design) -> String {
     let names = |columns: Vec<&Column>| {
         let names: Vec<_> = columns.iter().map(|column| format!("{:?}", column.name)).collect();
@@ -308,9 +304,11 @@ fn design_toml(design: &Design) -> String {
         Some(seeds) => format!("seeds = {seeds:?}"),
         None => format!("seeds = {}\nfirst_seed = {}", design.seeds, design.first_seed),
     };
+    let question = design.question.as_ref().map(|text| format!("question = {}\n", toml::Value::String(text.clone())));
     let mut text = format!(
-        "name = {}\n{seeds}\nmetrics = {}\nfocus = {}\ncsv = {}\n\n[design]\nkind = \"{}\"\n",
+        "name = {}\n{}{seeds}\nmetrics = {}\nfocus = {}\ncsv = {}\n\n[design]\nkind = \"{}\"\n",
         toml::Value::String(design.name.clone()),
+        question.unwrap_or_default(),
         names(design.columns.iter().collect()),
         names(design.focus.iter().map(|index| &design.columns[*index]).collect()),
         design.csv,
@@ -333,7 +331,6 @@ fn design_toml(design: &Design) -> String {
     text
 }
 
-/// Hashes the contents of the files that a scenario replays.
 fn hash_signals(scenario: &Scenario, hash: &mut Sha256) {
     let mut numbers = |numbers: &[f64]| {
         hash.update((numbers.len() as u64).to_le_bytes());
@@ -358,7 +355,7 @@ fn describe(design: &Design, values: &[Value]) -> String {
     axes.map(|(axis, value)| format!("{} = {}", axis.key.path, value.to_toml())).collect::<Vec<_>>().join(", ")
 }
 
-/// Returns the lines of two canonical texts that are not in both, by section.
+/// The lines of two canonical texts that only one of them contains, by section.
 #[must_use]
 pub fn difference(stored: &str, current: &str) -> String {
     let lines = |text: &str| {
@@ -397,17 +394,17 @@ pub struct CaseMaker<'a> {
 }
 
 impl CaseMaker<'_> {
-    /// Returns the scenario of a case.
+    /// Builds the scenario of a case.
     ///
     /// # Errors
-    /// [`SweepError::Case`] for a combination of values that a scenario file cannot have.
+    /// [`SweepError::Case`] for a combination of values that is invalid in a scenario file.
     pub fn scenario(&mut self, case: u64) -> Result<Scenario, SweepError> {
         self.sampler.values(case, &mut self.coordinates, &mut self.values);
         let scenario = self.factory.build(&self.values, self.design.seed(case));
         scenario.map_err(|error| self.refused(case, error.into()))
     }
 
-    /// Returns the error of a case.
+    /// The error of a case.
     #[must_use]
     pub fn refused(&self, case: u64, source: RunError) -> SweepError {
         let (mut coordinates, mut values) = (vec![], vec![]);
@@ -421,7 +418,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_difference_shows_what_changed_and_nothing_else() {
+    fn a_difference_shows_only_the_changed_lines() {
         let there = "seeds = 1\n[axes]\nscaling.force = [1.0]\n[resolved.slave]\nvelocity_gain = 15.0\n";
         let here = "seeds = 2\n[axes]\nscaling.force = [1.0]\nscaling.position = [1.0]\n[resolved.slave]\nvelocity_gain = 15.0\n";
         assert_eq!(difference(there, here), "  - seeds = 1\n  + seeds = 2\n  + axes.scaling.position = [1.0]\n");

@@ -5,10 +5,11 @@ use serde_json::{Map, Value as Json, json};
 use super::columns::Column;
 use super::design::SamplingScheme;
 use super::file::SWEEP_KEYS;
+use trocar_core::settings::{Key, Kind};
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
-use trocar_scenario::{KEYS, Kind, json_schema};
+use trocar_scenario::{KEYS, json_schema, number_schema};
 
-/// Returns the JSON Schema (draft 2020-12) of a sweep file.
+/// The JSON Schema (draft 2020-12) of a sweep file.
 #[must_use]
 pub fn sweep_schema() -> Json {
     let about = |key: &str| SWEEP_KEYS.iter().find(|(known, _)| *known == key).map_or("", |(_, about)| *about);
@@ -31,11 +32,11 @@ pub fn sweep_schema() -> Json {
     }
     let mut axes = json!({ "type": "object", "additionalProperties": false, "properties": {} });
     for key in KEYS.iter().filter(|key| !matches!(key.path, "name" | "simulation.seed")) {
-        insert(&mut axes, &key.path.split('.').collect::<Vec<_>>(), axis(key.kind, key.meaning));
+        insert(&mut axes, &key.path.split('.').collect::<Vec<_>>(), axis(key));
     }
     let mut layer = json!({ "type": "object", "additionalProperties": false, "properties": {} });
     for key in LAYER_KEYS {
-        insert(&mut layer, &[key.path.rsplit('.').next().unwrap_or(key.path)], axis(key.kind, key.meaning));
+        insert(&mut layer, &[key.path.rsplit('.').next().unwrap_or(key.path)], axis(key));
     }
     let by_name = json!({ "type": "object", "additionalProperties": layer });
     insert(&mut axes, &LAYER_LIST.split('.').collect::<Vec<_>>(), by_name);
@@ -48,6 +49,7 @@ pub fn sweep_schema() -> Json {
         "required": ["base"],
         "properties": {
             "name": with(json!({ "type": "string", "minLength": 1 }), "name"),
+            "question": with(json!({ "type": "string", "minLength": 1 }), "question"),
             "base": with(json!({ "type": "string", "minLength": 1 }), "base"),
             "seeds": with(
                 json!({ "anyOf": [
@@ -102,13 +104,16 @@ fn insert(schema: &mut Json, path: &[&str], property: Json) {
     }
 }
 
-fn axis(kind: Kind, meaning: &str) -> Json {
+fn axis(key: &Key) -> Json {
+    let (kind, meaning) = (key.kind, key.meaning);
+    // A quantity may have a unit, as in "30ms".
+    let number = || Json::Object(number_schema(key.path));
     let list = |items: Json| json!({ "type": "array", "minItems": 1, "items": items });
     let mut ways = vec![list(match kind {
-        Kind::Number(_) => json!({ "type": "number" }),
+        Kind::Number(_) => number(),
         Kind::Whole(_) => json!({ "type": "integer" }),
         Kind::Sign => json!({ "enum": [1, -1] }),
-        Kind::Numbers => list(json!({ "type": "number" })),
+        Kind::Numbers => list(number()),
         Kind::Flag => json!({ "type": "boolean" }),
         Kind::Choice(words) => json!({ "enum": words }),
         Kind::Text | Kind::File => json!({ "type": "string" }),
@@ -119,20 +124,22 @@ fn axis(kind: Kind, meaning: &str) -> Json {
             "additionalProperties": false,
             "required": ["from", "to"],
             "properties": {
-                "from": { "type": "number" },
-                "to": { "type": "number" },
+                "from": number(),
+                "to": number(),
                 "points": { "type": "integer", "minimum": 2 },
                 "log": { "type": "boolean" },
             }
         }));
     }
     if matches!(kind, Kind::Number(_)) {
+        let mut median = number();
+        median["exclusiveMinimum"] = json!(0);
         ways.push(json!({
             "type": "object",
             "additionalProperties": false,
             "required": ["median", "spread"],
             "properties": {
-                "median": { "type": "number", "exclusiveMinimum": 0 },
+                "median": median,
                 "spread": { "type": "number", "exclusiveMinimum": 1, "maximum": 10 },
             }
         }));

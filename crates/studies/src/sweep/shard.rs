@@ -14,20 +14,20 @@ impl Shard {
     /// The whole sweep.
     pub const WHOLE: Self = Self { index: 1, count: 1 };
 
-    /// Returns whether the shard is the whole sweep.
+    /// Returns true if the shard is the whole sweep.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.count == 1
     }
 
-    /// Returns its share of `packs` packs; consecutive shards leave no gap.
+    /// The shard's range of `packs` packs; consecutive shards leave no gap.
     #[must_use]
     pub fn range(&self, packs: u64) -> Range<u64> {
         let end = |index: u64| (u128::from(packs) * u128::from(index) / u128::from(self.count)) as u64;
         end(self.index - 1)..end(self.index)
     }
 
-    /// Returns the name of its folder in the sweep's folder.
+    /// The name of the shard's folder in the sweep's folder.
     #[must_use]
     pub fn folder(&self) -> String {
         format!("shard-{}-of-{}", self.index, self.count)

@@ -1,8 +1,8 @@
 //! Shared runs of cases that differ only in the detector's threshold.
 //!
-//! [`run_with_equivalents`](super::equivalent_thresholds::run_with_equivalents) returns with a run the higher
-//! thresholds with which it is identical, bit for bit, so their cases need no run. A hundred thresholds need only a few
-//! runs.
+//! [`run_with_equivalents`](super::equivalent_thresholds::run_with_equivalents) returns a run with the higher
+//! thresholds for which it is identical, bit for bit. The cases of these thresholds need no run, so that a hundred
+//! thresholds need only a few runs.
 
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -13,20 +13,18 @@ use super::design::SamplingScheme;
 use super::part::Outcome;
 use super::plan::Plan;
 
-/// Maximum number of thresholds with stored results, over all groups; beyond it, all stored results are removed.
+/// Maximum number of thresholds with stored results, over all groups. Beyond it, all stored results are removed.
 const MAX_KEPT: usize = 1 << 20;
 
-/// The result of a case.
 #[derive(Debug, Clone)]
 pub(super) struct Row {
     pub(super) outcome: Outcome,
     pub(super) values: Vec<Option<f64>>,
 }
 
-/// The threshold axis of a sweep, and the results of cases that are not written yet.
+/// The threshold axis of a sweep, and the results of cases that have not been written.
 #[derive(Debug)]
 pub(super) struct SharedRuns {
-    /// The values of the axis, in its order.
     thresholds: Vec<f64>,
     /// Distance of two cases with consecutive thresholds.
     stride: u64,
@@ -37,28 +35,26 @@ pub(super) struct SharedRuns {
 
 #[derive(Debug, Default)]
 struct Known {
-    /// Groups by their first case.
     groups: HashMap<u64, Group>,
     /// Groups with missing results that no thread is computing.
     open: BTreeSet<u64>,
 }
 
-/// Cases that differ only in the threshold.
 #[derive(Debug)]
 struct Group {
-    /// For each threshold, the index of its result in `rows`, if it is known.
+    /// For each threshold, the index of its result in `rows`, if known.
     places: Vec<Option<u32>>,
     rows: Vec<Row>,
-    /// Number of its cases in the part that have not been read.
+    /// Number of the group's cases in the part that have not been read.
     unread: usize,
 }
 
 impl SharedRuns {
-    /// Returns the shared runs of the cases of a part; `None` if no cases differ only in the threshold.
+    /// Creates the shared runs for the cases of a part; `None` if no cases differ only in the threshold.
     pub(super) fn of(plan: &Plan, cases: Range<u64>) -> Option<Self> {
         let design = &plan.design;
         let at = design.axes.iter().position(|axis| axis.key.path == "detector.threshold")?;
-        // A cap that follows from the threshold differs too, and metrics of the closed loop are computed for each case.
+        // A cap derived from the threshold also differs, and metrics of the closed loop are computed for each case.
         let is_usable = design.scheme == SamplingScheme::Grid && plan.gives("detector.cap");
         if !is_usable || design.columns.iter().any(Column::is_of_loop) {
             return None;
@@ -69,18 +65,17 @@ impl SharedRuns {
         (thresholds.len() > 1).then(|| Self { thresholds, stride, cases, known: Mutex::default() })
     }
 
-    /// Returns the number of consecutive cases that hold whole groups.
+    /// The number of consecutive cases that contain whole groups.
     pub(super) fn span(&self) -> u64 {
         self.stride * self.thresholds.len() as u64
     }
 
-    /// Returns the first case of a case's group, and the index of the case's threshold.
+    /// The first case of a case's group, and the index of the case's threshold.
     fn place(&self, case: u64) -> (u64, usize) {
         let at = (case / self.stride) % self.thresholds.len() as u64;
         (case - at * self.stride, at as usize)
     }
 
-    /// Returns the threshold indices of a group's cases in the part.
     fn places(&self, first: u64) -> impl Iterator<Item = usize> {
         (0..self.thresholds.len()).filter(move |&at| self.cases.contains(&(first + at as u64 * self.stride)))
     }
@@ -89,13 +84,12 @@ impl SharedRuns {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns whether there are no stored results.
     #[cfg(test)]
     pub(super) fn is_empty(&self) -> bool {
         self.known().groups.is_empty()
     }
 
-    /// Returns the result of a case, if it is known, and marks it as read.
+    /// Returns the result of a case, if known, and marks it as read.
     pub(super) fn take(&self, case: u64) -> Option<Row> {
         let (first, at) = self.place(case);
         let mut known = self.known();
@@ -108,7 +102,7 @@ impl SharedRuns {
         Some(row)
     }
 
-    /// Returns the thresholds below `cap` to track in the run of a case, which starts now.
+    /// The thresholds below `cap` to track in the run of a case, which starts now.
     pub(super) fn higher(&self, case: u64, cap: f64) -> Vec<f64> {
         let (first, at) = self.place(case);
         let mut known = self.known();
@@ -119,7 +113,7 @@ impl SharedRuns {
         unknown.filter(|&threshold| threshold > self.thresholds[at] && threshold < cap).collect()
     }
 
-    /// Returns a case that still needs a run and that no thread is computing.
+    /// A case that still needs a run and that no thread is computing.
     pub(super) fn ahead(&self) -> Option<u64> {
         let mut known = self.known();
         let first = known.open.pop_first()?;
@@ -130,7 +124,6 @@ impl SharedRuns {
         Some(first + lowest as u64 * self.stride)
     }
 
-    /// Stores the result of a case, which is the same for the `equivalent` thresholds.
     pub(super) fn keep(&self, case: u64, row: Row, equivalent: &[f64]) {
         let (first, own) = self.place(case);
         let count = self.thresholds.len();

@@ -3,12 +3,12 @@
 /// Maximum number of coordinates of a point.
 pub const MAX_DIMENSIONS: usize = TABLE.len() + 1;
 
-/// Number of binary digits of a coordinate: one less than a double in [0, 1) holds exactly.
+/// Number of bits of a coordinate: one less than a double in [0, 1) represents exactly.
 const BITS: u32 = 52;
 
-/// Inner coefficients of the primitive polynomial, and the first direction numbers, of the second coordinate and the
-/// following ones: S. Joe and F. Y. Kuo, *Constructing Sobol sequences with better two-dimensional projections*, SIAM J. Sci.
-/// Comput. 30, 2635-2654 (2008), their table new-joe-kuo-6.21201.
+/// Inner coefficients of the primitive polynomial and first direction numbers, from the second coordinate on: S. Joe
+/// and F. Y. Kuo, *Constructing Sobol sequences with better two-dimensional projections*, SIAM J. Sci. Comput. 30,
+/// 2635-2654 (2008), table new-joe-kuo-6.21201.
 const TABLE: [(u64, &[u64]); 20] = [
     (0, &[1]),
     (1, &[1, 3]),
@@ -35,12 +35,13 @@ const TABLE: [(u64, &[u64]); 20] = [
 /// The sequence of one coordinate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sobol {
-    /// Direction numbers by binary digit of the index, the lowest first; the leading digit of a coordinate is bit 51.
+    /// Direction numbers by bit of the index, the lowest first; the leading bit of a coordinate is bit 51.
     directions: [u64; BITS as usize],
 }
 
 impl Sobol {
-    /// Returns the sequence of coordinate `dimension`, below [`MAX_DIMENSIONS`] (higher ones repeat the last one).
+    /// Creates the sequence of coordinate `dimension`, which must be below [`MAX_DIMENSIONS`]; higher ones repeat the
+    /// last one.
     ///
     /// `m_k = 2 a_1 m_{k-1} ⊕ … ⊕ 2^{s-1} a_{s-1} m_{k-s+1} ⊕ 2^s m_{k-s} ⊕ m_{k-s}`, and `v_k = m_k / 2^k`.
     #[must_use]
@@ -62,11 +63,11 @@ impl Sobol {
         Self { directions }
     }
 
-    /// Returns the coordinate of point `index`, in [0, 1), with its binary digits inverted at the ones in the 52 lowest
-    /// digits of `shift`.
+    /// The coordinate of point `index`, in [0, 1), with the bits inverted that are set in the 52 lowest bits of
+    /// `shift`.
     ///
-    /// The points are in the order of the Gray code (Antonov and Saleev, 1979). The inversion of digits keeps the
-    /// sequence even and moves the first point away from the corner.
+    /// The points are in the order of the Gray code (Antonov and Saleev, 1979). The inversion keeps the sequence even,
+    /// and moves the first point away from the corner.
     #[must_use]
     pub fn coordinate(&self, index: u64, shift: u64) -> f64 {
         let mut left = index ^ (index >> 1);
@@ -85,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn oracle_points_are_those_of_another_implementation() {
+    fn oracle_points_agree_with_another_implementation() {
         // scipy 1.17.1: qmc.Sobol(21, scramble=False, bits=52).random(64)[37].
         let expected = [
             0.921875, 0.640625, 0.578125, 0.921875, 0.765625, 0.296875, 0.171875, 0.796875, 0.609375, 0.171875,
@@ -99,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn every_dyadic_interval_holds_its_share_shifted_or_not() {
+    fn every_dyadic_interval_contains_its_share_with_and_without_a_shift() {
         for dimension in 0..MAX_DIMENSIONS {
             for shift in [0, 0x9_e377_9b97_f4a7] {
                 let sequence = Sobol::new(dimension);

@@ -23,7 +23,7 @@ pub struct LoopOfCase<'a> {
 }
 
 impl<'a> LoopOfCase<'a> {
-    /// Returns the closed loop of a case's scenario.
+    /// Returns the closed loop of a case's scenario; every quantity is computed when it is first read.
     #[must_use]
     pub fn new(scenario: &'a Scenario) -> Self {
         Self {
@@ -38,7 +38,6 @@ impl<'a> LoopOfCase<'a> {
         }
     }
 
-    /// The loop at the worst stiffness of the case's tissue.
     fn settings(&self) -> Option<&LinearLoop> {
         self.settings.get_or_init(|| linear_loop(self.scenario).ok()).as_ref()
     }
@@ -71,7 +70,6 @@ impl<'a> LoopOfCase<'a> {
         }
     }
 
-    /// Whether the analysis leaves out a part of the scenario.
     fn leaves_out(&self) -> bool {
         *self.leaves_out.get_or_init(|| {
             let delays = self.settings().and_then(|settings| VaryingDelays::of(self.scenario, settings).ok().flatten());
@@ -90,7 +88,6 @@ impl<'a> LoopOfCase<'a> {
     }
 }
 
-/// Returns a verdict as a number.
 fn as_number(holds: bool) -> f64 {
     f64::from(u8::from(holds))
 }
@@ -99,32 +96,32 @@ metrics! {
     impl Loop for LoopOfCase<'_> {
         /// Magnitude of the largest pole of the loop, per tick; motions decay if it is below 1.
         spectral_radius = "spectral radius", Number, Lower => |l| Some(l.mode()?.spectral_radius);
-        /// True (1) if the loop is stable at every stiffness of its tissue and out of contact, by its matrices, otherwise 0; none if the matrices leave out a part of the scenario.
+        /// 1 if the loop is stable at every stiffness of its tissue and in free motion, by its matrices, else 0; undefined if the matrices leave out a part of the scenario.
         is_stable = "is stable", Count, Higher => |l| {
             let stable = l.is_stable()?;
             (!l.leaves_out()).then(|| as_number(stable))
         };
-        /// The worst stiffness of the tissue in N/m, to which spectral radius, mode and margins belong.
+        /// Worst stiffness of the tissue in N/m, at which spectral radius, mode and margins are computed.
         stiffness_n_per_m = "worst stiffness", NewtonPerMetre, Neither => |l| Some(l.settings()?.stiffness_n_per_m);
-        /// Whether a small motion decays in a run of the engine: 1 or 0; none if it neither decays nor grows.
+        /// 1 if a small motion decays in a run of the engine, 0 if it grows; undefined if it does neither.
         is_stable_simulated = "is stable, simulated", Count, Higher => |l| l.simulated();
-        /// Damping ratio of the dominant mode; below 0 it grows.
+        /// Damping ratio of the dominant mode; below 0 the mode grows.
         damping_ratio = "damping ratio", Number, Higher => |l| Some(l.mode()?.damping_ratio);
         /// Frequency of the dominant mode in Hz.
         frequency_hz = "frequency", Number, Neither => |l| Some(l.mode()?.frequency_hz);
-        /// Growth rate of the dominant mode in 1/s; below 0 it decays.
+        /// Growth rate of the dominant mode in 1/s; below 0 the mode decays.
         growth_per_s = "growth", Number, Lower => |l| Some(l.mode()?.growth_per_s);
-        /// Factor by which the loop's gain may change before the loop becomes unstable.
+        /// Factor on the loop gain at which the loop becomes unstable.
         gain_margin = "gain margin", Number, Higher => |l| l.margins()?.gain;
-        /// Phase in rad that the loop may lose before it becomes unstable.
+        /// Additional phase lag in rad at which the loop becomes unstable.
         phase_margin_rad = "phase margin", Number, Higher => |l| l.margins()?.phase_rad;
-        /// Delay that may be added to the loop before it becomes unstable.
+        /// Additional delay at which the loop becomes unstable.
         delay_margin_s = "delay margin", Second, Higher => |l| l.margins()?.delay_s;
-        /// Whether the loop is stable with any passive hand and any passive tissue: 1 or 0.
+        /// 1 if the loop is stable with any passive hand and any passive tissue, else 0.
         is_absolutely_stable = "is absolutely stable", Count, Higher => |l| Some(as_number(l.ports()?.0));
-        /// Whether the teleoperator is passive: 1 or 0.
+        /// 1 if the teleoperator is passive, else 0.
         is_passive = "is passive", Count, Higher => |l| Some(as_number(l.ports()?.1));
-        /// Minimum time of teleoperation between events for which the decay of motions is certified; none if the analysis leaves out a part of the scenario.
+        /// Minimum time of teleoperation between events for which the decay of motions is certified; undefined if the analysis leaves out a part of the scenario.
         certified_dwell_s = "certified dwell", Second, Lower => |l| l.certified_dwell_s();
     }
 }

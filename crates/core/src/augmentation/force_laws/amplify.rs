@@ -1,4 +1,4 @@
-//! A force whose variation is scaled.
+//! Force law that scales the variation of the force.
 
 use super::{AugmentedTick, BuiltIn, ForceLaw};
 use crate::lane::Lane;
@@ -12,11 +12,9 @@ crate::settings! {
     }
 }
 
-/// `F = max(F* + κ (F_e - F*), min(F*, 0))`: the measured variation is scaled, so the drop still depends on the size of
-/// the rupture.
+/// `F = max(F* + κ (F_e - F*), min(F*, 0))`. The drop still depends on the size of the rupture.
 ///
-/// `|ΔF| <= κ |ΔF_e|`. If the force already pulls at the alarm, that force is the floor, since a jump to 0 would be
-/// felt.
+/// `|ΔF| <= κ |ΔF_e|`. If the force already pulls at the alarm, `F*` is the floor, because a jump to 0 would be felt.
 #[derive(Debug, Clone)]
 pub struct Amplify<L> {
     gain: L,

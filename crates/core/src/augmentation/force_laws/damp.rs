@@ -1,4 +1,4 @@
-//! Variable impedance: the master's damping rises during the event.
+//! Force law that adds damping to the master during the event (variable impedance).
 
 use super::{AugmentedTick, BuiltIn, ForceLaw};
 use crate::lane::Lane;
@@ -7,14 +7,15 @@ crate::settings! {
     /// Settings of the added damping.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DampSettings in "augmentation.damp_" {
-        /// Damping that the damp law adds to the master; 0: the feedback force is the measured one.
+        /// Damping that the damp law adds to the master; with 0 the feedback force is the measured force.
         damping_n_s_per_m: f64 [NON_NEGATIVE] = 100.0,
         /// Time constant with which the added damping rises.
         time_constant_s: f64 [POSITIVE] = 0.03,
     }
 }
 
-/// `F = F_e + b_k v_h` with `b_k = b (1 - exp(-k T/τ))`, `k` the ticks since the alarm: the hand is braked, wherever it goes.
+/// `F = F_e + b_k v_h` with `b_k = b (1 - exp(-k T/τ))`, `k` the ticks since the alarm. Brakes the hand in both
+/// directions.
 ///
 /// `|ΔF| <= |ΔF_e| + |Δ(b_k v_h)|`.
 #[derive(Debug, Clone)]
@@ -66,7 +67,7 @@ mod tests {
             })
         };
         for _ in 0..2 {
-            // In a second event it rises from 0 again, and its braking too.
+            // In a second event the damping rises from 0 again.
             let mut braking_before = 0.0;
             for tick in 1..=40 {
                 let velocity = if tick % 2 == 0 { 0.01 } else { -0.03 };

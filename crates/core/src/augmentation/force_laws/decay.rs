@@ -14,8 +14,7 @@ crate::settings! {
     }
 }
 
-/// `F = F∞ + (F⁻ - F∞) exp(-T/τ)` with `F∞ = ratio · F*`: the same sharp drop at every rupture, independent of its
-/// size.
+/// `F = F∞ + (F⁻ - F∞) exp(-T/τ)` with `F∞ = ratio · F*`. The drop is sharp and independent of the rupture's size.
 ///
 /// `|ΔF| <= |F⁻ - F∞| (1 - exp(-T/τ))`.
 #[derive(Debug, Clone)]
@@ -48,9 +47,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_force_goes_to_its_share_of_the_anchor_and_may_change_by_what_decays_in_a_tick() {
+    fn the_force_decays_to_its_ratio_of_the_anchor_and_may_change_by_one_tick_of_decay() {
         let mut law = Decay::<f64>::build(&DecaySettings { ratio: 0.25, time_constant_s: 0.02 }, 1e-3);
-        // A force that is not the anchor, so that both count.
+        // The last force differs from the anchor, so both enter the result.
         let now = AugmentedTick {
             anchor_n: 4.0,
             last_n: 3.0,

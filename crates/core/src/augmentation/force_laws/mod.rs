@@ -1,4 +1,4 @@
-//! The role of the force law, and the built-in laws: the feedback force while the slave is frozen.
+//! The force law gives the feedback force while the slave is frozen.
 //!
 //! A built-in law is one file of this folder and one line of the registry below.
 
@@ -22,7 +22,7 @@ pub struct AugmentedTick<L: Lane> {
     pub last_n: L,
     /// `F_e`: the measured force, scaled to the master, in N.
     pub measured_n: L,
-    /// Magnitude of its change since the tick before, in N.
+    /// Magnitude of the change of `measured_n` since the tick before, in N.
     pub moved_n: L,
     /// The master's velocity in m/s.
     pub velocity_m_per_s: L,
@@ -32,12 +32,12 @@ pub struct AugmentedTick<L: Lane> {
 
 /// Gives the feedback force while the slave is frozen.
 ///
-/// The return to the measured force is the same for all laws: a cross-fade from the law's last force. A user-defined
-/// law implements this for `f64`; the built-in laws for any number of lanes.
+/// All laws return to the measured force by the same cross-fade, from the law's last force. A user-defined law
+/// implements this trait for `f64`, the built-in laws for any number of lanes.
 pub trait ForceLaw<L: Lane> {
-    /// The feedback force, and its largest allowed change from the last tick, both in N.
+    /// The feedback force and its largest allowed change from the last tick, both in N.
     ///
-    /// Called at ticks at which any lane is frozen; the results of the other lanes are not used.
+    /// Called at ticks at which any lane is frozen; the results of the other lanes are ignored.
     fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L);
 }
 
@@ -63,7 +63,7 @@ crate::registry! {
 }
 
 impl<L: Lane> AnyForceLaw<L> {
-    /// The law of the settings, on ticks `tick_s` apart (s).
+    /// Creates the law of the settings for ticks of `tick_s`.
     #[must_use]
     pub fn new(settings: &ForceLawSettings, tick_s: f64) -> Self {
         of_kind!(settings, Part(own) => Part::<L>::build(own, tick_s).into())

@@ -1,4 +1,4 @@
-//! The slave follows the hand as before: only the force or a cue tells of the event.
+//! Hold that lets the slave follow the hand: only the force or a cue marks the event.
 
 use core::marker::PhantomData;
 

@@ -1,4 +1,4 @@
-//! The slave follows the hand, but not into the region behind the layer.
+//! Hold that keeps the slave out of the region behind the layer.
 
 use super::{BuiltIn, HeldTick, Hold};
 use crate::lane::Lane;
@@ -12,7 +12,7 @@ crate::settings! {
     }
 }
 
-/// `x_ref = min(hand, anchor + margin)`: as a freeze for a hand that moves on, but the needle can be withdrawn.
+/// `x_ref = min(hand, anchor + margin)`. Stops the insertion like a freeze, but allows withdrawal.
 #[derive(Debug, Clone)]
 pub struct ForbiddenRegion<L> {
     margin: L,

@@ -1,4 +1,4 @@
-//! The slave does not move: the freeze of section 5.1.
+//! Hold that freezes the slave (section 5.1).
 
 use core::marker::PhantomData;
 

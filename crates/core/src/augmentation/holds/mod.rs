@@ -1,4 +1,4 @@
-//! The role of the hold, and the built-in holds: the slave's reference during an event.
+//! The hold gives the slave's reference during an event.
 //!
 //! A built-in hold is one file of this folder and one line of the registry below.
 
@@ -15,14 +15,14 @@ pub use speed_limit::{SpeedLimit, SpeedLimitSettings};
 use super::BuiltIn;
 use crate::lane::Lane;
 
-/// Inputs of a hold at a tick. All positions are in m, on the slave's scale.
+/// Inputs of a hold at a tick: positions in m, on the slave's scale.
 #[derive(Debug, Clone, Copy)]
 pub struct HeldTick<L> {
-    /// Where the slave was at the alarm.
+    /// Position of the slave at the alarm.
     pub anchor_m: L,
-    /// The slave's reference at the tick before; at the first tick of an event the anchor.
+    /// The slave's reference at the tick before; the anchor at the first tick of an event.
     pub last_m: L,
-    /// Where the slave would be without the event: the hand's position with the offset left by a clutch.
+    /// Reference of the slave without the event: the hand's position plus the offset left by a clutch.
     pub hand_m: L,
 }
 
@@ -33,24 +33,24 @@ pub trait Hold<L: Lane> {
 }
 
 crate::registry! {
-    /// What holds the slave during an event: a freeze, a speed limit, a region that it must not enter, or nothing.
+    /// Hold the slave during an event: by a freeze, a speed limit, a forbidden region, or not at all.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum HoldSettings at "augmentation.hold" = Frozen;
     /// Any of the built-in holds.
     pub enum AnyHold<L> by (each, of_kind) stored;
 
-    /// It is frozen.
+    /// The slave is frozen.
     "freeze" => Frozen = freeze::Frozen,
-    /// It follows the hand.
+    /// The slave follows the hand.
     "none" => Following = follow::Following,
-    /// It follows the hand at a bounded speed.
+    /// The slave follows the hand at a bounded speed.
     "speed-limit" => SpeedLimit(SpeedLimitSettings) = speed_limit::SpeedLimit,
-    /// It follows the hand, but not beyond where it was at the alarm.
+    /// The slave follows the hand, but no deeper than its position at the alarm plus a margin.
     "forbidden-region" => ForbiddenRegion(ForbiddenRegionSettings) = forbidden_region::ForbiddenRegion,
 }
 
 impl<L: Lane> AnyHold<L> {
-    /// The hold of the settings, on ticks `tick_s` apart (s).
+    /// Creates the hold of the settings for ticks of `tick_s`.
     #[must_use]
     pub fn new(settings: &HoldSettings, tick_s: f64) -> Self {
         of_kind!(settings, Part(own) => Part::<L>::build(own, tick_s).into())

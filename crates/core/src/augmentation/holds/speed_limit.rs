@@ -1,4 +1,4 @@
-//! The slave follows the hand at a bounded speed.
+//! Hold that limits the slave's speed.
 
 use super::{BuiltIn, HeldTick, Hold};
 use crate::lane::Lane;
@@ -12,7 +12,7 @@ crate::settings! {
     }
 }
 
-/// `x_ref = x_ref⁻ + clamp(hand - x_ref⁻, -v T, v T)`: the needle can go on, but slowly.
+/// `x_ref = x_ref⁻ + clamp(hand - x_ref⁻, -v T, v T)`. The insertion can continue slowly.
 #[derive(Debug, Clone)]
 pub struct SpeedLimit<L> {
     step: L,

@@ -1,8 +1,8 @@
-//! An event from the alarm to the return: times, forces, references.
+//! One event from the alarm to the return to teleoperation: times, forces, references.
 
 use super::*;
 
-/// Whether the slave is frozen at each tick: the hand moves on, and a snap ends the freeze with a jump to it.
+/// Returns the ticks at which the slave is frozen. The hand moves on, and a snap ends the freeze with a jump to it.
 fn frozen_ticks(automaton: AutomatonSettings, timeline: impl Fn(Timeline) -> Timeline) -> Vec<usize> {
     let settings = AugmentationSettings { automaton, reengage: Reengage::Snap, blend_s: 0.01, ..settings() };
     let commands = timeline(Timeline::new(settings)).run(1500, |_| 4.0);
@@ -10,7 +10,6 @@ fn frozen_ticks(automaton: AutomatonSettings, timeline: impl Fn(Timeline) -> Tim
     (0..1500).filter(|&tick| (commands[tick].slave_reference_m - hand(tick)).abs() > 1e-12).collect()
 }
 
-/// The first and the last frozen tick of a single event.
 fn freeze(automaton: AutomatonSettings, timeline: impl Fn(Timeline) -> Timeline) -> (usize, usize) {
     let ticks = frozen_ticks(automaton, timeline);
     let (first, last) = (ticks[0], ticks[ticks.len() - 1]);
@@ -26,7 +25,7 @@ fn a_freeze_lasts_for_its_minimum_while_g_is_quiet() {
 
 #[test]
 fn a_freeze_without_a_minimum_waits_for_the_quiet_time_after_the_alarm() {
-    // g was quiet before the alarm, too; that does not count.
+    // Quiet samples before the alarm do not count.
     let automaton = AutomatonSettings { min_hold_s: 0.0, exit_quiet_s: 0.08, ..Default::default() };
     assert_eq!(freeze(automaton, |timeline| timeline.alarm_at(100)), (100, 179));
 }
@@ -70,7 +69,7 @@ fn the_refractory_period_begins_with_the_return_and_ends_on_its_last_tick() {
 }
 
 #[test]
-fn an_alarm_is_taken_only_if_it_opens_an_event() {
+fn an_alarm_is_taken_only_if_it_begins_an_event() {
     let timeline = Timeline::new(settings()).alarm_at(100).alarm_at(300).alarm_at(860).alarm_at(1100);
     let taken = |commands: &[Command<f64>]| -> Vec<usize> {
         (0..commands.len()).filter(|&tick| commands[tick].alarm_taken).collect()
@@ -93,7 +92,7 @@ fn the_weight_of_a_cross_fade_rises_smoothly_from_0_to_1() {
     assert_eq!(weights, [0.0, 0.15625, 0.5, 0.84375, 1.0]);
 }
 
-/// A force that varies: 4 N, falling by 1 N per second.
+/// A measured force that falls from 4 N by 1 N per second.
 fn falling(tick: u64) -> f64 {
     4.0 - 1e-3 * tick as f64
 }
@@ -113,7 +112,7 @@ fn at_the_release_the_force_fades_from_the_last_augmented_one_to_the_measured_on
     let force = ForceLawSettings::Decay(DecaySettings { ratio: 0.25, time_constant_s: 0.01 });
     let settings = AugmentationSettings { force, blend_s: 0.08, ..settings() };
     let commands = Timeline::new(settings).alarm_at(100).run(1000, falling);
-    // After 500 ms the decay has ended: a quarter of the force just before the alarm.
+    // After 500 ms the decay has ended at a quarter of the force just before the alarm.
     let held = 0.25 * falling(99);
     assert!((commands[599].feedback_force_n - held).abs() < 1e-12, "{}", commands[599].feedback_force_n);
     let mut weight_before = 0.0;
@@ -132,7 +131,7 @@ fn at_the_release_the_force_fades_from_the_last_augmented_one_to_the_measured_on
     assert!((680..1000).all(|tick| commands[tick as usize].feedback_force_n == falling(tick)));
 }
 
-/// The modes of an event with a short freeze, as the slave's side sends them: 100 ticks of teleoperation, 50 frozen, re-engaging.
+/// The modes sent by the slave's side: 100 ticks of teleoperation, 50 frozen, then re-engaging.
 fn sent() -> (AugmentationSettings, Vec<SlaveCommand<f64>>) {
     let automaton = AutomatonSettings { min_hold_s: 0.05, ..Default::default() };
     let force = ForceLawSettings::Decay(DecaySettings { ratio: 0.0, time_constant_s: 1e-3 });
@@ -155,7 +154,7 @@ fn received(ticks: impl IntoIterator<Item = usize>) -> Vec<f64> {
 
 #[test]
 fn if_the_end_of_a_freeze_is_lost_the_force_still_returns_through_the_cross_fade() {
-    // From the last frozen tick on, the modes of the re-engaging are lost.
+    // The modes of the re-engaging are lost from the last frozen tick on.
     let forces = received((90..150).chain(200..280));
     let frozen = forces[59];
     assert!(frozen < 1e-9, "{frozen}");
@@ -177,12 +176,12 @@ fn if_the_re_engaging_is_cut_short_the_cross_fade_goes_on() {
 }
 
 #[test]
-fn if_the_freeze_is_lost_there_is_nothing_to_fade() {
+fn if_the_freeze_is_lost_the_force_is_not_faded() {
     assert!(received((90..100).chain(150..300)).iter().all(|&force| force == 4.0));
 }
 
 #[test]
-fn a_second_event_is_anchored_at_its_own_force() {
+fn a_second_event_uses_the_force_at_its_own_alarm_as_anchor() {
     let automaton = AutomatonSettings { min_hold_s: 0.05, refractory_s: 0.0, ..Default::default() };
     let force = ForceLawSettings::Amplify(AmplifySettings { gain: 2.0 });
     let settings = AugmentationSettings { automaton, force, reengage: Reengage::Snap, ..settings() };
@@ -195,7 +194,7 @@ fn a_second_event_is_anchored_at_its_own_force() {
 }
 
 #[test]
-fn a_cue_is_given_with_augmentation_alone() {
+fn a_cue_is_given_only_with_augmentation() {
     let (_, sent) = sent();
     let gives = |enabled, cue| {
         let supervisor =
@@ -206,7 +205,7 @@ fn a_cue_is_given_with_augmentation_alone() {
     assert_eq!([gives(true, false), gives(false, true), gives(false, false)], [[false; 3]; 3]);
 }
 
-/// The references of an event with a freeze of 50 ms from tick 100 on, for a hand at a position at each tick.
+/// The references of an event with a freeze of 50 ms from tick 100 on, for a hand position per tick.
 fn references(reengage: Reengage, hand: impl Fn(u64) -> f64, force: impl Fn(u64) -> f64) -> Vec<f64> {
     let automaton = AutomatonSettings { min_hold_s: 0.05, ..Default::default() };
     let settings = AugmentationSettings { automaton, reengage, blend_s: 0.0, ..settings() };
@@ -235,10 +234,10 @@ fn a_ramp_closes_a_gap_of_either_sign_at_its_speed() {
 }
 
 #[test]
-fn a_ramp_until_load_stops_at_its_rise_above_the_lowest_force() {
+fn a_ramp_until_load_stops_at_the_set_rise_above_the_lowest_force() {
     let hand = |tick: u64| 1e-3 * ((tick.clamp(100, 150) - 100) as f64 / 50.0);
     let reengage = Reengage::RampUntilLoad { approach_speed_m_per_s: 0.02, stop_rise_n: 0.5 };
-    // The force falls to 1 N at tick 160, and then rises by 0.1 N a tick: by 0.5 N at 165.
+    // The force falls to 1 N at tick 160, then rises by 0.1 N per tick, to 0.5 N above the minimum at tick 165.
     let force = |tick: u64| if tick < 160 { 2.0 } else { 1.0 + 0.1 * (tick - 160) as f64 };
     let references = references(reengage, hand, force);
     assert!((references[164] - 14.0 * 2e-5).abs() < 1e-12, "{}", references[164]);
@@ -258,7 +257,7 @@ fn a_clutch_keeps_its_offset_in_the_next_event() {
 }
 
 #[test]
-fn a_gathered_supervisor_commands_as_the_one_in_its_first_lane() {
+fn a_gathered_supervisor_gives_the_same_commands_as_the_supervisor_in_its_first_lane() {
     let holds = [
         HoldSettings::Frozen,
         HoldSettings::Following,
@@ -303,7 +302,7 @@ fn a_supervisor_continues_from_its_stored_state() {
             let command = supervisor.update(&now, now.force_n, 0.01);
             (command.slave_reference_m, command.feedback_force_n, command.allowed_step_n)
         };
-        // In the freeze, and while it re-engages.
+        // While frozen, and while re-engaging.
         for stored_at in [130, 640] {
             let mut used = Supervisor::<f64>::new(&settings, THRESHOLD, TICK_S, 0.0);
             for tick in 0..stored_at {
@@ -320,7 +319,7 @@ fn a_supervisor_continues_from_its_stored_state() {
 
 #[cfg(feature = "alloc")]
 #[test]
-fn a_boxed_law_is_the_law_in_it() {
+fn a_boxed_law_behaves_like_the_law_in_it() {
     use alloc::boxed::Box;
     let settings = settings();
     let motion = || HeldReference::new(settings.freeze, settings.reengage, TICK_S, 0.0);

@@ -21,7 +21,7 @@ impl Timeline {
         self.alarms.push(tick);
         self
     }
-    /// `g` stays above the threshold until this tick.
+    /// Keeps `g` above the threshold until this tick.
     fn above_until(mut self, tick: u64) -> Self {
         self.above_until = tick;
         self
@@ -46,7 +46,6 @@ impl Timeline {
     }
 }
 
-/// The modes with the tick at which each begins.
 fn modes(commands: &[Command<f64>]) -> Vec<(usize, u8)> {
     let mut changes = vec![];
     for (tick, command) in commands.iter().enumerate() {
@@ -63,14 +62,14 @@ fn settings() -> AugmentationSettings {
 }
 
 #[test]
-fn an_event_holds_reengages_and_ends() {
+fn an_event_freezes_reengages_and_ends() {
     let commands = Timeline::new(settings()).alarm_at(100).run(2000, |_| 4.0);
-    // In 0.5 s of hold the hand moves ahead by 5 mm + 0.1 mm, which takes 255 ms to close at 20 mm/s.
+    // In 0.5 s of freeze the hand moves ahead by 5 mm + 0.1 mm; closing this gap at 20 mm/s takes 255 ms.
     assert_eq!(modes(&commands), [(0, 0), (100, 1), (600, 2), (856, 0)]);
 }
 
 #[test]
-fn a_large_residual_holds_the_freeze_until_max_hold() {
+fn a_large_residual_prolongs_the_freeze_to_max_hold() {
     let commands = Timeline::new(settings()).alarm_at(100).above_until(5000).run(2000, |_| 4.0);
     assert_eq!(modes(&commands)[2], (1100, 2));
 }
@@ -82,14 +81,14 @@ fn the_hysteresis_waits_for_quiet() {
 }
 
 #[test]
-fn no_alarm_is_taken_during_an_event_nor_in_the_refractory_time() {
+fn no_alarm_is_taken_during_an_event_or_in_the_refractory_period() {
     let timeline = Timeline::new(settings()).alarm_at(100).alarm_at(300).alarm_at(700).alarm_at(1000).alarm_at(1056);
     let commands = timeline.run(1200, |_| 4.0);
     assert_eq!(modes(&commands), [(0, 0), (100, 1), (600, 2), (856, 0), (1056, 1)]);
 }
 
 #[test]
-fn a_ramp_never_moves_the_reference_faster_than_hand_and_catch_up_together() {
+fn a_ramp_never_moves_the_reference_faster_than_hand_speed_plus_catch_up_speed() {
     let commands = Timeline::new(settings()).alarm_at(100).run(2000, |_| 4.0);
     let step = |pair: &[Command<f64>]| (pair[1].slave_reference_m - pair[0].slave_reference_m).abs();
     let fastest = commands[101..].windows(2).map(step).fold(0.0, f64::max);
@@ -97,7 +96,7 @@ fn a_ramp_never_moves_the_reference_faster_than_hand_and_catch_up_together() {
 }
 
 #[test]
-fn a_clutch_keeps_the_gap_and_a_snap_jumps_it() {
+fn a_clutch_keeps_the_gap_and_a_snap_closes_it_at_once() {
     let with = |reengage| Timeline::new(AugmentationSettings { reengage, ..settings() }).alarm_at(100);
     let clutch = with(Reengage::Clutch).run(2000, |_| 4.0);
     let gap = 0.01 * 1.999 - clutch[1999].slave_reference_m;
@@ -108,7 +107,7 @@ fn a_clutch_keeps_the_gap_and_a_snap_jumps_it() {
 }
 
 #[test]
-fn the_slave_is_frozen_where_it_was_told() {
+fn the_slave_is_frozen_at_the_configured_position() {
     let at = |freeze| {
         let commands = Timeline::new(AugmentationSettings { freeze, ..settings() }).alarm_at(100).run(400, |_| 4.0);
         (commands[100].slave_reference_m, commands[399].slave_reference_m)
@@ -120,7 +119,7 @@ fn the_slave_is_frozen_where_it_was_told() {
 }
 
 #[test]
-fn a_speed_limit_a_region_and_nothing_let_the_slave_go_as_far_as_they_say() {
+fn the_slave_moves_as_far_as_a_speed_limit_a_region_or_no_hold_allows() {
     let at = |hold| {
         let commands = Timeline::new(AugmentationSettings { hold, ..settings() }).alarm_at(100).run(500, |_| 4.0);
         (commands[100].slave_reference_m, commands[499].slave_reference_m)
@@ -152,7 +151,7 @@ fn without_a_hold_there_is_no_gap_to_close() {
 }
 
 #[test]
-fn a_ramp_until_load_stops_where_the_force_rises_and_keeps_the_rest() {
+fn a_ramp_until_load_stops_where_the_force_rises_and_keeps_the_remaining_gap() {
     let reengage = Reengage::RampUntilLoad { approach_speed_m_per_s: 0.02, stop_rise_n: 0.5 };
     let timeline = || Timeline::new(AugmentationSettings { reengage, ..settings() }).alarm_at(100);
     let free = timeline().run(2000, |_| 1.0);
@@ -165,7 +164,7 @@ fn a_ramp_until_load_stops_where_the_force_rises_and_keeps_the_rest() {
 }
 
 #[test]
-fn damping_is_added_to_the_measured_force_and_a_cue_touches_nothing() {
+fn damping_is_added_to_the_measured_force_and_a_cue_changes_no_force() {
     let force = ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 50.0, time_constant_s: 0.01 });
     let commands = Timeline::new(AugmentationSettings { force, ..settings() }).alarm_at(100).run(400, |_| 4.0);
     let exact = 4.0 + 50.0 * 0.01 * (1.0 - (-101.0 * TICK_S / 0.01_f64).exp());
@@ -176,7 +175,7 @@ fn damping_is_added_to_the_measured_force_and_a_cue_touches_nothing() {
     let timeline = Timeline::new(settings).alarm_at(100);
     let supervisor = timeline.supervisor.clone();
     let commands = timeline.run(800, |tick| 1e-3 * tick as f64);
-    // Afterwards the feedback force is blended from that of the end of the event.
+    // Afterwards the feedback force is blended from the force at the end of the event.
     let during = commands.iter().enumerate().filter(|(_, c)| c.mode.is_augmented());
     assert!(during.clone().count() > 100 && during.into_iter().all(|(k, c)| c.feedback_force_n == 1e-3 * k as f64));
     assert_eq!(
@@ -186,7 +185,7 @@ fn damping_is_added_to_the_measured_force_and_a_cue_touches_nothing() {
 }
 
 #[test]
-fn disabled_it_is_the_classical_scheme() {
+fn without_augmentation_the_scheme_is_the_classical_one() {
     let settings = AugmentationSettings { enabled: false, ..settings() };
     let commands = Timeline::new(settings).alarm_at(100).run(400, |tick| tick as f64);
     assert!(commands.iter().enumerate().all(|(k, c)| c.mode.is_teleoperation() && c.feedback_force_n == k as f64));

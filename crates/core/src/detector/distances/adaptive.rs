@@ -1,4 +1,4 @@
-//! The fall of the force, relative to what the force has done so far: a detector that is told nothing.
+//! The fall of the force relative to its usual changes: a detector that needs no configuration.
 
 use super::super::Evidence;
 use super::super::hypotheses::Hypotheses;
@@ -6,139 +6,138 @@ use super::tail::Tail;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask, by_index};
 
-/// The threshold: a fall of so many usual changes.
+/// Threshold, in multiples of the usual change.
 const THRESHOLD: f64 = 7.0;
 
-/// Least length of a bin in s: the samples of a bin are averaged.
+/// Smallest length of a bin in s. The samples of a bin are averaged.
 const BIN_S: f64 = 1e-3;
 
-/// Number of bins that are kept: at least the longest window and the reference before it.
+/// Number of stored bins: at least the longest window plus the reference before it.
 const BINS: usize = 64;
 
-/// Number of bins of which shorter extremes are kept: a longer one needs those of at most seven bins ago. Divides [`BINS`].
+/// Number of bins for which shorter extremes are stored. A longer extreme needs the shorter ones of at most seven bins
+/// ago. Divides [`BINS`].
 const SHORT: usize = 8;
 
-/// Number of bins of a median.
 const MEDIAN_BINS: usize = 3;
 
 /// Windows over which the force may fall, in s.
 const WINDOWS_S: [f64; 5] = [2e-3, 4e-3, 8e-3, 16e-3, 32e-3];
 
-/// Time before a window with which the force is compared, in s. The spike of an impact is shorter.
+/// Length of the reference before a window in s. Longer than the spike of an impact.
 const REFERENCE_S: f64 = 15e-3;
 
-/// Interval of the present velocity, in s.
+/// Interval over which the present velocity is measured, in s.
 const INSTANT_S: f64 = 4e-3;
 
-/// Slower motions count as rest, in m/s.
+/// Velocities below this count as rest, in m/s.
 const SLOW_M_PER_S: f64 = 2e-3;
 
-/// Share of the force that viscosity releases when the needle stops.
+/// Share of the force that viscosity can release when the needle stops.
 const VISCOUS_SHARE: f64 = 0.7;
 
-/// A needle that has lost less than this share of its velocity, and is faster than this in m/s, moves on.
+/// A needle moves on if it has lost less than this share of its velocity and is faster than [`MOVES_ON_M_PER_S`].
 const EVEN_SHARE: f64 = 0.1;
 const MOVES_ON_M_PER_S: f64 = 5e-3;
 
-/// Smallest fall, as a share of the force before it.
+/// Smallest fall that counts, as a share of the force before it.
 const LEAST_SHARE: f64 = 0.1;
 
-/// Smallest fall, as a share of the largest force of the last moments.
+/// Smallest fall that counts, as a share of the largest recent force.
 const LEAST_RECENT_SHARE: f64 = 0.05;
 
-/// Memory of that force, in s.
 const LOAD_MEMORY_S: f64 = 0.3;
 
-/// Memory of the scales, in s.
 const SCALE_MEMORY_S: f64 = 1.0;
 
-/// A change counts in its scale up to this multiple of it.
+/// Changes are clipped at this multiple of their scale before they update it.
 const CLIP: f64 = 3.0;
 
-/// Least scale, as a share of the step of the force.
+/// Smallest scale, as a share of the force sensor's step.
 const STEP_SHARE: f64 = 0.5;
 
-/// Least scale, in N.
 const LEAST_SCALE_N: f64 = 1e-9;
 
-/// Number of bins after which the scales are known.
+/// Number of bins after which the scales are valid.
 const KNOWN_BINS: f64 = 50.0;
 
-/// Memory of the stiffness, in s.
 const STIFFNESS_MEMORY_S: f64 = 0.3;
 
-/// Interval over which the stiffness is measured, in s.
 const STIFFNESS_INTERVAL_S: f64 = 8e-3;
 
-/// Forces and rises above this multiple of their scale are loads.
+/// Forces and rises above this multiple of their scale count as a load.
 const LOAD: f64 = 6.0;
 
-/// Memory of the stiffest load, in s.
 const STIFFEST_MEMORY_S: f64 = 5.0;
 
 /// Largest step of an encoder, in m.
 const MAX_RESOLUTION_M: f64 = 1e-4;
 
-/// Changes below these are rounding, in m and N.
+/// Changes below these are rounding errors, in m and N.
 const ROUNDING: [f64; 2] = [1e-9, 1e-6];
 
-/// A force that has not changed for so long is stuck, in s.
+/// A force that has been constant for this time is stuck, in s.
 const STUCK_S: f64 = 0.2;
 
-/// Longest time after an alarm that counts as the same fall, in s.
+/// Longest time after an alarm that belongs to the same fall, in s.
 const HOLD_S: f64 = 0.15;
 
-/// A force that has risen by this multiple of the scale over its lowest value ends the fall: a new load.
+/// A rise above the lowest force by this multiple of the scale ends the fall: a new load.
 const NEW_LOAD: f64 = 10.0;
 
-/// Number of bins for which it has to be there.
+/// Number of bins for which the new load must last.
 const NEW_LOAD_BINS: f64 = 2.0;
 
 /// The fall of the force, in multiples of its usual change.
 ///
-/// Samples are averaged in bins of at least 1 ms, and a median of three bins removes single outliers. With the force
-/// `f`, the position `x` and a stiffness `K` that a regression of changes of `f` on changes of `x` gives while there is
-/// a load, `r` is the force that the motion does not explain: `Δr = Δf - K Δx`. For each window `w`
+/// Samples are averaged in bins of at least 1 ms, and a median of three bins removes single outliers. Let `f` be the
+/// force, `x` the position and `K` the stiffness, from a regression of changes of `f` on changes of `x` under load. The
+/// surplus `r` is the force that the motion does not explain: `Δr = Δf - K Δx`. For each window `w`
 ///
 /// ```text
 /// fall_w = min(min r before the window - r - continued, max f before the window - f - released)
 /// s_k    = max over w of min(fall_w, max f) / c_w
 /// ```
 ///
-/// "before the window" is the 15 ms before it; after a load of at least a tenth of the force in these 15 ms, and for a needle that
-/// moves on through the fall, `min r` is that of the last two bins, as an impact stops a needle and a rupture lets it through. `c_w`
-/// is the running mean, over 1 s, of the changes over `w`, each clipped at three means, and at least half of the sensor's step.
-/// *released* is what a step back can release at the stiffest load seen so far, by what the encoder shows and one step more; a hand
-/// that lets go of a rigid stop is not a rupture. *continued* is what a fall that was under way adds at its rate: relaxation.
+/// - *before the window*: the 15 ms before it. `min r` covers only the last two bins if a load of at least a tenth of
+///   the force arrived in these 15 ms and the needle moves on through the fall: an impact stops a needle, a rupture
+///   lets it through.
+/// - `c_w`: the running mean, over 1 s, of the changes over `w`, each clipped at three means; at least half of the
+///   sensor's step.
+/// - *released*: the force that the retreat so far, plus one encoder step, can release at the stiffest load seen so
+///   far. A hand that lets go of a rigid stop is not a rupture.
+/// - *continued*: the amount that an earlier fall adds if it continues at its rate (relaxation).
 ///
-/// A fall counts as none if it is less than a tenth of the force, less than a twentieth of the largest force of the last 0.3 s, or
-/// less than 0.7 of the share of the force by which the needle has lost velocity: viscosity. So does every fall while the needle
-/// retreats or has been at rest for 64 bins, and within the same fall after an alarm: until no further tenth of the force is lost
-/// within 30 ms, or a new load has risen.
+/// A fall counts as 0 if it is
 ///
-/// Its constants are those of made recordings (`trocar roc --trials`), chosen on seeds apart from those that are reported.
+/// - less than a tenth of the force, or less than a twentieth of the largest force of the last 0.3 s,
+/// - less than 0.7 of the force, times the share of its velocity that the needle has lost (viscosity),
+/// - during a retreat of the needle, or after 64 bins of rest,
+/// - part of the fall after an alarm, which lasts until no further tenth of the force is lost within 30 ms, or a new
+///   load has risen.
+///
+/// The constants were chosen on synthetic recordings (`trocar roc --trials`), with other seeds than the reported ones.
 #[derive(Debug, Clone)]
 pub struct Adaptive<L> {
     bin: Bin<L>,
     times: Times,
-    /// Number of bins so far.
     bins: f64,
     newest: usize,
     force: [L; BINS],
-    /// The force that the motion does not explain.
+    /// The force that the motion does not explain, in N.
     surplus: [L; BINS],
     position: [L; BINS],
-    /// Maximum force, minimum surplus and maximum position of the reference up to each bin.
+    /// Maximum force, minimum surplus and maximum position over the reference that ends at each bin.
     peak: Extremes<L>,
     low: Extremes<L>,
     high: Extremes<L>,
-    /// Velocity over the reference up to each bin in m/s: the mean, or the last one if it is larger.
+    /// Velocity over the reference that ends at each bin in m/s: the larger of the mean and the last velocity.
     speed: [L; BINS],
     scales: [L; WINDOWS_S.len()],
     /// Running means of `Δx²` and `Δx Δf`.
     moments: [L; 2],
     stiffest: L,
-    /// The largest force of the last moments, decaying, in N.
+    /// The largest recent force, which decays, in N.
     recent_load: L,
     hold: FallHold<L>,
     /// The tail of the values, for a wanted rate of false alarms.
@@ -214,19 +213,16 @@ impl<L: Lane> Distance<L> for Adaptive<L> {
 }
 
 impl<L: Lane> Adaptive<L> {
-    /// The value of `bins` ago.
     #[inline(always)]
     fn ago(&self, values: &[L; BINS], bins: usize) -> L {
         values[before(self.newest, bins)]
     }
 
-    /// The change over the last `bins`.
     #[inline(always)]
     fn change(&self, values: &[L; BINS], bins: usize) -> L {
         values[self.newest] - self.ago(values, bins)
     }
 
-    /// Processes a bin.
     #[inline(always)]
     fn process(&mut self, force: L, position: L) {
         if self.bins == 0.0 {
@@ -252,7 +248,7 @@ impl<L: Lane> Adaptive<L> {
         self.learn(stiffness);
         let held = self.hold.update(force, self.scales[0], &self.times);
         if let Some(ended) = held.ended {
-            // The next fall counts from here.
+            // The next fall is measured from here.
             self.low.forget(ended, self.surplus[self.newest]);
             self.peak.forget(ended, force);
         }
@@ -268,7 +264,7 @@ impl<L: Lane> Adaptive<L> {
         };
     }
 
-    /// The stiffness in N/m, by a regression of changes of the force on changes of the position under load.
+    /// The stiffness in N/m, from a regression of force changes on position changes under load.
     #[inline(always)]
     fn stiffness(&mut self) -> L {
         let zero = L::zero();
@@ -283,36 +279,36 @@ impl<L: Lane> Adaptive<L> {
         L::select(squares.gt(zero), (products / squares).max(zero), zero)
     }
 
-    /// The velocity over the reference up to the newest bin in m/s: the mean, or the last one if it is larger.
+    /// The entry of `speed` for the newest bin.
     #[inline(always)]
     fn speed(&self) -> L {
         let (reference, instant) = (self.times.reference, self.times.instant);
         let mean = self.change(&self.position, reference) * L::splat(self.times.per_reference);
-        // An encoder's step is not yet a velocity.
+        // Ignore single encoder steps when estimating velocity.
         let at_last = (self.change(&self.position, instant) - self.bin.steps[0]) * L::splat(self.times.per_instant);
         mean.max(at_last)
     }
 
-    /// The largest of the relative falls over the windows.
     #[inline(always)]
     fn largest_fall(&self, stiffness: L) -> L {
         let zero = L::zero();
-        // Most forces have not fallen by the least share of any force before them, over any window.
+        // Fast path: most forces have not fallen by the smallest share below any earlier force, over any window.
         let may_count = self.force[self.newest].lt(self.maximum(&self.peak) * L::splat(1.0 - LEAST_SHARE));
         if !may_count.any() {
             return zero;
         }
-        // What a retreat from the deepest position can release.
+        // The force that a retreat from the deepest position can release.
         let retreat = self.maximum(&self.high) - self.position[self.newest] + self.bin.steps[0];
         let released = stiffness.max(self.stiffest) * retreat;
-        // The present velocity: the force is that of the bin before the last, and falls along with the velocity after it.
+        // The force is a median and lags by one bin. The velocity uses the next position, because the force falls with
+        // the velocity.
         let since = self.ago(&self.position, self.times.instant - 1);
         let velocity = (self.bin.position - since) * L::splat(self.times.per_instant);
         let mut largest = zero;
         for index in 0..WINDOWS_S.len() {
             largest = largest.max(self.relative_fall(index, velocity, released));
         }
-        // A position that has never changed, or only by coarse steps, says nothing of a needle at rest.
+        // A position that has never changed, or only by coarse steps, does not show that the needle is at rest.
         let is_at_rest = self.bin.steps[0].lt(L::splat(MAX_RESOLUTION_M))
             & !self.change(&self.position, BINS - 1).gt(L::splat(ROUNDING[0]));
         L::select(is_at_rest, zero, largest)
@@ -324,7 +320,7 @@ impl<L: Lane> Adaptive<L> {
         let reference = self.times.reference;
         let longest = BINS - 1 - reference;
         let mut maximum = maxima.whole[self.newest];
-        // The maxima of four references side by side cover both.
+        // The maxima of four adjacent references cover both.
         for part in 1..4 {
             maximum = maximum.max(self.ago(&maxima.whole, (part * reference).min(longest)));
         }
@@ -336,7 +332,7 @@ impl<L: Lane> Adaptive<L> {
     fn relative_fall(&self, index: usize, velocity: L, released: L) -> L {
         let zero = L::zero();
         let window = self.times.windows[index];
-        // A retreating needle: as nothing counts, nothing is computed.
+        // Skip the computation while the needle retreats, because no fall counts then.
         let advances = self.change(&self.position, window).ge(zero);
         if !advances.any() {
             return zero;
@@ -359,17 +355,17 @@ impl<L: Lane> Adaptive<L> {
             .max(L::splat(LEAST_RECENT_SHARE) * self.recent_load);
         let counts = fall.gt(least) & advances;
         let scale = self.scales[index].max(self.bin.steps[1] * L::splat(STEP_SHARE)).max(L::splat(LEAST_SCALE_N));
-        // Nothing falls by more than there was: noise around zero force is no fall.
+        // A fall is at most the force before it: noise around zero force is not a fall.
         L::select(counts, fall.min(peak), zero) / scale
     }
 
-    /// Updates the scales and the stiffest load.
     #[inline(always)]
     fn learn(&mut self, stiffness: L) {
         let share = L::splat((1.0 / self.bins).max(self.times.scale_share));
-        // Medians of three bins share bins with the next two, and change too little over them.
+        // Medians of three bins share bins with the next two medians, so their change over fewer than three bins is too
+        // small.
         let windows = by_index!(WINDOWS_S.len(), 0, |i| self.times.windows[i].max(MEDIAN_BINS));
-        // Array by array rather than window by window, which the processor's vectors need.
+        // The loops run array by array rather than window by window, so that the compiler can vectorise them.
         let rises = by_index!(WINDOWS_S.len(), |i| self.change(&self.force, windows[i]));
         let advances = by_index!(WINDOWS_S.len(), |i| self.change(&self.position, windows[i]));
         let unexplained =
@@ -393,14 +389,13 @@ crate::lane::gather!(Adaptive {
     bin, force, surplus, position, peak, low, high, speed, scales, moments, stiffest, recent_load, hold, tail, value
 } same { times, bins, newest } stored);
 
-/// The bin so many before another one.
 #[inline(always)]
 fn before(bin: usize, bins: usize) -> usize {
     (bin + BINS - bins) % BINS
 }
 
-/// The extremes of a signal over the last two, four and eight bins and over the reference, up to each bin: each is the extreme of two
-/// of the next shorter.
+/// The extremes of a signal over the last two, four and eight bins and over the reference, for each bin. Each is
+/// computed from two shorter extremes.
 #[derive(Debug, Clone)]
 struct Extremes<L> {
     twos: [L; BINS],
@@ -414,7 +409,7 @@ impl<L: Lane> Extremes<L> {
         Self { twos: [value; BINS], fours: [value; SHORT], eights: [value; SHORT], whole: [value; BINS] }
     }
 
-    /// Processes the newest of the values; `more` is the minimum or the maximum of two.
+    /// Adds the newest value; `more` is the minimum or the maximum of two.
     #[inline(always)]
     fn update(&mut self, values: &[L; BINS], newest: usize, reference: usize, more: impl Fn(L, L) -> L) {
         let one = values[newest];
@@ -433,7 +428,7 @@ impl<L: Lane> Extremes<L> {
         };
     }
 
-    /// Forgets what was, in the lanes of the mask, as if every bin until now had had this value.
+    /// Resets the lanes of the mask, as if every bin so far had had this value.
     #[inline(always)]
     fn forget(&mut self, mask: L::Mask, value: L) {
         let Self { twos, fours, eights, whole } = self;
@@ -445,11 +440,10 @@ impl<L: Lane> Extremes<L> {
 
 crate::lane::gather!(Extremes { twos, fours, eights, whole } stored);
 
-/// The times in bins, and what follows from them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Times {
     windows: [usize; WINDOWS_S.len()],
-    /// What a fall over the reference adds over each window at its rate, in multiples of it.
+    /// Ratio of the window to the reference: the continuation of a fall, in multiples of the fall over the reference.
     trends: [f64; WINDOWS_S.len()],
     reference: usize,
     stiffness: usize,
@@ -466,7 +460,6 @@ struct Times {
 }
 
 impl Times {
-    /// The times in bins of a length in s.
     fn of(bin_s: f64) -> Self {
         // A bin is at least 1 ms long, so the longest window and the reference before it are at most 47 of the 64 bins.
         let bins = |time_s: f64| (libm::round(time_s / bin_s) as usize).max(1);
@@ -490,25 +483,22 @@ impl Times {
     }
 }
 
-/// They follow from the settings.
+/// Stores nothing, because all values follow from the settings.
 impl crate::lane::Stored for Times {
     fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
 }
 
-/// The mean of some samples, without outliers of single bins, and the steps of the sensors.
+/// The mean of the samples of a bin, the median of three bins, and the steps of the sensors.
 #[derive(Debug, Clone)]
 struct Bin<L> {
-    /// Samples in a bin, and so far.
+    /// Number of samples per bin, and number of samples so far.
     samples: usize,
     filled: usize,
     has_any: bool,
-    /// Sums of the position and the force.
     sums: [L; 2],
-    /// The last sample.
     last: [L; 2],
-    /// Least change between two samples: the steps of encoder (m) and sensor (N), or less.
+    /// Smallest change between two samples: at most the step of the encoder (m) and of the sensor (N).
     steps: [L; 2],
-    /// Bins since the force changed.
     unchanged: L,
     /// Forces of the last three bins, and the position of the last one.
     forces: [L; MEDIAN_BINS],
@@ -531,7 +521,7 @@ impl<L: Lane> Bin<L> {
         }
     }
 
-    /// Adds a sample; returns the force and the position of the bin before, if this sample completes one.
+    /// Adds a sample. If it completes a bin, returns the force and the position of the bin before.
     #[inline(always)]
     fn add(&mut self, force: L, position: L) -> Option<(L, L)> {
         let sample = [position, force];
@@ -565,26 +555,21 @@ impl<L: Lane> Bin<L> {
 
 crate::lane::gather!(Bin { sums, last, steps, unchanged, forces, position } same { samples, filled, has_any } stored);
 
-/// The fall after an alarm, which raises no other alarm.
+/// The fall after an alarm. It raises no further alarm.
 #[derive(Debug, Clone)]
 struct FallHold<L> {
-    /// The lowest force of it, in N.
     lowest: L,
-    /// Bins since then; negative if no fall is held.
+    /// Bins since the lowest force; negative if no fall is held.
     since_lowest: L,
-    /// Bins since the alarm.
     bins: L,
 }
 
-/// Whether a fall was held at a bin.
 struct FallState<L: Lane> {
     was_holding: L::Mask,
-    /// Where it has ended, if anywhere.
     ended: Option<L::Mask>,
 }
 
 impl<L: Lane> FallHold<L> {
-    /// Begins at a force (N) in the lanes of the mask.
     #[inline(always)]
     fn begin(&mut self, mask: L::Mask, force: L) {
         self.lowest = L::select(mask, force, self.lowest);
@@ -592,8 +577,8 @@ impl<L: Lane> FallHold<L> {
         self.bins = L::select(mask, L::zero(), self.bins);
     }
 
-    /// Processes the force of a bin (N) with the scale of its changes. The fall ends with two references in which the force has not
-    /// fallen further, or with a new load.
+    /// Processes the force of a bin (N) with the scale of its changes. The fall ends after two references in which the
+    /// force has not fallen further, or with a new load.
     #[inline(always)]
     fn update(&mut self, force: L, scale: L, times: &Times) -> FallState<L> {
         let one = L::splat(1.0);
@@ -619,7 +604,7 @@ crate::lane::gather!(FallHold { lowest, since_lowest, bins } stored);
 mod tests {
     use super::*;
 
-    /// Feeds forces (N) and positions (m) `tick_s` (s) apart; returns the times (s) at which the distance exceeds 7.
+    /// Processes forces (N) and positions (m) `tick_s` apart. Returns the times (s) at which the distance exceeds 7.
     fn alarms_s(tick_s: f64, end_s: f64, signal: impl Fn(f64) -> (f64, f64)) -> [Option<f64>; 3] {
         let mut adaptive = Adaptive::<f64>::new(&DistanceSettings::DEFAULT, tick_s);
         let mut found = [None; 3];
@@ -627,7 +612,7 @@ mod tests {
         for sample in 0..(end_s / tick_s) as usize {
             let time_s = sample as f64 * tick_s;
             let (force_n, depth_m) = signal(time_s);
-            // A made noise of 10 mN, the same at every rate.
+            // A synthetic noise of 10 mN, the same at every rate.
             let noise_n = 0.02 * (libm::fmod(libm::fabs(libm::sin(12.9898 * sample as f64)) * 43_758.5, 1.0) - 0.5);
             let evidence = Evidence {
                 force_n: force_n + noise_n,
@@ -649,7 +634,7 @@ mod tests {
         found
     }
 
-    /// An insertion at 10 mm/s into 500 N/m, which tears at 1 s over a time in s.
+    /// An insertion at 10 mm/s into 500 N/m that ruptures at 1 s, within `fall_s`.
     fn insertion(fall_s: f64) -> impl Fn(f64) -> (f64, f64) {
         move |time_s| {
             let (load_n, depth_m) = (5.0 * time_s.min(1.0), 0.01 * time_s);
@@ -658,7 +643,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fall_is_found_at_every_rate_and_once() {
+    fn a_fall_raises_exactly_one_alarm_at_every_rate() {
         for rate_hz in [100.0, 333.0, 700.0, 1000.0, 2000.0, 10_000.0] {
             for fall_s in [1e-3, 10e-3, 50e-3] {
                 let found = alarms_s(1.0 / rate_hz, 2.0, insertion(fall_s));
@@ -670,8 +655,8 @@ mod tests {
     }
 
     #[test]
-    fn letting_go_and_stopping_are_no_ruptures() {
-        // A rigid stop of 20 kN/m, pressed with 5 N and let go in 30 ms; an encoder of 50 µm.
+    fn letting_go_and_stopping_are_not_ruptures() {
+        // A rigid stop of 20 kN/m, pressed with 5 N and released in 30 ms; an encoder of 50 µm.
         let let_go = |time_s: f64| {
             let force_n = 5.0 * (time_s / 0.5).min(1.0) - 5.0 * ((time_s - 1.0) / 0.03).clamp(0.0, 1.0);
             (force_n, libm::round(force_n / 20e3 / 50e-6) * 50e-6)
@@ -699,8 +684,8 @@ mod tests {
         }
     }
 
-    /// The definition in the doc comment, over the whole history of a signal without alarms, on bins of `bin_s` (s). Before the
-    /// first bin the force and the position were the first ones, and nothing was unexplained.
+    /// The definition in the doc comment, computed from the whole history of a signal without alarms, on bins of
+    /// `bin_s`. Before the first bin the force and the position have their first values, and the surplus is 0.
     struct Definition {
         bin_s: f64,
         force: Vec<f64>,
@@ -714,12 +699,12 @@ mod tests {
         load: f64,
     }
 
-    /// The value of a signal `ago` bins before its end; its first one before that.
+    /// The value of a signal `ago` bins before its end, or its first value before its beginning.
     fn ago(signal: &[f64], ago: usize) -> f64 {
         signal[signal.len().saturating_sub(1 + ago)]
     }
 
-    /// The same of a signal that was 0 before its first value.
+    /// The value of a signal `ago` bins before its end, or 0 before its beginning.
     fn ago_or_0(signal: &[f64], ago: usize) -> f64 {
         if ago < signal.len() { signal[signal.len() - 1 - ago] } else { 0.0 }
     }
@@ -733,7 +718,7 @@ mod tests {
             ago(signal, 0) - ago(signal, bins)
         }
 
-        /// The distance at a bin, for the position of the bin after it and the steps of encoder and sensor.
+        /// The distance at a bin, from the position of the next bin and the steps of encoder and sensor.
         fn update(&mut self, force: f64, position: f64, next_position: f64, steps: [f64; 2]) -> f64 {
             self.force.push(force);
             self.position.push(position);
@@ -758,7 +743,7 @@ mod tests {
             let surplus_over = |from: usize, to: usize| {
                 (from..=to).map(|bins| ago_or_0(&self.surplus, bins)).reduce(f64::min).expect("a bin")
             };
-            // Four references, which are longer than the longest window and the reference before it.
+            // Four references, which cover the longest window and the reference before it.
             let whole = 4 * reference - 1;
             let retreat = over(&self.position, 0, whole, f64::max) - position + steps[0];
             let released = stiffness.max(self.stiffest) * retreat;
@@ -806,7 +791,7 @@ mod tests {
         }
     }
 
-    /// Compares the distance with its definition; returns the number of samples at which it is above 0.
+    /// Compares the distance with its definition. Returns the number of samples at which it is above 0.
     fn compare(tick_s: f64, samples: usize, mut signal: impl FnMut(f64) -> (f64, f64)) -> usize {
         let mut adaptive = Adaptive::<f64>::new(&DistanceSettings::DEFAULT, tick_s);
         let in_bin = (1e-3 / tick_s - 1e-9).ceil().max(1.0) as usize;
@@ -887,7 +872,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_definition_of_its_doc_comment_at_every_sample() {
+    fn the_distance_follows_its_definition_at_every_sample() {
         for tick_s in [1e-3, 5e-4, 3e-4, 2e-3, 6e-3, 0.02] {
             let samples = (6.0 / tick_s) as usize;
             for (seed, encoder_m, noise_n) in [(1, 0.0, 0.01), (2, 2e-6, 0.02), (3, 2e-4, 0.005), (4, 0.0, 0.1)] {
@@ -898,7 +883,7 @@ mod tests {
     }
 
     #[test]
-    fn extremes_are_those_of_the_last_bins() {
+    fn extremes_cover_the_last_bins() {
         let mut noise = super::super::super::fixtures::Noise(3);
         for reference in 1..=15 {
             let mut values = [0.0; BINS];
@@ -921,7 +906,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_forgotten_was_always_as_it_is_now() {
+    fn after_forgetting_every_earlier_value_equals_the_given_one() {
         let mut extremes = Extremes::<f64>::new(3.0);
         extremes.forget(false, 1.0);
         assert!(extremes.whole.iter().chain(&extremes.twos).all(|&value| value == 3.0));
@@ -935,7 +920,7 @@ mod tests {
         let mut bin = Bin::<f64>::new(2);
         let mut add = |force, position| bin.add(force, position);
         assert_eq!(add(1.0, 0.5), None);
-        // The bins before the first one have its first force and position.
+        // The bins before the first one have its force and position.
         assert_eq!(add(3.0, 1.5), Some((1.0, 0.5)));
         assert_eq!((add(4.0, 2.0), add(6.0, 4.0)), (None, Some((2.0, 1.0))));
         assert_eq!((add(0.0, 5.0), add(1.0, 5.0)), (None, Some((2.0, 3.0))), "an outlier is dropped");
@@ -943,7 +928,7 @@ mod tests {
     }
 
     #[test]
-    fn the_steps_of_the_sensors_are_the_least_changes_above_rounding() {
+    fn the_steps_of_the_sensors_are_the_smallest_changes_above_rounding() {
         let mut bin = Bin::<f64>::new(1);
         bin.add(1.0, 0.0);
         assert_eq!(bin.steps, [MAX_RESOLUTION_M, f64::MAX], "before any change");
@@ -976,7 +961,7 @@ mod tests {
         (FallHold { lowest: 0.0, since_lowest: -1.0, bins: 0.0 }, Times::of(1e-3))
     }
 
-    /// The bins, from 1, after which a fall that begins at 4 N ends, for the forces of the bins after it.
+    /// The number of bins after which a fall that begins at 4 N ends, for the forces of the following bins.
     fn ends_after(scale: f64, force: impl Fn(u32) -> f64) -> u32 {
         let (mut hold, times) = hold();
         assert!(!hold.update(4.0, scale, &times).was_holding, "not before an alarm");
@@ -998,9 +983,9 @@ mod tests {
     #[test]
     fn a_held_fall_ends_after_two_references_without_a_further_fall() {
         assert_eq!(ends_after(0.01, |_| 4.0), 30);
-        // At 20 bins it loses a quarter more, which begins the 30 bins anew.
+        // At bin 20 the force loses a quarter more, which restarts the 30 bins.
         assert_eq!(ends_after(0.01, |bin| if bin < 20 { 4.0 } else { 3.0 }), 50);
-        // Less than a tenth of the force, or less than the scale, is no further fall.
+        // A loss of less than a tenth of the force, or less than the scale, is not a further fall.
         assert_eq!(ends_after(0.01, |bin| if bin < 20 { 4.0 } else { 3.7 }), 30);
         assert_eq!(ends_after(2.0, |bin| if bin < 20 { 4.0 } else { 3.0 }), 30);
     }
@@ -1011,7 +996,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_load_ends_a_held_fall_once_it_has_been_there_for_two_bins() {
+    fn a_new_load_ends_a_held_fall_once_it_has_lasted_two_bins() {
         // Ten scales above the lowest force.
         assert_eq!(ends_after(0.01, |bin| if bin < 5 { 4.0 } else { 4.11 }), 5);
         assert_eq!(ends_after(0.01, |_| 4.11), 2, "not in the first bin");
@@ -1019,7 +1004,7 @@ mod tests {
     }
 
     #[test]
-    fn the_times_are_whole_bins() {
+    fn times_are_rounded_to_whole_bins() {
         let times = Times::of(2e-3);
         assert_eq!((times.windows, times.reference, times.stiffness, times.instant), ([1, 2, 4, 8, 16], 8, 4, 2));
         assert_eq!((times.hold, times.stuck), (75.0, 100.0));

@@ -1,4 +1,4 @@
-//! The squared change of the force, the direct filtering in the paper's comparison (4.1).
+//! The squared change of the force: the direct filtering in the paper's comparison (4.1).
 
 use super::super::Evidence;
 use super::super::hypotheses::Hypotheses;
@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_the_square_of_the_change_and_0_at_the_first_sample() {
+    fn the_distance_is_the_square_of_the_change_and_0_at_the_first_sample() {
         let mut derivative = ForceDerivative::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
         let distances = [3.0, 3.5, 1.5, 1.5].map(|force_n| derivative.update(&with_force(force_n)));
         assert_eq!(distances, [0.0, 0.25, 4.0, 0.0]);

@@ -5,7 +5,7 @@ use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings, square};
 use crate::lane::Lane;
 
-/// Maximum number of samples of a window. The window is part of the detector, which allocates nothing.
+/// Maximum number of samples of a window. The buffer has this size, because a detector allocates nothing.
 pub const MAX_WINDOW_SAMPLES: usize = 64;
 
 crate::settings! {
@@ -21,29 +21,29 @@ crate::settings! {
     where window_samples: |s| s.window_samples <= MAX_WINDOW_SAMPLES, "a whole number from 1 to 64";
 }
 
-/// The log-likelihood ratio of a mean that shifted from 0 by an unknown size at an unknown sample of the window.
+/// Log-likelihood ratio of a mean that shifted from 0 by an unknown size at an unknown sample of the window.
 ///
 /// ```text
 /// T_k = max over n = 1 … N of (e_{k-n+1} + … + e_k)² / (2 σ_0² n)
 /// ```
-/// dimensionless. The size that maximises the likelihood is the mean of the `n` samples; the maximum is over the time
-/// of the shift. The ratio is that of Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), chapter 2; the
-/// window, which bounds the work of a sample, is Willsky and Jones's, *IEEE Transactions on Automatic Control* 21
-/// (1976). Rises and falls count equally; the arming decides which of them is a rupture.
+/// Dimensionless. The size that maximises the likelihood is the mean of the `n` samples; the maximum is taken over the
+/// time of the shift. Source of the ratio: Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), chapter 2.
+/// Source of the window, which bounds the work per sample: Willsky and Jones, *IEEE Transactions on Automatic Control*
+/// 21 (1976). Rises and falls count equally; the arming decides which of them is a rupture.
 ///
-/// It assumes neither a size nor a drift; the price is `N` steps per sample where a CUSUM takes one.
+/// It assumes neither a size nor a drift. The price: `N` steps per sample, where a CUSUM takes one.
 #[derive(Debug, Clone)]
 pub struct LikelihoodRatio<L> {
-    /// Ring buffer of the last samples, initially 0: sums over initial zeros give smaller ratios.
+    /// Ring buffer of the last samples, initially 0. Sums over initial zeros give smaller ratios.
     window: [L; MAX_WINDOW_SAMPLES],
-    /// `1 / (2 σ_0² n)` for a sum of `n` samples, from `n = 1` on.
+    /// `1 / (2 σ_0² n)`, the weight of a sum of `n` samples, from `n = 1` on.
     weight: [L; MAX_WINDOW_SAMPLES],
     samples: usize,
     newest: usize,
 }
 
 impl<L: Lane> LikelihoodRatio<L> {
-    /// A window of `samples` (limited to 1 to [`MAX_WINDOW_SAMPLES`]), with `σ_0` in N.
+    /// Creates a window of `samples` (clamped to 1 to [`MAX_WINDOW_SAMPLES`]), with `σ_0` in N.
     fn over(samples: usize, quiet_std_n: f64) -> Self {
         let weight = |n: usize| L::splat(1.0 / (2.0 * quiet_std_n * quiet_std_n * (n + 1) as f64));
         Self {
@@ -54,7 +54,7 @@ impl<L: Lane> LikelihoodRatio<L> {
         }
     }
 
-    /// Processes a residual in N; returns `T_k`.
+    /// Processes a residual in N. Returns `T_k`.
     #[inline(always)]
     fn ratio(&mut self, residual: L) -> L {
         self.newest = if self.newest + 1 < self.samples { self.newest + 1 } else { 0 };
@@ -64,13 +64,12 @@ impl<L: Lane> LikelihoodRatio<L> {
         let (mut sum, mut ratio) = (L::zero(), L::zero());
         for (&sample, &weight) in backwards.zip(&self.weight) {
             sum = sum + sample;
-            // With this order of arguments a NaN sum is ignored.
+            // `max` in this order ignores a NaN sum.
             ratio = (sum * sum * weight).max(ratio);
         }
         ratio
     }
 
-    /// Clears the window in the lanes of the mask.
     #[inline(always)]
     fn forget(&mut self, mask: L::Mask) {
         for sample in &mut self.window {
@@ -115,7 +114,6 @@ crate::lane::gather!(LikelihoodRatio { window, weight } same { samples, newest }
 mod tests {
     use super::*;
 
-    /// The definition, evaluated over all residuals.
     fn by_definition(residuals: &[f64], samples: usize, std: f64) -> f64 {
         let ratio = |n: usize| {
             let last = &residuals[residuals.len() - n..];
@@ -127,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_greatest_log_likelihood_ratio_over_size_and_time() {
+    fn the_distance_is_the_greatest_log_likelihood_ratio_over_size_and_time() {
         let residuals: Vec<f64> = (0..300).map(|k| 0.1 * f64::from(k * k % 17) / 17.0 - 0.04).collect();
         for samples in [1, 2, 10, MAX_WINDOW_SAMPLES] {
             let mut ratio = LikelihoodRatio::<f64>::over(samples, 0.02);
@@ -140,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_reset_it_is_as_new() {
+    fn after_a_reset_the_distance_restarts() {
         let (mut used, mut new) = (LikelihoodRatio::<f64>::over(5, 0.02), LikelihoodRatio::<f64>::over(5, 0.02));
         for k in 0..7 {
             used.ratio(f64::from(k));
@@ -152,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_that_is_no_number_is_forgotten_with_its_window() {
+    fn a_nan_sample_is_forgotten_with_its_window() {
         let mut ratio = LikelihoodRatio::<f64>::over(3, 0.02);
         assert_eq!(ratio.ratio(f64::NAN), 0.0);
         for _ in 0..3 {
@@ -170,11 +168,11 @@ mod tests {
     }
 
     #[test]
-    fn only_the_asked_lane_is_reset() {
+    fn only_the_masked_lane_is_reset() {
         let mut ratio = LikelihoodRatio::<f64>::over(3, 0.5);
         ratio.ratio(1.0);
         ratio.reset(false);
-        // (1 + 1)² / (2 · 0.25 · 2) over both, 1 / (2 · 0.25) over one.
+        // `(1 + 1)² / (2 · 0.25 · 2)` over both samples, `1 / (2 · 0.25)` over one.
         assert_eq!(ratio.ratio(1.0), 4.0);
         ratio.reset(true);
         assert_eq!(ratio.ratio(1.0), 2.0);

@@ -1,19 +1,17 @@
-//! The squared fall of the force below a straight line through its last samples: a baseline without a model of the tissue.
+//! The squared fall of the force below a line through its last samples: a baseline without a model of the tissue.
 
 use super::super::Evidence;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
 
-/// Length of the window in s.
 const WINDOW_S: f64 = 20e-3;
 
-/// Shortest and longest window in samples.
 const MIN_SAMPLES: usize = 4;
 const MAX_SAMPLES: usize = 64;
 
-/// `s_k = (y_k - ŷ_k)²` in N² where the force is below `ŷ_k`, else 0; `ŷ_k` continues the least-squares line through the
-/// samples of the 20 ms before by one sample.
+/// `s_k = (y_k - ŷ_k)²` in N² if the force is below `ŷ_k`, else 0. `ŷ_k` extrapolates the least-squares line through
+/// the samples of the last 20 ms by one sample.
 #[derive(Debug, Clone)]
 pub struct LinearFit<L> {
     window: [L; MAX_SAMPLES],
@@ -37,7 +35,7 @@ impl<L: Lane> BuiltIn for LinearFit<L> {
 }
 
 impl<L: Lane> LinearFit<L> {
-    /// The line through the window, one sample after its end.
+    /// The line's value one sample after the end of the window.
     #[inline(always)]
     fn prediction(&self) -> L {
         let count = self.length as f64;
@@ -73,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_straight_line_has_no_fall_and_a_drop_has_its_own() {
+    fn a_straight_line_has_distance_0_and_a_drop_its_square() {
         let mut fit = LinearFit::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
         let mut at = |force_n: f64| {
             let evidence = Evidence {
@@ -94,16 +92,16 @@ mod tests {
     }
 
     #[test]
-    fn its_window_is_20_ms_within_its_bounds() {
+    fn the_window_is_20_ms_within_its_bounds() {
         let length = |tick_s| LinearFit::<f64>::new(&DistanceSettings::DEFAULT, tick_s).length;
         assert_eq!([1e-3, 2e-3, 0.1, 1e-5].map(length), [20, 10, MIN_SAMPLES, MAX_SAMPLES]);
     }
 
     #[test]
-    fn an_outlier_pulls_the_line_by_its_weight_in_the_least_squares() {
+    fn an_outlier_moves_the_line_by_its_least_squares_weight() {
         use super::super::super::fixtures::with_force;
-        // Through n samples, the weight of the sample of age a in the prediction is 1/n + (m + 1)(m - a)/S, with
-        // m = (n-1)/2 and S = n(n²-1)/12: at n = 20, 1/20 + 10.5 (9.5 - a)/665.
+        // The weight of a sample of age a in the prediction from n samples is 1/n + (m + 1)(m - a)/S, with m = (n-1)/2
+        // and S = n(n²-1)/12. At n = 20: 1/20 + 10.5 (9.5 - a)/665.
         for age in [0, 3, 19] {
             let mut fit = LinearFit::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
             for sample in 0..40 {
@@ -117,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rise_and_a_window_that_is_not_full_have_no_distance() {
+    fn the_distance_is_0_for_a_rise_and_before_the_window_is_full() {
         use super::super::super::fixtures::with_force;
         let mut fit = LinearFit::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
         let mut at = |force_n| fit.update(&with_force(force_n));

@@ -1,5 +1,5 @@
-//! The distances of a sample from the hypothesis of no rupture (eq. 22, 23, 26, the paper's choices and two textbook
-//! tests).
+//! The distances of a sample from the hypothesis of no rupture: eq. 22, 23 and 26, the paper's choices, two textbook
+//! tests, the adaptive distance and baselines.
 //!
 //! A distance is one file of this folder and one line of the registry below.
 
@@ -33,26 +33,26 @@ use super::Evidence;
 use super::hypotheses::Hypotheses;
 use crate::lane::Lane;
 
-/// Computes the number to accumulate (eq. 27) from the evidence of a sample.
+/// Computes from the evidence of a sample the number to accumulate (eq. 27).
 ///
-/// A user-defined distance implements this for `f64`; the built-in ones for any number of lanes.
+/// A user-defined distance implements this trait for `f64`, the built-in distances for any number of lanes.
 pub trait Distance<L: Lane> {
-    /// `s_k`, in the unit of the distance.
+    /// Returns `s_k`, in the unit of the distance.
     fn update(&mut self, evidence: &Evidence<L>) -> L;
 
     /// Discards earlier samples in the lanes of the mask, after an alarm.
     #[inline(always)]
     fn reset(&mut self, _mask: L::Mask) {}
 
-    /// Whether the distance is accumulated over samples (eq. 27). A distance with a window is not: `s_k - ν` is
-    /// then compared with the threshold.
+    /// Returns true if the distance is accumulated (eq. 27). Otherwise, with a window, `s_k - ν` is compared with the
+    /// threshold.
     #[inline(always)]
     fn accumulates(&self) -> bool {
         true
     }
 
-    /// Whether a distance that needs no contact position and no quiet time can judge a sample; `None` for the others,
-    /// which [`ArmingSettings`](super::ArmingSettings) arms.
+    /// Returns the lanes in which a self-arming distance can judge a sample, without contact position and quiet time.
+    /// `None` if [`ArmingSettings`](super::ArmingSettings) arms the distance.
     #[inline(always)]
     fn is_ready(&self) -> Option<L::Mask> {
         None
@@ -78,30 +78,22 @@ impl<L: Lane, D: Distance<L> + ?Sized> Distance<L> for alloc::boxed::Box<D> {
     }
 }
 
-/// Properties of a built-in distance.
 trait BuiltIn {
-    /// The unit of the distance, of its threshold and its drift.
     const UNIT: &'static str;
-    /// See [`Distance::accumulates`].
     const ACCUMULATES: bool = true;
-    /// Whether only a shift of the mean with the sign of `m_1` counts.
     const IS_ONE_SIDED: bool = false;
-    /// Whether it is here to compare others with: a few lines without a model of the tissue.
     const IS_BASELINE: bool = false;
-    /// What a distance with [`Distance::is_ready`] waits for; `None` for those that are armed from outside.
     const WAITS_FOR: Option<&'static str> = None;
 
-    /// Threshold γ and drift ν that follow from the hypotheses, in the unit of the distance.
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64);
 
-    /// The distance before the first sample, for samples `tick_s` apart (s).
     fn new(settings: &DistanceSettings, tick_s: f64) -> Self;
 }
 
 crate::registry! {
-    /// The distance: e², eq. 22, eq. 23, the stiffness of eq. 26, the derivative, the
-    /// likelihood ratio, Page-Hinkley, adaptive, which needs no settings and no contact position, or a baseline:
-    /// moving average, windowed derivative, linear fit.
+    /// Distance: e², eq. 22, eq. 23, the parameters of eq. 26, the derivative, the likelihood ratio, Page-Hinkley,
+    /// adaptive (needs no settings and no contact position), or a baseline: moving average, windowed derivative, linear
+    /// fit.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum DistanceKind at "detector.distance" = SquaredResidual;
     /// Any of the built-in distances.
@@ -121,7 +113,7 @@ crate::registry! {
 }
 
 crate::settings! {
-    /// A kind of distance with the hypotheses that scale it. The settings of a kind act for every kind: a study
+    /// A kind of distance with the hypotheses that scale it. Each setting is valid for every kind, because a study
     /// compares all kinds.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DistanceSettings in "detector." {
@@ -129,40 +121,40 @@ crate::settings! {
         kind: DistanceKind,
         /// The compared hypotheses.
         hypotheses: Hypotheses,
-        /// The window of the likelihood ratio.
+        /// Window of the likelihood ratio.
         window: WindowSettings,
-        /// The rate of false alarms of the adaptive distance.
+        /// Wanted rate of false alarms of the adaptive distance.
         rate: RateSettings,
     }
 }
 
 impl DistanceKind {
-    /// Whether the distance is accumulated (eq. 27); a distance with a window is not.
+    /// Returns true if the distance is accumulated (eq. 27). A distance with a window is not.
     #[must_use]
     pub fn accumulates(self) -> bool {
         of_kind!(self, Part => Part::<f64>::ACCUMULATES)
     }
 
-    /// Whether only a shift of the mean with the sign of `m_1` counts.
+    /// Returns true if only a shift of the mean with the sign of `m_1` counts.
     #[must_use]
     pub fn is_one_sided(self) -> bool {
         of_kind!(self, Part => Part::<f64>::IS_ONE_SIDED)
     }
 
-    /// Whether it is a baseline: a few lines without a model of the tissue.
+    /// Returns true for a baseline: a simple distance without a model of the tissue.
     #[must_use]
     pub fn is_baseline(self) -> bool {
         of_kind!(self, Part => Part::<f64>::IS_BASELINE)
     }
 
-    /// What a distance that arms itself waits for; `None` for those that
-    /// [`ArmingSettings`](super::ArmingSettings) arms.
+    /// The condition that a self-arming distance waits for; `None` if [`ArmingSettings`](super::ArmingSettings) arms
+    /// the distance.
     #[must_use]
     pub fn waits_for(self) -> Option<&'static str> {
         of_kind!(self, Part => Part::<f64>::WAITS_FOR)
     }
 
-    /// The unit of the distance, of its threshold and its drift.
+    /// The unit of the distance, its threshold and its drift.
     #[must_use]
     pub fn unit(self) -> &'static str {
         of_kind!(self, Part => Part::<f64>::UNIT)
@@ -170,11 +162,11 @@ impl DistanceKind {
 }
 
 impl Hypotheses {
-    /// Threshold γ and drift ν for a kind of distance, in its unit.
+    /// The threshold γ and the drift ν for a kind of distance, in its unit.
     ///
-    /// The drift is halfway between the two hypotheses, and the threshold is the contribution of one sample
-    /// after the change: for the squared residual `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2` (4.6). A
-    /// log-likelihood ratio includes its drift.
+    /// The drift is halfway between the two hypotheses. The threshold is the contribution of one sample after the
+    /// change. For the squared residual `γ = (σ_1² - σ_0²)/2` and `ν = (σ_1² + σ_0²)/2` (4.6). A log-likelihood ratio
+    /// includes its drift.
     #[must_use]
     pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
         of_kind!(kind, Part => Part::<f64>::tuning(self))
@@ -182,7 +174,7 @@ impl Hypotheses {
 }
 
 impl<L: Lane> AnyDistance<L> {
-    /// The distance of the settings before the first sample, for samples `tick_s` apart (s).
+    /// Creates the distance of the settings for samples `tick_s` apart (s).
     #[must_use]
     pub fn new(settings: &DistanceSettings, tick_s: f64) -> Self {
         of_kind!(settings.kind, Part => <Part<L> as BuiltIn>::new(settings, tick_s).into())
@@ -212,14 +204,14 @@ impl<L: Lane> Distance<L> for AnyDistance<L> {
 }
 
 impl DistanceSettings {
-    /// Threshold γ and drift ν by [`Hypotheses::tuning`].
+    /// The threshold γ and the drift ν by [`Hypotheses::tuning`].
     #[must_use]
     pub fn tuning(&self) -> (f64, f64) {
         self.hypotheses.tuning(self.kind)
     }
 }
 
-/// `x²`; `powi` is not in `core`.
+/// Returns `x²`, because `powi` is not in `core`.
 fn square(x: f64) -> f64 {
     x * x
 }
@@ -258,7 +250,6 @@ mod tests {
         }
     }
 
-    /// The distance of a kind at the first sample with a residual.
     fn first(kind: DistanceKind, hypotheses: Hypotheses, residual_n: f64) -> f64 {
         let settings = DistanceSettings { kind, hypotheses, ..DistanceSettings::DEFAULT };
         AnyDistance::<f64>::new(&settings, 1e-3).update(&evidence(residual_n, 5.0))
@@ -285,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_without_a_rupture_takes_the_threshold_away() {
+    fn a_sample_without_a_rupture_subtracts_the_threshold() {
         let hypotheses =
             Hypotheses { quiet_std_n: 0.03, rupture_std_n: 0.4, rupture_mean_n: -0.5, ..Hypotheses::DEFAULT };
         for (kind, residual_n) in [(DistanceKind::SquaredResidual, 0.03), (DistanceKind::MeanChange, 0.0)] {
@@ -300,20 +291,20 @@ mod tests {
         let (threshold, drift) = hypotheses.tuning(DistanceKind::PageHinkley);
         assert_eq!((threshold, drift), (0.25, 0.25), "half of the shift");
         let (threshold, drift) = hypotheses.tuning(DistanceKind::ParameterChange);
-        assert_eq!((threshold, drift), (15.0, 15.0), "half of the correction");
+        assert_eq!((threshold, drift), (0.5, 0.5), "half of the relative correction");
         for kind in [DistanceKind::Adaptive, DistanceKind::WindowedDerivative] {
             assert_eq!(hypotheses.tuning(kind), (7.0, 0.0), "multiples of the noise: {kind:?}");
         }
     }
 
     #[test]
-    fn the_unit_of_a_distance_is_that_of_its_formula() {
+    fn the_unit_of_a_distance_is_the_unit_of_its_formula() {
         for kind in DistanceKind::ALL {
             let unit = match kind {
                 DistanceKind::PageHinkley => "N",
-                DistanceKind::ParameterChange => "N/m",
                 DistanceKind::MeanChange
                 | DistanceKind::VarianceChange
+                | DistanceKind::ParameterChange
                 | DistanceKind::LikelihoodRatio
                 | DistanceKind::Adaptive
                 | DistanceKind::WindowedDerivative => "1",
@@ -327,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn a_distance_accumulates_unless_it_has_a_window_of_its_own() {
+    fn a_distance_accumulates_unless_it_has_a_window() {
         for kind in DistanceKind::ALL {
             let has_window = matches!(
                 kind,
@@ -349,7 +340,7 @@ mod tests {
 
     #[cfg(feature = "alloc")]
     #[test]
-    fn a_boxed_distance_is_the_distance_in_it() {
+    fn a_boxed_distance_behaves_like_the_distance_in_it() {
         use alloc::boxed::Box;
         let mut boxed: Box<dyn Distance<f64>> = Box::new(PageHinkley::<f64>::new(&DistanceSettings::DEFAULT, 1e-3));
         let at = |boxed: &mut Box<dyn Distance<f64>>, residual_n| boxed.update(&evidence(residual_n, 5.0));

@@ -1,14 +1,14 @@
-//! The squared fall of the force below its own moving average: a baseline without a model of the tissue.
+//! The squared fall of the force below its moving average: a baseline without a model of the tissue.
 
 use super::super::Evidence;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
 
-/// Memory of the average in s: a sample at 1 kHz has a share of 0.2.
+/// Memory of the average in s. At 1 kHz a sample has a weight of 0.2.
 const MEMORY_S: f64 = 4.5e-3;
 
-/// `s_k = (y_k - m_k)²` in N² where the force is below `m_k`, the exponential average of the samples before, else 0.
+/// `s_k = (y_k - m_k)²` in N² if the force is below `m_k`, the exponential average of the earlier samples, else 0.
 #[derive(Debug, Clone)]
 pub struct MovingAverage<L> {
     average: L,
@@ -66,13 +66,13 @@ mod tests {
     }
 
     #[test]
-    fn at_1_khz_a_sample_has_a_share_of_a_fifth() {
+    fn at_1_khz_a_sample_has_a_weight_of_a_fifth() {
         let average = MovingAverage::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
         assert!((average.share - 0.2).abs() < 1e-3, "{}", average.share);
     }
 
     #[test]
-    fn a_rise_has_no_distance() {
+    fn a_rise_has_distance_0() {
         let mut average = MovingAverage::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
         assert!((0..50).all(|k| average.update(&with_force(0.1 * f64::from(k))) == 0.0));
     }

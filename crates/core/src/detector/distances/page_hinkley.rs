@@ -14,7 +14,7 @@ use crate::lane::{Lane, Mask};
 /// ```
 /// in N, with the sign of `m_1` (eq. 22). Accumulated by eq. 27 with the drift `ν` it is the Page-Hinkley test: the sum
 /// of `s_i - ν` minus its smallest value so far (Page, *Biometrika* 41, 1954; Hinkley, *Biometrika* 58, 1971). The mean
-/// before the change is estimated, not assumed to be 0, so that a constant error of the model is not accumulated.
+/// before the change is estimated, so a constant error of the model is not accumulated.
 ///
 /// The price: after a long quiet time the mean changes slowly, and a new offset counts as a change.
 #[derive(Debug, Clone)]
@@ -25,12 +25,12 @@ pub struct PageHinkley<L> {
 }
 
 impl<L: Lane> PageHinkley<L> {
-    /// For changes with the sign of `m_1` (N).
+    /// Creates the test for changes with the sign of `m_1` (N).
     fn towards(rupture_mean_n: f64) -> Self {
         Self { towards: L::splat(rupture_mean_n.signum()), mean: L::zero(), samples: L::zero() }
     }
 
-    /// Processes a residual in N; returns `s_k` in N. NaN and infinite residuals are ignored and give 0.
+    /// Processes a residual in N. Returns `s_k` in N, or 0 for NaN and infinite residuals, which are ignored.
     #[inline(always)]
     fn excess(&mut self, residual: L) -> L {
         let finite = residual.abs().le(L::splat(f64::MAX));
@@ -40,7 +40,6 @@ impl<L: Lane> PageHinkley<L> {
         self.towards * (residual - self.mean)
     }
 
-    /// Restarts in the lanes of the mask.
     #[inline(always)]
     fn forget(&mut self, mask: L::Mask) {
         if mask.any() {
@@ -54,7 +53,7 @@ impl<L: Lane> BuiltIn for PageHinkley<L> {
     const UNIT: &'static str = "N";
     const IS_ONE_SIDED: bool = true;
 
-    /// Hinkley's drift is half of the smallest shift to detect.
+    /// Hinkley's drift is half the smallest shift to detect.
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
         let half = hypotheses.rupture_mean_n.abs() / 2.0;
         (half, half)
@@ -84,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn accumulated_it_is_the_sum_less_its_smallest_value() {
+    fn the_accumulated_distance_is_the_sum_minus_its_smallest_value() {
         let residuals: Vec<f64> =
             (0..400).map(|k| 0.3 - 0.2 * f64::from(k * k % 13) / 13.0 - f64::from(k / 300)).collect();
         let drift = 0.05;
@@ -119,13 +118,13 @@ mod tests {
         for (mean_n, shift_n) in [(-0.2, -1.0), (0.2, 1.0)] {
             let mut test = PageHinkley::<f64>::towards(mean_n);
             test.excess(0.0);
-            // The mean of 0 and the shift is half of it.
+            // The shift is measured from the mean of 0 and the shift.
             assert_eq!(test.excess(shift_n), 0.5);
         }
     }
 
     #[test]
-    fn after_a_reset_the_mean_begins_anew_where_it_is_asked_for() {
+    fn a_reset_restarts_the_mean_only_in_the_masked_lanes() {
         let mut test = PageHinkley::<f64>::towards(-0.2);
         for residual in [1.0; 3] {
             test.excess(residual);

@@ -1,4 +1,4 @@
-//! The squared residual, the paper's choice (4.4.3).
+//! The squared residual: the paper's choice (4.4.3).
 
 use super::super::Evidence;
 use super::super::hypotheses::Hypotheses;
@@ -10,7 +10,7 @@ use crate::lane::Lane;
 pub struct SquaredResidual<L>(core::marker::PhantomData<L>);
 
 impl<L> SquaredResidual<L> {
-    /// The distance, which needs no settings.
+    /// Creates the distance, which needs no settings.
     #[must_use]
     pub const fn new() -> Self {
         Self(core::marker::PhantomData)
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_the_square_of_the_residual_of_either_sign() {
+    fn the_distance_is_the_square_of_a_residual_of_either_sign() {
         assert_eq!(
             [-0.5, 0.5, 0.0, -2.0].map(|e| SquaredResidual::new().update(&with_residual(e))),
             [0.25, 0.25, 0.0, 4.0]

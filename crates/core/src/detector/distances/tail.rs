@@ -1,61 +1,62 @@
-//! The tail of a distance without ruptures: the threshold that a wanted rate of false alarms needs.
+//! The tail of a distance without ruptures, which gives the threshold for a wanted rate of false alarms.
 
 use crate::lane::Lane;
 
-/// Length of a block in s: its largest value counts as one peak, as values closer together belong to the same fall.
+/// Length of a block in s. Only its largest value counts as a peak, because values closer together belong to the same
+/// fall.
 const BLOCK_S: f64 = 0.1;
 
 /// Values above this belong to the tail.
 const TAIL_FROM: f64 = 3.0;
 
-/// What is assumed before the first sample, as if it had been observed: time in s, number of peaks above
-/// [`TAIL_FROM`] in it, and the means of the logarithm of a peak over [`TAIL_FROM`] and of its square.
+/// Prior before the first sample, as if it had been observed: a time in s, the number of peaks above [`TAIL_FROM`] in
+/// it, and the means of `ln(peak / TAIL_FROM)` and of its square.
 ///
-/// A peak every 2 s with a shape of 0.13: heavier than normal noise, so that there are rather too few false alarms in the
-/// first minutes than too many.
+/// One peak per 2 s with a shape of 0.13. The shape is heavier than normal noise, so the first minutes have too few
+/// false alarms rather than too many.
 const ASSUMED_S: f64 = 20.0;
 const ASSUMED_PEAKS: f64 = 10.0;
 const ASSUMED_MOMENTS: [f64; 2] = [0.18, 0.062];
 
-/// Range of the shape of the tail. Below -0.5 it ends, above 1 it has no mean.
+/// Range of the tail's shape. Below -0.5 the tail ends, above 1 it has no mean.
 const SHAPE: (f64, f64) = (-0.5, 1.0);
 
 crate::settings! {
     /// The wanted rate of false alarms.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RateSettings in "detector." {
-        /// Wanted rate of false alarms of the adaptive detector, per minute; its threshold of 7 then stands for it.
+        /// Wanted rate of false alarms of the adaptive detector, per minute; its threshold of 7 then corresponds to
+        /// this rate.
         ///
-        /// The peaks of the distance above 3 since the start, one per 0.1 s and without those of alarms, give a
+        /// The peaks of the distance above 3 since the start, one per 0.1 s and without the peaks of alarms, give a
         /// generalised Pareto tail by the moments of Dekkers, Einmahl and de Haan (*Annals of Statistics* 17, 1989).
-        /// Within a factor of three for noise with tails up to Student's t with 3 degrees of freedom, and for correlated
-        /// normal noise; above it if the noise is both. Less where a tenth of the force is more than the noise.
+        /// The rate is within a factor of three of the target for noise with tails up to Student's t with 3 degrees of
+        /// freedom, and for correlated normal noise. It is higher if the noise is both, and lower if a tenth of the
+        /// force exceeds the noise.
         false_alarms_per_min: Option<f64> [POSITIVE],
     }
 }
 
-/// The peaks of a distance above [`TAIL_FROM`], and the value that is exceeded at a wanted rate.
+/// The peaks of a distance above [`TAIL_FROM`], and the value that is exceeded at the wanted rate.
 #[derive(Debug, Clone)]
 pub(super) struct Tail<L> {
-    /// Wanted number of exceedances per s.
+    /// Wanted rate of exceedances, in 1/s.
     wanted_hz: f64,
     block_bins: usize,
     bins: usize,
     block_s: f64,
     time_s: f64,
-    /// The largest value of the present block.
     peak: L,
     /// Number of peaks, and sums of `ln(peak / TAIL_FROM)` and of its square.
     sums: [L; 3],
-    /// The value that is exceeded at the wanted rate, and the mean logarithm of larger values over it.
     level: L,
     beyond: [L; 2],
-    /// Number of alarms that can be false by the wanted rate, and have not come.
+    /// Number of false alarms that the wanted rate still allows.
     credit: L,
 }
 
 impl<L: Lane> Tail<L> {
-    /// The tail before the first bin, for bins `bin_s` (s) apart.
+    /// Creates the tail for bins of `bin_s`.
     pub(super) fn new(wanted_per_min: f64, bin_s: f64) -> Self {
         let block_bins = (libm::round(BLOCK_S / bin_s) as usize).max(1);
         let [first, second] = ASSUMED_MOMENTS;
@@ -76,12 +77,10 @@ impl<L: Lane> Tail<L> {
         tail
     }
 
-    /// The value that is exceeded at the wanted rate.
     pub(super) fn level(&self) -> L {
         self.level
     }
 
-    /// Adds the distance of a bin.
     #[inline(always)]
     pub(super) fn add(&mut self, value: L) {
         self.peak = self.peak.max(value);
@@ -91,10 +90,11 @@ impl<L: Lane> Tail<L> {
         }
     }
 
-    /// Takes the present block as one with an alarm, in the lanes of the mask.
+    /// Counts the present block as one with an alarm, in the lanes of the mask.
     ///
-    /// It is a rupture or a false alarm. As false count at most those of the wanted rate, with the mean of larger peaks:
-    /// without them the tail would be cut off, and with all of them ruptures would raise the level.
+    /// The alarm is a rupture or a false alarm. It counts as false, with the mean of larger peaks, only while the
+    /// wanted rate allows one. Without these peaks the tail would be cut off; with all of them ruptures would raise the
+    /// level.
     pub(super) fn take_alarm(&mut self, mask: L::Mask) {
         let zero = L::zero();
         self.peak = L::select(mask, zero, self.peak);
@@ -118,7 +118,6 @@ impl<L: Lane> Tail<L> {
         self.renew();
     }
 
-    /// Adds to the sums.
     fn count(&mut self, number: L, first: L, second: L) {
         for (sum, added) in self.sums.iter_mut().zip([number, first, second]) {
             *sum = *sum + added;
@@ -140,8 +139,8 @@ impl<L: Lane> Tail<L> {
     }
 }
 
-/// The value that is exceeded by one of `times` peaks, from the means of the logarithm and of its square; and the mean
-/// logarithm of larger peaks.
+/// The value that is exceeded by one of `times` peaks, from the means of the logarithm and of its square, and the mean
+/// logarithm and mean squared logarithm of larger peaks.
 fn level(times: f64, [first, second]: [f64; 2]) -> (f64, [f64; 2]) {
     let spread = 1.0 - first * first / second;
     let lower = 1.0 - 0.5 / spread;
@@ -179,7 +178,8 @@ mod tests {
             for times in [1.0, 2.0, 50.0] {
                 let (level, beyond) = level(times, [shape, 2.0 * shape * shape]);
                 assert!(is_close(level, TAIL_FROM * f64::powf(times, shape)), "{shape} {times}: {level}");
-                // Of larger values, the logarithm is again exponential with the mean γ over that of the level.
+                // For larger values the logarithm is again exponential, with the mean γ above the logarithm of the
+                // level.
                 let mean = shape * (times.ln() + 1.0);
                 assert!(is_close(beyond[0], mean), "{shape} {times}: {beyond:?}");
                 assert!(is_close(beyond[1], mean * mean + shape * shape), "{shape} {times}: {beyond:?}");
@@ -188,8 +188,9 @@ mod tests {
     }
 
     #[test]
-    fn a_tail_with_an_end_stays_below_it() {
-        // first 0.2, second 1.5 · 0.2²: the shape is 0.2 - 0.5 = -0.3, the scale 3 · 0.2 · 1.5 = 0.9, the end 3 + 0.9 / 0.3.
+    fn a_bounded_tail_stays_below_its_end() {
+        // First moment 0.2, second 1.5 · 0.2²: the shape is 0.2 - 0.5 = -0.3, the scale 3 · 0.2 · 1.5 = 0.9, the end
+        // 3 + 0.9 / 0.3.
         let of = |times| level(times, [0.2, 0.06]).0;
         assert!(is_close(of(8.0), 3.0 + 3.0 * (1.0 - f64::powf(8.0, -0.3))), "{}", of(8.0));
         assert!(of(1e30) < 6.0 && of(1e30) > 5.999);
@@ -197,7 +198,7 @@ mod tests {
 
     #[test]
     fn a_tail_of_shape_0_is_exponential() {
-        // first 0.25, second so that the lower part of the shape is -0.25: spread 0.5 / 1.25.
+        // First moment 0.25; the second makes the lower part of the shape -0.25, with a spread of 0.5 / 1.25.
         let second = 0.0625 / (1.0 - 0.4);
         let (level, _) = level(20.0, [0.25, second]);
         assert!(is_close(level, 3.0 + 3.0 * 0.25 * 1.25 * 20.0_f64.ln()), "{level}");
@@ -205,7 +206,7 @@ mod tests {
 
     #[test]
     fn the_shape_is_bounded() {
-        // A lower part of -2 and an upper one of 2.
+        // A lower part of -2, then an upper part of 2.
         let (short, _) = level(100.0, [0.1, 0.012]);
         assert!(is_close(short, 3.0 + 0.3 * 3.0 * (1.0 - 100.0_f64.powf(-0.5)) / 0.5), "{short}");
         let (heavy, _) = level(100.0, [2.0, 8.0]);
@@ -213,11 +214,11 @@ mod tests {
     }
 
     #[test]
-    fn fewer_peaks_than_wanted_need_no_level_above_the_beginning_of_the_tail() {
+    fn with_fewer_peaks_than_the_target_the_level_stays_at_the_beginning_of_the_tail() {
         assert_eq!(level(0.2, [0.18, 0.062]).0, TAIL_FROM);
     }
 
-    /// The level of the assumed peaks and those that are added, after a time in s.
+    /// The expected level for the assumed peaks plus the given ones, after a time in s.
     fn expected(per_min: f64, time_s: f64, peaks: &[f64]) -> f64 {
         let logs = peaks.iter().map(|peak| (peak / TAIL_FROM).ln());
         let count = ASSUMED_PEAKS + peaks.len() as f64;
@@ -227,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn before_the_first_sample_the_level_is_that_of_the_assumed_peaks() {
+    fn before_the_first_sample_the_level_follows_from_the_assumed_peaks() {
         assert!(is_close(Tail::<f64>::new(1.0, 1e-3).level(), expected(1.0, 0.0, &[])));
         assert!(Tail::<f64>::new(0.1, 1e-3).level() > Tail::<f64>::new(1.0, 1e-3).level(), "a rarer alarm");
     }
@@ -251,8 +252,8 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_counts_as_false_as_far_as_the_wanted_rate_has_credit_for_it() {
-        // 300 a minute: 0.5 in a block.
+    fn an_alarm_counts_as_false_while_the_wanted_rate_allows_it() {
+        // 300 per minute: 0.5 per block.
         let mut tail = Tail::<f64>::new(300.0, 0.1);
         tail.add(0.0);
         let beyond = tail.beyond;

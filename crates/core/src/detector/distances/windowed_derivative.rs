@@ -1,31 +1,29 @@
-//! The fall of the force over a few milliseconds in multiples of its noise: a baseline without a model of the tissue.
+//! The fall of the force over 3 ms in multiples of its noise: a baseline without a model of the tissue.
 
 use super::super::Evidence;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask};
 
-/// Length of the window in s, at least a sample.
+/// Length of the window in s, at least one sample.
 const WINDOW_S: f64 = 3e-3;
 
-/// Time in s after which the noise is known, and time after an alarm without another one.
+/// Time in s after which the noise estimate is valid, and refractory period after an alarm in s.
 const KNOWN_S: f64 = 0.05;
 const MUTE_S: f64 = 0.1;
 
-/// Longest window in samples.
 const MAX_SAMPLES: usize = 64;
 
-/// Memory of the noise in s.
 const MEMORY_S: f64 = 1.0;
 
-/// Least noise in N: below it a sensor without noise would divide by 0.
+/// Smallest noise in N. Without it a sensor without noise would cause a division by 0.
 const LEAST_NOISE_N: f64 = 1e-6;
 
-/// The standard deviation of normal noise in multiples of its mean magnitude.
+/// Standard deviation of normal noise in multiples of its mean magnitude.
 const STD_OF_MEAN: f64 = 1.253_314_137_315_5;
 
-/// `s_k = (y_{k-w} - y_k) / σ_k`, with a window `w` of 3 ms; `σ_k` is the running mean of the magnitude of these changes, as
-/// the standard deviation of normal noise. As the adaptive one, it needs no contact position and no quiet time.
+/// `s_k = (y_{k-w} - y_k) / σ_k`, with a window `w` of 3 ms. `σ_k` is the standard deviation of normal noise with the
+/// running mean magnitude of these changes. Like the adaptive distance, it needs no contact position and no quiet time.
 #[derive(Debug, Clone)]
 pub struct WindowedDerivative<L> {
     window: [L; MAX_SAMPLES],
@@ -34,10 +32,10 @@ pub struct WindowedDerivative<L> {
     samples: f64,
     noise: L,
     share: f64,
-    /// Number of samples after which the noise is known, and without an alarm after one.
+    /// Number of samples until the noise estimate is valid, and of the refractory period.
     known: f64,
     mute: f64,
-    /// Number of samples that are still without an alarm.
+    /// Number of samples left of the refractory period.
     muted: L,
 }
 
@@ -110,20 +108,20 @@ mod tests {
         WindowedDerivative::new(&DistanceSettings::DEFAULT, tick_s)
     }
 
-    /// A triangle wave: every change over three samples is at most 0.6 N.
+    /// A triangle wave, whose changes over three samples are at most 0.6 N.
     fn force_n(k: u32) -> f64 {
         0.2 * f64::from([0, 1, 2, 3, 2, 1][k as usize % 6])
     }
 
     #[test]
-    fn it_is_the_fall_over_3_ms_in_multiples_of_the_mean_change() {
+    fn the_distance_is_the_fall_over_3_ms_in_multiples_of_the_mean_change() {
         let mut derivative = derivative(1e-3);
         let mut changes = vec![];
         let mut forces = vec![];
         for k in 0..300 {
             forces.push(force_n(k));
             let fall = forces[forces.len().saturating_sub(4)] - force_n(k);
-            // Up to 1 s the mean is that of all changes so far.
+            // During the first second the mean covers all changes so far.
             let noise = STD_OF_MEAN * changes.iter().sum::<f64>() / changes.len().max(1) as f64;
             let distance = derivative.update(&with_force(force_n(k)));
             assert!((distance - fall / noise.max(LEAST_NOISE_N)).abs() < 1e-6 * distance.abs().max(1.0), "{k}");
@@ -146,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn the_noise_is_known_after_50_ms_and_an_alarm_mutes_it_for_a_tenth_of_a_second() {
+    fn the_noise_is_known_after_50_ms_and_an_alarm_inhibits_alarms_for_a_tenth_of_a_second() {
         for tick_s in [1e-3, 5e-4] {
             let mut derivative = derivative(tick_s);
             let known = (0..).find(|&k| {
@@ -165,12 +163,12 @@ mod tests {
     }
 
     #[test]
-    fn it_is_not_accumulated() {
+    fn the_distance_is_not_accumulated() {
         assert!(!derivative(1e-3).accumulates());
     }
 
     #[test]
-    fn its_window_is_3_ms_and_at_least_a_sample() {
+    fn the_window_is_3_ms_and_at_least_one_sample() {
         assert_eq!([1e-3, 5e-4, 1e-5, 0.1].map(|tick_s| derivative(tick_s).length), [3, 6, MAX_SAMPLES, 1]);
     }
 }

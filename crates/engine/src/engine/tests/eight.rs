@@ -1,4 +1,4 @@
-//! Eight lanes compute as one number after another.
+//! Eight lanes compute the same as single numbers.
 
 #![cfg(target_arch = "x86_64")]
 
@@ -12,7 +12,6 @@ fn lanes<L: Lane>(of: [f64; 8]) -> L {
     L::from_lanes(|lane| of[lane])
 }
 
-/// Compares an operation of two numbers, bit for bit.
 fn two<L: Lane>(name: &str, wide: impl Fn(L, L) -> L, one: impl Fn(f64, f64) -> f64) {
     let result = wide(lanes(A), lanes(B));
     for lane in 0..8 {
@@ -22,7 +21,6 @@ fn two<L: Lane>(name: &str, wide: impl Fn(L, L) -> L, one: impl Fn(f64, f64) -> 
     }
 }
 
-/// Compares a truth value of two numbers.
 fn truth<L: Lane>(name: &str, wide: impl Fn(L, L) -> L::Mask, one: impl Fn(f64, f64) -> bool) {
     let mask = wide(lanes(A), lanes(B));
     let expected: [bool; 8] = std::array::from_fn(|lane| one(A[lane], B[lane]));
@@ -67,7 +65,7 @@ fn compare<L: Lane>() {
 }
 
 #[test]
-fn every_operation_of_eight_lanes_is_that_of_each_number() {
+fn every_operation_of_eight_lanes_equals_the_operation_of_each_number() {
     if InstructionSet::Avx2.is_available() {
         compare::<Avx2>();
     }
@@ -81,6 +79,6 @@ fn the_widest_instruction_set_is_the_first_that_is_available() {
     assert!(InstructionSet::Baseline.is_available(), "every machine has it");
     let first = InstructionSet::ALL.into_iter().find(|set| set.is_available());
     assert_eq!(Some(InstructionSet::widest()), first);
-    // A machine with the wider instructions has the narrower ones.
+    // A machine with the wider instructions also has the narrower ones.
     assert!(!InstructionSet::Avx512.is_available() || InstructionSet::Avx2.is_available());
 }

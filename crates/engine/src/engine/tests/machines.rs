@@ -19,15 +19,18 @@ fn exact(
     ExactPlants::new(&master, &slave, START_M, REFERENCE_M)
 }
 
-/// Desired position, feedback force and reference at a tick: ramps, steps and swings.
 fn inputs(tick: u32) -> [f64; 3] {
     let t = TICK_S * f64::from(tick);
     let force_n = if tick < 60 { 0.0 } else { 1.5 + (40.0 * t).sin() };
     [START_M + 0.02 * t, force_n, REFERENCE_M + 0.004 * (25.0 * t).sin() + if tick > 100 { 2e-3 } else { 0.0 }]
 }
 
-/// Runs both side by side; returns the largest differences of position, velocity and force of the master, and of position and
-/// velocity of the slave.
+fn deflection(tick: u32) -> f64 {
+    3e-4 * (60.0 * TICK_S * f64::from(tick)).sin() + if tick > 70 { 1e-3 } else { 0.0 }
+}
+
+/// Runs both plants side by side. Returns the largest differences of position, velocity and force of the master, and of
+/// position and velocity of the slave.
 fn differences(mut a: impl Plants<f64>, mut b: impl Plants<f64>, ticks: u32) -> [f64; 5] {
     let mut largest = [0.0_f64; 5];
     for tick in 0..=ticks {
@@ -42,8 +45,8 @@ fn differences(mut a: impl Plants<f64>, mut b: impl Plants<f64>, ticks: u32) -> 
         ];
         largest = std::array::from_fn(|i| if now[i].is_nan() { f64::INFINITY } else { largest[i].max(now[i].abs()) });
         let ([desired, force, reference], [next, ..]) = (inputs(tick), inputs(tick + 1));
-        a.step(desired, next, force, reference).expect("a step");
-        b.step(desired, next, force, reference).expect("a step");
+        a.step(desired, next, force, reference, deflection(tick)).expect("a step");
+        b.step(desired, next, force, reference, deflection(tick)).expect("a step");
     }
     largest
 }
@@ -55,13 +58,13 @@ fn assert_alike(differences: [f64; 5], label: &str) {
 }
 
 #[test]
-fn the_exact_step_is_that_of_the_equations_integrated_numerically() {
+fn the_exact_step_agrees_with_numerical_integration() {
     let arm = ArmParameters::default();
     for timing in [ControlTiming::Continuous, ControlTiming::Sampled] {
         for (coupling, damping, ticks) in [
             (Coupling::Physical, Damping::Velocity, 250),
             (Coupling::Physical, Damping::AsPrinted, 250),
-            // Unstable: it grows.
+            // Unstable: the motion grows.
             (Coupling::AsPrinted, Damping::Velocity, 40),
         ] {
             let master = MasterParameters { coupling, ..MasterParameters::default() };
@@ -75,11 +78,11 @@ fn the_exact_step_is_that_of_the_equations_integrated_numerically() {
 }
 
 #[test]
-fn a_slave_of_second_order_and_one_that_is_held_are_stepped_exactly_too() {
+fn slaves_of_second_order_and_held_slaves_are_stepped_exactly_too() {
     let (master, arm) = (MasterParameters::default(), ArmParameters::default());
     let (numerator, denominator) = (vec![0.0, 12.6], vec![2.0, 3.0, 0.5]);
     let second = SlaveParameters { numerator, denominator, ..SlaveParameters::default() };
-    // Every coefficient acts, and the rest under a reference is not at it.
+    // Every coefficient acts, and the rest position differs from the reference.
     let (numerator, denominator) = (vec![9.0, 700.0], vec![1.0, 104.0, 60.0, 4e4]);
     let third = SlaveParameters { numerator, denominator, ..SlaveParameters::default() };
     for slave in [second, third] {
@@ -93,7 +96,7 @@ fn a_slave_of_second_order_and_one_that_is_held_are_stepped_exactly_too() {
 }
 
 #[test]
-fn at_the_start_the_machines_are_at_rest_where_they_were_put() {
+fn at_the_start_the_machines_are_at_rest_at_the_given_positions() {
     let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
     let machines = (&master, &arm, &slave);
     let limited = LimitedPlants::<f64>::new(machines, &ActuatorLimits::NONE, TICK_S, START_M, REFERENCE_M);
@@ -109,13 +112,13 @@ fn at_the_start_the_machines_are_at_rest_where_they_were_put() {
             assert!((master.position_m - START_M).abs() < 1e-12 && master.velocity_m_per_s.abs() < 1e-10, "{master:?}");
             assert!(master.hand_force_n.abs() < 1e-8, "{master:?}");
             assert!((slave.position_m - REFERENCE_M).abs() < 1e-10 && slave.velocity_m_per_s.abs() < 1e-8, "{slave:?}");
-            plants.step(START_M, START_M, 0.0, REFERENCE_M).expect("a step");
+            plants.step(START_M, START_M, 0.0, REFERENCE_M, 0.0).expect("a step");
         }
     }
 }
 
 #[test]
-fn samples_that_arrive_within_a_tick_act_from_their_arrival_on() {
+fn samples_that_arrive_within_a_tick_act_from_their_arrival() {
     let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
     let timing = ControlTiming::Continuous;
     for (force_share, reference_share) in [(0.7, 0.2), (0.25, 0.25), (0.1, 0.9)] {
@@ -158,7 +161,7 @@ fn motors_with_limits_and_lags_are_stepped_exactly() {
 }
 
 #[test]
-fn without_a_limit_motors_are_those_of_sampled_control() {
+fn without_a_limit_motors_equal_sampled_control() {
     let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
     let machines = (&master, &arm, &slave);
     let limited =
@@ -167,8 +170,8 @@ fn without_a_limit_motors_are_those_of_sampled_control() {
 }
 
 #[test]
-fn a_limit_holds_the_command_back() {
-    // The comparison above is of something only if the limits act.
+fn a_limit_restrains_the_command() {
+    // The comparison above is meaningful only if the limits act.
     let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
     let machines = (&master, &arm, &slave);
     for limits in [
@@ -191,7 +194,7 @@ fn a_limit_out_of_range_is_refused() {
 
 #[cfg(target_arch = "x86_64")]
 #[test]
-fn eight_machines_side_by_side_move_as_each_alone() {
+fn eight_machines_side_by_side_move_like_each_alone() {
     use super::super::{Avx2, InstructionSet};
     use trocar_core::lane::Lane as _;
     if !InstructionSet::Avx2.is_available() {
@@ -221,10 +224,13 @@ fn eight_machines_side_by_side_move_as_each_alone() {
                     slave.velocity_m_per_s,
                 ];
                 assert_eq!(got.map(|value| value.lane(lane).to_bits()), expected.map(f64::to_bits), "{tick} {lane}");
-                plants.step(desired, next, force(lane), reference).expect("a step");
+                plants.step(desired, next, force(lane), reference, deflection(tick)).expect("a step");
             }
             let wide = [desired, next].map(Avx2::splat);
-            together.step(wide[0], wide[1], Avx2::from_lanes(force), Avx2::splat(reference)).expect("a step");
+            let wide_deflection = Avx2::splat(deflection(tick));
+            together
+                .step(wide[0], wide[1], Avx2::from_lanes(force), Avx2::splat(reference), wide_deflection)
+                .expect("a step");
         }
     }
 }

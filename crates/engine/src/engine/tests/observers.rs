@@ -1,4 +1,4 @@
-//! Traces, energies, and observers together.
+//! Traces, energies, and combined observers.
 
 use std::sync::Arc;
 
@@ -11,7 +11,6 @@ use trocar_core::detector::{Decision, Detector, Evidence};
 use trocar_core::estimation::Confidence;
 use trocar_core::time::TickGrid;
 
-/// Signals that are all different.
 fn signals(tick: u64) -> Signals<f64> {
     let mut number = 100.0 * tick as f64;
     let mut next = || {
@@ -52,7 +51,7 @@ fn grid(ticks: u64) -> TickGrid {
 }
 
 #[test]
-fn the_columns_of_a_trace_are_the_signals_of_their_names_in_the_order_of_the_file() {
+fn the_columns_of_a_trace_are_the_signals_of_the_same_names_in_file_order() {
     let mut trace = Trace::new(grid(10)).with_extra_parameter(Some("friction_n"));
     (0..3).for_each(|tick| trace.observe(&signals(tick)));
     assert_eq!(
@@ -87,7 +86,7 @@ fn the_columns_of_a_trace_are_the_signals_of_their_names_in_the_order_of_the_fil
 }
 
 #[test]
-fn the_unit_of_a_column_is_that_of_its_name() {
+fn the_unit_of_a_column_matches_its_name() {
     for column in TRACE_COLUMNS.iter().chain(&TRUST_COLUMNS) {
         let suffix = match column.unit {
             "m" => "_m",
@@ -105,7 +104,7 @@ fn the_unit_of_a_column_is_that_of_its_name() {
 }
 
 #[test]
-fn a_recorder_leaves_the_trace_that_an_observer_would() {
+fn a_recorder_writes_the_same_trace_as_an_observer() {
     for ticks in [1, 63, 64, 65, 200] {
         let mut observed = Trace::new(grid(200)).with_extra_parameter(Some("friction_n"));
         let mut recorded = observed.clone();
@@ -121,7 +120,7 @@ fn a_recorder_leaves_the_trace_that_an_observer_would() {
 }
 
 #[test]
-fn the_energies_of_the_ports_are_their_work() {
+fn the_energies_of_the_ports_are_the_work_at_the_ports() {
     let mut energies = PortEnergies::default();
     let mut at = |hand: (f64, f64, f64), needle: (f64, f64, f64)| {
         let (master_position_m, operator_force_n, feedback_force_n) = hand;
@@ -138,15 +137,15 @@ fn the_energies_of_the_ports_are_their_work() {
         [energies.hand_j, energies.master_j, energies.reference_j, energies.needle_j]
     };
     assert_eq!(at((1.0, 2.0, 3.0), (4.0, 5.0, 6.0)), [0.0; 4]);
-    // The hand: (2 + 4) / 2 over 2 m; the feedback force before: 3 over 2 m. The reference: the force now, 8, over 1 m; the
-    // needle: (6 + 8) / 2 over 0.5 m.
+    // Hand: (2 + 4) / 2 over 2 m. Feedback force of the last tick: 3 over 2 m. Reference: the present force 8 over 1 m.
+    // Needle: (6 + 8) / 2 over 0.5 m.
     assert_eq!(at((3.0, 4.0, 9.0), (5.0, 5.5, 8.0)), [6.0, 6.0, 8.0, 3.5]);
     // Back: (4 + 0) / 2 and 9 over -1 m; 2 over -2 m; (8 + 2) / 2 over -1 m.
     assert_eq!(at((2.0, 0.0, 0.0), (3.0, 4.5, 2.0)), [4.0, -3.0, 4.0, -1.5]);
 }
 
 #[test]
-fn the_trust_of_a_trace_needs_the_contact_and_counts_from_it() {
+fn the_confidence_of_a_trace_requires_the_contact_and_counts_from_it() {
     let mut trace = Trace::new(grid(400));
     for tick in 0..400 {
         let t = 1e-3 * tick as f64;
@@ -191,7 +190,7 @@ fn the_trust_of_a_trace_needs_the_contact_and_counts_from_it() {
     assert!(TrustColumns::of((0.0, 1e-3), (&[], &[]), &[], (&[], &[])).excitation.is_empty());
 }
 
-/// Counts what it receives, and is done after some ticks.
+/// Counts the received ticks, and is done after a number of ticks.
 struct Counting(u64, u64);
 
 impl Observer<f64> for Counting {
@@ -204,7 +203,7 @@ impl Observer<f64> for Counting {
 }
 
 #[test]
-fn of_two_observers_the_second_does_not_receive_the_tick_at_which_the_first_is_done() {
+fn the_second_observer_does_not_receive_the_tick_at_which_the_first_is_done() {
     let mut both = (Counting(0, 3), Counting(0, 100));
     let observe = |both: &mut (Counting, Counting)| {
         both.observe(&signals(0));
@@ -230,7 +229,7 @@ impl EventObserver<f64> for Happened {
 }
 
 #[test]
-fn an_additional_observer_receives_what_happens_or_is_none() {
+fn an_additional_observer_is_optional() {
     let mut happened = Happened(vec![]);
     let mut additional = Additional(Some(&mut happened as &mut dyn EventObserver<f64>));
     (0..3).for_each(|tick| additional.observe(&signals(tick)));
@@ -243,7 +242,7 @@ fn an_additional_observer_receives_what_happens_or_is_none() {
 }
 
 #[test]
-fn a_signal_of_one_lane_is_that_signal() {
+fn a_signal_of_one_lane_is_unchanged() {
     let (signal, lane) = (signals(2), signals(2).lane(0));
     assert_eq!(format!("{signal:?}"), format!("{lane:?}"));
 }
@@ -257,7 +256,7 @@ impl Detector<f64> for Quiet {
 }
 
 #[test]
-fn scheduled_alarms_come_at_their_ticks_in_addition_to_those_of_the_detector() {
+fn scheduled_alarms_are_raised_at_their_ticks_in_addition_to_the_detectors_alarms() {
     let evidence = Evidence {
         force_n: 0.0,
         predicted_force_n: 0.0,

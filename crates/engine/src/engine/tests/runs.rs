@@ -1,4 +1,4 @@
-//! Whole runs with built-in parts.
+//! Complete runs with built-in parts.
 
 use std::sync::Arc;
 
@@ -26,8 +26,8 @@ use {
 
 const TICK_S: f64 = 1e-3;
 
-/// A hand that moves in at 20 mm/s to 20 mm, in a spring and a damper; with delays each way in ticks, a scheme, a stiffness, and
-/// scheduled alarms.
+/// A hand that moves at 20 mm/s to 20 mm, in a spring and a damper, with delays each way in ticks, a scheme, a
+/// stiffness, and scheduled alarms.
 #[derive(Clone, Copy)]
 struct Case {
     ticks: u64,
@@ -118,7 +118,7 @@ impl Case {
 }
 
 #[test]
-fn a_hand_that_rests_in_a_spring_settles_where_the_arm_and_the_tissue_agree() {
+fn a_hand_at_rest_in_a_spring_settles_where_arm_and_tissue_are_in_balance() {
     let trace = CASE.trace();
     assert_eq!(trace.len(), 4000);
     // K_a (x_d - x_h) = K x_h, with the static stiffness of the arm.
@@ -131,7 +131,7 @@ fn a_hand_that_rests_in_a_spring_settles_where_the_arm_and_the_tissue_agree() {
         assert!((last(force) - 300.0 * master_m).abs() < 1e-5, "{}", last(force));
     }
     assert!((last(&trace.desired_position_m) - 0.02).abs() < 1e-12);
-    // The spring holds K x²/2; the needle has done that and what its damper took.
+    // The spring holds K x²/2; the needle's work also covers the loss in the damper.
     let stored = 0.5 * 300.0 * master_m * master_m;
     let work = last(&trace.needle_energy_j);
     assert!(work > stored && work < 1.1 * stored, "{work} {stored}");
@@ -139,7 +139,7 @@ fn a_hand_that_rests_in_a_spring_settles_where_the_arm_and_the_tissue_agree() {
 }
 
 #[test]
-fn a_delayed_link_makes_the_slave_late_by_its_ticks() {
+fn a_delayed_link_delays_the_slave_by_its_ticks() {
     let reference = |delays| Case { delays, ..CASE }.trace().slave_reference_m;
     let late = Case { delays: [7, 3], ..CASE }.trace();
     for tick in 7..2000 {
@@ -160,7 +160,7 @@ fn an_alarm_freezes_the_slave_in_a_run() {
 }
 
 #[test]
-fn two_sides_in_two_processes_run_as_one() {
+fn two_sides_in_two_processes_equal_one_engine() {
     for (delays, scheme) in [([1, 1], Scheme::None), ([4, 2], Scheme::None), ([3, 5], Scheme::TimeDomain)] {
         let case = Case { ticks: 1500, delays, scheme, alarm_at: Some(600), ..CASE };
         let together = case.trace();
@@ -190,7 +190,7 @@ fn two_sides_in_two_processes_run_as_one() {
         assert_eq!((of_master.slave_position_m[700], of_slave.master_position_m[700]), (0.0, 0.0), "the other side");
         assert_eq!(master.promised_j().is_some(), scheme != Scheme::None);
         assert_eq!(master.promised_j(), slave.promised_j());
-        // The energies of the ports, up to the last tick that each side has sent.
+        // Energies of the ports, up to the last tick that each side has sent.
         let (e_m, e_s) = (together.master_energy_j[1499], together.needle_energy_j[1499]);
         assert!((master.energy_j() - e_m).abs() < 1e-9, "{} {e_m}", master.energy_j());
         assert!((slave.energy_j() - e_s).abs() < 1e-9, "{} {e_s}", slave.energy_j());
@@ -199,7 +199,7 @@ fn two_sides_in_two_processes_run_as_one() {
 }
 
 #[test]
-fn the_report_of_a_link_has_the_energies_of_its_ports() {
+fn the_report_of_a_link_contains_the_energies_of_its_ports() {
     let case = Case { ticks: 800, delays: [2, 3], alarm_at: Some(300), ..CASE };
     let (mut engine, mut trace) = (case.engine(), Trace::new(case.grid()));
     engine.run(&mut trace).expect("a run");
@@ -213,7 +213,7 @@ fn the_report_of_a_link_has_the_energies_of_its_ports() {
     assert!((report.left_behind_m - ahead.max(0.0)).abs() < 1e-15);
 }
 
-/// Sums that a change of one signal at one tick changes: of positions, forces and the decision, each weighted by its tick.
+/// Weighted sums of positions, forces and the decision that change with any signal at any tick.
 #[cfg(target_arch = "x86_64")]
 struct Digest<L>([L; 4]);
 
@@ -244,7 +244,7 @@ impl<L: Lane> Observer<L> for Digest<L> {
 
 #[cfg(target_arch = "x86_64")]
 #[test]
-fn eight_engines_side_by_side_have_the_signals_of_each_alone() {
+fn eight_engines_side_by_side_have_the_same_signals_as_each_alone() {
     use super::super::{Avx2, GatheredPlants, InstructionSet, gather};
     if !InstructionSet::Avx2.is_available() {
         return;
@@ -274,13 +274,13 @@ fn eight_engines_side_by_side_have_the_signals_of_each_alone() {
 }
 
 #[test]
-fn a_direct_link_has_no_report_and_a_delayed_one_has() {
+fn only_a_delayed_link_has_a_report() {
     assert!(CASE.parts().link_report(0).is_none());
     assert!(Case { delays: [1, 0], ..CASE }.parts().link_report(0).is_some());
 }
 
 #[test]
-fn user_defined_parts_are_told_by_their_roles() {
+fn user_defined_parts_are_listed_by_role() {
     assert!(OwnParts::default().roles().is_empty());
     let spring = KelvinVoigt::<f64>::new(&KelvinVoigtSettings::default()).expect("valid");
     let parts = OwnParts::default().tissue(spring);
@@ -291,7 +291,7 @@ fn user_defined_parts_are_told_by_their_roles() {
 }
 
 #[test]
-fn a_side_begins_with_the_sample_that_it_was_given() {
+fn a_side_begins_with_the_given_sample() {
     let (of_slave, of_master) = ([1.0, 2.0, 3.0, 4.0, 0.0], [5.0, 6.0, 7.0, 8.0]);
     let (master, slave) = (MasterSide::new(CASE.side(), of_slave), SlaveSide::new(CASE.side(), of_master));
     assert_eq!((master.initial(), slave.initial()), (of_slave, of_master));

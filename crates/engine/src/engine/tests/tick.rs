@@ -1,4 +1,4 @@
-//! What each part of a tick receives, with parts that mark what passes them.
+//! The inputs of each part of a tick, by parts that record their calls.
 
 use std::cell::RefCell;
 use std::ops::ControlFlow;
@@ -14,7 +14,7 @@ use trocar_core::chain::{Chain, Reading};
 use trocar_core::detector::{Decision, Detector, Evidence};
 use trocar_core::estimation::{Estimate, Estimator};
 
-/// What the parts were called with, in order.
+/// Calls of the parts, in order.
 type Calls = Rc<RefCell<Vec<String>>>;
 
 struct Marking(Calls);
@@ -54,7 +54,7 @@ impl Tissue<f64> for Marking {
     }
 }
 
-/// A sensor at the tip or at the base, which adds something to each of its channels.
+/// A sensor at the tip or at the base that adds an offset to each of its channels.
 struct MarkingSensor(bool, Calls);
 
 impl Sensor<f64> for MarkingSensor {
@@ -113,8 +113,8 @@ impl Connection<f64> for Marking {
         self.call(format!("limit {force_n}"));
         force_n + 0.5
     }
-    fn apply_compliance(&self, reference_m: f64, tissue_force_n: f64) -> f64 {
-        reference_m - 0.001 * tissue_force_n
+    fn deflection_m(&self, tissue_force_n: f64) -> f64 {
+        0.001 * tissue_force_n
     }
     fn report(&self, index: usize) -> Option<LinkReport> {
         self.call(format!("report {index}"));
@@ -129,8 +129,15 @@ impl Plants<f64> for Marking {
     fn slave(&self) -> SlaveReading<f64> {
         SlaveReading { position_m: 5.0, velocity_m_per_s: 6.0 }
     }
-    fn step(&mut self, desired: f64, next: f64, feedback: f64, reference: f64) -> Result<(), IntegrationError> {
-        self.call(format!("step {desired}, {next}, {feedback}, {reference}"));
+    fn step(
+        &mut self,
+        desired: f64,
+        next: f64,
+        feedback: f64,
+        reference: f64,
+        deflection: f64,
+    ) -> Result<(), IntegrationError> {
+        self.call(format!("step {desired}, {next}, {feedback}, {}", reference - deflection));
         Ok(())
     }
 }
@@ -165,7 +172,7 @@ fn parts(at_tip: bool) -> (MarkingParts, Calls) {
 }
 
 #[test]
-fn a_tick_reads_measures_judges_commands_and_steps_in_this_order() {
+fn a_tick_senses_detects_commands_and_steps_in_this_order() {
     let (mut parts, calls) = parts(false);
     let (mut plants, mut observer) = (Marking(calls.clone()), Watching(vec![], false, calls.clone()));
     let ControlFlow::Continue(next) = parts.tick(9, 7.0, &mut plants, &mut observer) else { panic!("it goes on") };
@@ -190,7 +197,7 @@ fn a_tick_reads_measures_judges_commands_and_steps_in_this_order() {
 }
 
 #[test]
-fn the_signals_of_a_tick_have_what_each_part_gave() {
+fn the_signals_of_a_tick_contain_the_outputs_of_each_part() {
     let (mut parts, calls) = parts(false);
     let (mut plants, mut observer) = (Marking(calls.clone()), Watching(vec![], false, calls));
     let _ = parts.tick(9, 7.0, &mut plants, &mut observer);

@@ -1,4 +1,4 @@
-//! Acceleration estimates from velocities.
+//! Estimation of accelerations from velocities.
 
 use trocar_core::lane::Lane;
 
@@ -18,7 +18,7 @@ impl<L: Lane> Accelerometer<L> {
         Self { weight, inverse_tick, velocity: L::zero(), acceleration: L::zero() }
     }
 
-    /// The acceleration in m/s² after a velocity in m/s.
+    /// Processes a velocity in m/s. Returns the acceleration in m/s².
     #[inline(always)]
     pub(super) fn update(&mut self, velocity: L) -> L {
         let raw = (velocity - self.velocity) * self.inverse_tick;
@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_constant_acceleration_is_approached_with_the_bandwidth() {
+    fn a_constant_acceleration_is_approached_at_the_bandwidth() {
         for tick_s in [1e-3, 5e-4] {
             let mut accelerometer = Accelerometer::<f64>::new(30.0, tick_s);
             for tick in 1..=200 {

@@ -13,9 +13,8 @@ use trocar_core::settings::Key;
 trocar_core::settings! {
     /// Settings of the four-channel architecture besides the coupling and the local force feedback.
     ///
-    /// With the default bandwidth and the other defaults, the transmitted stiffness of a 50 N/m tissue is within 5 % at
-    /// 5 Hz, and the loop is stable at 4000 N/m in a firm grip (`tests/it/architectures.rs`). At twice the bandwidth
-    /// this no longer holds.
+    /// With all defaults, the transmitted stiffness of a 50 N/m tissue is within 5 % at 5 Hz, and the loop is stable at
+    /// 4000 N/m in a firm grip (`tests/it/architectures.rs`). At twice the bandwidth this no longer holds.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct FourChannelSettings in "controller." {
         /// Bandwidth of the acceleration estimates (four-channel).
@@ -23,7 +22,7 @@ trocar_core::settings! {
     }
 }
 
-/// Positions and forces in both directions, with the gains that make the teleoperator transparent.
+/// Positions and forces in both directions, with gains that make the teleoperator transparent.
 #[derive(Debug, Clone)]
 pub struct FourChannel<L> {
     load: HandLoad<L>,
@@ -78,7 +77,7 @@ impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
     const KEYS: &'static [&'static [Key]] =
         &[CouplingSettings::KEYS, LocalForceSettings::KEYS, FourChannelSettings::KEYS];
 
-    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`; `C_3` is scaled down by
+    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`. `C_3` is scaled down by
     /// the slave's compliance where the tissue moves the slave less than in Lawrence's model.
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
         let Machines { position_scale, force_scale, proportional_gain: k_p, .. } = *machines;

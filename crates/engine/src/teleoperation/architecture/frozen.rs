@@ -3,11 +3,11 @@
 use super::ArrivedAtMaster;
 use trocar_core::lane::Lane;
 
-/// While the received mode is "augmented" (slave frozen), the force is that of the last unfrozen tick plus the change
-/// of the tissue force since.
+/// Holds the force of the last unfrozen tick while the received mode is "augmented", plus the change of the tissue
+/// force since then.
 #[derive(Debug, Clone)]
 pub(super) struct FrozenForce<L> {
-    /// At the last tick at which the slave was not frozen: the whole force, and the tissue force.
+    /// Feedback force and tissue force at the last unfrozen tick, in N.
     whole_n: L,
     tissue_n: L,
 }
@@ -19,7 +19,6 @@ impl<L: Lane> Default for FrozenForce<L> {
 }
 
 impl<L: Lane> FrozenForce<L> {
-    /// The feedback force in N, given the law's `force_n`.
     #[inline(always)]
     pub(super) fn update(&mut self, force_n: L, arrived: &ArrivedAtMaster<L>) -> L {
         let is_frozen = arrived.mode.is_augmented();
@@ -40,7 +39,7 @@ mod tests {
     use trocar_core::augmentation::{Mode, Modes};
 
     #[test]
-    fn while_frozen_the_force_is_the_last_one_and_the_change_of_the_tissue_force_since() {
+    fn while_frozen_the_force_is_the_last_one_plus_the_change_of_the_tissue_force() {
         let mut frozen = FrozenForce::<f64>::default();
         let mut at = |mode, law_n, tissue_n| {
             let sample =

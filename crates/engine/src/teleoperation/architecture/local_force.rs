@@ -18,12 +18,13 @@ trocar_core::settings! {
         ///
         /// Lawrence's `C_6`; it divides the apparent damping by the same factor.
         master_force_gain: f64 [NON_NEGATIVE] = 6.0,
-        /// C_5, local force feedback at the slave (local-force, four-channel), in command U_s per N: makes it compliant.
+        /// C_5, local force feedback at the slave (local-force, four-channel), in command U_s per N: makes the slave
+        /// compliant.
         slave_force_gain: f64 [NON_NEGATIVE] = 0.0,
     }
 }
 
-/// Local force feedback reduces the apparent mass and damping of the master, and makes the slave compliant:
+/// Local force feedback that reduces the apparent mass and damping of the master and makes the slave compliant:
 /// `x_ref = P x_h - g_e f_e`, `F_ed = k_f F_e - k_h F_h`.
 #[derive(Debug, Clone)]
 pub struct LocalForce<L> {
@@ -68,7 +69,7 @@ impl<L: Lane> BuiltInArchitecture<L> for LocalForce<L> {
     }
 }
 
-/// The force terms of the master's law: `k_f F_e - k_h F_h`.
+/// Force terms of the master's law: `k_f F_e - k_h F_h`.
 #[derive(Debug, Clone)]
 pub(super) struct HandLoad<L> {
     force: L,

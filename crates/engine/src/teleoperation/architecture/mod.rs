@@ -1,4 +1,4 @@
-//! The architectures: what each side sends, and how it uses what it receives.
+//! The architectures: the message of each side, and its use by the receiver.
 
 mod accelerometer;
 pub(super) mod four_channel;
@@ -21,7 +21,7 @@ use trocar_core::augmentation::Modes;
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
-/// What the master sends.
+/// The master's sample.
 #[derive(Debug, Clone, Copy)]
 pub struct MasterSample<L> {
     /// `x_h` in m.
@@ -34,10 +34,10 @@ pub struct MasterSample<L> {
     pub hand_force_n: L,
 }
 
-/// What the slave sends.
+/// The slave's sample.
 #[derive(Debug, Clone, Copy)]
 pub struct SlaveSample<L> {
-    /// The measured force scaled to the master, in N.
+    /// Measured force scaled to the master, in N.
     pub force_n: L,
     /// `x_e` in m.
     pub position_m: L,
@@ -48,7 +48,7 @@ pub struct SlaveSample<L> {
 }
 
 impl<L: Lane> SlaveSample<L> {
-    /// The slave's state with a force in N scaled to the master; its acceleration is 0.
+    /// Creates a sample with an acceleration of 0; `force_n` is scaled to the master.
     #[inline(always)]
     #[must_use]
     pub fn without_acceleration(slave: &AtSlave<L>, force_n: L) -> Self {
@@ -61,20 +61,20 @@ impl<L: Lane> SlaveSample<L> {
     }
 }
 
-/// What the master's side receives at a tick.
+/// Inputs of the master's side at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct ArrivedAtMaster<L> {
     /// The received sample.
     pub sample: SlaveSample<L>,
-    /// The sample's force in N, or the passivity scheme's replacement.
+    /// Force of the sample in N, or the passivity scheme's replacement.
     pub force_n: L,
     /// The slave's mode.
     pub mode: Modes<L>,
 }
 
-/// What each side sends, and how it uses what it receives.
+/// Defines the message of each side and its use by the receiver.
 pub trait Architecture<L: Lane> {
-    /// What the master sends. The default sends an acceleration of 0.
+    /// Returns the master's sample. The default has an acceleration of 0.
     #[inline(always)]
     fn master_sends(&mut self, master: &AtMaster<L>) -> MasterSample<L> {
         MasterSample {
@@ -88,7 +88,7 @@ pub trait Architecture<L: Lane> {
     /// The target of the slave's reference in m, on the slave's scale.
     fn slave_target(&mut self, arrived: &MasterSample<L>, slave: &AtSlave<L>) -> L;
 
-    /// What the slave sends, given the measured force scaled to the master (`force_n`, N). The default sends an
+    /// Returns the slave's sample, from the measured force scaled to the master (`force_n`, N). The default has an
     /// acceleration of 0.
     #[inline(always)]
     fn slave_sends(&mut self, slave: &AtSlave<L>, force_n: L) -> SlaveSample<L> {
@@ -97,8 +97,8 @@ pub trait Architecture<L: Lane> {
 
     /// The feedback force in N.
     ///
-    /// While the slave is frozen, the position coupling keeps its value: otherwise the feedback force would grow as the
-    /// hand moves away from the held needle.
+    /// While the slave is frozen, the position coupling must keep its value. Otherwise the feedback force would grow as
+    /// the hand moves away from the frozen needle.
     fn master_force(&mut self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L;
 }
 
@@ -120,26 +120,20 @@ impl<L: Lane, T: Architecture<L> + ?Sized> Architecture<L> for Box<T> {
     }
 }
 
-/// What the registry needs of an architecture besides the trait: its linear law, for the stability analysis, and a
-/// constructor.
+/// Requirements of the registry besides the trait: the linear law, for the stability analysis, and a constructor.
 pub(super) trait BuiltInArchitecture<L: Lane>: Architecture<L> + Sized {
-    /// Whether the feedback force depends on both machines' positions.
     const COUPLES_POSITIONS: bool = false;
-    /// Whether the gains depend on the slave's dynamics.
     const MODELS_SLAVE: bool = false;
-    /// The groups of keys that it reads.
     const KEYS: &'static [&'static [Key]];
 
-    /// The gains for two machines.
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue>;
 
-    /// The architecture at rest, with a tick of `tick_s` (s).
     fn build(settings: &ControllerSettings, machines: &Machines, tick_s: f64) -> Result<Self, InvalidValue>;
 }
 
 trocar_core::registry! {
-    /// The paper's architecture; the same with local force feedback; a spring between the machines; or four-channel,
-    /// transparent (Lawrence 1993).
+    /// Architecture: the paper's; the same with local force feedback; a spring between the machines; or the transparent
+    /// four-channel architecture (Lawrence 1993).
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum ControllerKind at "controller.kind" = PositionForce;
     /// A built-in architecture.
@@ -152,34 +146,35 @@ trocar_core::registry! {
 }
 
 trocar_core::settings! {
-    /// The kind of architecture, and the settings of all kinds: a key acts for the kinds that read it.
+    /// The kind of architecture, and the settings of all kinds. A key acts for the kinds that read it.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ControllerSettings in "controller." {
-        /// The kind.
+        /// Kind of architecture.
         kind: ControllerKind,
-        /// The spring between the machines.
+        /// Spring and damper between the machines.
         coupling: CouplingSettings for (ControllerKind::reading(CouplingSettings::KEYS)),
-        /// The local force feedback.
+        /// Local force feedback.
         local_force: LocalForceSettings for (ControllerKind::reading(LocalForceSettings::KEYS)),
-        /// The four channels.
+        /// Settings of the four-channel architecture.
         four_channel: FourChannelSettings for (ControllerKind::reading(FourChannelSettings::KEYS)),
     }
 }
 
 impl ControllerKind {
-    /// The kinds that read these keys.
+    /// The condition on the kinds that read these keys.
     const fn reading(keys: &[Key]) -> ActsFor {
         let kinds = of_kind!([WORD, Part] => (WORD, <Part<f64> as BuiltInArchitecture<f64>>::KEYS));
         ActsFor::built_from(keys, Self::KEY.path, &kinds)
     }
 
-    /// Whether the feedback force depends on both machines' positions, so that the slave sends its position.
+    /// Returns true if the feedback force depends on both positions, so the slave must send its own.
     #[must_use]
     pub fn couples_positions(self) -> bool {
         of_kind!(self, Part => Part::<f64>::COUPLES_POSITIONS)
     }
 
-    /// Whether the gains depend on the slave's dynamics ([`Machines::slave_drag`] and [`Machines::slave_inertia`]).
+    /// Returns true if the gains depend on the slave's dynamics ([`Machines::slave_drag`] and
+    /// [`Machines::slave_inertia`]).
     #[must_use]
     pub fn models_slave(self) -> bool {
         of_kind!(self, Part => Part::<f64>::MODELS_SLAVE)
@@ -187,7 +182,7 @@ impl ControllerKind {
 }
 
 impl ControllerSettings {
-    /// The gains for two machines.
+    /// Computes the gains for two machines.
     ///
     /// # Errors
     /// [`InvalidValue`] if the law divides by `K_p` and `K_p` is 0.
@@ -197,7 +192,6 @@ impl ControllerSettings {
 }
 
 impl<L: Lane> AnyArchitecture<L> {
-    /// The chosen architecture, with a tick of `tick_s` (s).
     pub(in crate::teleoperation) fn new(
         settings: &ControllerSettings,
         machines: &Machines,

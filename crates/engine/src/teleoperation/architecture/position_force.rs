@@ -6,7 +6,7 @@ use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 use trocar_core::settings::Key;
 
-/// The slave receives the position, the master the measured force: `x_ref = P x_h`, `F_ed = F_e`.
+/// Sends the position to the slave and the measured force to the master: `x_ref = P x_h`, `F_ed = F_e`.
 #[derive(Debug, Clone)]
 pub struct PositionForce<L> {
     position_scale: L,

@@ -8,12 +8,12 @@ use trocar_core::lane::Lane;
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
-    /// The coupling between the machines. The default spring is somewhat stiffer than the arm.
+    /// The coupling between the machines. The default spring is slightly stiffer than the arm.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct CouplingSettings in "controller.coupling_" {
         /// Spring between the machines (position-position, four-channel).
         ///
-        /// On the slave's scale.
+        /// On the slave's scale, in N/m.
         stiffness_n_per_m: f64 [NON_NEGATIVE] = 1000.0,
         /// Damper parallel to the spring.
         damping_n_s_per_m: f64 [NON_NEGATIVE] = 10.0,
@@ -56,7 +56,7 @@ impl<L: Lane> BuiltInArchitecture<L> for PositionPosition<L> {
     }
 }
 
-/// The position and velocity terms of the master's law: `k_x (P x_h - x_e) + k_v (P v_h - v_e)`.
+/// Position and velocity terms of the master's law: `k_x (P x_h - x_e) + k_v (P v_h - v_e)`.
 #[derive(Debug, Clone)]
 pub(super) struct Coupling<L> {
     pub(super) position_scale: L,

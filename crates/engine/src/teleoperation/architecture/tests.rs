@@ -1,4 +1,4 @@
-//! The laws and the gains of the architectures, by the equations of `gains`.
+//! The laws and gains of the architectures against the equations of `gains`.
 
 use super::four_channel::FourChannel;
 use super::local_force::LocalForce;
@@ -7,7 +7,7 @@ use super::position_position::PositionPosition;
 use super::*;
 use trocar_core::augmentation::{Mode, Modes};
 
-/// Machines of which no two numbers are alike.
+/// Machines with all numbers different.
 const MACHINES: Machines = Machines {
     master_mass_kg: 0.3,
     master_damping_n_s_per_m: 5.0,
@@ -32,7 +32,7 @@ fn gains<A: BuiltInArchitecture<f64>>() -> (MasterGains, SlaveGains) {
 }
 
 #[test]
-fn the_gains_are_those_of_lawrence_for_the_machines() {
+fn the_gains_are_lawrences_gains_for_the_machines() {
     let (none, still) = (MasterGains::default(), SlaveGains::default());
     assert_eq!(gains::<PositionForce<f64>>(), (MasterGains { force: 1.0, ..none }, still));
     let coupled = MasterGains { position: 2400.0, velocity: 36.0, ..none };
@@ -54,7 +54,7 @@ fn a_slave_without_a_proportional_gain_cannot_be_compliant() {
     assert_eq!(error.name, "slave.proportional_gain");
 }
 
-/// The slave's target and the feedback force by the linear law of the gains, and by an architecture, at each tick of a motion.
+/// Compares the linear law of the gains with an architecture, at each tick of a motion.
 fn compare<A: BuiltInArchitecture<f64>>() {
     let tick_s = 1e-3;
     let mut architecture = A::build(&settings(), &MACHINES, tick_s).expect("valid");
@@ -84,7 +84,7 @@ fn compare<A: BuiltInArchitecture<f64>>() {
         let sample = architecture.slave_sends(&slave, f_e);
         assert_eq!((sample.force_n, sample.position_m), (f_e, slave.position_m));
         assert_eq!(sample.velocity_m_per_s, slave.velocity_m_per_s);
-        // A scheme may replace the force: it is not that of the sample.
+        // A scheme may replace the sample's force.
         let arrived = ArrivedAtMaster { sample, force_n: f_e + 0.5, mode: Modes::splat(Mode::Teleoperation) };
         let force = architecture.master_force(&arrived, &master);
         let expected = m.force * (f_e + 0.5) - m.hand * master.hand_force_n
@@ -97,7 +97,7 @@ fn compare<A: BuiltInArchitecture<f64>>() {
 }
 
 #[test]
-fn each_architecture_is_the_linear_law_of_its_gains() {
+fn each_architecture_equals_the_linear_law_of_its_gains() {
     compare::<PositionForce<f64>>();
     compare::<PositionPosition<f64>>();
     compare::<LocalForce<f64>>();
@@ -121,7 +121,7 @@ fn all_but_position_force_hold_their_force_while_the_slave_is_frozen() {
 }
 
 #[test]
-fn energies_are_scaled_by_force_over_position() {
+fn energies_are_scaled_by_the_ratio_of_force_to_position_scale() {
     assert_eq!(MACHINES.energy_scale(), 6.0);
     assert_eq!(Machines { position_scale: 0.0, ..MACHINES }.energy_scale(), 1.0, "an open loop");
 }

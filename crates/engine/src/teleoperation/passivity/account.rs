@@ -7,16 +7,15 @@ use trocar_core::lane::Lane;
 /// ```text
 /// A += work of the port + received - sent,   A(0) = the side's share of E_0
 /// ```
-/// A side never spends more than its account holds, and energy under way is never negative. So with `A_m` at the master
-/// and `A_s` at the slave, at every tick
+/// A side never spends more than its account holds, and the energy in transit is never negative. With `A_m` at the
+/// master and `A_s` at the slave, therefore, at every tick
 ///
 /// ```text
-/// E_m - E_s = A_m + A_s + under way - E_0 >= -E_0
+/// E_m - E_s = A_m + A_s + in transit - E_0 >= -E_0
 /// ```
-/// Energies are sent as running totals: a late or lost sample loses no energy.
+/// Energies are sent as running totals, so a late or lost sample loses no energy.
 #[derive(Debug, Clone)]
 pub(super) struct Account<L> {
-    /// In J.
     pub(super) energy_j: L,
     sent: L,
     received: L,
@@ -27,20 +26,20 @@ impl<L: Lane> Account<L> {
         Self { energy_j, sent: L::zero(), received: L::zero() }
     }
 
-    /// Adds the work that has entered at the port since the last tick.
+    /// Adds the work (J) that has entered at the port since the last tick.
     #[inline(always)]
     pub(super) fn add(&mut self, work_j: L) {
         self.energy_j = self.energy_j + work_j;
     }
 
-    /// Adds what the other side has sent; `total_j` is its running total.
+    /// Adds the energy sent by the other side; `total_j` is its running total.
     #[inline(always)]
     pub(super) fn receive(&mut self, total_j: L) {
         self.energy_j = self.energy_j + (total_j - self.received);
         self.received = total_j;
     }
 
-    /// Sends an amount (J) to the other side; returns the running total.
+    /// Sends an amount (J) to the other side. Returns the running total.
     #[inline(always)]
     pub(super) fn send(&mut self, energy_j: L) -> L {
         self.energy_j = self.energy_j - energy_j;
@@ -48,14 +47,14 @@ impl<L: Lane> Account<L> {
         self.sent
     }
 
-    /// What this side asks for, to hold `wanted_j` (J): a running total if energy under way counts.
+    /// Returns this side's demand to hold `wanted_j`: a running total if energy in transit counts.
     #[inline(always)]
     pub(super) fn demand(&self, wanted_j: L, counts_under_way: bool) -> L {
         let short = wanted_j - self.energy_j;
         if counts_under_way { self.received + short } else { short }
     }
 
-    /// What the other side asks for beyond what is under way (J), by the demand that has arrived.
+    /// The other side's demand beyond the energy in transit (J), from the received demand.
     #[inline(always)]
     pub(super) fn open(&self, demand_j: L, counts_under_way: bool) -> L {
         let open = if counts_under_way { demand_j - self.sent } else { demand_j };
@@ -82,12 +81,12 @@ mod tests {
     }
 
     #[test]
-    fn energy_under_way_is_not_asked_for_again() {
+    fn energy_in_transit_is_not_demanded_again() {
         let (mut from, mut to) = (Account::<f64>::new(1.0), Account::<f64>::new(0.25));
         let demand = to.demand(1.0, true);
         assert_eq!(from.open(demand, true), 0.75);
         let total = from.send(0.5);
-        // The demand is as old as before, the energy has not arrived.
+        // The demand is unchanged, and the energy has not arrived.
         assert_eq!((from.open(demand, true), from.open(demand, false)), (0.25, 0.75));
         to.receive(total);
         assert_eq!(from.open(to.demand(1.0, true), true), 0.25);

@@ -1,52 +1,52 @@
-//! The energy budget of the schemes that pass on what they receive.
+//! The energy budget of the schemes that transfer received energy.
 
 use super::sides::Sides;
 use super::{Payload, SchemeContext, SlavePort};
 use crate::teleoperation::PassivitySettings;
 use trocar_core::lane::Lane;
 
-/// Where a payload holds the running total of the energy sent.
+/// Index in a payload of the running total of the sent energy.
 pub(super) const ENERGY: usize = 0;
-/// Where a payload of the budget holds the running total of the energy that a side asks for.
+/// Index in a budget's payload of the running total of the demanded energy.
 pub(super) const DEMAND: usize = 3;
-/// Where the master's payload holds the feedback force over the last tick.
+/// Index in the master's payload of the feedback force over the last tick.
 pub(super) const FELT: usize = 1;
 
-/// The share of what a side can spare that it sends each tick where energy under way does not count: within 0.2 s at a tick of
+/// Share of its spare energy that a side sends each tick if energy in transit does not count: within 0.2 s at a tick of
 /// 1 ms.
 const SHARE: f64 = 0.005;
 
 /// An account on each side, both with the level `budget_j` at the start, and the limits that keep them above 0:
 ///
 /// ```text
-/// short   = level - A                    what a side lacks; the slave also lacks the energy for its way to the hand
-/// open    = max(short of the other - under way to it, 0)
-/// sent   += max(A - level, 0)            what exceeds the level goes to the other side at once,
-///         + max(open - short, 0) / 2     and the rest so that both lack the same
+/// short   = level - A                    shortage of a side; the slave's includes the energy for its way to the hand
+/// open    = max(short of the other - in transit to it, 0)
+/// sent   += max(A - level, 0)            the excess over the level is sent at once,
+///         + max(open - short, 0) / 2     and the shortages are evened out
 /// d       = limit · max(short of the master, open) / level    damping of the hand, at most the limit
 /// ```
-/// A side sends its shortage as a running total of what it asks for: what it has received and its shortage. So energy under way
-/// is known to the sender, and is not sent twice: while the hand pays for what the needle spends, it is not damped,
-/// however long the energy takes to arrive. It is damped for what nobody has paid, so that the operator pays for a motion that
-/// costs energy, such as a withdrawal against friction. A shortage only sets damping and sharing: a wrong one cannot break the
-/// promise.
+/// A side sends its demand as a running total: the received energy plus its shortage. The sender therefore knows the
+/// energy in transit and does not send it twice. The hand is not damped while it pays for the needle's work, however
+/// long the energy takes to arrive. It is damped for energy that is not paid, so the operator pays for a motion that
+/// costs energy, such as a withdrawal against friction. A shortage only sets damping and sharing, so a wrong shortage
+/// cannot break the promise.
 ///
-/// Without a delay each side sends all that it has at each tick, so that the two accounts are one. The hand is damped only over
-/// the fifth of `E_0` above what is kept back.
+/// Without a delay each side sends all its energy at each tick, so the two accounts act as one. The hand is then damped
+/// only over the fifth of `E_0` above the reserve.
 #[derive(Debug, Clone)]
 pub(super) struct Budget<L> {
     pub(super) sides: Sides<L>,
-    /// What a side keeps when it sends what exceeds it.
+    /// Energy that a side keeps when it sends its excess, in J.
     kept: L,
     share: L,
     counts_under_way: bool,
-    /// What the slave asks of the master and the master of the slave, beyond what is under way, in J.
+    /// Demand of the slave at the master and of the master at the slave, beyond the energy in transit, in J.
     open_at_master: L,
     open_at_slave: L,
 }
 
 impl<L: Lane> Budget<L> {
-    /// A budget whose reference catches up with its target at a speed (m/s).
+    /// Creates a budget whose reference catches up with its target at a speed (m/s).
     pub(super) fn new(settings: &PassivitySettings, context: &SchemeContext<L>, speed_m_per_s: f64) -> Self {
         let level_j = settings.budget.budget_j;
         Self {
@@ -59,12 +59,12 @@ impl<L: Lane> Budget<L> {
         }
     }
 
-    /// This budget, with a hand that is damped as if no energy were under way, and accounts that are evened out slowly.
+    /// Ignores energy in transit: the hand's damping does not count it, and the accounts are evened out slowly.
     pub(super) fn without_energy_under_way(self) -> Self {
         Self { counts_under_way: false, ..self }
     }
 
-    /// What a side sends of an account, of which it needs `needed_j`, to a side that asks for `open_j` (J).
+    /// The energy to send from an account, of which `needed_j` is needed, to a side that demands `open_j` (all in J).
     #[inline(always)]
     fn sent_j(&self, account_j: L, needed_j: L, open_j: L) -> L {
         let zero = L::zero();
@@ -75,43 +75,42 @@ impl<L: Lane> Budget<L> {
         over + even.min(max)
     }
 
-    /// What the master sends, after a displacement (m): the running totals of its energy and of what it asks for.
+    /// The master's running totals of sent and demanded energy, after a displacement (m).
     #[inline(always)]
     pub(super) fn master_sends(&mut self, displacement_m: L) -> (L, L) {
         self.sides.master_moves(displacement_m);
         let demand = self.sides.master.demand(self.sides.wanted, self.counts_under_way);
-        // A force that resists the hand needs nothing: the reserve is for one that drives it.
+        // A force that resists the hand needs no energy: the reserve is for a force that drives it.
         let needed = self.sides.reserve.min(self.kept);
         let sent = self.sent_j(self.sides.master.energy_j, needed, self.open_at_master);
         (self.sides.master.send(sent), demand)
     }
 
-    /// What the slave receives, and the work of its port.
+    /// Receives the slave's payload and the work of its port.
     #[inline(always)]
     pub(super) fn slave_receives(&mut self, payload: &Payload<L>, port: &SlavePort<L>) {
         self.sides.slave_receives(payload[ENERGY], port);
         self.open_at_slave = self.sides.slave.open(payload[DEMAND], self.counts_under_way);
     }
 
-    /// What the slave sends: the running totals of its energy and of what it asks for.
+    /// The slave's running totals of sent and demanded energy.
     #[inline(always)]
     pub(super) fn slave_sends(&mut self) -> (L, L) {
         let Sides { wanted, reserve, reference, slave, .. } = &self.sides;
         let demand = slave.demand(*wanted + reference.missing_j, self.counts_under_way);
-        // What the last command may still take stays here.
+        // Keeps the energy that the last command may still take.
         let needed = reference.committed_j + *reserve;
         let sent = self.sent_j(slave.energy_j, needed, self.open_at_slave);
         (self.sides.slave.send(sent), demand)
     }
 
-    /// What the master receives besides the tissue force (N).
+    /// Receives the master's payload besides the tissue force (N).
     #[inline(always)]
     pub(super) fn master_receives(&mut self, force_n: L, payload: &Payload<L>) {
         self.sides.master_receives(force_n, payload[ENERGY]);
         self.open_at_master = self.sides.master.open(payload[DEMAND], self.counts_under_way);
     }
 
-    /// The feedback force for a command (N).
     #[inline(always)]
     pub(super) fn limit_force(&mut self, command_n: L, velocity_m_per_s: L) -> L {
         self.sides.limit_force(command_n, velocity_m_per_s, self.open_at_master)
@@ -133,7 +132,6 @@ mod tests {
         SlavePort { force_n: 0.0, cost_j_per_m: 0.0, work_j, position_m: 0.0, velocity_m_per_s: 0.0 }
     }
 
-    /// A payload with running totals of energy and demand (J).
     fn payload(energy_j: f64, demand_j: f64) -> Payload<f64> {
         let mut payload = [0.0; 4];
         (payload[ENERGY], payload[DEMAND]) = (energy_j, demand_j);
@@ -145,21 +143,22 @@ mod tests {
     }
 
     #[test]
-    fn what_exceeds_the_level_goes_to_the_other_side_at_once_and_half_of_it_again() {
+    fn the_excess_over_the_level_is_sent_at_once_and_half_of_it_again() {
         let mut budget = budget(false);
         budget.sides.force.force_n = 3.0;
-        // 3 N over 1 mm are 3 mJ above the level of 10 mJ: short -3. Nothing is asked for: (0 - short) / 2 more.
+        // 3 N over 1 mm are 3 mJ above the level of 10 mJ: the shortage is -3 mJ. Nothing is demanded, so (0 - short) /
+        // 2 more.
         assert_close(budget.master_sends(1e-3), (4.5e-3, -3e-3));
         assert!((budget.sides.master.energy_j - 8.5e-3).abs() < 1e-15);
     }
 
     #[test]
-    fn a_side_that_asks_for_energy_gets_half_of_what_it_lacks_more() {
+    fn a_side_that_demands_energy_gets_half_of_its_additional_shortage() {
         let mut budget = budget(false);
-        // The slave has asked for 4 mJ, of which nothing is under way.
+        // The slave has demanded 4 mJ, of which nothing is in transit.
         budget.master_receives(0.0, &payload(0.0, 4e-3));
         assert_close(budget.master_sends(0.0), (2e-3, 0.0));
-        // 2 mJ are under way: it asks for 2 mJ more, and the master lacks 2 mJ itself.
+        // 2 mJ are in transit: the slave demands 2 mJ more, and the master also lacks 2 mJ.
         budget.master_receives(0.0, &payload(0.0, 4e-3));
         assert_close(budget.master_sends(0.0), (2e-3, 2e-3));
     }
@@ -169,29 +168,30 @@ mod tests {
         let mut budget = budget(false);
         budget.sides.master.energy_j = 4.5e-3;
         budget.master_receives(0.0, &payload(0.0, 0.1));
-        // The reserve is kept twice: for what it needs, and for what it cannot foresee.
+        // The reserve is kept twice: for the known need, and for unforeseen needs.
         assert_close(budget.master_sends(0.0), (0.5e-3, 5.5e-3));
     }
 
     #[test]
-    fn without_energy_under_way_a_share_is_sent_each_tick() {
+    fn without_counting_energy_in_transit_a_share_is_sent_each_tick() {
         let mut budget = budget(false).without_energy_under_way();
         budget.master_receives(0.0, &payload(0.0, 0.1));
-        // 0.5 % of what is above the reserve.
+        // 0.5 % of the energy above the reserve.
         assert_close(budget.master_sends(0.0), (0.005 * 8e-3, 0.0));
     }
 
     #[test]
-    fn the_slave_asks_for_the_way_to_the_hand_and_keeps_what_its_command_may_take() {
+    fn the_slave_demands_the_way_to_the_hand_and_keeps_what_its_command_may_take() {
         let mut budget = budget(false);
         budget.slave_receives(&payload(1e-3, 2e-3), &port(4e-3));
         assert!((budget.sides.slave.energy_j - 7e-3).abs() < 1e-15);
         budget.sides.reference.missing_j = 5e-3;
         budget.sides.reference.committed_j = 3e-3;
-        // Received 1, short 3, and 5 to the hand. It lacks 3 and the master only 2: nothing is evened out.
+        // Received 1, short 3, and 5 for the way to the hand. The slave lacks 3 and the master only 2: nothing is
+        // evened out.
         assert_close(budget.slave_sends(), (0.0, 9e-3));
         budget.slave_receives(&payload(1e-3, 8e-3), &port(0.0));
-        // Of 7, 5 are needed, of which the reserve of 2 twice: nothing to spare.
+        // 5 of 7 are needed, which includes the reserve of 2, and the reserve is kept again: nothing to spare.
         assert_close(budget.slave_sends(), (0.0, 9e-3));
         budget.sides.reference.committed_j = 0.0;
         // Half of 8 - 3 would even it out.
@@ -202,14 +202,14 @@ mod tests {
     fn without_a_delay_all_but_the_reserve_is_sent() {
         let mut budget = budget(true);
         let (sent, _) = budget.master_sends(0.0);
-        // The need of a force that drives the hand counts only beside a level that is kept.
+        // The need of a force that drives the hand counts only with a level that is kept.
         assert!((sent - 0.01).abs() < 1e-15, "{sent}");
         let (sent, _) = budget.slave_sends();
         assert!((sent - 8e-3).abs() < 1e-15, "the slave keeps its reserve: {sent}");
     }
 
     #[test]
-    fn what_nobody_has_paid_damps_the_hand() {
+    fn unpaid_energy_damps_the_hand() {
         let mut budget = budget(false);
         budget.sides.force.show(10.0);
         budget.master_receives(0.0, &payload(0.0, 5e-3));

@@ -1,4 +1,4 @@
-//! The feedback force, limited to what the energy account pays for.
+//! The feedback force, limited by the energy account.
 
 use super::SchemeContext;
 use trocar_core::lane::Lane;
@@ -9,7 +9,8 @@ use trocar_core::lane::Lane;
 /// ```text
 /// d = max(0, -sign(F) v T + T² (|a| + |F - F_last| / m) / 2)
 /// ```
-/// with the acceleration `a` of the last tick and the master's mass `m`. A force that resists the motion is not limited.
+/// with the acceleration `a` of the last tick and the master's mass `m`. A force that resists the motion is not
+/// limited.
 #[derive(Debug, Clone)]
 pub(super) struct ForceLimit<L> {
     tick: L,
@@ -17,13 +18,12 @@ pub(super) struct ForceLimit<L> {
     half_square_tick: L,
     inverse_mass: L,
     velocity: L,
-    /// The force (N) of the present tick.
     pub(super) force_n: L,
-    /// The force (N) without the limit and without a scheme's damping.
+    /// Force (N) without the limit and without a scheme's damping.
     command_n: L,
-    /// Largest tissue force (N) that has arrived so far.
+    /// Largest tissue force (N) received so far.
     shown_n: L,
-    /// Energy in J taken from the hand by added damping, or withheld from it.
+    /// Energy in J dissipated at the hand by added damping and the limit.
     pub(super) dissipated_j: L,
 }
 
@@ -43,23 +43,22 @@ impl<L: Lane> ForceLimit<L> {
         }
     }
 
-    /// The work since the last tick, after a displacement (m).
+    /// The work (J) since the last tick, for a displacement (m).
     #[inline(always)]
     pub(super) fn work_j(&mut self, displacement_m: L) -> L {
         self.dissipated_j = self.dissipated_j + (self.force_n - self.command_n) * displacement_m;
         self.force_n * displacement_m
     }
 
-    /// Notes a tissue force (N) that has arrived.
     #[inline(always)]
     pub(super) fn show(&mut self, force_n: L) {
         self.shown_n = self.shown_n.max(force_n.abs());
     }
 
-    /// The force for a command (N) with added damping (N·s/m), at a velocity (m/s), with an energy (J) available.
+    /// The force for a command (N) with added damping (N·s/m), at a velocity (m/s), with an available energy (J).
     ///
-    /// The damping never raises the force above the command or above the largest tissue force so far: the operator pays
-    /// for the motion of the slave with a force of the tissue's size.
+    /// The damping never raises the force above the command or above the largest tissue force so far. The operator
+    /// therefore pays for the slave's motion with a force of the tissue's size.
     #[inline(always)]
     pub(super) fn limit(&mut self, command_n: L, damping: L, velocity: L, energy_j: L) -> L {
         let zero = L::zero();
@@ -98,21 +97,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_force_that_resists_is_free_and_one_that_drives_the_hand_is_paid_for() {
+    fn a_resisting_force_is_free_and_a_driving_force_must_be_paid() {
         let context = SchemeContext::<f64>::for_tests();
         let mut limit = ForceLimit::new(&context);
         limit.velocity = 0.1;
-        // The hand moves in against the force: no energy is needed.
+        // The hand moves in against the force, which needs no energy.
         assert_eq!(limit.limit(2.0, 0.0, 0.1, 0.0), 2.0);
         let mut limit = ForceLimit::new(&context);
         (limit.velocity, limit.force_n) = (-0.1, 2.0);
-        // It moves out by 0.1 mm a tick: 2 N take 0.2 mJ.
+        // The hand moves out by 0.1 mm per tick, so 2 N take 0.2 mJ.
         assert!((limit.limit(2.0, 0.0, -0.1, 1e-4) - 1.0).abs() < 1e-12);
         assert_eq!(limit.limit(2.0, 0.0, -0.1, 0.0), 0.0);
     }
 
     #[test]
-    fn damping_stays_below_the_force_of_the_tissue() {
+    fn damping_does_not_exceed_the_tissue_force() {
         let mut limit = ForceLimit::new(&SchemeContext::<f64>::for_tests());
         limit.velocity = 0.1;
         assert_eq!(limit.limit(0.0, 50.0, 0.1, 1.0), 0.0);
@@ -122,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn the_work_is_that_of_the_force_and_what_it_has_more_than_its_command_is_dissipated() {
+    fn the_work_includes_the_damping_and_the_excess_over_the_command_is_dissipated() {
         let mut limit = ForceLimit::new(&SchemeContext::<f64>::for_tests());
         limit.show(5.0);
         limit.velocity = 0.1;
@@ -135,18 +134,18 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_changes_or_an_acceleration_moves_the_hand_by_its_share_of_the_tick() {
+    fn a_change_of_force_or_an_acceleration_increases_the_displacement_of_the_tick() {
         let context = SchemeContext::<f64>::for_tests();
         // d = T² (|a| + |F - F_last| / m) / 2 at rest: 2 N more on 0.245 kg.
         let mut limit = ForceLimit::new(&context);
         let travel = 0.5e-6 * 2.0 / context.master_mass_kg;
         assert!((limit.limit(2.0, 0.0, 0.0, 1.5 * travel) - 1.5).abs() < 1e-9);
-        // From 0 to 0.01 m/s outwards: 10 m/s², and 0.01 mm along.
+        // From 0 to 0.01 m/s outwards: 10 m/s², and a travel of 0.01 mm.
         let mut limit = ForceLimit::new(&context);
         limit.force_n = 2.0;
         let travel = 0.01e-3 + 0.5e-6 * 10.0;
         assert!((limit.limit(2.0, 0.0, -0.01, 1.5 * travel) - 1.5).abs() < 1e-9);
-        // A force that draws the hand in is paid for when it moves in.
+        // A force that draws the hand in must be paid when the hand moves in.
         let mut limit = ForceLimit::new(&context);
         (limit.force_n, limit.velocity) = (-2.0, 0.01);
         assert!((limit.limit(-2.0, 0.0, 0.01, 1.5 * 0.01e-3) + 1.5).abs() < 1e-9);

@@ -1,23 +1,23 @@
-//! How far the hand will give way to a force that has not reached it yet.
+//! Prediction of the hand's yielding to a force that has not reached it yet.
 
 use super::SchemeContext;
 use trocar_core::lane::Lane;
 
-/// Stiffness in N/m and damping in N·s/m of the nominal hand that holds the master: the static stiffness of the paper's arm
-/// (eq. 32), and the damping of master and arm together.
+/// Stiffness in N/m and damping in N·s/m of the nominal hand that holds the master: the static stiffness of the paper's
+/// arm (eq. 32), and the damping of master and arm together.
 const HAND_STIFFNESS_N_PER_M: f64 = 700.0;
 const HAND_DAMPING_N_S_PER_M: f64 = 41.0;
 
-/// Predicts at the slave how far the hand will give way, as a Smith predictor does (Smith 1959, *A controller to overcome dead
-/// time*), with a spring and a damper for the hand:
+/// Predicts at the slave how far the hand will yield, like a Smith predictor (Smith 1959, *A controller to overcome
+/// dead time*), with a spring and a damper for the hand:
 ///
 /// ```text
-/// b y' + k y = f - F_ed    F_ed: the feedback force when the hand was where it is known to be
+/// b y' + k y = f - F_ed    F_ed: the feedback force at the last known position of the hand
 /// ```
-/// A hand pushes on until the force has come back, a round trip after the contact; the slave would push as far. It therefore
-/// stays behind the received position by `y`. At a constant force that the hand feels `y` is 0. The slave only gives way: it never goes
-/// deeper than the hand because a force is gone. Nothing is promised by the prediction: the energy account limits the
-/// reference after it, and a wrong hand only costs force or tracking.
+/// A hand pushes on until the force has come back, a round trip after the contact, and the slave would push as far. The
+/// slave therefore stays behind the received position by `y`. At a constant force that the hand feels, `y` is 0. The
+/// slave only yields: it never goes deeper than the hand because a force has ended. The prediction promises nothing:
+/// the energy account limits the reference after it, and a wrong hand model only costs force or tracking.
 #[derive(Debug, Clone)]
 pub(super) struct HandYield<L> {
     compliance: L,
@@ -28,7 +28,7 @@ pub(super) struct HandYield<L> {
 impl<L: Lane> HandYield<L> {
     pub(super) fn new(context: &SchemeContext<L>) -> Self {
         let lag_s = HAND_DAMPING_N_S_PER_M / HAND_STIFFNESS_N_PER_M;
-        // Without a delay the hand feels every force.
+        // Without a delay the hand feels every force at once.
         let compliance = if context.is_immediate { 0.0 } else { 1.0 / HAND_STIFFNESS_N_PER_M };
         Self {
             compliance: L::splat(compliance),
@@ -37,7 +37,7 @@ impl<L: Lane> HandYield<L> {
         }
     }
 
-    /// The way in m on the master's scale, for a tissue force and the feedback force (N).
+    /// The yielding in m on the master's scale, for a tissue force and the feedback force (N).
     #[inline(always)]
     pub(super) fn update(&mut self, force_n: L, felt_n: L) -> L {
         let zero = L::zero();
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_slave_gives_way_until_the_hand_has_felt_the_force_and_never_the_other_way() {
+    fn the_slave_yields_until_the_hand_has_felt_the_force_and_never_beyond_the_hand() {
         let mut hand = HandYield::new(&SchemeContext::<f64>::for_tests());
         let mut settle = |force_n, felt_n| (0..2000).map(|_| hand.update(force_n, felt_n)).last().expect("ticks");
         assert!((settle(7.0, 0.0) - 0.01).abs() < 1e-9);

@@ -1,12 +1,12 @@
 //! Schemes that keep the teleoperator from generating energy under any delay.
 //!
-//! The two ports are the physical ones, the hand's and the tissue's contact with the teleoperator: `(F_ed, x_h)` on the
+//! The two ports are the physical contacts of the teleoperator with the hand and the tissue: `(F_ed, x_h)` on the
 //! master's side, `(f_e, x_e)` on the slave's, with energy positive into the master's port and out of the slave's.
-//! Displacements are used, not velocities, so that a force held over a tick gives the integral of force times velocity
-//! exactly. The slave's energies are scaled to the master's by force scale over position scale.
+//! Energies use displacements instead of velocities, so a force held over a tick gives the integral exactly. The
+//! slave's energies are scaled to the master's by force scale over position scale.
 //!
-//! A scheme promises `E_m - E_s >= -E_0` at every tick. It keeps an energy account on each side ([`account`]); the slave's
-//! pays for the motion of the needle, the master's for the force on the hand.
+//! A scheme promises `E_m - E_s >= -E_0` at every tick. It keeps an energy account on each side ([`account`]): the
+//! slave's pays for the motion of the needle, the master's for the force on the hand.
 
 mod account;
 mod budget;
@@ -33,31 +33,31 @@ use trocar_core::settings::{ActsFor, Key};
 
 use trocar_core::lane::Lane;
 
-/// The share of an account that pays for what its limits cannot foresee: the hand's force and the tissue's may change within
-/// the motion to which a command commits a machine.
+/// Share of an account that is reserved for effects that its limits cannot foresee: hand force and tissue force may
+/// change within the motion to which a command commits a machine.
 ///
-/// A friction of 2 N that reverses within 0.5 mm takes 1 mJ, a fifth of the default budget.
+/// A friction of 2 N that reverses within 0.5 mm takes 1 mJ, half of the reserve of the default budget of 10 mJ.
 const RESERVE: f64 = 0.2;
 
 /// Length of a [`Payload`].
 pub const PAYLOAD: usize = 4;
 
-/// What a scheme adds to each sample of a direction.
+/// Numbers that a scheme adds to each sample of a direction.
 pub type Payload<L> = [L; PAYLOAD];
 
-/// What a scheme receives at a tick.
+/// Inputs of a scheme at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Arrived<L: Lane> {
     /// The payload of the last sample that has arrived.
     pub payload: Payload<L>,
-    /// Whether it has arrived at this tick.
+    /// Lanes in which it has arrived at this tick.
     pub is_fresh: L::Mask,
 }
 
 /// Energies of a scheme in J.
 #[derive(Debug, Clone, Copy)]
 pub struct SchemeEnergies<L> {
-    /// `E_0`: the scheme promises `E_m - E_s >= -E_0` at every tick. `None` without a promise.
+    /// `E_0`, the bound of the promise `E_m - E_s >= -E_0` at every tick. `None` without a promise.
     pub promised_j: Option<L>,
     /// Energy dissipated at the master so far.
     pub dissipated_j: L,
@@ -65,30 +65,31 @@ pub struct SchemeEnergies<L> {
     pub refused_j: L,
 }
 
-/// What a scheme adds to each side's samples, and how it changes received samples.
+/// Adds a payload to each side's samples, and changes received samples.
 ///
-/// At each tick the methods are called once, in this order. Send energies as running totals, which survive late and lost
-/// samples. The default methods pass everything through.
+/// At each tick the methods are called once, in this order. Send energies as running totals, which survive late and
+/// lost samples. The default methods pass everything through.
 pub trait PassivityScheme<L: Lane> {
-    /// Whether it sends payloads and uses what it receives. Without this, nothing is received and the link is faster.
+    /// Returns true if the scheme sends payloads and uses received ones. Otherwise nothing is received, and the link is
+    /// faster.
     #[inline(always)]
     fn sends_payload(&self) -> bool {
         true
     }
 
-    /// The master's payload, after a displacement of `displacement_m` (m) since the last tick.
+    /// The master's payload, after a displacement of `displacement_m` since the last tick.
     #[inline(always)]
     fn master_sends(&mut self, _displacement_m: L) -> Payload<L> {
         [L::zero(); PAYLOAD]
     }
 
-    /// The master's position for the slave, on the master's scale; `position_m` and the payload are received.
+    /// The master's position for the slave, on the master's scale, from the received one.
     #[inline(always)]
     fn receive_position(&mut self, position_m: L, _arrived: &Arrived<L>, _port: &SlavePort<L>) -> L {
         position_m
     }
 
-    /// The slave's reference in m, given that of the supervisor: `reference_m` is frozen or re-engages in an event.
+    /// The slave's reference in m, from the supervisor's, which is frozen or re-engaging in an event.
     #[inline(always)]
     fn limit_reference(&mut self, reference_m: L, _port: &SlavePort<L>) -> L {
         reference_m
@@ -100,19 +101,19 @@ pub trait PassivityScheme<L: Lane> {
         [L::zero(); PAYLOAD]
     }
 
-    /// The tissue force for the master in N; `force_n` and the payload are received, the velocity is the master's (m/s).
+    /// The tissue force for the master in N, from the received one and the master's velocity.
     #[inline(always)]
     fn receive_force(&mut self, force_n: L, _arrived: &Arrived<L>, _velocity_m_per_s: L) -> L {
         force_n
     }
 
-    /// The feedback force in N, given the force law's `force_n`; the velocity is the master's (m/s).
+    /// The feedback force in N, from the force law's and the master's velocity.
     #[inline(always)]
     fn limit_force(&mut self, force_n: L, _velocity_m_per_s: L) -> L {
         force_n
     }
 
-    /// What it promises, and what it has taken out so far.
+    /// The promised bound and the energies dissipated and withheld so far.
     fn energies(&self) -> SchemeEnergies<L> {
         SchemeEnergies { promised_j: None, dissipated_j: L::zero(), refused_j: L::zero() }
     }
@@ -152,24 +153,18 @@ impl<L: Lane, T: PassivityScheme<L> + ?Sized> PassivityScheme<L> for Box<T> {
     }
 }
 
-/// What a built-in scheme is built for.
+/// Inputs of a built-in scheme's constructor.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SchemeContext<L> {
-    /// Time between two ticks in s.
     pub(super) tick_s: f64,
-    /// Initial position of the master in m.
     pub(super) start_m: L,
-    /// Initial reference of the slave in m.
     pub(super) reference_m: L,
-    /// Whether samples arrive at the tick that sends them, in both directions.
+    /// True if samples arrive at the tick that sends them, in both directions.
     pub(super) is_immediate: bool,
-    /// Slave motion per master motion.
     pub(super) position_scale: f64,
     /// Energy at the master per energy at the slave.
     pub(super) energy_scale: L,
-    /// Mass of the master in kg.
     pub(super) master_mass_kg: f64,
-    /// The motion of the slave.
     pub(super) motion: SlaveMotion,
 }
 
@@ -192,25 +187,22 @@ impl SchemeContext<f64> {
     }
 }
 
-/// What the registry needs of a scheme besides the trait.
+/// Requirements of the registry besides the trait.
 pub(super) trait BuiltInScheme<L: Lane>: PassivityScheme<L> + Sized {
-    /// Whether the slave's position reaches the master besides the payload.
     const CARRIES_POSITIONS: bool = true;
-    /// The groups of keys that it reads.
     const KEYS: &'static [&'static [Key]];
 
-    /// The keys and values of the dampings (N·s/m) that it holds over a tick at the master.
+    /// The keys and values of the dampings (N·s/m) that the scheme holds over a tick at the master.
     fn held_dampings(_settings: &PassivitySettings) -> [Option<(&'static str, f64)>; 2] {
         [None, None]
     }
 
-    /// The scheme at rest.
     fn build(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self;
 }
 
 trocar_core::registry! {
-    /// Observer and controller at both ports (Hannaford and Ryu 2002), wave variables (Niemeyer and Slotine 1991),
-    /// an energy tank on each side (Franken et al. 2011).
+    /// Passivity scheme: observer and controller at both ports (Hannaford and Ryu 2002), wave variables (Niemeyer and
+    /// Slotine 1991), or an energy tank on each side (Franken et al. 2011).
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Scheme at "passivity.scheme" = None;
     /// A built-in passivity scheme.
@@ -223,32 +215,32 @@ trocar_core::registry! {
 }
 
 trocar_core::settings! {
-    /// The scheme, and the settings of all schemes: a key acts for the schemes that read it.
+    /// The scheme, and the settings of all schemes. A key acts for the schemes that read it.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct PassivitySettings in "passivity." {
-        /// The scheme.
+        /// Kind of passivity scheme.
         scheme: Scheme,
-        /// The damping that a scheme may add.
+        /// Damping that a scheme may add.
         damping: DampingSettings for (Scheme::reading(DampingSettings::KEYS)),
-        /// The wave variables.
+        /// Settings of the wave variables.
         waves: WavesSettings for (Scheme::reading(WavesSettings::KEYS)),
-        /// The energy that a scheme may spend in advance.
+        /// Energy that a scheme may spend in advance.
         budget: BudgetSettings for (Scheme::reading(BudgetSettings::KEYS)),
-        /// The tank.
+        /// Settings of the energy tanks.
         tank: TankSettings for (Scheme::reading(TankSettings::KEYS)),
-        /// How fast the slave catches up.
+        /// Limits of the slave's motion when it catches up.
         catch_up: CatchUpSettings for (Scheme::reading(CatchUpSettings::KEYS)),
     }
 }
 
 impl Scheme {
-    /// The schemes that read these keys.
+    /// The condition on the schemes that read these keys.
     const fn reading(keys: &[Key]) -> ActsFor {
         let schemes = of_kind!([WORD, Part] => (WORD, <Part<f64> as BuiltInScheme<f64>>::KEYS));
         ActsFor::built_from(keys, Self::KEY.path, &schemes)
     }
 
-    /// Whether the slave's position reaches the master besides the payload.
+    /// Returns true if the slave's position reaches the master besides the payload.
     #[must_use]
     pub fn carries_positions(self) -> bool {
         of_kind!(self, Part => Part::<f64>::CARRIES_POSITIONS)
@@ -263,7 +255,6 @@ impl PassivitySettings {
 }
 
 impl<L: Lane> AnyScheme<L> {
-    /// The chosen scheme.
     pub(in crate::teleoperation) fn new(settings: &PassivitySettings, context: &SchemeContext<L>) -> Self {
         of_kind!(settings.scheme, Part => Part::<L>::build(settings, context).into())
     }

@@ -1,4 +1,4 @@
-//! No scheme.
+//! The link without a passivity scheme.
 
 use std::marker::PhantomData;
 
@@ -8,7 +8,7 @@ use super::{BuiltInScheme, PassivityScheme, SchemeContext};
 use crate::teleoperation::PassivitySettings;
 use trocar_core::lane::{Gather, LANES, Lane};
 
-/// Samples pass unchanged.
+/// Passes samples unchanged.
 #[derive(Debug, Clone)]
 pub struct NoScheme<L>(PhantomData<L>);
 

@@ -1,13 +1,11 @@
-//! A port with its energy balance.
+//! A port and its energy balance.
 
 use trocar_core::lane::Lane;
 
-/// Force, position and transferred energy of a port.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::teleoperation) struct Port<L> {
     force: L,
     pub(in crate::teleoperation) position: L,
-    /// Energy transferred so far, in J.
     pub(in crate::teleoperation) energy_j: L,
 }
 
@@ -16,7 +14,7 @@ impl<L: Lane> Port<L> {
         Self { force: L::zero(), position, energy_j: L::zero() }
     }
 
-    /// Adds the work of the force held since the last tick; returns the displacement.
+    /// Adds the work of the force held since the last tick. Returns the displacement.
     #[inline(always)]
     pub(in crate::teleoperation) fn moved(&mut self, position: L) -> L {
         let displacement = position - self.position;
@@ -25,7 +23,6 @@ impl<L: Lane> Port<L> {
         displacement
     }
 
-    /// The force held until the next call.
     #[inline(always)]
     pub(in crate::teleoperation) fn hold(&mut self, force: L) {
         self.force = force;
@@ -48,7 +45,7 @@ pub struct SlavePort<L> {
     pub force_n: L,
     /// Cost of moving the slave against the measured force, scaled to the master, in J/m.
     pub cost_j_per_m: L,
-    /// Work since the last tick, scaled to the master, in J; 0 where a reference is limited.
+    /// Work since the last tick, scaled to the master, in J; 0 when a reference is limited.
     pub work_j: L,
     /// Position in m.
     pub position_m: L,
@@ -73,9 +70,9 @@ mod tests {
     }
 
     #[test]
-    fn the_work_of_a_force_that_is_linear_in_the_position_is_that_of_its_mean() {
+    fn the_work_of_a_force_linear_in_position_is_the_work_of_its_mean() {
         let mut port = Port::<f64>::at(1.0);
-        // A spring of 6 N/m: its energy is 3 x².
+        // A spring of 6 N/m stores 3 x².
         for position in [1.5, 1.2, 2.0] {
             port.pushed(position, 6.0 * (position - 1.0));
         }

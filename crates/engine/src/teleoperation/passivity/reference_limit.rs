@@ -1,25 +1,26 @@
-//! The slave's reference, limited so that the energy account pays for the motion.
+//! The slave's reference, limited by the energy account.
 
 use super::SchemeContext;
 use super::port::SlavePort;
 use trocar_core::lane::Lane;
 
-/// Time constant in s with which a slave that was held back catches up, at no more than the catch-up speed.
+/// Time constant in s with which the slave catches up after it was held back, at no more than the catch-up speed.
 const CATCH_UP_S: f64 = 0.2;
 
-/// Follows a target at no more than the target's own speed and a catch-up speed, as far as the account pays for the
-/// motion that the command commits the slave to.
+/// Follows a target at no more than the target's speed plus a catch-up speed, and only while the account pays for the
+/// motion to which the command commits the slave.
 ///
 /// With a force `f` and a tissue of stiffness up to `K`, a further travel `d` takes at most the work
 ///
 /// ```text
 /// W(d) = f d + K d² / 2 <= A    d in [(-f - √(f² + 2 K A)) / K, (-f + √(f² + 2 K A)) / K]
 /// ```
-/// and `d` is known from the command and the slave's state, the lag of the slave included
+/// and `d` is known from the command and the slave's state, including the slave's lag
 /// ([`SlaveMotion`](super::slave_motion::SlaveMotion)). A retreat that the tissue pays for is always possible.
 ///
-/// Over a delayed link the reference also moves against the force only as fast as the account lasts for the time constant `β` of
-/// the brake, `|f v| β <= A`: a slave that is short of energy slows down and does not run into its brake again and again.
+/// Over a delayed link the reference moves against the force only so fast that the account lasts for the time constant
+/// `β` of the brake, `|f v| β <= A`. A slave that is short of energy therefore slows down instead of running into its
+/// brake repeatedly.
 #[derive(Debug, Clone)]
 pub(super) struct ReferenceLimit<L> {
     step: L,
@@ -35,20 +36,19 @@ pub(super) struct ReferenceLimit<L> {
     inverse_gain: L,
     resting_state: L,
     next_state: [L; 4],
-    /// The slave's third state.
     state: L,
     target: L,
     reference: L,
-    /// Maximum work in J of the motion to which the slave is committed: the account must keep it.
+    /// Maximum work in J of the motion to which the slave is committed. The account must keep it.
     pub(super) committed_j: L,
-    /// Work in J that the way to the hand takes against the present force.
+    /// Work in J of the way to the hand against the present force.
     pub(super) missing_j: L,
-    /// `∫ f d(target - reference)` in J: the work withheld from the slave, less what was recovered.
+    /// Work withheld from the slave, less recovered work, in J: `∫ f d(target - reference)`.
     pub(super) refused_j: L,
 }
 
 impl<L: Lane> ReferenceLimit<L> {
-    /// A limit for tissues up to a stiffness (N/m), with a catch-up speed (m/s).
+    /// Creates a limit for tissues up to a stiffness (N/m), with a catch-up speed (m/s).
     pub(super) fn new(context: &SchemeContext<L>, stiffness_n_per_m: f64, speed_m_per_s: f64) -> Self {
         let motion = &context.motion;
         let start = context.reference_m;
@@ -66,7 +66,7 @@ impl<L: Lane> ReferenceLimit<L> {
             inverse_gain: L::splat(1.0 / motion.gain),
             resting_state: L::splat(motion.resting_state),
             next_state: motion.next_state.map(L::splat),
-            // At rest, so that the state relative to that at rest is 0.
+            // At rest: the state is relative to its value at rest.
             state: L::zero(),
             target: start,
             reference: start,
@@ -76,11 +76,11 @@ impl<L: Lane> ReferenceLimit<L> {
         }
     }
 
-    /// The reference for a target, with an energy (J) available, for a hand at `hand` (m, on the slave's scale).
+    /// The reference for a target, with an available energy (J), for a hand at `hand` (m, on the slave's scale).
     #[inline(always)]
     pub(super) fn follow(&mut self, target: L, hand: L, port: &SlavePort<L>, energy_j: L) -> L {
         let zero = L::zero();
-        // As fast as the target, and the catch-up on top.
+        // The target's speed plus the catch-up speed.
         let gap = target - self.reference;
         let reach = (target - self.target).abs() + (gap.abs() * self.share).min(self.step);
         let (position, velocity, force) = (port.position_m, port.velocity_m_per_s, port.cost_j_per_m);
@@ -97,7 +97,7 @@ impl<L: Lane> ReferenceLimit<L> {
         let max_lead = ((farthest - committed) * self.inverse_per_lead).max(braking);
         let min_lead = ((nearest - committed) * self.inverse_per_lead).min(braking);
         let (max, min) = ((position + max_lead) * self.inverse_gain, (position + min_lead) * self.inverse_gain);
-        // An unlimited reference is the target, bit for bit.
+        // An unlimited reference equals the target, bit for bit.
         let reference = L::select(wanted.gt(max), max, L::select(wanted.lt(min), min, wanted));
 
         self.missing_j = (force * (hand - reference)).max(zero);
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn with_enough_energy_the_reference_is_the_target_to_the_last_bit() {
+    fn with_enough_energy_the_reference_equals_the_target_to_the_last_bit() {
         let mut limit = limit(false, 0.03);
         for tick in 1..100 {
             let target = 1e-5 * f64::from(tick);
@@ -161,11 +161,11 @@ mod tests {
     }
 
     #[test]
-    fn a_slave_at_rest_goes_no_further_than_its_account_pays_for() {
+    fn a_slave_at_rest_goes_no_further_than_its_account_allows() {
         for (force, energy) in [(0.0, 1e-3), (2.0, 1e-3), (5.0, 4e-3), (-2.0, 1e-3)] {
             let mut limit = limit(true, f64::INFINITY);
             let reference = limit.follow(0.5, 0.5, &port(0.0, 0.0, force), energy);
-            // f d + K d² / 2 = A of the travel that the command leads to.
+            // f d + K d² / 2 = A for the travel of the command.
             let travel = limit.per_lead * limit.gain * reference;
             let work = force * travel + 0.5 * STIFFNESS_N_PER_M * travel * travel;
             assert!((work - energy).abs() < 1e-12 && travel > 0.0, "{force}: {work} {energy}");
@@ -182,12 +182,12 @@ mod tests {
         let reference = limit.follow(-0.5, -0.5, &port(0.0, 0.0, 2.0), 1e-3);
         let travel = limit.per_lead * limit.gain * reference;
         let work = 2.0 * travel + 0.5 * STIFFNESS_N_PER_M * travel * travel;
-        // Back by 2 f / K for free, and further as far as the account pays.
+        // Back by 2 f / K without cost, and further as the account allows.
         assert!((work - 1e-3).abs() < 1e-12 && travel < -2.0 * 2.0 / STIFFNESS_N_PER_M, "{travel}");
     }
 
     #[test]
-    fn without_energy_a_slave_that_moves_is_braked() {
+    fn without_energy_a_moving_slave_is_braked() {
         let mut limit = limit(true, f64::INFINITY);
         let reference = limit.follow(0.5, 0.5, &port(0.01, 0.05, 0.0), 0.0);
         let brake = limit.brake;
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slave_that_was_held_back_catches_up_at_its_speed_beside_the_target_and_then_with_its_time_constant() {
+    fn a_slave_that_was_held_back_catches_up_at_its_speed_and_then_with_its_time_constant() {
         let mut limit = limit(false, 0.03);
         limit.reference = -0.02;
         limit.target = 0.0;
@@ -206,7 +206,7 @@ mod tests {
         for tick in 1..=300 {
             let target = 1e-5 * f64::from(tick);
             let gap = target - expected;
-            // 30 mm/s or the gap over 0.2 s, and the target's own 10 mm/s.
+            // 30 mm/s or the gap over 0.2 s, plus the target's 10 mm/s.
             let reach = 1e-5 + (gap / 200.0).min(3e-5);
             expected = if gap <= reach { target } else { expected + reach };
             let reference = limit.follow(target, target, &port(limit.reference, 0.0, 0.0), 10.0);
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn over_a_delay_the_reference_moves_against_the_force_as_long_as_the_account_lasts() {
+    fn over_a_delay_the_reference_moves_against_the_force_while_the_account_lasts() {
         let mut limit = limit(false, 0.03);
         // |f v| β <= A, with the time constant β of the brake.
         let energy = 1e-6;
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn over_a_delay_a_retreat_costs_where_the_tissue_pulls_and_is_free_where_it_pushes() {
+    fn over_a_delay_a_retreat_costs_energy_only_where_the_tissue_pulls() {
         let energy = 1e-6;
         let retreat = |force| {
             let mut limit = limit(false, 0.03);
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_committed_is_the_work_of_the_way_that_the_slave_has_before_it() {
+    fn the_committed_energy_is_the_work_of_the_remaining_travel() {
         use crate::plant::{ControlTiming, SlaveParameters, SlaveStep};
         let step = SlaveStep::new(&SlaveParameters::default(), ControlTiming::Continuous, 1e-3).expect("valid");
         let mut limit = limit(true, f64::INFINITY);
@@ -252,7 +252,7 @@ mod tests {
         for tick in 0..60 {
             let target = 4e-5 * f64::from(tick) + 1e-3 * (0.3 * f64::from(tick)).sin();
             let reference = limit.follow(target, target, &port(state[0], state[1], 2.0), 100.0);
-            // From here the command acts for a tick, and then the brake.
+            // The command acts for one tick, then the brake.
             let mut braked = advance(state, reference);
             for _ in 0..3000 {
                 braked = advance(braked, (braked[0] - limit.brake * braked[1]) / limit.gain);

@@ -1,4 +1,4 @@
-//! The energy account of each side, and the limits that keep it above 0.
+//! The energy accounts of both sides, and the limits that keep them above 0.
 
 use super::account::Account;
 use super::force_limit::ForceLimit;
@@ -7,18 +7,17 @@ use super::{RESERVE, SchemeContext, SchemeEnergies, SlavePort};
 use crate::teleoperation::PassivitySettings;
 use trocar_core::lane::Lane;
 
-/// What the schemes with an account on each side have in common.
+/// State common to the schemes with an account on each side.
 ///
 /// ```text
-/// d = limit · max(short / wanted)    damping of the hand while an account is short of what it wants, at most the limit
+/// d = limit · max(short / wanted)    damping of the hand while an account is short, at most the limit
 /// ```
 #[derive(Debug, Clone)]
 pub(super) struct Sides<L> {
     promised: L,
-    /// What an account wants: with less it is short. Without a delay that is the fifth of `E_0` above what is kept back.
+    /// Wanted energy of an account in J. Without a delay it is the fifth of `E_0` above the reserve.
     pub(super) wanted: L,
     inverse_wanted: L,
-    /// What is kept back of each account, in J.
     pub(super) reserve: L,
     max_damping: L,
     pub(super) master: Account<L>,
@@ -28,7 +27,7 @@ pub(super) struct Sides<L> {
 }
 
 impl<L: Lane> Sides<L> {
-    /// Accounts with `level_j` (J) at the start, and a reference that catches up with its target at a speed (m/s).
+    /// Creates accounts with `level_j` each, and a reference that catches up with its target at a speed (m/s).
     pub(super) fn new(
         settings: &PassivitySettings,
         context: &SchemeContext<L>,
@@ -51,7 +50,6 @@ impl<L: Lane> Sides<L> {
         }
     }
 
-    /// The energies of a scheme with these accounts.
     pub(super) fn energies(&self) -> SchemeEnergies<L> {
         SchemeEnergies {
             promised_j: Some(self.promised),
@@ -60,20 +58,19 @@ impl<L: Lane> Sides<L> {
         }
     }
 
-    /// The master's account after a displacement (m).
     #[inline(always)]
     pub(super) fn master_moves(&mut self, displacement_m: L) {
         self.master.add(self.force.work_j(displacement_m));
     }
 
-    /// The slave's account after the work of its port, with the running total (J) that has arrived.
+    /// Updates the slave's account by the work of its port and the received running total (J).
     #[inline(always)]
     pub(super) fn slave_receives(&mut self, total_j: L, port: &SlavePort<L>) {
         self.slave.receive(total_j);
         self.slave.add(-port.work_j);
     }
 
-    /// What arrives at the master: the tissue force (N) and the running total of the energy (J).
+    /// Receives at the master the tissue force (N) and the running total of the energy (J).
     #[inline(always)]
     pub(super) fn master_receives(&mut self, force_n: L, total_j: L) {
         self.force.show(force_n);
@@ -86,7 +83,7 @@ impl<L: Lane> Sides<L> {
         self.reference.follow(target_m, hand_m, port, self.slave.energy_j - self.reserve)
     }
 
-    /// The feedback force for a command (N), with what the slave lacks and nobody has paid (J).
+    /// The feedback force for a command (N), for an unpaid shortage of the slave (J).
     #[inline(always)]
     pub(super) fn limit_force(&mut self, command_n: L, velocity_m_per_s: L, unpaid_j: L) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -120,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn both_accounts_begin_with_the_level_and_promise_both() {
+    fn both_accounts_begin_with_the_level_and_promise_their_sum() {
         let sides = sides(false);
         assert_eq!(
             (sides.master.energy_j, sides.slave.energy_j, sides.energies().promised_j),
@@ -131,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn work_and_what_arrives_enter_the_accounts() {
+    fn work_and_received_energy_enter_the_accounts() {
         let mut sides = sides(false);
         let port = SlavePort { force_n: 0.0, cost_j_per_m: 0.0, work_j: 0.004, position_m: 0.0, velocity_m_per_s: 0.0 };
         sides.slave_receives(0.003, &port);
@@ -145,7 +142,7 @@ mod tests {
 
     #[test]
     fn the_hand_is_damped_by_the_larger_shortage_up_to_the_limit() {
-        // The tissue has shown 10 N, so that only the damping limits the force.
+        // The received tissue force is 10 N, so only the damping limits the force.
         let force = |master_j: f64, unpaid_j: f64| {
             let mut sides = sides(false);
             sides.force.show(10.0);

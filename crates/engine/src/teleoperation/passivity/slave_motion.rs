@@ -1,60 +1,60 @@
-//! The motion to which a slave is committed: how far it still moves after a command.
+//! The travel of a slave that a command makes inevitable.
 
 use crate::plant::SlaveStep;
 
 /// Time constant of the emergency brake, as a multiple of the slave's lag.
 ///
-/// With 1 the reference is put as far behind the slave as it leads a steady motion; with 2 a motion of the paper's slave
-/// ends after 3 ms instead of 11. Larger factors ask for large commands and gain little.
+/// With 1 the brake puts the reference as far behind the slave as it leads in a steady motion. With 2 a motion of the
+/// paper's slave ends after 3 ms instead of 11. Larger factors need large commands and gain little.
 const BRAKE_PER_LAG: f64 = 2.0;
 
 /// The slave's travel after a command, as a linear function of its state.
 ///
-/// From a tick with velocity `v`, third state `w` and the reference `u` ahead of the slave, let the brake `u = -β v` act
-/// from the next tick on. The slave then comes to rest after
+/// Let the slave have the velocity `v`, the third state `w` and the reference `u` ahead of it at a tick, and let the
+/// brake `u = -β v` act from the next tick on. The slave then comes to rest after
 ///
 /// ```text
 /// travel = per_velocity · v + per_state · w + per_lead · u
 /// ```
-/// The tissue does not move the slave, so this is the motion itself and no estimate.
+/// The tissue does not move the slave, so this is exact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::teleoperation) struct SlaveMotion {
-    /// In s.
+    /// Travel per velocity, in s.
     pub(super) per_velocity_s: f64,
-    /// In m per unit of the third state.
+    /// Travel per unit of the third state, in m.
     pub(super) per_state: f64,
     pub(super) per_lead: f64,
     /// `β` in s.
     pub(super) brake_s: f64,
     /// Position at rest per metre of reference.
     pub(super) gain: f64,
-    /// The third state at rest per metre of position.
+    /// Third state at rest per metre of position.
     pub(super) resting_state: f64,
-    /// The third state at the next tick, from `v`, `w`, `u` and the travel over the tick.
+    /// Coefficients of the third state at the next tick: of `v`, `w`, `u` and the travel over the tick.
     pub(super) next_state: [f64; 4],
 }
 
 impl SlaveMotion {
-    /// The motion of a slave with this step over a tick of `tick_s` (s).
+    /// Computes the motion of a slave with this step over a tick of `tick_s`.
     pub(in crate::teleoperation) fn new(step: &SlaveStep, tick_s: f64) -> Self {
         let gain = if step.rest[0] == 0.0 { 1.0 } else { step.rest[0] };
         let resting_state = step.rest[2] / gain;
         let [x, v, w] = [0, 1, 2].map(|i| [step.transition[i][1], step.transition[i][2], step.reference[i] / gain]);
         let w = [0, 1, 2].map(|j| w[j] - resting_state * x[j]);
-        // A steady motion at 1 m/s: v stays 1 and w is constant. Its lead is the lag.
+        // In a steady motion at 1 m/s, v stays 1 and w is constant; the lead is the lag.
         let lag_s = solve([[v[1], v[2]], [w[1] - 1.0, w[2]]], [1.0 - v[0], -w[0]]).map(|[_, lead]| lead);
         let brakes = lag_s.into_iter().flat_map(|lag_s| [BRAKE_PER_LAG, 1.0, 0.5, 0.0].map(|factor| factor * lag_s));
         let travels = |brake_s: f64| {
             let [a, b] = [v, w].map(|row| [row[0] - brake_s * row[2], row[1]]);
             let along = [x[0] - brake_s * x[2], x[1]];
-            // Schur and Cohn: both poles are inside the unit circle.
+            // Stability test of Schur and Cohn: both poles are inside the unit circle.
             let (trace, determinant) = (a[0] + b[1], a[0] * b[1] - a[1] * b[0]);
             let settles = determinant.abs() < 1.0 && trace.abs() < 1.0 + determinant;
-            // The sum over all ticks: along · (I - A)^-1.
+            // Sum over all ticks: along · (I - A)^-1.
             let sums = solve([[1.0 - a[0], -b[0]], [-a[1], 1.0 - b[1]]], along);
             sums.filter(|sums| settles && brake_s >= 0.0 && sums[0] > 0.0).map(|sums| (brake_s, sums))
         };
-        // A slave that no such brake stops is taken to be where it is commanded to be.
+        // A slave that no brake stops is assumed to be at its commanded position.
         let [per_velocity_s, per_state, per_lead, brake_s] = match brakes.into_iter().find_map(travels) {
             Some((brake_s, [of_v, of_w])) => {
                 let travel = |j: usize| x[j] + of_v * v[j] + of_w * w[j];
@@ -67,7 +67,7 @@ impl SlaveMotion {
     }
 }
 
-/// The solution of two linear equations, row by row; `None` without a unique one.
+/// Solves two linear equations, row by row; `None` without a unique solution.
 fn solve([[a, b], [c, d]]: [[f64; 2]; 2], [e, f]: [f64; 2]) -> Option<[f64; 2]> {
     let determinant = a * d - b * c;
     let solution = [(e * d - b * f) / determinant, (a * f - e * c) / determinant];
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use crate::plant::{ControlTiming, Damping, SlaveParameters};
 
-    /// Runs a slave that brakes from a steady motion; returns its travel and the predicted one.
+    /// Runs a slave that brakes from a steady motion. Returns its travel and the predicted travel.
     fn brake(slave: &SlaveParameters, timing: ControlTiming) -> (f64, f64) {
         let step = SlaveStep::new(slave, timing, 1e-3).expect("valid");
         let motion = SlaveMotion::new(&step, 1e-3);
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn the_predicted_travel_is_that_of_the_slave() {
+    fn the_predicted_travel_is_the_travel_of_the_slave() {
         for (damping, timing) in [
             (Damping::Velocity, ControlTiming::Continuous),
             (Damping::Velocity, ControlTiming::Sampled),

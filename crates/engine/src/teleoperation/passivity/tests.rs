@@ -13,8 +13,7 @@ use trocar_core::augmentation::{Mode, Modes};
 
 const TICK_S: f64 = 1e-3;
 
-/// A run of a hand that jumps between positions, against a tissue that is a spring of a stiffness with a friction that resists
-/// and a force that pushes at times.
+/// A run of a hand that jumps between positions, against a spring with friction and an intermittent pushing force.
 struct Run {
     scheme: Scheme,
     delays: [u64; 2],
@@ -25,11 +24,12 @@ struct Run {
     scales: [f64; 2],
 }
 
-/// Stiffness of the friction while it sticks, in N/m: the promise of a scheme holds for tissues up to a stiffness, friction included.
+/// Stiffness of the friction while it sticks, in N/m. A scheme's promise holds for tissues up to a stiffness, including
+/// friction.
 const BRISTLE_N_PER_M: f64 = 1e3;
 
-/// The largest energy that was generated (J), what was promised, the distance left behind at the end (m), and the largest motion
-/// of the needle (m).
+/// The largest generated energy (J), the promised bound (J), the distance left behind at the end (m), and the largest
+/// motion of the needle (m).
 fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
     let slave = SlaveParameters::default();
     let step = SlaveStep::new(&slave, ControlTiming::Continuous, TICK_S).expect("valid");
@@ -84,7 +84,7 @@ fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
         let feedback = link.limit(feedback, &at_master);
         let aim = run.hand_m[tick * run.hand_m.len() / 2000];
         let next = desired + ((aim - desired) * 0.02).clamp(-1e-4, 1e-4);
-        plants.step(desired, next, feedback, reference).expect("a step");
+        plants.step(desired, next, feedback, reference, 0.0).expect("a step");
         desired = next;
         largest = largest.max(s.position_m.abs());
     }
@@ -99,7 +99,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn no_scheme_generates_more_than_it_promises(
+    fn no_scheme_generates_more_energy_than_it_promises(
         scheme in 0..3_usize,
         delays in [0..60_u64, 0..60_u64],
         loss in prop_oneof![Just(0.0), 0.0..0.5f64],
@@ -129,7 +129,7 @@ fn steady(scheme: Scheme, delays: [u64; 2]) -> Run {
 }
 
 #[test]
-fn a_scheme_lets_the_needle_follow_the_hand_and_come_back() {
+fn a_scheme_lets_the_needle_follow_the_hand_and_return() {
     for scheme in SCHEMES {
         for delays in [[0, 0], [20, 20]] {
             let (_, _, left_behind_m, largest_m) = run(&steady(scheme, delays));
@@ -140,15 +140,15 @@ fn a_scheme_lets_the_needle_follow_the_hand_and_come_back() {
 }
 
 #[test]
-fn a_stiff_contact_over_a_delay_generates_more_than_any_promise_without_a_scheme() {
-    // The property above would hold of anything if these runs were passive by themselves.
+fn without_a_scheme_a_stiff_contact_over_a_delay_exceeds_every_promise() {
+    // The property above is meaningful only if these runs are not passive without a scheme.
     let contact = Run { stiffness_n_per_m: 5e3, ..steady(Scheme::None, [50, 50]) };
     let (generated_j, promised_j, ..) = run(&contact);
     assert!(promised_j.is_none() && generated_j > 0.05, "{generated_j}");
 }
 
 #[test]
-fn the_dampings_that_a_scheme_holds_over_a_tick_are_named() {
+fn the_dampings_held_over_a_tick_are_named() {
     let of = |scheme| PassivitySettings { scheme, ..PassivitySettings::DEFAULT }.held_dampings();
     let damping = Some(("passivity.damping_limit_n_s_per_m", 50.0));
     assert_eq!(of(Scheme::None), [None, None]);
@@ -157,7 +157,7 @@ fn the_dampings_that_a_scheme_holds_over_a_tick_are_named() {
 }
 
 #[test]
-fn the_slave_stays_behind_the_hand_by_what_the_hand_will_give_way() {
+fn the_slave_stays_behind_the_hand_by_the_predicted_yielding() {
     use super::{Arrived, PAYLOAD, PassivityScheme as _, SchemeContext, SlavePort};
     let context = SchemeContext::<f64>::for_tests();
     let settings = |scheme| PassivitySettings { scheme, ..PassivitySettings::DEFAULT };

@@ -11,20 +11,20 @@ use trocar_core::settings::Key;
 /// controller at each side of a delayed link (Ryu, Artigas and Preusche 2010, *A passive bilateral control scheme for a
 /// teleoperator with time-varying communication delay*).
 ///
-/// The promise, with `E_m = Σ F_ed Δx_h`, `E_s = ∫ f_e dx_e` scaled to the master and any passive or active tissue up to
-/// `max_stiffness_n_per_m`:
+/// The promise, with `E_m = Σ F_ed Δx_h`, `E_s = ∫ f_e dx_e` scaled to the master and any passive or active tissue up
+/// to `max_stiffness_n_per_m`:
 ///
 /// ```text
 /// E_m - E_s >= -2 budget_j    at every tick
 /// ```
-/// The ports are the physical ones: the slave's account pays for the motion of the needle, its lag included, and not for
-/// that of the reference. Two additions keep the needle from being left behind (position drift: Chawda, Van Quang,
-/// O'Malley and Ryu 2014, *Compensating position drift in time domain passivity approach based teleoperation*; Coelho,
-/// Singh, Muskardin, Balachandran and Kondak 2018, *Smoother position-drift compensation for time domain passivity approach
-/// based teleoperation*): a slave that was held back catches up while its account allows it, and a hand that moves while
-/// the slave is short of energy is damped, which pays for it.
+/// The slave's account pays for the motion of the needle, including its lag, and not for the motion of the reference.
+/// Two additions prevent position drift (Chawda, Van Quang, O'Malley and Ryu 2014, *Compensating position drift in time
+/// domain passivity approach based teleoperation*; Coelho, Singh, Muskardin, Balachandran and Kondak 2018, *Smoother
+/// position-drift compensation for time domain passivity approach based teleoperation*): a slave that was held back
+/// catches up while its account allows it, and a hand that moves while the slave is short of energy is damped, which
+/// pays the shortage.
 ///
-/// The slave gives way to the tissue as the hand will once it feels the force ([`HandYield`]).
+/// The slave yields to the tissue as the hand will when it feels the force ([`HandYield`]).
 #[derive(Debug, Clone)]
 pub struct TimeDomain<L> {
     budget: Budget<L>,

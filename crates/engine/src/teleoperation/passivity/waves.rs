@@ -1,4 +1,4 @@
-//! Wave variables.
+//! The wave variables.
 
 use super::budget::{Budget, DEMAND, ENERGY};
 use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SchemeEnergies, SlavePort};
@@ -12,8 +12,8 @@ trocar_core::settings! {
     pub struct WavesSettings in "passivity." {
         /// Wave impedance b (wave-variables); below 2 m / T with the master's mass m and the tick T.
         ///
-        /// While the needle pushes, the link gives way like a spring of about `b / T`, with the delay `T`. The default is stiffer
-        /// than the arm for delays up to 0.1 s.
+        /// While the needle pushes, the link yields like a spring of about `b / T`, with the delay `T`. The default is
+        /// stiffer than the arm for delays up to 0.1 s.
         wave_impedance_n_s_per_m: f64 [POSITIVE] = 90.0,
         /// Time constant with which the slave returns to the hand's position (wave-variables).
         drift_time_s: f64 [POSITIVE] = 0.2,
@@ -23,46 +23,47 @@ trocar_core::settings! {
 /// Time constant in s of the filter on the wave that returns to the master.
 ///
 /// A wave that the master reflects arrives again after the two delays with the opposite sign; without a delay it would
-/// alternate from tick to tick. A low-pass filter of a wave is passive (Niemeyer and Slotine 2004, *Telemanipulation with
-/// time delays*). This one acts above 30 Hz, beyond the bandwidth of hand and slave.
+/// alternate from tick to tick. A low-pass filter of a wave is passive (Niemeyer and Slotine 2004, *Telemanipulation
+/// with time delays*). This filter acts above 30 Hz, beyond the bandwidth of hand and slave.
 const FILTER_S: f64 = 5e-3;
 
-/// Largest force as a multiple of the tissue's: as much as the hand pays for the motion of the slave.
+/// Largest force as a multiple of the tissue force: the force with which the hand pays for the slave's motion.
 const FORCE_MARGIN: f64 = 1.2;
 
-/// Time constant in s with which the force's limit decays, once the tissue's force is gone. A hand in free motion soon feels
-/// nothing.
+/// Time constant in s with which the force's limit decays after the tissue force has ended. A hand in free motion then
+/// soon feels no force.
 const RELEASE_S: f64 = 0.15;
 
-/// Where a payload holds the wave over the last tick.
+/// Index in a payload of the wave over the last tick.
 const WAVE: usize = 1;
-/// Where a payload holds the running energy of the wave.
+/// Index in a payload of the running energy of the wave.
 const WAVE_ENERGY: usize = 2;
 
-/// After Niemeyer and Slotine (1991, *Stable adaptive teleoperation*): the link carries the waves `u = (b v + F) /
-/// √(2b)` forward and `v = (b v - F) / √(2b)` back in place of velocity and force. A delay cannot amplify them.
+/// After Niemeyer and Slotine (1991, *Stable adaptive teleoperation*). The link carries the waves
+/// `u = (b v + F) / √(2b)` forward and `v = (b v - F) / √(2b)` back in place of velocity and force. A delay cannot
+/// amplify waves.
 ///
 /// ```text
 /// master  F_ed = b Δx_h / T - √(2b) v_arrived / T   u = (b Δx_h + F_ed T) / √(2b)
 /// slave   Δx_ref = √(2/b) u_arrived - f_e T / b     v = (b Δx_ref - f_e T) / √(2b)
 /// ```
-/// The promise is that of the time-domain scheme, at the physical ports:
+/// The time-domain scheme makes the same promise, at the physical ports:
 ///
 /// ```text
 /// E_m - E_s >= -2 budget_j    at every tick
 /// ```
 /// The waves are passive at `(f_e, x_ref)`, and the needle follows the reference with a lag. An energy budget on both
-/// sides ([`Budget`]) accounts for this lag, for augmentation, and for links with jitter and loss. There the last sample
-/// is held while what was received less what was spent, plus the budget, pays for it (Hirche and Buss 2004, *Packet loss
-/// effects in passive telepresence systems*; 2012, *Human-oriented control for haptic teleoperation*). The position is sent
-/// besides the waves. A slave that is ahead of the hand, or behind it without a force, returns to it slowly, which compensates
-/// for drift (Chawda and O'Malley 2015,
-/// *Position synchronization in bilateral teleoperation under time-varying communication delays*).
+/// sides ([`Budget`]) accounts for this lag, for augmentation, and for links with jitter and loss. On such links the
+/// last sample is held while the received energy, less the spent energy, plus the budget pays for it (Hirche and Buss
+/// 2004, *Packet loss effects in passive telepresence systems*; 2012, *Human-oriented control for haptic
+/// teleoperation*). The position is sent besides the waves: a slave that is ahead of the hand, or behind it without a
+/// force, returns to it slowly, which compensates for drift (Chawda and O'Malley 2015, *Position synchronization in
+/// bilateral teleoperation under time-varying communication delays*).
 ///
-/// The force exceeds the tissue force that has arrived, or a recent one that decays, by at most a fifth: without this limit a
-/// hand in free motion would drag `b v`, and waves that return from a free needle would swing it beyond its way. While the needle
-/// pushes, it advances no deeper than the hand has come.
-/// Without delay positions and forces are sent, under the same budget.
+/// The force exceeds the received tissue force, or a recent one that decays, by at most a fifth. Without this limit a
+/// hand in free motion would feel `b v`, and waves that return from a free needle would make it overshoot. While the
+/// needle pushes, it advances no deeper than the hand. Without delay, positions and forces are sent under the same
+/// budget.
 #[derive(Debug, Clone)]
 pub struct Waves<L> {
     budget: Budget<L>,
@@ -84,25 +85,23 @@ pub struct Waves<L> {
     forward_energy: L,
     back_wave: L,
     back_energy: L,
-    /// The last displacement of the master in m.
     moved: L,
     filter_share: L,
-    /// The returned wave, filtered.
     returned: L,
-    /// A recent tissue force (N), the share of it that a tick keeps, and the largest force as a multiple of it.
+    /// Recent tissue force (N), the share of it that remains after a tick, and the largest force as a multiple of it.
     recent_n: L,
     kept_share: L,
     force_margin: L,
-    /// The slave's reference without the supervisor's changes, on the master's scale, in m: at the last tick, and as the
-    /// waves command it now.
+    /// The slave's reference without the supervisor's changes, on the master's scale, in m: at the last tick, and as
+    /// now commanded by the waves.
     reference: L,
     target: L,
     force_n: L,
-    /// The hand's position as it has arrived, on the slave's scale, in m.
+    /// Received position of the hand, on the slave's scale, in m.
     hand: L,
 }
 
-/// A wave that is held between samples as far as its energy allows.
+/// A wave that is held between samples while its energy lasts.
 #[derive(Debug, Clone)]
 struct SupervisedWave<L> {
     half_inverse_tick: L,
@@ -112,7 +111,6 @@ struct SupervisedWave<L> {
 }
 
 impl<L: Lane> SupervisedWave<L> {
-    /// The wave over this tick.
     #[inline(always)]
     fn receive(&mut self, arrived: &Arrived<L>) -> L {
         let zero = L::zero();
@@ -150,13 +148,14 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
         }
         let wave = self.forward.receive(arrived);
         let drift = ((position_m - self.reference) * self.drift_share).clamp(-self.max_drift, self.max_drift);
-        // A slave behind the hand that pushes is the stretch of the link, and no drift.
+        // A lag of the slave behind a pushing hand is the stretch of the link and not drift.
         let is_stretch = drift.gt(L::zero()) & port.force_n.gt(L::zero());
         let drift = L::select(is_stretch, L::zero(), drift);
         self.force_n = port.force_n;
         let pushed = self.inverse_impedance * port.force_n * self.tick;
         let free = self.reference + (self.gain_in * wave - pushed) + drift;
-        // A force that the hand still feels and the slave no longer has would drive the slave beyond the hand.
+        // Otherwise a force that the hand still feels, but the slave no longer has, would drive the slave beyond the
+        // hand.
         let (deepest, shallowest) = (position_m.max(self.reference), position_m.min(self.reference));
         let zero = L::zero();
         let not_deeper = L::select(port.force_n.gt(zero), free.min(deepest), free);
@@ -166,11 +165,11 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
 
     #[inline(always)]
     fn limit_reference(&mut self, commanded_m: L, port: &SlavePort<L>) -> L {
-        // Without the hand's way in an event, for which the operator does not pay in advance.
+        // Excludes the hand's motion during an event, for which the operator does not pay in advance.
         let hand_m = commanded_m + (self.hand - self.target * self.position_scale);
         let reference_m = self.budget.sides.limit_reference(commanded_m, hand_m, port);
-        // What the budget withholds is withheld from the waves; what the supervisor changes is not, so that the freeze is
-        // felt by the force law and not as a wall.
+        // The budget's limit acts on the waves, the supervisor's change does not. The freeze is therefore felt through
+        // the force law and not as a wall.
         let reference = self.target - (commanded_m - reference_m) * self.inverse_scale;
         let moved = self.impedance * (reference - self.reference);
         self.back_wave = (moved - self.force_n * self.tick) * self.inverse_gain_out;
@@ -229,7 +228,7 @@ impl<L: Lane> BuiltInScheme<L> for Waves<L> {
             held: zero,
             spent: zero,
         };
-        // The drift's speed has a limit of its own: a wave is as fast as the hand.
+        // The drift has a separate speed limit, because a wave is as fast as the hand.
         let speed = if context.is_immediate { catch_up } else { f64::INFINITY };
         Self {
             budget: Budget::new(settings, context, speed).without_energy_under_way(),
@@ -317,7 +316,7 @@ mod tests {
         SlavePort { force_n, cost_j_per_m: force_n, work_j: 0.0, position_m: 0.0, velocity_m_per_s: 0.0 }
     }
 
-    /// A wave that has arrived, with more energy than it takes.
+    /// Returns a received wave with more energy than it takes.
     fn arrived(wave: f64) -> Arrived<f64> {
         let mut payload = [0.0; PAYLOAD];
         (payload[WAVE], payload[WAVE_ENERGY]) = (wave, 1.0);
@@ -338,9 +337,9 @@ mod tests {
     }
 
     #[test]
-    fn the_slave_moves_by_the_wave_less_what_the_force_takes_and_sends_the_rest_back() {
+    fn the_slave_moves_by_the_wave_minus_the_effect_of_the_force_and_sends_the_rest_back() {
         let mut waves = waves_at(0.02);
-        // Δx = √(2/b) u - f T / b; behind the hand and pushing, it is not drawn to the hand.
+        // Δx = √(2/b) u - f T / b. A pushing slave behind the hand does not drift to the hand.
         let (wave, force) = (1e-3, 1.5);
         let moved = (2.0 / B).sqrt() * wave - force * TICK_S / B;
         let target = waves.receive_position(0.03, &arrived(wave), &port(force));
@@ -362,14 +361,14 @@ mod tests {
             let mut waves = waves_at(0.02);
             waves.receive_position(position_m, &arrived(0.0), &port(0.0)) - 0.02
         };
-        // The gap over 0.2 s, and at most 30 mm/s.
+        // The gap over 0.2 s, at most 30 mm/s.
         assert!((drift(0.021) - 1e-3 / 200.0).abs() < 1e-15, "{}", drift(0.021));
         assert!((drift(0.019) + 1e-3 / 200.0).abs() < 1e-15);
         assert!((drift(0.05) - 3e-5).abs() < 1e-15 && (drift(0.0) + 3e-5).abs() < 1e-15);
     }
 
     #[test]
-    fn a_pushing_needle_goes_no_deeper_than_the_hand_and_a_pulling_one_no_less_deep() {
+    fn a_pushing_needle_goes_no_deeper_than_the_hand_and_a_pulling_one_no_shallower() {
         let target = |hand_m: f64, wave: f64, force_n: f64| {
             let mut waves = waves_at(0.02);
             waves.receive_position(hand_m, &arrived(wave), &port(force_n))
@@ -381,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn the_force_is_that_of_the_returned_wave_filtered_and_near_that_of_the_tissue() {
+    fn the_force_follows_the_filtered_returned_wave_and_stays_near_the_tissue_force() {
         let mut waves = waves();
         waves.moved = 2e-5;
         // F = (b Δx - √(2b) v') / T, with the share T / (T + 5 ms) of the wave.
@@ -389,7 +388,7 @@ mod tests {
         let expected = (B * 2e-5 - (2.0 * B).sqrt() * wave * TICK_S / 6e-3) / TICK_S;
         let force = waves.receive_force(10.0, &arrived(wave), 0.0);
         assert!((force - expected).abs() < 1e-12, "{force} instead of {expected}");
-        // At most a fifth more than the tissue's force, which decays once it is gone.
+        // At most a fifth above the tissue force, which decays after it has ended.
         assert!((waves.receive_force(1.0, &arrived(-1.0), 0.0) - 1.2 * 10.0 * (1.0 - TICK_S / 0.151)).abs() < 1e-12);
         let mut free = self::waves();
         free.moved = 2e-5;
@@ -397,14 +396,14 @@ mod tests {
     }
 
     #[test]
-    fn a_held_wave_is_reduced_to_what_its_energy_pays_for() {
+    fn a_held_wave_is_reduced_to_its_available_energy() {
         let mut wave = waves().forward;
         let energy = |wave: f64| 0.5 * wave * wave / TICK_S;
         let budget = PassivitySettings::DEFAULT.budget.budget_j;
         let mut payload = [0.0; PAYLOAD];
         (payload[WAVE], payload[WAVE_ENERGY]) = (2e-3, energy(2e-3));
         assert_eq!(wave.receive(&Arrived { payload, is_fresh: true }), 2e-3);
-        // Held over as long as received energy and budget last: 10 mJ / 2 mJ a tick.
+        // Held while received energy and budget last: 10 mJ at 2 mJ per tick.
         payload[WAVE] = 99.0;
         let held = Arrived { payload, is_fresh: false };
         let ticks = (budget / energy(2e-3)) as usize;

@@ -38,7 +38,7 @@ fn only_layers_rupture_and_their_names_are_known() {
 }
 
 #[test]
-fn the_surface_is_known_of_simulated_tissues_alone() {
+fn the_surface_is_known_only_of_simulated_tissues() {
     let surface = Surface { contact_m: 0.013 };
     let settings = TissueSettings::KelvinVoigt(KelvinVoigtSettings { surface, ..Default::default() });
     assert_eq!(settings.surface_m(), Some(0.013));
@@ -46,7 +46,7 @@ fn the_surface_is_known_of_simulated_tissues_alone() {
 }
 
 #[test]
-fn the_springs_are_those_of_the_kind() {
+fn the_springs_match_the_kind() {
     let springs = simulated().map(|settings| settings.springs(Some(0.02)));
     assert_eq!(springs[0], Some(Springs::SpringDamper(200.0, 5.0)));
     assert!(matches!(springs[1..3], [Some(Springs::ToDepth(_)), Some(Springs::ToDepth(_))]));
@@ -56,7 +56,7 @@ fn the_springs_are_those_of_the_kind() {
 }
 
 #[test]
-fn values_outside_of_the_measurements_have_the_key_of_their_layer() {
+fn values_outside_the_measurements_have_the_key_of_their_layer() {
     let soft = LayerParameters { rupture_force_n: 90.0, stiffness_n_per_m: 5000.0, ..LayerParameters::DEFAULT };
     let parameters = LayersParameters { layers: vec![("dura".into(), soft)], ..LayersParameters::default() };
     let keys: Vec<_> =
@@ -66,7 +66,7 @@ fn values_outside_of_the_measurements_have_the_key_of_their_layer() {
 }
 
 #[test]
-fn settings_that_cannot_be_are_refused_before_the_tissue_is_built() {
+fn impossible_settings_are_refused_before_the_tissue_is_built() {
     let refused = |settings: &TissueSettings| settings.check(TICK_S, 0.0).err().map(|error| error.name);
     assert_eq!(simulated().each_ref().map(refused), [None; 5]);
     let soft = KelvinVoigtSettings { stiffness_n_per_m: -1.0, ..Default::default() };
@@ -84,7 +84,7 @@ fn a_needle_may_start_at_the_surface_of_layers_but_not_below() {
     assert_eq!(at(1e-9), [true, true, true, false, false]);
 }
 
-/// A spring without settings, to see what a kind gets that implements nothing but the force.
+/// A spring without settings, which implements only the force.
 #[derive(Debug, Clone, Copy)]
 struct Bare;
 
@@ -97,7 +97,7 @@ impl Model for Bare {
 }
 
 #[test]
-fn a_kind_that_states_nothing_has_no_layers_surface_and_springs_and_is_checked_by_building_it() {
+fn a_minimal_kind_has_no_layers_surface_or_springs_and_is_checked_by_building_it() {
     assert_eq!(Bare::check(&1.0, TICK_S, 0.0), Ok(()));
     assert_eq!(Bare::check(&-1.0, TICK_S, 0.0).map_err(|error| error.name), Err("tissue.x"));
     assert_eq!((Bare::default_layers(), Bare::layers(&1.0)), (vec![], vec![]));
@@ -123,7 +123,7 @@ impl Tissue<f64> for Failed {
 }
 
 #[test]
-fn a_boxed_tissue_is_the_tissue_in_the_box() {
+fn a_boxed_tissue_behaves_like_the_tissue_in_the_box() {
     let mut boxed: Box<dyn Tissue<f64>> = Box::new(Failed(TissueFailure::new("torn")));
     let reaction = Tissue::<f64>::react(&mut boxed, 0, 3.0, 0.2);
     assert_eq!((reaction.force_n, reaction.ruptured), (5.0, true));
@@ -131,7 +131,7 @@ fn a_boxed_tissue_is_the_tissue_in_the_box() {
     assert_eq!(Tissue::<f64>::failure(&boxed).map(ToString::to_string).as_deref(), Some("torn"));
 }
 
-/// The tissues, of the kinds with state or with lists of their own, of which eight may run side by side.
+/// Tissues with state or with lists, of which eight may run side by side.
 #[cfg(target_arch = "x86_64")]
 fn stateful() -> Vec<(&'static str, AnyTissue<f64>)> {
     let build = |settings: &TissueSettings| settings.build::<f64>(TICK_S, 0.0).expect("valid");
@@ -155,7 +155,7 @@ fn by_time(force_n: &[f64]) -> RecordedForce {
     RecordedForce::new(force_n.into(), Arc::from([1]))
 }
 
-/// 100 N/m in, and `share` of that out, with a rupture at 6 mm.
+/// 100 N/m during the insertion, `share` of that during the withdrawal, and a rupture at 6 mm.
 fn by_depth(share: f64) -> DepthReplay<f64> {
     let position: Vec<f64> = (0..=100).chain((0..100).rev()).map(|k| 1e-3 * f64::from(k)).collect();
     let force: Vec<f64> =
@@ -166,7 +166,7 @@ fn by_depth(share: f64) -> DepthReplay<f64> {
 
 #[cfg(target_arch = "x86_64")]
 #[test]
-fn eight_needles_side_by_side_have_the_forces_of_each_alone_in_every_tissue() {
+fn eight_needles_side_by_side_have_the_same_forces_as_each_alone_in_every_tissue() {
     use crate::engine::{Avx2, InstructionSet};
     use trocar_core::lane::{Gather, Lane, Mask};
     if !InstructionSet::Avx2.is_available() {
@@ -178,7 +178,7 @@ fn eight_needles_side_by_side_have_the_forces_of_each_alone_in_every_tissue() {
             Gather::gather(std::array::from_fn(|lane| &alone[lane])).unwrap_or_else(|| panic!("{name}: alike"));
         let mut ruptures = 0;
         for tick in 0..400_u64 {
-            // In, back and in again, each lane to its own depth, at 2 s⁻¹.
+            // In, back and in again, each lane to a different depth, at 2 s⁻¹.
             let motions: [(f64, f64); 8] = std::array::from_fn(|lane| {
                 let (phase, depth_m) = (0.03 * tick as f64, 0.01 * (lane + 1) as f64);
                 (depth_m * (1.0 - phase.cos()), depth_m * 30.0 * phase.sin())
@@ -201,7 +201,7 @@ fn eight_needles_side_by_side_have_the_forces_of_each_alone_in_every_tissue() {
 
 #[cfg(target_arch = "x86_64")]
 #[test]
-fn recordings_of_which_one_differs_do_not_run_side_by_side() {
+fn different_recordings_do_not_run_side_by_side() {
     use crate::engine::Avx2;
     use trocar_core::lane::Gather;
     let (same, other) = (by_time(&[1.0, 2.0]), by_time(&[1.0, 3.0]));

@@ -73,26 +73,27 @@ fn a_layer_that_is_cut_at_its_rupture_force_gives_way_without_a_rupture() {
 #[test]
 fn a_retreat_unloads_the_spring_and_the_cut_remains() {
     let mut tissue = tissue(&[PLAIN]);
-    // At 10.5 mm and a deflection of 5 mm the cut is at 5.5 mm.
+    // At 10.5 mm and a deflection of 5 mm, the cut is at 5.5 mm.
     forces(&mut tissue, &[0.0105, 0.0105]);
     assert_near(&forces(&mut tissue, &[8e-3, 5e-3, 0.0, 7e-3, 0.0105]), &[0.25, 0.0, 0.0, 0.15, 0.5]);
     assert_eq!(ruptures(&mut tissue, &[0.0, 9e-3, 0.0105]), [0_usize; 0], "it ruptures once");
 }
 
 #[test]
-fn the_next_layer_begins_where_the_needle_is_when_the_one_above_is_cut_through() {
+fn the_next_layer_begins_at_the_needle_when_the_layer_above_is_cut_through() {
     let lower = LayerParameters { stiffness_n_per_m: 200.0, ..PLAIN };
     let mut tissue = tissue(&[PLAIN, lower]);
-    // The cut of the upper layer is 5 mm above the tip, so it is cut through beyond 15 mm; then the lower one bulges from 16 mm.
+    // The cut of the upper layer is 5 mm above the tip, so it is cut through beyond 15 mm. The lower layer then bulges
+    // from 16 mm.
     assert_near(&forces(&mut tissue, &[0.011, 0.014, 0.016, 0.017, 0.02]), &[1.0, 0.5, 0.5, 0.2, 0.8]);
-    // Its rupture force of 1 N is reached at 5 mm, its cutting force at 2.5 mm.
+    // The lower layer reaches its rupture force of 1 N at 5 mm, and its cutting force at 2.5 mm.
     assert_near(&forces(&mut tissue, &[0.0212, 0.0212, 0.025]), &[1.0, 0.5, 0.5]);
-    // The cut is at 22.5 mm, of the layer from 16 to 26 mm: it is cut through when the needle is beyond 28.5 mm.
+    // The cut is at 22.5 mm, in the layer from 16 to 26 mm, which is cut through when the needle is beyond 28.5 mm.
     assert_near(&forces(&mut tissue, &[0.0284, 0.0286, 0.0287]), &[0.5, 0.5, 0.0]);
 }
 
 #[test]
-fn the_force_of_a_layer_that_is_cut_through_relaxes_and_adds_to_that_of_the_next() {
+fn the_force_of_a_layer_that_is_cut_through_relaxes_and_adds_to_the_force_of_the_next() {
     let slow = LayerParameters { relaxation_s: 0.02, ..PLAIN };
     let mut tissue = tissue(&[slow, PLAIN]);
     forces(&mut tissue, &[0.0105; 2000]);
@@ -112,22 +113,22 @@ fn a_fast_needle_cuts_through_in_the_tick_of_the_rupture() {
 }
 
 #[test]
-fn the_friction_is_the_grip_and_that_of_the_length_that_is_cut() {
+fn the_friction_is_the_grip_plus_the_friction_of_the_cut_length() {
     let rough = LayerParameters { friction_n_per_m: 50.0, grip_n: 0.2, ..PLAIN };
     let mut tissue = tissue(&[rough]);
     forces(&mut tissue, &[5e-3, 0.011]);
     assert_eq!(tissue.shaft_force_n(), 0.0, "nothing is cut yet");
-    // At 11 mm the cut is at 1 mm, at 12 mm at 7 mm: the friction of a tick is that of the length at the tick before.
+    // At 11 mm the cut is at 1 mm, at 12 mm at 7 mm. The friction of a tick uses the length at the tick before.
     forces(&mut tissue, &[0.012]);
     assert_near(&[tissue.shaft_force_n()], &[0.2 + 50.0 * 1e-3]);
     assert_near(&forces(&mut tissue, &[0.013]), &[0.5 + 0.2 + 50.0 * 7e-3]);
-    // A layer of 10 mm has no more than 10 mm of the shaft.
+    // At most 10 mm of the shaft are in a layer of 10 mm.
     forces(&mut tissue, &[0.02, 0.03]);
     assert_near(&[tissue.shaft_force_n()], &[0.2 + 50.0 * 0.01]);
 }
 
 #[test]
-fn a_withdrawal_pulls_by_the_friction_of_the_length_that_is_still_in_the_dragged_layer() {
+fn a_withdrawal_pulls_by_the_friction_of_the_length_still_in_the_dragged_layer() {
     let rough = LayerParameters { friction_n_per_m: 50.0, ..PLAIN };
     let mut tissue = tissue(&[rough]);
     forces(&mut tissue, &[0.011, 0.012, 0.02, 0.03]);
@@ -145,7 +146,7 @@ fn the_friction_of_two_layers_adds_up() {
     // The lower layer begins at 16 mm, where the upper one is cut through. At 27 mm it is cut to 22 mm, at 27.5 mm to 22.5 mm.
     forces(&mut tissue, &[0.011, 0.016, 0.0265, 0.027]);
     assert_near(&forces(&mut tissue, &[0.0275]), &[0.5 + 50.0 * 0.01 + 0.1 + 20.0 * 6e-3]);
-    // In the upper layer, only that one has the shaft.
+    // Here the shaft is only in the upper layer.
     forces(&mut tissue, &[6e-3]);
     let dragged_m = (50.0 * 0.01 + 0.1 + 20.0 * 6.5e-3) / 1e4;
     assert_near(&forces(&mut tissue, &[5e-3]), &[-50.0 * (6e-3 + dragged_m)]);
@@ -177,7 +178,7 @@ fn the_stiffest_spring_is_a_layers_slope_at_its_rupture_with_the_shaft_in_the_ro
 }
 
 #[test]
-fn its_surface_its_rupturing_layers_and_its_unusual_values_are_those_of_its_parameters() {
+fn surface_rupturing_layers_and_unusual_values_follow_from_the_parameters() {
     let blunt = LayerParameters { rupture_force_n: 0.5, ..PLAIN };
     let parameters = LayersParameters { contact_m: 0.03, ..parameters(&[PLAIN, blunt, PLAIN]) };
     assert_eq!(Layers::<f64>::surface_m(&parameters), Some(0.03));
@@ -188,7 +189,7 @@ fn its_surface_its_rupturing_layers_and_its_unusual_values_are_those_of_its_para
 }
 
 #[test]
-fn parameters_that_cannot_be_are_refused_by_the_name_of_their_key() {
+fn impossible_parameters_are_refused_with_the_name_of_their_key() {
     let refused =
         |parameters: &LayersParameters, start_m| Layers::<f64>::new(parameters, TICK_S, start_m).err().map(|e| e.name);
     let good = parameters(&[PLAIN]);

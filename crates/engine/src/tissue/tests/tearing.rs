@@ -3,8 +3,8 @@ use super::super::{
 };
 use super::{SHAFT, TICK_S, assert_near, forces, ruptures};
 
-/// A layer of 10 mm and 250 N/m without relaxation and friction. With a crack of 1 mm it ruptures at √2 N (5.66 mm), as
-/// `2 k₀ w ℓ R` is 2 N², and is cut at 0.2 N (0.8 mm).
+/// A layer of 10 mm and 250 N/m without relaxation and friction. With a crack of 1 mm it ruptures at √2 N (5.66 mm),
+/// because `2 k₀ w ℓ R` is 2 N², and is cut at 0.2 N (0.8 mm).
 const PLAIN: TearingLayer = TearingLayer {
     thickness_m: 0.01,
     stiffness_n_per_m: 250.0,
@@ -18,7 +18,7 @@ const PLAIN: TearingLayer = TearingLayer {
     grip_n: 0.0,
 };
 
-/// The crack runs at most 0.4 mm per tick.
+/// The crack advances at most 0.4 mm per tick.
 const CRACK: Crack = Crack { crack_width_m: 1e-3, crack_speed_m_per_s: 0.4 };
 
 fn settings(layers: &[TearingLayer]) -> TearingSettings {
@@ -41,7 +41,7 @@ fn the_forces_of_rupture_and_cutting_follow_from_toughness_and_crack() {
 }
 
 #[test]
-fn forces_that_are_equal_are_no_rupture() {
+fn equal_forces_are_not_a_rupture() {
     // 2 k₀ w ℓ R = 2 · 2 · 1 · 1 · 4 = 16 N², and R w = 4 N.
     let even = TearingLayer { stiffness_n_per_m: 2.0, release_length_m: 1.0, toughness_j_per_m2: 4.0, ..PLAIN };
     assert_eq!((even.rupture_force_n(1.0), even.cutting_force_n(1.0)), (4.0, 4.0));
@@ -71,38 +71,39 @@ fn a_layer_ruptures_once_where_its_released_energy_reaches_the_toughness() {
 
 #[test]
 fn an_unrelaxed_force_releases_more_energy() {
-    // Half of the stiffness relaxes, within 1e6 s: the force is k₀ d, of which the Maxwell branch bears half. With χ = 6 the layer
-    // ruptures at f (f + 6 f/2) = 2 N², so at √0.5 N or 2.83 mm.
+    // Half of the stiffness relaxes, within 1e6 s: the force is k₀ d, of which the Maxwell branch carries half. With
+    // χ = 6 the layer ruptures at f (f + 6 f/2) = 2 N², so at √0.5 N or 2.83 mm.
     let layer = TearingLayer { relaxed_share: 0.5, relaxation_time_s: 1e6, concentration: 6.0, ..PLAIN };
     let mut tissue = tissue(&[layer]);
     assert_eq!(ruptures(&mut tissue, &[2.82e-3, 2.83e-3]), [1]);
 }
 
 #[test]
-fn the_crack_runs_at_its_speed_down_to_the_cutting_force_and_stops() {
+fn the_crack_advances_at_its_speed_down_to_the_cutting_force_and_stops() {
     let mut tissue = tissue(&[PLAIN]);
     assert!(tissue.react(0, 6e-3, 0.0).ruptured);
-    // 0.4 mm per tick lower the force of 1.5 N by 0.1 N each, to 0.2 N.
+    // Each 0.4 mm per tick lowers the force of 1.5 N by 0.1 N, down to 0.2 N.
     let falling: Vec<f64> = (1..=13).map(|tick| 1.5 - 0.1 * f64::from(tick)).collect();
     assert_near(&forces(&mut tissue, &[6e-3; 13]), &falling);
     assert_near(&forces(&mut tissue, &[6e-3, 6.2e-3, 6e-3, 5.2e-3]), &[0.2, 0.2, 0.15, 0.0]);
 }
 
 #[test]
-fn a_layer_that_is_cut_at_its_rupture_force_is_open_from_its_surface_on() {
+fn a_layer_that_is_cut_at_its_rupture_force_is_open_from_its_surface() {
     let soft = TearingLayer { release_length_m: 1e-5, ..PLAIN };
     let mut tissue = tissue(&[soft]);
     assert_eq!(ruptures(&mut tissue, &[5e-4, 1e-3]), [0_usize; 0]);
-    // The crack follows at 0.8 mm of deflection, the one of 0.2 N, from the first tick on.
+    // From the first tick on, the crack follows at the deflection of 0.8 mm, which gives 0.2 N.
     assert_near(&forces(&mut tissue, &[1e-3, 1.1e-3]), &[0.2, 0.2]);
 }
 
 #[test]
-fn a_layer_that_is_cut_through_yields_to_the_next_one_at_the_needle() {
+fn a_layer_that_is_cut_through_gives_way_to_the_next_one_at_the_needle() {
     let upper = TearingLayer { thickness_m: 9.9e-3, ..PLAIN };
     let mut tissue = tissue(&[upper, TearingLayer { stiffness_n_per_m: 500.0, ..PLAIN }]);
     forces(&mut tissue, &[6e-3; 30]);
-    // In steps of 0.4 mm; the crack is 0.8 mm above the tip, so it reaches 10 mm, beyond the upper layer, at the last step, 10.8 mm.
+    // In steps of 0.4 mm. The crack is 0.8 mm above the tip, so at the last step, 10.8 mm, it reaches 10 mm, the end of
+    // the upper layer.
     let steps: Vec<f64> = (1..=12).map(|step| 6e-3 + 4e-4 * f64::from(step)).collect();
     assert_near(&forces(&mut tissue, &steps), &[0.2; 12]);
     // The crack leaves the upper layer within two ticks. The lower one has its surface at 10.8 mm.
@@ -110,18 +111,19 @@ fn a_layer_that_is_cut_through_yields_to_the_next_one_at_the_needle() {
 }
 
 #[test]
-fn the_friction_is_the_grip_and_that_of_the_length_that_is_cut() {
+fn the_friction_is_the_grip_plus_the_friction_of_the_cut_length() {
     let rough = TearingLayer { friction_n_per_m: 50.0, grip_n: 0.2, ..PLAIN };
     let mut tissue = tissue(&[rough]);
     forces(&mut tissue, &[5e-3, 6e-3]);
     assert_eq!(tissue.shaft_force_n(), 0.0, "nothing is cut yet");
     forces(&mut tissue, &[6e-3; 100]);
-    // The cut is at 5.2 mm. 1 mm further, it follows by 0.4 mm, and the force on the tip is 0.2 N + 250 N/m · 0.6 mm.
+    // The cut is at 5.2 mm. After 1 mm more it has followed by 0.4 mm, and the force on the tip is 0.2 N + 250 N/m ·
+    // 0.6 mm.
     assert_near(&forces(&mut tissue, &[7e-3]), &[0.35 + 0.2 + 50.0 * 5.2e-3]);
     assert_near(&[tissue.shaft_force_n()], &[0.2 + 50.0 * 5.2e-3]);
     forces(&mut tissue, &[0.03; 100]);
     assert_near(&forces(&mut tissue, &[0.04]), &[0.2 + 50.0 * 0.01]);
-    // Out again, it pulls.
+    // During the withdrawal the friction pulls.
     assert_near(&forces(&mut tissue, &[0.03]), &[-(0.2 + 50.0 * 0.01)]);
     forces(&mut tissue, &[4e-3]);
     let dragged_m = (0.2 + 50.0 * 0.01) / 1e4;
@@ -145,7 +147,7 @@ fn the_stiffest_spring_is_a_layers_fast_slope_with_the_shaft_in_the_rough_layers
         ..PLAIN
     };
     super::assert_the_shaft_adds_to_rough_layers(highest_slope, layer);
-    // √(k₀² + 4 a₂ f) at the rupture, √2 N, and for one that is only cut at 0.2 N.
+    // √(k₀² + 4 a₂ f) at the rupture, √2 N, and at 0.2 N for a layer that is only cut.
     let stiffening = TearingLayer { stiffening_n_per_m2: 1e4, ..PLAIN };
     assert!((highest_slope(&[stiffening]) - (62_500.0 + 4e4 * 2.0_f64.sqrt()).sqrt()).abs() < 1e-9);
     let soft = TearingLayer { release_length_m: 1e-5, ..stiffening };
@@ -155,7 +157,7 @@ fn the_stiffest_spring_is_a_layers_fast_slope_with_the_shaft_in_the_rough_layers
 }
 
 #[test]
-fn its_surface_its_rupturing_layers_and_its_unusual_values_are_those_of_its_settings() {
+fn surface_rupturing_layers_and_unusual_values_follow_from_the_settings() {
     let soft = TearingLayer { release_length_m: 1e-5, ..PLAIN };
     let settings = TearingSettings { surface: Surface { contact_m: 0.03 }, ..settings(&[PLAIN, soft, PLAIN]) };
     assert_eq!(Tearing::<f64>::surface_m(&settings), Some(0.03));
@@ -166,7 +168,7 @@ fn its_surface_its_rupturing_layers_and_its_unusual_values_are_those_of_its_sett
 }
 
 #[test]
-fn settings_that_cannot_be_are_refused_by_the_name_of_their_key() {
+fn impossible_settings_are_refused_with_the_name_of_their_key() {
     let refused =
         |settings: &TearingSettings, start_m| Tearing::<f64>::new(settings, TICK_S, start_m).err().map(|e| e.name);
     let good = settings(&[PLAIN]);

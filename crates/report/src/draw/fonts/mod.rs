@@ -1,7 +1,7 @@
-//! The bundled typeface. No system fonts are used, so a figure has the same bytes on every machine.
+//! The bundled typeface. System fonts are not used, so a figure has the same bytes on every computer.
 //!
-//! `DejaVuSans.ttf` and `DejaVuSans-Bold.ttf` are subsets (Latin, Greek, the mathematical signs of the figures) of DejaVu Sans
-//! 2.37. `fonts/LICENSE` is their licence.
+//! `DejaVuSans.ttf` and `DejaVuSans-Bold.ttf` are subsets of DejaVu Sans 2.37 (Latin, Greek, the mathematical signs of
+//! the figures). `fonts/LICENSE` is their licence.
 
 use std::sync::OnceLock;
 
@@ -9,28 +9,26 @@ use plotters_backend::text_anchor::HPos;
 use plotters_backend::{BackendCoord, BackendTextStyle, FontStyle, FontTransform};
 use ttf_parser::{Face, GlyphId};
 
-/// The font family in SVG files. Verdana has the widths of DejaVu, so a viewer without DejaVu gives the same layout.
+/// The font family in SVG files. Verdana has the widths of DejaVu, so the layout is the same in a viewer without
+/// DejaVu.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 
-/// Size of a font of plotters, relative to the em.
+/// Size of a plotters font relative to the em.
 pub(super) const PER_SIZE: f64 = 1.24;
 
-/// Height of the letters above the baseline, relative to the em. Backends of plotters place a text by its top with it.
+/// Height of the letters above the baseline relative to the em. plotters backends place a text by its top.
 const ASCENT: f64 = 0.76;
 
-/// The largest number of lines of a text; the rest is cut.
+/// Maximum number of lines of a text; the rest is cut.
 const MAX_LINES: usize = 3;
 
-/// A face: regular or bold.
 pub(super) struct Typeface {
-    /// Its PostScript name.
+    /// The PostScript name.
     pub(super) name: &'static str,
-    /// The TrueType file.
     pub(super) data: &'static [u8],
     pub(super) face: Face<'static>,
 }
 
-/// Returns the regular or the bold face.
 pub(super) fn typeface(is_bold: bool) -> &'static Typeface {
     static FACES: [OnceLock<Typeface>; 2] = [OnceLock::new(), OnceLock::new()];
     FACES[usize::from(is_bold)].get_or_init(|| {
@@ -44,30 +42,27 @@ pub(super) fn typeface(is_bold: bool) -> &'static Typeface {
 }
 
 impl Typeface {
-    /// Returns the glyph of a character; a character that the face lacks has the glyph of a missing one.
     pub(super) fn glyph(&self, letter: char) -> GlyphId {
         self.face.glyph_index(letter).unwrap_or(GlyphId(0))
     }
 
-    /// Returns the advance of a glyph, relative to the em.
+    /// Returns the advance of a glyph relative to the em.
     pub(super) fn advance(&self, glyph: GlyphId) -> f64 {
         f64::from(self.face.glyph_hor_advance(glyph).unwrap_or(0)) / f64::from(self.face.units_per_em())
     }
 }
 
-/// Returns the width of a text of a size.
 pub(crate) fn width(text: &str, size: f64, is_bold: bool) -> f64 {
     let face = typeface(is_bold);
     text.chars().map(|letter| face.advance(face.glyph(letter))).sum::<f64>() * size
 }
 
-/// A text as a backend places it: by its top.
 pub(crate) struct Placed {
-    /// Where the baseline begins.
+    /// The start of the baseline.
     pub(super) start: (f32, f32),
     pub(super) em: f32,
     pub(super) is_bold: bool,
-    /// True if it reads upwards.
+    /// True if the text reads upwards.
     pub(super) is_upright: bool,
     pub(super) color: (u8, u8, u8),
     #[cfg(test)]
@@ -98,7 +93,6 @@ impl Placed {
         }
     }
 
-    /// Returns the left, top, right and bottom.
     #[cfg(test)]
     pub(super) fn bounds(&self) -> [f32; 4] {
         let ((x, y), above) = (self.start, ASCENT as f32 * self.em);
@@ -111,8 +105,8 @@ impl Placed {
     }
 }
 
-/// Returns the lines of a text, broken at spaces, each at most `max_width` wide. A longer word, and what would be on a fourth line,
-/// is cut and ends with an ellipsis.
+/// Breaks a text at spaces into lines that are at most `max_width` wide. A longer word, and any text beyond the third
+/// line, is cut and ends with an ellipsis.
 pub(super) fn lines(text: &str, size: f64, is_bold: bool, max_width: f64) -> Vec<String> {
     let clean: String = text.chars().take(400).map(|c| if c.is_control() { ' ' } else { c }).collect();
     let mut lines: Vec<String> = vec![];
@@ -132,7 +126,6 @@ pub(super) fn lines(text: &str, size: f64, is_bold: bool, max_width: f64) -> Vec
     lines.into_iter().map(|line| cut(line, size, is_bold, max_width)).collect()
 }
 
-/// Returns a text, or its beginning with an ellipsis if it is too wide.
 fn cut(mut text: String, size: f64, is_bold: bool, max_width: f64) -> String {
     if width(&text, size, is_bold) <= max_width {
         return text;

@@ -1,13 +1,14 @@
-// The animation of a rupture, and the field of an insertion by hand. Both are drawn from descriptions: shapes with a role, their places,
-// and a state per frame in which they change. This script only places them; the style of each role is in the theme.
+// The animation of a rupture, and the field of an insertion by hand. Both are drawn from descriptions: shapes with a
+// role, their positions, and states with the first frame of each. This script only places them; the theme has the style
+// of each role.
 "use strict";
 
 const trocarAnimation = (() => {
-  /** The namespace of SVG. A report contains no address of another site, not even as a name. */
+  /** The namespace of SVG, read from the browser because a report contains no address of another site. */
   const SVG = new DOMParser().parseFromString("<svg></svg>", "text/html").querySelector("svg").namespaceURI;
-  /** Below this width in pixels, the narrow drawing of a panel is shown. */
+  /** Width in pixels below which the narrow drawing of a panel is displayed. */
   const NARROW_BELOW = 280;
-  /** Time for which a loop rests at its last frame, in s. */
+  /** Duration of the last frame in a loop, in s. */
   const REST_S = 1.2;
 
   function html(name, attributes = {}, text = "") {
@@ -21,7 +22,7 @@ const trocarAnimation = (() => {
     if (element.textContent !== text) element.textContent = text;
   };
 
-  /** One run: its name, its state, and its drawing. */
+  /** One run with its name, state and drawing. */
   class Panel {
     /** `scheme` is "classical" or "augmented". */
     constructor(parent, name, scheme) {
@@ -88,13 +89,13 @@ const trocarAnimation = (() => {
       });
     }
 
-    /** Shows a state such as "frozen". */
+    /** Displays a state such as "frozen". */
     tell(state) {
       setText(this.state, state);
       this.figure.dataset.state = state;
     }
 
-    /** Returns the height of an event in the drawing. */
+    /** Returns the height of a pointer event in the drawing. */
     height({ clientX, clientY }) {
       return new DOMPoint(clientX, clientY).matrixTransform(this.svg.getScreenCTM().inverse()).y;
     }
@@ -121,7 +122,7 @@ const trocarAnimation = (() => {
       this.data = null;
       this.at = 0;
       this.isPlaying = false;
-      /** The cursor of the charts: "quiet" without values, "read" with them, or "held" where it is by the charts. */
+      /** State of the charts' cursor: "quiet" without values, "read" with values, "held" if the charts set it. */
       this.cursor = "quiet";
       this.isVisible = true;
       this.still = window.matchMedia("(prefers-reduced-motion: reduce)");
@@ -132,7 +133,7 @@ const trocarAnimation = (() => {
         this.cursor = "read";
         this.show(Number(this.slider.value));
       });
-      // The cursor of the charts takes the animation along; when it leaves, a playing animation goes on.
+      // The cursor of the charts sets the frame. When it leaves, a playing animation continues.
       window.addEventListener("charttime", ({ detail: { time, isKept } }) => {
         if (!this.data) return;
         if (isKept) this.pause();
@@ -145,7 +146,7 @@ const trocarAnimation = (() => {
       window.addEventListener("beforeprint", () => this.data && this.show(this.data.still));
     }
 
-    /** Shows an animation. A playing one continues at the same time. */
+    /** Displays an animation. If one is playing, it continues at the same time. */
     setData(data) {
       const isFirst = this.data === null;
       this.element.hidden = data === null;
@@ -172,7 +173,7 @@ const trocarAnimation = (() => {
       if (isFirst && !this.still.matches) this.play();
     }
 
-    /** Returns the frame that is nearest to a time in s. */
+    /** Returns the frame nearest to a time in s. */
     frameAt(time) {
       const times = this.data.time_s;
       return times.reduce((best, at, frame) => (Math.abs(at - time) < Math.abs(times[best] - time) ? frame : best), 0);
@@ -185,7 +186,7 @@ const trocarAnimation = (() => {
       this.show(this.frameAt(time));
     }
 
-    /** Draws a frame, and moves the cursor of the charts to its time. */
+    /** Draws a frame and moves the cursor of the charts to its time. */
     show(frame) {
       const { clocks, panels } = this.data;
       this.at = frame;
@@ -205,7 +206,7 @@ const trocarAnimation = (() => {
       this.cursor = "quiet";
       setText(this.button, "Pause");
       const frames = () => this.data.time_s.length - 1;
-      /** The time in s from the beginning to a frame, as it plays. */
+      /** The playing time in s from the beginning to a frame. */
       const playedTo = (frame) => this.data.slowness * (this.data.time_s[frame] - this.data.time_s[0]);
       let began = performance.now() - 1000 * playedTo(this.at >= frames() ? 0 : this.at);
       const step = (now) => {
@@ -225,7 +226,7 @@ const trocarAnimation = (() => {
       setText(this.button, "Play");
     }
 
-    /** Stops at the frame that is displayed at rest. */
+    /** Stops at the rest frame. */
     rest() {
       this.pause();
       if (this.data) this.show(this.data.still);

@@ -1,29 +1,29 @@
-// Charts of trocar's pages, drawn from the descriptions of its figures: each panel is a chart. Dragging zooms, a double click or tap
-// shows everything, and a click on a name in the legend hides its line. Keyboard: the arrow keys move the cursor, E moves it to the next
-// rupture or alarm, + and - zoom about it, 0 shows everything. Charts of one group with the same horizontal axis share zoom and cursor,
-// and all charts over time share the time of the animation.
+// Charts of trocar's pages, drawn from the descriptions of its figures: each panel is a chart. Dragging zooms, a double
+// click or tap shows everything, and a click on a name in the legend hides its line. Keyboard: the arrow keys move the
+// cursor, E moves it to the next rupture or alarm, + and - zoom around it, 0 shows everything. Charts of one group with
+// the same horizontal axis share zoom and cursor. All charts over time share the time of the animation.
 "use strict";
 
 const trocarCharts = (() => {
-  /** Pixels per point of a description's lines, and the margins around the axes. */
+  /** Pixels per point for line widths, and the margins around the axes. */
   const PER_POINT = 1.5;
   const MARGIN = { left: 56, right: 12, top: 9, bottom: 36 };
-  /** How many places of a line at the cursor are listed. */
+  /** Maximum number of values of a line at the cursor. */
   const MOST_CROSSINGS = 3;
   const FONT = '12px system-ui, "DejaVu Sans", Arial, sans-serif';
   const TIME = "Time (s)";
   const groups = new Map();
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
 
-  /** Cache of the theme's colours, because each look-up in the browser recomputes all styles. */
+  /** Cache of the theme's colours, because each query makes the browser recompute all styles. */
   const colours = new Map();
   dark.addEventListener("change", () => colours.clear());
   window.addEventListener("themechange", () => colours.clear());
 
-  /** Returns a colour of the theme such as "blue", or a colour as CSS, resolved for the current theme. */
+  /** Returns a colour of the theme such as "blue", or a CSS colour, resolved for the current theme. */
   function colour(name) {
     if (!colours.has(name)) {
-      // Only a colour that an element has is resolved for light or dark.
+      // The browser resolves a colour for light or dark only on an element.
       const probe = document.body.appendChild(document.createElement("i"));
       probe.style.forcedColorAdjust = "none";
       probe.style.color = /^[a-z-]+$/.test(name) ? `var(--${name})` : name;
@@ -49,7 +49,7 @@ const trocarCharts = (() => {
     return String(Number(value.toPrecision(6)));
   }
 
-  /** Returns about `count` round ticks of a part of an axis, in its coordinate: a logarithmic axis has exponents of ten. */
+  /** Returns about `count` round ticks for a part of an axis, in its coordinate (exponents of ten if logarithmic). */
   function ticks({ low, high, log }, count) {
     if (log) {
       const powers = [];
@@ -74,7 +74,7 @@ const trocarCharts = (() => {
   /** Returns the ticks of a whole axis, from its description. */
   const placed = (axis) => axis.ticks.map(([at, label]) => ({ at, label }));
 
-  /** Draws the ticks and labels of axes around an area; `toX` and `toY` give the pixels of places. */
+  /** Draws the ticks and labels of axes around an area; `toX` and `toY` convert positions to pixels. */
   function axes(context, { left, top, width, height }, x, y, toX, toY) {
     const line = (fromX, fromY, endX, endY) => {
       context.beginPath();
@@ -159,10 +159,10 @@ const trocarCharts = (() => {
 
   const value = (axis, place) => (axis.log ? 10 ** place : place);
 
-  /** True if the places ascend. A boundary goes back and has gaps. */
+  /** True if the positions increase. A boundary can go back and has gaps. */
   const isAscending = (xs) => xs.every((x, index) => index === 0 || x >= xs[index - 1]);
 
-  /** Returns the places of a drawn line at x, each once: one of a signal, any number of a boundary. */
+  /** Returns the unique values of a drawn line at x: one for a signal, any number for a boundary. */
   function crossings([xs, ys], x) {
     const between = (i) => (xs[i + 1] === xs[i] ? ys[i] : ys[i] + ((x - xs[i]) / (xs[i + 1] - xs[i])) * (ys[i + 1] - ys[i]));
     if (isAscending(xs)) {
@@ -175,20 +175,20 @@ const trocarCharts = (() => {
       const isOver = Math.min(xs[i], xs[i + 1]) <= x && x <= Math.max(xs[i], xs[i + 1]);
       if (isOver && Number.isFinite(ys[i]) && Number.isFinite(ys[i + 1])) found.push(between(i));
     }
-    // Two pieces that meet at x are one place.
+    // Two segments that meet at x give one value.
     return found.sort((a, b) => a - b).filter((y, index) => index === 0 || y - found[index - 1] > 1e-9 * Math.abs(y));
   }
 
   /** One panel of a figure. */
   class Chart {
-    /** `options`: `{ title, group, height, whole }`; `whole` is the full range of x if the panel is only a part of it. */
+    /** `options`: `{ title, group, height, whole }`; `whole` is the full range of x if the panel shows only a part. */
     constructor(parent, panel, { title = null, group = null, height = 200, whole = null } = {}) {
       this.figure = html("figure", { class: "chart", ...(panel.id ? { id: `chart-${panel.id}` } : {}) });
       const caption = html("figcaption", {}, [title, panel.y.caption || panel.x.caption].filter(Boolean).join(": "));
       this.reading = html("span", { class: "quiet" });
       caption.append(" ", this.reading);
       const plot = html("div", { class: "plot" });
-      // As a slider, a chart tells its cursor's place and values to screen readers.
+      // With the role of a slider, a chart reports its cursor and values to screen readers.
       this.canvas = html("canvas", { tabindex: 0, role: "slider", "aria-valuenow": 0, "aria-valuetext": "no cursor" });
       [this.mark, this.selected] = ["cursor", "selected"].map((name) => html("div", { class: name }));
       plot.append(this.canvas, this.mark, this.selected);
@@ -209,7 +209,7 @@ const trocarCharts = (() => {
       this.listen();
     }
 
-    /** Draws another panel in the same chart: at once if it is in view, otherwise when it comes into view. */
+    /** Draws another panel in the same chart: at once if it is visible, otherwise when it becomes visible. */
     update(panel, whole = null) {
       this.panel = panel;
       this.whole = whole;
@@ -221,7 +221,7 @@ const trocarCharts = (() => {
       if (this.isVisible) this.draw();
     }
 
-    /** Makes the legend: the names of the lines are switches. */
+    /** Builds the legend. The names of the lines are switches. */
     nameLines() {
       const { panel } = this;
       const { name, unit } = named(panel.x.caption);
@@ -250,7 +250,7 @@ const trocarCharts = (() => {
       this.legend.replaceChildren(...lines, ...others.map(entry));
     }
 
-    /** Returns the displayed ranges of x and y. With a zoom, y is that of the displayed points, within the limits of the panel. */
+    /** Returns the displayed ranges of x and y. With a zoom, y covers the visible points within the panel. */
     limits() {
       const { x, y } = this.panel;
       if (!this.zoomed && y.low !== null) return [x, y];
@@ -289,7 +289,7 @@ const trocarCharts = (() => {
       const [perX, perY] = [width / (x.high - x.low), height / (y.high - y.low)];
       const toX = (place) => left + (place - x.low) * perX;
       const toY = (place) => top + Math.min(1e5, Math.max(-1e5, (y.high - place) * perY));
-      // The whole axes have the ticks of the description, if it has some.
+      // Whole axes use the ticks of the description, if there are any.
       const shown = (axis, whole, count) => (whole.ticks && (axis === whole || whole.ticks.length === 0) ? placed(whole) : ticks(axis, Math.max(2, count)));
       const [xTicks, yTicks] = [shown(x, panel.x, width / 80), shown(y, panel.y, height / 32)];
       context.save();
@@ -381,7 +381,7 @@ const trocarCharts = (() => {
       this.point(this.cursor, false);
     }
 
-    /** Moves the cursor to a place, or removes it (`null`), in all charts of the group, and tells the animation. A quiet cursor has no values. */
+    /** Moves the cursor in all charts of the group, or removes it (`null`), and notifies the animation. */
     point(place, isShared = true) {
       if (isShared) {
         this.group.forEach((chart) => (chart.isVisible || chart === this) && chart.point(place && { ...place, y: chart === this ? place.y : null }, false));
@@ -407,7 +407,7 @@ const trocarCharts = (() => {
         shown.textContent = line && isRead ? `${at.map((one) => number(value(y, one))).join(" and ") || "—"} ${of}` : "";
       }
       if (!isRead || place.y === null || this.panel.fills.every((fill) => fill.text === "")) return;
-      // Of a map: the value of the cell.
+      // For a map: the value of the cell.
       const ratio = window.devicePixelRatio || 1;
       const down = this.area.top + ((y.high - place.y) / (y.high - y.low)) * this.area.height;
       const index = this.fills.findLastIndex((path) => this.context.isPointInPath(path, at * ratio, down * ratio));
@@ -415,7 +415,7 @@ const trocarCharts = (() => {
       this.reading.textContent += `, ${named(this.panel.y.caption).name} ${number(value(y, place.y))}: ${cell}`;
     }
 
-    /** Shows a range of x in every chart of the group, or everything if it is null. */
+    /** Displays a range of x in every chart of the group, or everything if it is null. */
     zoom(range) {
       for (const chart of this.group) {
         chart.zoomed = range;
@@ -425,7 +425,7 @@ const trocarCharts = (() => {
       window.dispatchEvent(new CustomEvent("chartzoom", { detail: { group: this.name, range } }));
     }
 
-    /** Returns the place of an event in the coordinates of the axes, within them. */
+    /** Returns the position of a pointer event in the coordinates of the axes, limited to them. */
     place({ clientX, clientY }) {
       const box = this.canvas.getBoundingClientRect();
       const [x, y] = this.shown;
@@ -436,7 +436,7 @@ const trocarCharts = (() => {
       };
     }
 
-    /** Handles pointer, keys, size, visibility and theme. A finger selects across; down, it scrolls the page. */
+    /** Handles pointer, keys, size, visibility and theme. Horizontal touch selects; vertical touch scrolls the page. */
     listen() {
       const { canvas, selected } = this;
       let from = null;
@@ -479,7 +479,7 @@ const trocarCharts = (() => {
       new ResizeObserver(([{ contentRect }]) => {
         if (contentRect.width > 0 && contentRect.width !== this.width) this.resize(contentRect.width, this.height);
       }).observe(this.figure);
-      // A chart outside the window is drawn when it comes into view.
+      // A chart outside the window is drawn when it becomes visible.
       new IntersectionObserver((entries) => {
         this.isVisible = entries[entries.length - 1].isIntersecting;
         if (this.isVisible && !this.isDrawn) this.draw();
@@ -499,9 +499,9 @@ const trocarCharts = (() => {
       this.figure.remove();
     }
 
-    /** Handles a key: moves the cursor or zooms about it. */
+    /** Handles a key: moves the cursor, or zooms around it. */
     key(event) {
-      // A chart that the key has just brought into view.
+      // The key may have just made the chart visible.
       if (!this.isDrawn) this.draw();
       const [x, y] = this.shown;
       const { x: about, y: level } = this.cursor ?? { x: (x.low + x.high) / 2, y: null };
@@ -538,7 +538,7 @@ const trocarCharts = (() => {
       action();
     }
 
-    /** Tells screen readers the place of the cursor and the values there. */
+    /** Reports the cursor and its values to screen readers. */
     speak() {
       const values = this.values.filter(([, shown]) => shown.textContent !== "").map(([text, shown]) => `${text} ${shown.textContent}`);
       this.canvas.setAttribute("aria-valuenow", number(value(this.shown[0], this.cursor.x)));
@@ -546,7 +546,7 @@ const trocarCharts = (() => {
     }
   }
 
-  /** Lists what all panels of a figure have but the names of lines. Returns the number of entries. */
+  /** Lists the legend of all panels except the names of lines. Returns the number of entries. */
   function key(list, { legend, rows }) {
     const lines = new Set(rows.flatMap(({ panels }) => panels.flatMap((panel) => panel.lines.map((line) => line.name))));
     const others = legend.filter((one) => one.kind !== "title" && !lines.has(one.text));
@@ -556,10 +556,10 @@ const trocarCharts = (() => {
     return others.length;
   }
 
-  /** Draws all panels of a figure into `parent`, with the key of what all have, and returns their charts. */
+  /** Draws all panels of a figure into `parent`, with their common legend, and returns the charts. */
   function figure(parent, description, group) {
     const isOfMany = description.rows.length > 1;
-    // A row of events has nothing along its vertical axis, and needs less height.
+    // A row of events has no vertical quantity and needs less height.
     const least = ({ lines, fills }) => (lines.length > 0 || fills.length > 0 ? 120 : 76);
     const panels = description.rows.flatMap(({ title, height, panels }) =>
       panels.map((panel) => ({ panel, title: isOfMany && title, height: Math.max(least(panel), Math.round(1.6 * height)) })),
@@ -569,7 +569,7 @@ const trocarCharts = (() => {
     return panels.map(({ panel, title, height }) => new Chart(parent, panel, { title, group, height }));
   }
 
-  /** Moves the cursor of all charts over time that are in view, with the values there or without. */
+  /** Moves the cursor of all visible charts over time; a quiet cursor has no values. */
   function time(x, isQuiet) {
     for (const [key, group] of groups) {
       if (key.endsWith(TIME)) group.forEach((chart) => chart.isVisible && chart.isDrawn && chart.point({ x, y: null, isQuiet }, false));

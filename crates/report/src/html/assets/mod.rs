@@ -1,16 +1,13 @@
-//! The files of every page, embedded in the binary.
+//! The embedded files of every page.
 
 /// Colours, fonts and spacing, for the light and the dark theme.
 pub const THEME_CSS: &str = include_str!("theme.css");
-/// Charts, drawn from the descriptions of figures.
+/// Charts from the descriptions of figures.
 pub const CHARTS_JS: &str = include_str!("charts.js");
 /// The animation of a rupture.
 pub const ANIMATION_JS: &str = include_str!("animation.js");
-/// The template of a report.
 pub(super) const REPORT_HTML: &str = include_str!("report.html");
-/// The style of a report.
 pub(super) const REPORT_CSS: &str = include_str!("report.css");
-/// The script of a report.
 pub(super) const REPORT_JS: &str = include_str!("report.js");
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! One matrix that must be positive semidefinite, as a sum of congruences of unknown matrices.
+//! A matrix that must be positive semidefinite, as a sum of congruences of unknown matrices.
 
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
@@ -10,34 +10,32 @@ use super::triangle::{entries, row, symmetric};
 #[derive(Debug, Clone)]
 pub(in super::super) struct Congruence {
     pub(in super::super) factor: f64,
-    /// The first variable of `Z`; its triangle follows by columns.
+    /// The first variable of `Z`; its triangle follows column by column.
     pub(in super::super) start: usize,
-    /// `M`, with a column per row of the block.
+    /// `M`, with one column per row of the block.
     pub(in super::super) map: DMatrix<f64>,
 }
 
 /// `Σ f Mᵀ Z M + Σ y_i A_i`.
 #[derive(Debug, Clone)]
 pub(in super::super) struct Block {
-    /// Rows of the matrix.
     pub(in super::super) size: usize,
     pub(in super::super) congruences: Vec<Congruence>,
-    /// Variables with a symmetric matrix each.
+    /// Single variables with their symmetric matrices.
     pub(in super::super) loose: Vec<(usize, DMatrix<f64>)>,
 }
 
-/// The unknown matrix at `start`.
+/// Returns the unknown matrix that begins at `start`.
 pub(in super::super) fn matrix_at(y: &DVector<f64>, start: usize, size: usize) -> DMatrix<f64> {
     DMatrix::from_fn(size, size, |i, j| y[start + row(i.min(j), i.max(j))])
 }
 
-/// The product of an entry of the triangle with a matrix takes both halves.
+/// The weight of a triangle's entry in an inner product: off the diagonal it counts twice.
 fn twice_off_diagonal(p: usize, q: usize) -> f64 {
     if p == q { 1.0 } else { 2.0 }
 }
 
 impl Block {
-    /// The matrix at `y`.
     pub(super) fn image(&self, y: &DVector<f64>) -> DMatrix<f64> {
         let mut sum = DMatrix::zeros(self.size, self.size);
         for Congruence { factor, start, map } in &self.congruences {
@@ -50,7 +48,7 @@ impl Block {
         symmetric(&sum)
     }
 
-    /// Adds `<A_i, X>` to row `i`, for each variable.
+    /// Adds `<A_i, X>` to row `i` for each variable.
     pub(super) fn add_adjoint(&self, x: &DMatrix<f64>, rows: &mut DVector<f64>) {
         for Congruence { factor, start, map } in &self.congruences {
             let product = times_transposed(&times(map, x), map);
@@ -65,10 +63,10 @@ impl Block {
         }
     }
 
-    /// Adds `<Gᵀ A_i G, Gᵀ A_j G>` for all variables: the sum of `h` and its transpose has them.
+    /// Adds `<Gᵀ A_i G, Gᵀ A_j G>` for all variables, as the sum of `h` and its transpose.
     ///
-    /// With `N = M G` and `Q = N N'ᵀ` the entry for `Z_pq` and `Z'_rs` is `Q_pr Q_qs + Q_ps Q_qr`, so that no matrix per
-    /// variable is built.
+    /// With `N = M G` and `Q = N N'ᵀ` the entry for `Z_pq` and `Z'_rs` is `Q_pr Q_qs + Q_ps Q_qr`, which avoids a
+    /// matrix per variable.
     #[allow(
         clippy::needless_range_loop,
         reason = "adapters of iterators are calls if they are compiled in another unit"
@@ -80,7 +78,7 @@ impl Block {
             for (l, b) in self.congruences.iter().enumerate().take(k + 1) {
                 let product = times_transposed(&scaled[k], &scaled[l]);
                 let (rows, n) = (product.as_slice(), a.map.nrows());
-                // A block of its own counts once in the sum with the transpose.
+                // The sum with the transpose counts a diagonal block twice.
                 let factor = a.factor * b.factor * if k == l { 0.5 } else { 1.0 };
                 for s in 0..b.map.nrows() {
                     let of_s = &rows[s * n..(s + 1) * n];
@@ -122,7 +120,6 @@ impl Block {
     }
 }
 
-/// Number of variables of matrices of the given sizes, and the first variable of each.
 pub(in super::super) fn starts(sizes: impl IntoIterator<Item = usize>) -> (Vec<usize>, usize) {
     let (mut starts, mut next) = (vec![], 0);
     for size in sizes {

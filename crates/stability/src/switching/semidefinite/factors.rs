@@ -1,19 +1,18 @@
 //! Cholesky factors of a sparse symmetric matrix.
 //!
-//! Row `i` of the factor begins where row `i` of the matrix has its first entry that is not 0 (its envelope; George and
-//! Liu, *Computer Solution of Large Sparse Positive Definite Systems*, 1981). The unknown matrices of a programme are
-//! linked like a chain, so most rows begin near the diagonal.
+//! Row `i` of the factor begins at the first nonzero entry of row `i` of the matrix (its envelope; George and Liu,
+//! *Computer Solution of Large Sparse Positive Definite Systems*, 1981). The unknown matrices of a programme form a
+//! chain, so most rows begin near the diagonal.
 
 use nalgebra::{DMatrix, DVector};
 
 /// `H = L Lᵀ`, by rows within the envelope.
 pub(super) struct Factors {
-    /// First column of each row.
     first: Vec<usize>,
     rows: Vec<Vec<f64>>,
 }
 
-/// The inner product of slices of the same length, in four independent sums.
+/// Returns the inner product of slices of equal length, in four independent sums.
 #[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let b = &b[..a.len()];
@@ -32,10 +31,10 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Factors {
-    /// The factors of a symmetric matrix; `None` if it is not positive definite.
+    /// Factors a symmetric matrix; `None` if it is not positive definite.
     pub(super) fn new(h: &DMatrix<f64>) -> Option<Self> {
         let n = h.nrows();
-        // The matrix is symmetric: a row is a column, which is contiguous.
+        // By symmetry a row equals a column, which is contiguous.
         let row = |i: usize| &h.as_slice()[i * n..i * n + i + 1];
         let first: Vec<usize> = (0..n).map(|i| row(i).iter().position(|value| *value != 0.0).unwrap_or(i)).collect();
         let mut rows: Vec<Vec<f64>> = Vec::with_capacity(n);
@@ -57,7 +56,7 @@ impl Factors {
         Some(Self { first, rows })
     }
 
-    /// `H⁻¹ b`.
+    /// Returns `H⁻¹ b`.
     pub(super) fn solve(&self, b: &DVector<f64>) -> DVector<f64> {
         let n = self.rows.len();
         let mut x = b.clone();

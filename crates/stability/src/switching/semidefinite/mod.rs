@@ -1,20 +1,20 @@
-//! Semidefinite programmes of some hundred variables:
+//! Semidefinite programmes with some hundred variables:
 //!
 //! ```text
 //! maximise   bᵀy
 //! such that  S_k = Σ_i y_i A_ki  is positive semidefinite for each block k,   aᵀy = e
 //! ```
-//! The multipliers of the blocks are matrices `X_k`, that of the equation is a number `λ`. At the optimum `S_k` and `X_k` are
+//! The blocks have matrices `X_k` as multipliers, the equation has a number `λ`. At the optimum `S_k` and `X_k` are
 //! positive semidefinite, `S_k X_k = 0` and `b + Σ_k A_kᵀ X_k = λ a`.
 //!
-//! The method is a primal-dual interior-point method: Mehrotra's predictor and corrector along the direction of
-//! Nesterov and Todd, from an infeasible start (Vandenberghe and Boyd, *SIAM Review* 38, 1996; Todd, Toh and Tütüncü,
-//! *SIAM J. Optim.* 8, 1998; the steps in scaled coordinates are those of Vandenberghe, *The CVXOPT linear and
-//! quadratic cone program solvers*, 2010). It is implemented here because the available libraries call BLAS and LAPACK,
-//! whose unmangled symbols would become part of every program that uses this crate.
+//! The method is a primal-dual interior-point method: Mehrotra's predictor and corrector along the Nesterov-Todd
+//! direction, from an infeasible start (Vandenberghe and Boyd, *SIAM Review* 38, 1996; Todd, Toh and Tütüncü, *SIAM J.
+//! Optim.* 8, 1998; steps in scaled coordinates after Vandenberghe, *The CVXOPT linear and quadratic cone program
+//! solvers*, 2010). It is implemented here because the available libraries call BLAS and LAPACK, whose unmangled
+//! symbols would become part of every program that uses this crate.
 //!
-//! An iteration factors one matrix with a row per variable, within its envelope. The
-//! entries of that matrix come from products of the small maps of each block, not from a matrix per variable.
+//! Each iteration factors one matrix with a row per variable, within its envelope. Its entries come from products of
+//! the small maps of each block, without a matrix per variable.
 
 mod block;
 mod factors;
@@ -31,30 +31,27 @@ use scaling::{Scaling, min_eigenvalue};
 pub(super) use small::times;
 pub(super) use triangle::row;
 
-/// A programme as above.
 #[derive(Debug, Clone)]
 pub(super) struct Programme {
-    /// `b`, a row per variable.
+    /// `b`, one row per variable.
     pub(super) objective: DVector<f64>,
     /// `a` and `e`.
     pub(super) equation: (DVector<f64>, f64),
     pub(super) blocks: Vec<Block>,
-    /// An objective that suffices: the search ends when it is reached, or when the multipliers prove that it cannot be.
+    /// A sufficient objective: the search ends when it is reached or proved unreachable.
     pub(super) enough: Option<f64>,
 }
 
-/// How the search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Status {
-    /// Feasible and optimal to [`TOLERANCE`], or decided about what is enough.
+    /// Feasible and optimal to [`TOLERANCE`], or the question of `enough` is decided.
     Solved,
-    /// The best point before rounding errors or the limit of iterations ended the search.
+    /// Rounding errors or the iteration limit ended the search; the best point is returned.
     Stalled,
     /// The multipliers prove that no `y` with a norm below [`MAX_NORM`] satisfies the conditions.
     Infeasible,
 }
 
-/// The outcome of a programme.
 #[derive(Debug, Clone)]
 pub(super) struct Solution {
     pub(super) y: DVector<f64>,
@@ -63,25 +60,24 @@ pub(super) struct Solution {
     pub(super) accuracy: f64,
 }
 
-/// Relative residuals and relative gap at which a programme counts as solved.
+/// Maximum relative residuals and gap of a solved programme.
 const TOLERANCE: f64 = 1e-8;
 
-/// Relative residuals at which a point or its multipliers decide about what is enough.
+/// Maximum relative residuals of a point or its multipliers for deciding on `enough`.
 const DECIDED: f64 = 1e-9;
 
-/// Norm of `y` up to which a programme is proved infeasible.
+/// Maximum norm of `y` for a proof of infeasibility.
 const MAX_NORM: f64 = 1e6;
 
 /// Maximum number of iterations; 10 to 30 are usual.
 const MAX_ITERATIONS: usize = 60;
 
-/// Fraction of the distance to the boundary of the cone that a step covers.
+/// Fraction of the distance to the cone's boundary that a step covers.
 const STEP: f64 = 0.98;
 
-/// A step below which the iterates no longer move.
+/// Minimum step; below it the iterates stall.
 const MIN_STEP: f64 = 1e-4;
 
-/// A point of the search, the variables and their multipliers.
 struct Iterate {
     y: DVector<f64>,
     multiplier: f64,
@@ -89,7 +85,6 @@ struct Iterate {
     x: Vec<DMatrix<f64>>,
 }
 
-/// The residuals of the equations at a point.
 struct Residuals {
     /// `b + Σ_k A_kᵀ X_k - λ a`.
     of_multipliers: DVector<f64>,
@@ -99,7 +94,7 @@ struct Residuals {
     of_equation: f64,
 }
 
-/// A change of a point; `s` and `x` in scaled coordinates.
+/// A change of a point; `s` and `x` are in scaled coordinates.
 struct Direction {
     y: DVector<f64>,
     multiplier: f64,
@@ -107,7 +102,7 @@ struct Direction {
     x: Vec<DMatrix<f64>>,
 }
 
-/// Solves a programme. The maps of all blocks together have independent columns.
+/// Solves a programme. The stacked maps of all blocks must have independent columns.
 pub(super) fn solve(programme: &Programme) -> Solution {
     let variables = programme.objective.len();
     let none = Solution { y: DVector::zeros(variables), status: Status::Stalled, accuracy: f64::INFINITY };
@@ -165,7 +160,7 @@ impl Iterate {
 }
 
 impl Programme {
-    /// The start: least squares for primal and dual, shifted into the cone.
+    /// Returns the starting point: least squares for primal and dual, shifted into the cone.
     fn start(&self) -> Option<Iterate> {
         let scalings: Vec<Scaling> = self.blocks.iter().map(|block| Scaling::identity(block.size)).collect();
         let zeros = || self.blocks.iter().map(|block| DMatrix::zeros(block.size, block.size)).collect::<Vec<_>>();
@@ -192,12 +187,12 @@ impl Programme {
         Residuals { of_multipliers, of_blocks, of_equation: e - a.dot(&now.y) }
     }
 
-    /// `λ e`: a bound of the objective if the multipliers satisfy their equation.
+    /// Returns `λ e`, a bound of the objective if the multipliers satisfy their equation.
     fn bound(&self, now: &Iterate) -> f64 {
         now.multiplier * self.equation.1
     }
 
-    /// Whether a feasible point has enough, or the multipliers prove that none has.
+    /// Returns true if a feasible point reaches `enough`, or the multipliers prove that none does.
     fn is_decided(&self, now: &Iterate, residuals: &Residuals) -> bool {
         let Some(enough) = self.enough else { return false };
         let of_blocks = residuals.of_blocks.iter().map(DMatrix::norm_squared).sum::<f64>().sqrt();
@@ -220,8 +215,8 @@ impl Programme {
         .fold(0.0, |max, value| if value > max || value.is_nan() { value } else { max })
     }
 
-    /// Whether the multipliers prove that no `y` with a norm below [`MAX_NORM`] satisfies the conditions. A `y` that
-    /// does has `0 <= Σ_k <S_k, X_k> = β + yᵀd` with `β = λ e` and `d = Σ_k A_kᵀ X_k - λ a`.
+    /// Returns true if the multipliers prove that no `y` with a norm below [`MAX_NORM`] satisfies the conditions. Such
+    /// a `y` would give `0 <= Σ_k <S_k, X_k> = β + yᵀd` with `β = λ e` and `d = Σ_k A_kᵀ X_k - λ a`.
     fn is_infeasible(&self, now: &Iterate, residuals: &Residuals) -> bool {
         let bound = self.bound(now);
         MAX_NORM * (&residuals.of_multipliers - &self.objective).norm() < -bound

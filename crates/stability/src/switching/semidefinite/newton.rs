@@ -1,11 +1,12 @@
 //! The linear equations of one iteration.
 //!
-//! With `B_k Δy = Gᵀ (Σ_i Δy_i A_ki) G` the maps in scaled coordinates, `Λ_k` the scaled point and the residuals `r`, a direction to the target `T_k` is
+//! Let `B_k Δy = Gᵀ (Σ_i Δy_i A_ki) G` be the maps in scaled coordinates, `Λ_k` the scaled point and `r` the residuals.
+//! A direction to the target `T_k` satisfies
 //!
 //! ```text
 //! ΔS_k = B_k Δy + r_k,   ΔX_k = T_k - ΔS_k,   Σ_k B_kᵀ ΔX_k - Δλ a = -r,   aᵀ Δy = r_e
 //! ```
-//! and so `H Δy + Δλ a = r + Σ_k B_kᵀ (T_k - r_k)` with `H = Σ_k B_kᵀ B_k`, positive definite.
+//! and therefore `H Δy + Δλ a = r + Σ_k B_kᵀ (T_k - r_k)` with the positive definite `H = Σ_k B_kᵀ B_k`.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,10 +14,9 @@ use super::factors::Factors;
 use super::scaling::Scaling;
 use super::{Direction, Programme, Residuals};
 
-/// Relative increase of the diagonal of `H` that ensures that its factors exist.
+/// Relative increase of the diagonal of `H`, so that it can be factored.
 const REGULARISATION: f64 = 1e-14;
 
-/// Number of iterative refinements of a solution.
 const REFINEMENTS: usize = 2;
 
 pub(super) struct Newton<'a> {
@@ -70,7 +70,7 @@ impl<'a> Newton<'a> {
         (u, v)
     }
 
-    /// The direction to targets; `None` is the target 0.
+    /// Returns the direction to targets; `None` is the target 0.
     pub(super) fn direction(&self, targets: Option<&[DMatrix<f64>]>) -> Direction {
         let blocks = &self.programme.blocks;
         let mut rhs = self.residuals.of_multipliers.clone();
@@ -94,13 +94,13 @@ impl<'a> Newton<'a> {
         Direction { y, multiplier, s, x }
     }
 
-    /// Mehrotra's direction: a predictor towards complementarity, then centring and second-order correction from its
-    /// result.
+    /// Returns Mehrotra's direction: a predictor towards complementarity, then centring and second-order correction
+    /// from its result.
     pub(super) fn corrected_direction(&self) -> Direction {
         let target = |scaling: &Scaling| -DMatrix::from_diagonal(&scaling.lambda);
         let predictor = self.direction(Some(&self.scalings.iter().map(target).collect::<Vec<_>>()));
         let (by_s, by_x) = self.longest_steps(&predictor);
-        // A short step means that the point is too near the boundary: the target then moves towards the central path.
+        // A short step indicates a point near the boundary, so the target moves towards the central path.
         let centring = (1.0 - by_s.min(by_x).min(1.0)).powi(3) * self.complementarity();
         let target = |((scaling, s), x): ((&Scaling, &DMatrix<f64>), &DMatrix<f64>)| {
             let product = s * x;
@@ -114,13 +114,12 @@ impl<'a> Newton<'a> {
         self.direction(Some(&targets))
     }
 
-    /// The mean of `Λ²`.
     fn complementarity(&self) -> f64 {
         let rows: usize = self.scalings.iter().map(|scaling| scaling.lambda.len()).sum();
         self.scalings.iter().map(|scaling| scaling.lambda.norm_squared()).sum::<f64>() / rows as f64
     }
 
-    /// The maximum steps of the matrices and of the multipliers along a direction.
+    /// Returns the maximum steps of the matrices and of the multipliers along a direction.
     pub(super) fn longest_steps(&self, direction: &Direction) -> (f64, f64) {
         let longest = |steps: &[DMatrix<f64>]| {
             let each = self.scalings.iter().zip(steps).map(|(scaling, step)| scaling.longest_step(step));

@@ -1,11 +1,11 @@
-//! The scaling of Nesterov and Todd for one block: coordinates in which a matrix and its multiplier are the same diagonal matrix.
+//! The Nesterov-Todd scaling of one block: coordinates in which a matrix and its multiplier equal the same diagonal
+//! matrix.
 
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 use super::small::{times, times_transposed, transposed_times};
 use super::triangle::symmetric;
 
-/// Maximum number of sweeps of an eigenvalue iteration.
 const MAX_SWEEPS: usize = 10_000;
 
 /// `Gᵀ S G = G⁻¹ X G⁻ᵀ = diag(λ)`.
@@ -15,7 +15,7 @@ pub(super) struct Scaling {
 }
 
 impl Scaling {
-    /// The scaling of two positive definite matrices; `None` if rounding makes one of them indefinite.
+    /// Scales two positive definite matrices; `None` if rounding makes one of them indefinite.
     ///
     /// With `S = L Lᵀ` and `Lᵀ X L = Q D Qᵀ`, `G = L⁻ᵀ Q D^¼` and `λ = D^½`.
     pub(super) fn new(s: &DMatrix<f64>, x: &DMatrix<f64>) -> Option<Self> {
@@ -35,7 +35,6 @@ impl Scaling {
         Some(Self { g, lambda })
     }
 
-    /// The scaling of two identities.
     pub(super) fn identity(size: usize) -> Self {
         Self { g: DMatrix::identity(size, size), lambda: DVector::from_element(size, 1.0) }
     }
@@ -49,18 +48,18 @@ impl Scaling {
         symmetric(&transposed_times(&self.g, &times(a, &self.g)))
     }
 
-    /// `G X Gᵀ`: a multiplier from scaled coordinates to its own.
+    /// Returns `G X Gᵀ`, a multiplier in unscaled coordinates.
     pub(super) fn unscaled_multiplier(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
         symmetric(&times_transposed(&times(&self.g, x), &self.g))
     }
 
-    /// The `D` with `(Λ D + D Λ) / 2 = R`.
+    /// Returns the `D` with `(Λ D + D Λ) / 2 = R`.
     pub(super) fn quotient(&self, r: &DMatrix<f64>) -> DMatrix<f64> {
         let lambda = &self.lambda;
         DMatrix::from_fn(r.nrows(), r.ncols(), |i, j| 2.0 * r[(i, j)] / (lambda[i] + lambda[j]))
     }
 
-    /// The maximum `t` with `Λ + t D` positive semidefinite; infinite if it is so for every `t`.
+    /// Returns the maximum `t` with a positive semidefinite `Λ + t D`; infinite if every `t` qualifies.
     pub(super) fn longest_step(&self, d: &DMatrix<f64>) -> f64 {
         let root = self.lambda.map(f64::sqrt);
         let relative = DMatrix::from_fn(d.nrows(), d.ncols(), |i, j| d[(i, j)] / (root[i] * root[j]));
@@ -72,7 +71,6 @@ impl Scaling {
     }
 }
 
-/// Eigenvalues and eigenvectors; `None` for a non-finite matrix.
 fn eigen(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
     if matrix.iter().any(|value| !value.is_finite()) {
         return None;
@@ -80,7 +78,6 @@ fn eigen(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
     SymmetricEigen::try_new(matrix, f64::EPSILON, MAX_SWEEPS)
 }
 
-/// The smallest eigenvalue of a symmetric matrix; `None` for a non-finite matrix.
 pub(super) fn min_eigenvalue(matrix: DMatrix<f64>) -> Option<f64> {
     matrix.iter().all(|value| value.is_finite()).then(|| matrix.symmetric_eigenvalues().min())
 }
@@ -95,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn both_matrices_become_the_same_diagonal_one() {
+    fn both_matrices_are_scaled_to_the_same_diagonal_matrix() {
         for n in [1, 2, 7] {
             let (s, x) = (positive(n, 1.7), positive(n, 0.9));
             let scaling = Scaling::new(&s, &x).expect("positive definite");

@@ -1,4 +1,4 @@
-//! Products of small matrices, without the packing that pays off for large ones.
+//! Products of small matrices, without the packing for large ones.
 
 use nalgebra::DMatrix;
 

@@ -1,10 +1,10 @@
-//! Programmes with known answers.
+//! Programmes with known solutions.
 
 use super::triangle::entries;
 use super::*;
 use std::f64::consts::PI;
 
-/// A programme on `count` variables in which the last one is 1.
+/// A programme with `count` variables whose last variable is 1.
 fn homogeneous(count: usize, objective: &[(usize, f64)]) -> Programme {
     let unit = |k: usize| DVector::from_fn(count, |i, _| f64::from(u8::from(i == k)));
     let objective = objective.iter().map(|&(k, value)| unit(k) * value).sum();
@@ -12,7 +12,7 @@ fn homogeneous(count: usize, objective: &[(usize, f64)]) -> Programme {
 }
 
 impl Programme {
-    /// Adds `Σ_i y_i A_i` as a matrix that must be positive semidefinite.
+    /// Adds the condition that `Σ_i y_i A_i` is positive semidefinite.
     fn with(mut self, terms: &[(usize, DMatrix<f64>)]) -> Self {
         self.blocks.push(Block { size: terms[0].1.nrows(), congruences: vec![], loose: terms.to_vec() });
         self
@@ -23,17 +23,17 @@ fn number(value: f64) -> DMatrix<f64> {
     DMatrix::from_element(1, 1, value)
 }
 
-/// The symmetric matrix with two entries of 1, or one on the diagonal.
+/// The symmetric matrix with 1 at `(i, j)` and `(j, i)`.
 fn unit(n: usize, i: usize, j: usize) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |p, q| f64::from(u8::from((p, q) == (i, j) || (q, p) == (i, j))))
 }
 
-/// The entries of a symmetric unknown with a first variable, as `(variable, i, j)`.
+/// The entries of an unknown symmetric matrix from variable `first` on, as `(variable, i, j)`.
 fn unknown(n: usize, first: usize) -> impl Iterator<Item = (usize, usize, usize)> {
     (0..n).flat_map(move |j| (0..=j).map(move |i| (first + row(i, j), i, j)))
 }
 
-/// `P - Aᵀ P A - Q`, `P` the first variables and the last one 1.
+/// `P - Aᵀ P A - Q`; `P` has the first variables, and the last variable is 1.
 fn lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Vec<(usize, DMatrix<f64>)> {
     let n = a.nrows();
     let of_entry = |(k, i, j)| (k, unit(n, i, j) - a.transpose() * unit(n, i, j) * a);
@@ -48,7 +48,7 @@ fn solved(programme: &Programme) -> DVector<f64> {
 }
 
 #[test]
-fn a_linear_programme_ends_in_its_corner() {
+fn a_linear_programme_is_solved_at_its_corner() {
     // 3 x + 2 y under x + y <= 4, x <= 3, x and y at least 0: x = 3, y = 1.
     let programme = homogeneous(3, &[(0, 3.0), (1, 2.0)])
         .with(&[(2, number(4.0)), (0, number(-1.0)), (1, number(-1.0))])
@@ -72,7 +72,7 @@ fn the_largest_shift_of_a_matrix_is_its_smallest_eigenvalue() {
 
 #[test]
 fn the_largest_value_over_matrices_of_trace_one_is_the_largest_eigenvalue() {
-    // 210 variables, and an equation that is not a variable's.
+    // 210 variables, and an equation over several of them.
     let n = 20;
     let matrix = DMatrix::from_fn(n, n, |i, j| ((i * j + i + j) as f64).sin());
     let mut programme = Programme {
@@ -93,7 +93,7 @@ fn the_largest_value_over_matrices_of_trace_one_is_the_largest_eigenvalue() {
 
 #[test]
 fn the_smallest_function_that_decreases_by_q_solves_lyapunovs_equation() {
-    // By hand: P = Q / (1 - a²) for a number.
+    // For numbers: P = Q / (1 - a²).
     let programme = homogeneous(2, &[(0, -1.0)]).with(&lyapunov(&number(0.5), &number(3.0)));
     assert!((solved(&programme)[0] - 4.0).abs() < 1e-6);
     // In general: P = Σ_k (Aᵀ)^k Q A^k.
@@ -113,7 +113,8 @@ fn the_smallest_function_that_decreases_by_q_solves_lyapunovs_equation() {
 
 #[test]
 fn lovaszs_number_of_the_pentagon_is_the_root_of_five() {
-    // The minimum t with t I + Σ y_ij (over edges) - J positive semidefinite (Lovász, IEEE Trans. Inf. Theory 25, 1979).
+    // The minimum t with a positive semidefinite t I + Σ y_ij (over edges) - J (Lovász, IEEE Trans. Inf. Theory 25,
+    // 1979).
     let edges = (0..5).map(|k| (k + 1, unit(5, k, (k + 1) % 5)));
     let terms: Vec<_> = edges.chain([(0, DMatrix::identity(5, 5)), (6, DMatrix::from_element(5, 5, -1.0))]).collect();
     let y = solved(&homogeneous(7, &[(0, -1.0)]).with(&terms));
@@ -121,12 +122,12 @@ fn lovaszs_number_of_the_pentagon_is_the_root_of_five() {
 }
 
 #[test]
-fn an_infeasible_programme_is_never_called_solved() {
+fn an_infeasible_programme_never_ends_as_solved() {
     // x >= 1 and x <= 0.
     let programme = homogeneous(2, &[(0, 1.0)]).with(&[(0, number(1.0)), (1, number(-1.0))]).with(&[(0, number(-1.0))]);
     assert_eq!(solve(&programme).status, Status::Infeasible);
-    // No positive function decreases along a motion that grows. The search may stall before the proof is complete; a programme
-    // that stalls is not solved.
+    // No positive function decreases along a growing motion. The search may stall before the proof is complete, but
+    // must not end as solved.
     for growing in [1.01, 1.5, 3.0] {
         let a = DMatrix::from_row_slice(2, 2, &[growing, 1.0, 0.0, 0.5]);
         let positive: Vec<_> = unknown(2, 0).map(|(k, i, j)| (k, unit(2, i, j))).collect();
@@ -137,8 +138,8 @@ fn an_infeasible_programme_is_never_called_solved() {
 }
 
 #[test]
-fn an_optimum_that_is_not_reached_is_never_surpassed() {
-    // The minimum x with [x 1; 1 y] positive semidefinite: 0 in the limit.
+fn an_unattained_optimum_is_never_exceeded() {
+    // The minimum x with a positive semidefinite [x 1; 1 y] is 0, in the limit.
     let programme = homogeneous(3, &[(0, -1.0)]).with(&[(0, unit(2, 0, 0)), (2, unit(2, 0, 1)), (1, unit(2, 1, 1))]);
     let solution = solve(&programme);
     assert!(solution.y[0] > -1e-7 && solution.y[0] < 1e-3, "{solution:?}");

@@ -1,21 +1,20 @@
 //! The strategies against a rupture.
 
-/// A strategy: changes of a scenario under a name.
+/// A named set of changes of a scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Strategy {
     /// Its name.
     pub name: &'static str,
-    /// What it does, in a sentence.
+    /// The effect, in one sentence.
     pub meaning: &'static str,
     /// The settings, as `section.key=value`.
     pub settings: &'static [&'static str],
 }
 
-/// The force law of a strategy that feeds the measured force back.
 const MEASURED: [&str; 2] = ["augmentation.force_law=damp", "augmentation.damp_damping_n_s_per_m=0"];
 const ENABLED: &str = "augmentation.enabled=true";
 
-/// Every strategy, the first without any.
+/// Every strategy; the first one is the scheme without a strategy.
 pub const STRATEGIES: [Strategy; 11] = [
     Strategy {
         name: "none",

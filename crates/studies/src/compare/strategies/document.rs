@@ -1,12 +1,13 @@
-//! What a study of strategies says.
+//! The document of a study of strategies.
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{LinearLoops, Person, REACHED_SHARE, StrategyRow, StrategyStudy, WINDOWS_S};
 use crate::compare::Sensitivity;
 use trocar_document::figure::extent;
 use trocar_document::{
-    Cell, DataTable, Digits, Document, Number, Section, Study, Table, Verdict, counted, show, significant,
+    Cell, DataTable, Digits, Document, Number, Section, Study, Table, Verdict, counted, json_of, show, significant,
 };
 use trocar_figures::{StrategyView, strategies as strategies_figure};
 use trocar_metrics::Unit;
@@ -31,10 +32,10 @@ impl Study for StrategyStudy {
             verdict: verdict(self),
             sections: vec![section],
             data: vec![columns(self)],
-            json: json!({
-                "trocar_version": env!("CARGO_PKG_VERSION"),
-                "windows_s": WINDOWS_S,
-                "study": self,
+            json: json_of(&StrategiesFile {
+                trocar_version: env!("CARGO_PKG_VERSION"),
+                windows_s: WINDOWS_S,
+                study: self,
             }),
             ..Document::default()
         };
@@ -54,7 +55,17 @@ impl Study for StrategyStudy {
     }
 }
 
-/// Compares the strategies that reach the ruptures, and names the price of the others.
+/// `strategies.json`: every strategy over all patients, persons and seeds.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct StrategiesFile<'a> {
+    /// Version of trocar.
+    trocar_version: &'static str,
+    /// The windows after a rupture over which the excess is measured, in s.
+    windows_s: [f64; WINDOWS_S.len()],
+    study: &'a StrategyStudy,
+}
+
+/// Compares the strategies that reach the ruptures, and names the costs of the others.
 fn verdict(study: &StrategyStudy) -> Verdict {
     let compared = || study.rows.iter().filter(|row| row.is_compared());
     let mut sentences = vec![];
@@ -122,7 +133,6 @@ fn verdict(study: &StrategyStudy) -> Verdict {
     Verdict { sentences, left_out: vec!["\"settles\" is a result of these runs, not a proof".to_owned()] }
 }
 
-/// Tells who was studied, how fast they move, and whether the loop between events is stable.
 fn about(study: &StrategyStudy) -> String {
     let mut studied = format!(
         "{}, {}, {} ({})",
@@ -198,7 +208,6 @@ fn table(study: &StrategyStudy) -> Table {
     table
 }
 
-/// Returns the share of the ruptures without an alarm.
 fn missed_share(row: &StrategyRow) -> Option<f64> {
     (row.ruptures > 0).then(|| row.missed_ruptures as f64 / row.ruptures as f64)
 }
@@ -215,7 +224,7 @@ fn correlations(study: &StrategyStudy) -> String {
     format!("Rank correlation of the excess with that of the 2 s after a rupture: {}.", correlations.join(", "))
 }
 
-/// Returns `strategies.csv`: a row per strategy, in SI units.
+/// `strategies.csv`: a row per strategy, in SI units.
 fn columns(study: &StrategyStudy) -> DataTable<'_> {
     type Read = fn(&StrategyRow) -> Option<f64>;
     let columns: [(&str, Read); 21] = [

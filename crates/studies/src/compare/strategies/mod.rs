@@ -1,5 +1,5 @@
-//! Every strategy against a rupture over patients, persons and seeds: what it holds, what is noticed, and what a false alarm
-//! costs.
+//! Studies every strategy against a rupture over patients, persons and seeds: the excess, the noticed ruptures, and the
+//! cost of a false alarm.
 
 mod catalogue;
 mod document;
@@ -7,11 +7,13 @@ mod people;
 mod windows;
 
 pub use catalogue::{STRATEGIES, Strategy};
+pub use document::StrategiesFile;
 pub use people::{FIXED_PERSONS, Group, PERSONS, Person};
 pub use windows::WINDOWS_S;
 
 use std::sync::{Mutex, PoisonError};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use self::people::PERCEIVING;
@@ -29,7 +31,7 @@ use trocar_metrics::{HORIZON_S, Metrics, Outcome};
 use trocar_scenario::{CaseFactory, Scenario, ScenarioError, Source, Template};
 use trocar_stability::ClosedLoop;
 
-/// Numbers of noise that a thread keeps, 8 MB.
+/// Number of random numbers in a thread's noise bank, 8 MB.
 const KEPT_NUMBERS: usize = 1 << 20;
 
 /// The size of a study.
@@ -37,27 +39,27 @@ const KEPT_NUMBERS: usize = 1 << 20;
 pub struct StrategyOptions {
     /// The persons.
     pub persons: Vec<&'static Person>,
-    /// Largest number of patients: points of the sweep file. For a scenario, the number of members of a group, or 1 without a
-    /// group.
+    /// Maximum number of patients. The patients are points of the sweep file or, for a scenario, members of a group; a
+    /// scenario without a group has one patient.
     pub patients: u64,
-    /// Number of seeds of each patient and person.
+    /// Number of seeds per patient and person.
     pub seeds: u64,
 }
 
-/// Whether the runs of a strategy stay bounded and settle. It is a result of these runs, not a proof.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// The stability of a strategy's runs. It is a result of these runs, not a proof.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// No run diverges, and the runs of the first patient do not swing at the end.
+    /// No run diverges, and no run of the first patient oscillates at the end.
     Settles,
-    /// A run of the first patient swings at the end without decaying.
+    /// A run of the first patient oscillates at the end without decaying.
     Oscillates,
     /// A run diverges.
     Diverges,
 }
 
 impl Verdict {
-    /// Its word in tables.
+    /// Name in tables.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -68,8 +70,8 @@ impl Verdict {
     }
 }
 
-/// What a false alarm costs, as means over the events that it begins.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// The costs of a false alarm, as means over the events of false alarms.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct FalseAlarmCost {
     /// Duration of the event in s.
     pub event_s: f64,
@@ -79,70 +81,69 @@ pub struct FalseAlarmCost {
     pub excess_m: f64,
 }
 
-/// Share of the ruptures without a strategy that a strategy must reach to be compared: the excess after a rupture says nothing
-/// of a needle that stops before the layer.
+/// Minimum share of the ruptures reached, relative to the runs without a strategy, for a strategy to be compared. The
+/// excess after a rupture does not describe a needle that stops before the layer.
 pub(super) const REACHED_SHARE: f64 = 0.95;
 
-/// A strategy over all patients, persons and seeds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// The results of a strategy over all patients, persons and seeds.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StrategyRow {
-    /// Its name.
+    /// Name.
     pub strategy: &'static str,
     /// Number of runs.
     pub runs: u64,
-    /// Runs that diverged.
+    /// Number of diverged runs.
     pub diverged: u64,
     /// Number of ruptures.
     pub ruptures: u64,
-    /// Number of ruptures as a share of those without a strategy; `None` if no layer ruptures without one.
+    /// Number of ruptures divided by the number without a strategy; `None` if no layer ruptures without a strategy.
     pub reached_share: Option<f64>,
-    /// Ruptures without an alarm.
+    /// Number of ruptures without an alarm.
     pub missed_ruptures: u64,
-    /// Alarms without a rupture.
+    /// Number of alarms without a rupture.
     pub false_alarms: u64,
-    /// Mean excess advance after a rupture in m; `None` without known intention.
+    /// Mean excess advance after a rupture in m; `None` if the intended motion is unknown.
     pub mean_excess_m: Option<f64>,
-    /// The excess advance in m that one rupture in twenty exceeds.
+    /// 95 % quantile of the excess advance in m.
     pub high_excess_m: Option<f64>,
-    /// Median depth in m past a layer when teleoperation is back; `None` without events.
+    /// Median depth below a ruptured layer at the return to teleoperation in m; `None` without events.
     pub depth_at_return_m: Option<f64>,
     /// Mean unintended cut of a run in m.
     pub unintended_cut_m: Option<f64>,
-    /// Mean excess at the end of the insertion in m; a negative one falls short of the intended depth.
+    /// Mean excess at the end of the insertion in m; negative if the intended depth is not reached.
     pub final_excess_m: Option<f64>,
     /// The noticed ruptures.
     pub noticed: Noticed,
-    /// Median time in s from a rupture to its notice.
+    /// Median time from a rupture until it is noticed, in s.
     pub noticed_after_s: Option<f64>,
-    /// d' of ruptures against 2 s without cause.
+    /// d' of ruptures against 2 s without a rupture or event.
     pub against_nothing: Option<Sensitivity>,
     /// d' of ruptures against false alarms.
     pub against_false_alarms: Option<Sensitivity>,
-    /// What a false alarm costs; `None` without events.
+    /// Cost of a false alarm; `None` without events.
     pub false_alarm: Option<FalseAlarmCost>,
-    /// Whether its runs settle.
+    /// The stability of the runs.
     pub verdict: Verdict,
-    /// True if it is compared, and no other compared strategy has at most its mean excess and at least its noticed share, and one of
-    /// them better.
+    /// True if the strategy is compared and on the Pareto front: no other compared strategy has at most its mean excess
+    /// and at least its noticed share, with one of them better.
     pub is_on_front: bool,
-    /// Mean excess advance in m for each window of [`WINDOWS_S`].
+    /// Mean excess advance in m for each window.
     pub window_excess_m: Vec<Option<f64>>,
 }
 
-/// The linear loops of all patients and persons, each at the worst stiffness of its tissue. A strategy changes what happens
-/// during events, not this loop.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+/// The linear loops of all patients and persons, each at the worst stiffness of its tissue. Strategies act only during
+/// events, and do not change this loop.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
 pub struct LinearLoops {
     /// Number of loops that could be analysed.
     pub count: u64,
-    /// Number of those that are stable in contact and out of it.
+    /// Number of loops that are stable both in contact and in free motion.
     pub stable: u64,
-    /// The smallest gain margin of the stable ones; `None` if none has one.
+    /// The smallest gain margin of the stable loops; `None` if no stable loop has one.
     pub min_gain_margin: Option<f64>,
 }
 
 impl LinearLoops {
-    /// Adds the loop of a scenario.
     fn add(&mut self, scenario: &Scenario) {
         let verdict = linear_loop(scenario).and_then(|settings| {
             let margins = ClosedLoop::new(&settings)?.margins()?;
@@ -163,34 +164,33 @@ impl LinearLoops {
     }
 }
 
-/// Every strategy of a study.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// A study of every strategy.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StrategyStudy {
-    /// The name of the scenario or the population.
+    /// Name of the scenario or the population.
     pub name: String,
     /// Number of patients.
     pub patients: u64,
     /// The persons.
     pub persons: Vec<&'static str>,
-    /// Number of seeds of each patient and person.
+    /// Number of seeds per patient and person.
     pub seeds: u64,
     /// The 5 %, 50 % and 95 % quantiles of the master's velocity at the ruptures without a strategy, in m/s.
     pub velocities_m_per_s: Option<[f64; 3]>,
     /// The linear loops of all patients and persons.
     pub linear_loops: LinearLoops,
-    /// A row per strategy, in the order of [`STRATEGIES`].
+    /// A row per strategy.
     pub rows: Vec<StrategyRow>,
-    /// Spearman's rank correlation of the strategies' mean excess for each window of [`WINDOWS_S`] with that of 2 s.
+    /// Spearman's rank correlation between the strategies' mean excess for each window and for 2 s.
     pub rank_correlations: Vec<Option<f64>>,
 }
 
-/// The scenarios of a strategy: those of a sweep file, or one.
+/// The scenarios of a strategy: the cases of a sweep file, or a single scenario.
 enum Cases {
     Population(Box<Plan>),
     One(Box<Template>),
 }
 
-/// Builds the scenarios of [`Cases`].
 enum Maker<'a> {
     Population(Box<CaseMaker<'a>>, u64),
     One(Box<CaseFactory<'a>>, u64),
@@ -230,7 +230,6 @@ impl Cases {
 }
 
 impl Cases {
-    /// The scenarios of a patient with the first seed, one per person.
     fn of_patient(&self, persons: &[&Person], patient: u64) -> Result<Vec<Scenario>, RunError> {
         let first = self.maker().scenario(patient)?;
         let of = |person: &&Person| {
@@ -243,7 +242,6 @@ impl Cases {
 }
 
 impl Maker<'_> {
-    /// The scenario of a patient with the first seed.
     fn scenario(&mut self, patient: u64) -> Result<Scenario, RunError> {
         match self {
             Self::Population(maker, seeds) => maker.scenario(patient * *seeds).map_err(|error| match error {
@@ -255,7 +253,6 @@ impl Maker<'_> {
     }
 }
 
-/// What the runs of one patient with one strategy give.
 #[derive(Debug, Clone, Default)]
 struct Tally {
     runs: u64,
@@ -274,7 +271,7 @@ struct Tally {
     false_notices: u64,
     undisturbed_s: f64,
     false_events: Noticed,
-    /// Sums over the false events: duration, force, excess.
+    /// Sums over the events of false alarms: duration, force, excess.
     costs: [f64; 3],
     windows: OfWindows,
 }
@@ -308,7 +305,6 @@ impl Tally {
         self.undisturbed_s += metrics.undisturbed_s.unwrap_or(0.0);
     }
 
-    /// Adds a run with a false alarm at a time in s.
     fn add_false_alarm(&mut self, metrics: &Metrics, time_s: f64) {
         let event = metrics.events.iter().find(|event| event.is_false == 1 && (event.start_s - time_s).abs() < 1e-9);
         let Some(event) = event else { return };
@@ -378,13 +374,13 @@ impl Tally {
 }
 
 impl StrategyRow {
-    /// Returns whether it reaches enough of the ruptures to be compared with others.
+    /// Returns true if the strategy reaches enough of the ruptures to be compared.
     #[must_use]
     pub fn reaches_the_ruptures(&self) -> bool {
         self.reached_share.is_some_and(|share| share >= REACHED_SHARE)
     }
 
-    /// Returns whether it is compared with others: it reaches the ruptures, and its runs settle.
+    /// Returns true if the strategy is compared: it reaches the ruptures, and its runs settle.
     #[must_use]
     pub fn is_compared(&self) -> bool {
         self.reaches_the_ruptures() && self.verdict == Verdict::Settles
@@ -392,10 +388,10 @@ impl StrategyRow {
 }
 
 impl StrategyStudy {
-    /// Runs every strategy with every person on a scenario or on the patients of a sweep file, and calls `done` after the
-    /// runs of each patient with a strategy, with their number. The results do not depend on the number of threads.
+    /// Runs every strategy with every person on a scenario or on the patients of a sweep file. `done` receives the
+    /// number of runs after each patient and strategy. The results do not depend on the number of threads.
     ///
-    /// A false alarm is raised in runs of their own, with the first seed, halfway to the patient's first rupture.
+    /// False alarms are raised in separate runs, with the first seed, halfway to the patient's first rupture.
     ///
     /// # Errors
     /// A [`RunError`] of a scenario that cannot be loaded or run.
@@ -419,7 +415,7 @@ impl StrategyStudy {
             let unit = |unit: usize| {
                 let (strategy, patient) = units[unit];
                 let alarm_s = alarms_s.get(patient as usize).copied().flatten();
-                // A thread keeps its bank from one piece of work to the next.
+                // A thread reuses its noise bank for the next unit of work.
                 let kept = banks.lock().unwrap_or_else(PoisonError::into_inner).pop();
                 let mut bank = kept.unwrap_or_else(|| NoiseBank::new(KEPT_NUMBERS));
                 let tally = run_unit(&mut bank, &cases[strategy], options, patient, alarm_s)?;
@@ -487,7 +483,7 @@ fn run_unit(
     patient: u64,
     alarm_s: Option<f64>,
 ) -> Result<Tally, RunError> {
-    // The seeds of a person have the same machines, whose steps are computed once.
+    // The seeds of a person share the machines, whose steps are computed once.
     let firsts = cases.of_patient(&options.persons, patient)?;
     let with_seed = |first: &Scenario, offset: u64| {
         let mut other = first.clone();
@@ -525,13 +521,12 @@ fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Sets the share of the ruptures of the first row that each row reaches.
 fn set_reached(rows: &mut [StrategyRow]) {
     let all = rows.first().map_or(0, |first| first.ruptures);
     rows.iter_mut().filter(|_| all > 0).for_each(|row| row.reached_share = Some(row.ruptures as f64 / all as f64));
 }
 
-/// Marks the rows that no other row dominates in mean excess and noticed share, among those that settle and reach the ruptures.
+/// Marks the Pareto front in mean excess and noticed share, among the rows that settle and reach the ruptures.
 fn mark_front(rows: &mut [StrategyRow]) {
     let point = |row: &StrategyRow| row.mean_excess_m.zip(row.noticed.share()).filter(|_| row.is_compared());
     let points: Vec<Option<(f64, f64)>> = rows.iter().map(point).collect();
@@ -541,7 +536,7 @@ fn mark_front(rows: &mut [StrategyRow]) {
     }
 }
 
-/// The rank correlations of the mean excess of every window with that of the horizon of the metric.
+/// The rank correlations of the mean excess between every window and the horizon of the metric.
 fn rank_correlations(rows: &[StrategyRow]) -> Vec<Option<f64>> {
     let of_window =
         |window: usize| -> Vec<Option<f64>> { rows.iter().map(|row| row.window_excess_m[window]).collect() };
@@ -581,13 +576,13 @@ mod tests {
             excess_mm("none")
         );
         assert!(row("none").false_alarm.is_none() && row("freeze-decay").false_alarm.is_some());
-        // A false alarm and a rupture have the same cue.
+        // A false alarm and a rupture give the same cue.
         let cue = row("cue").against_false_alarms.expect("trials");
         assert!(cue.is_none(), "{cue:?}");
     }
 
     #[test]
-    fn the_front_holds_what_nothing_dominates() {
+    fn the_front_contains_the_rows_that_no_row_dominates() {
         let row = |mean_excess_m: f64, noticed: u64, ruptures: u64, verdict: Verdict| {
             let noticed = Noticed { trials: 10, noticed };
             let tally = Tally { runs: 1, ruptures, ..Tally::default() };
@@ -598,7 +593,7 @@ mod tests {
             row(2.0, 9, 95, Verdict::Settles),
             row(2.0, 5, 100, Verdict::Settles),
             row(0.0, 10, 100, Verdict::Diverges),
-            // A needle that stops before one layer in sixteen is not compared.
+            // A strategy that misses one layer in sixteen is not compared.
             row(0.0, 10, 94, Verdict::Settles),
         ];
         set_reached(&mut rows);

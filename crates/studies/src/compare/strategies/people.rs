@@ -1,4 +1,5 @@
-//! The persons that the strategies are compared over: three fixed ones, and groups of which each patient has another member.
+//! The persons over which the strategies are compared: three fixed persons, and groups in which each patient has
+//! another member.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -10,27 +11,27 @@ use trocar_scenario::population::{Arms, PeopleSettings, PopulationSettings, log_
 /// Separates these random numbers from others with the same seed.
 const DOMAIN: u64 = 0x7065_6f70_6c65;
 
-/// A person, or a group of people: how they decide, and how the members of a group differ.
+/// A person or a group of people: their perception, and how the members of a group differ.
 ///
-/// Each stops on noticing a drop of the force.
+/// Everyone stops on noticing a drop of the force.
 #[derive(Debug, Clone, Copy)]
 pub struct Person {
     /// The name.
     pub name: &'static str,
-    /// Who it is, in a sentence.
+    /// Description, in one sentence.
     pub meaning: &'static str,
-    /// Changes the scenario's `[perception]` to that of the person, or to the medians of a group.
+    /// Changes the scenario's `[perception]` to the settings of the person, or the medians of the group.
     pub decide: fn(&mut PerceptionSettings),
-    /// How the members of a group differ; `None` for one person.
+    /// Variation between the members of a group; `None` for one person.
     pub group: Option<Group>,
 }
 
-/// How the members of a group differ. 68 % of them lie within a factor of the median, up or down.
+/// Variation between the members of a group. 68 % of them lie within a factor of the median.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Group {
-    /// Factor on the stiffnesses and dampings of the scenario's arm, and on its mass.
+    /// Factor on the stiffness, damping and mass of the scenario's arm.
     pub arm: f64,
-    /// The grips and arms, around that.
+    /// The distribution of grips and arms around the scaled arm.
     pub arms: PeopleSettings,
     /// Spread of the Weber fraction.
     pub weber_spread: f64,
@@ -40,14 +41,12 @@ pub struct Group {
     pub reaction_spread: f64,
 }
 
-/// An adult group. The spreads are chosen here.
+/// A group of adults. The spreads are a choice of this project.
 const ADULTS: Group =
     Group { arm: 1.0, arms: PeopleSettings::DEFAULT, weber_spread: 1.3, criterion_spread: 1.2, reaction_spread: 1.15 };
 
-/// The settings with which every person perceives and reacts.
 pub(super) const PERCEIVING: [&str; 2] = ["perception.reflex=stop", "perception.kind=psychometric"];
 
-/// Fewer lapses, a lower criterion and faster reactions.
 fn practise(of: &mut PerceptionSettings) {
     of.lapse_rate = 0.01;
     of.criterion = 2.0;
@@ -55,9 +54,9 @@ fn practise(of: &mut PerceptionSettings) {
     of.reaction_std_s = 0.03;
 }
 
-/// Every person. Their settings are chosen here, in the directions of the sources: experienced surgeons detect contact sooner
-/// than novices (Zhou et al., Surg. Endosc. 22, 2008); children of 5 to 6 years do not discriminate grip forces by a constant Weber
-/// fraction, as adults do (Murase et al., Percept. Mot. Skills 82, 1996).
+/// Every person. The settings are a choice of this project, in the directions of the sources: experienced surgeons
+/// detect contact sooner than novices (Zhou et al., Surg. Endosc. 22, 2008); children of 5 to 6 years do not
+/// discriminate grip forces by a constant Weber fraction, as adults do (Murase et al., Percept. Mot. Skills 82, 1996).
 pub const PERSONS: [Person; 6] = [
     Person { name: "attentive", meaning: "The [perception] of the scenario.", decide: |_| {}, group: None },
     Person {
@@ -98,18 +97,19 @@ pub const PERSONS: [Person; 6] = [
     },
 ];
 
-/// The persons of a comparison, if none are chosen.
+/// The default persons of a comparison.
 pub const FIXED_PERSONS: [&Person; 3] = [&PERSONS[0], &PERSONS[1], &PERSONS[2]];
 
 impl Person {
-    /// The person of a name.
+    /// Finds a person by name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         PERSONS.iter().find(|person| person.name == name)
     }
 
-    /// Puts the person, or a patient's member of the group, in the place of the operator of a scenario with [`PERCEIVING`]. Members depend on the
-    /// scenario's seed and the number of the patient; all groups have the same, so that they differ by what the groups do.
+    /// Replaces the operator of a scenario with [`PERCEIVING`] by the person, or by the patient's member of the group.
+    /// Members depend on the scenario's seed and the number of the patient. All groups draw the same random numbers, so
+    /// that they differ only by their settings.
     pub(super) fn replace_operator(&self, scenario: &mut Scenario, patient: u64) {
         let Perception::Psychometric(perception) = &mut scenario.perception else { return };
         (self.decide)(perception);
@@ -168,7 +168,7 @@ mod tests {
         assert!((median / low / group.weber_spread - 1.0).abs() < 0.05, "{low} {median}");
         let [.., mass_kg, _] = quantiles(&|scenario| scenario.arm.m_h_kg);
         assert!((mass_kg / base.arm.m_h_kg / group.arm - 1.0).abs() < 0.05, "{mass_kg}");
-        // One person is the same for every patient, and keeps the arm.
+        // A single person is the same for every patient, and keeps the arm.
         let fixed = Person::named("distracted").expect("a person");
         let (mut one, mut two) = (base.clone(), base.clone());
         fixed.replace_operator(&mut one, 0);

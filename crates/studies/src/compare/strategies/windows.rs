@@ -1,4 +1,4 @@
-//! The excess advance for several lengths of its horizon, from one run.
+//! The excess advance for several horizons, from one run.
 
 use std::ops::Range;
 
@@ -9,16 +9,14 @@ use trocar_engine::operator::OperatorTraits;
 use trocar_metrics::Pursuit;
 use trocar_scenario::Scenario;
 
-/// The lengths of the horizon in s; the excess advance itself has 2 s.
+/// The horizons in s; the metric "excess advance" uses 2 s.
 pub const WINDOWS_S: [f64; 4] = [0.5, 1.0, 2.0, 3.0];
 
 /// Sum and number of the excess advances of a run, for each window.
 pub(super) type OfWindows = [(f64, u64); WINDOWS_S.len()];
 
-/// Observes the excess advance of scenarios for every window.
 pub(super) struct Windows<'a>(pub(super) &'a [Scenario]);
 
-/// The pursuits of each window, over lanes.
 pub(super) struct WindowsOverLanes<L: Lane> {
     pursuits: Vec<Pursuit<L>>,
     sums: Vec<OfWindows>,

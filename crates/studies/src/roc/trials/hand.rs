@@ -1,4 +1,4 @@
-//! How the needle is moved.
+//! The motion of the needle.
 
 use rand_chacha::ChaCha8Rng;
 
@@ -24,7 +24,7 @@ pub enum Hand {
     Taps,
 }
 
-/// The wanted position over time: points between which the motion is smooth or even.
+/// The desired position over time: points with smooth or linear motion between them.
 #[derive(Debug, Clone)]
 pub(super) struct Path {
     /// Time in s and position in m, ascending in time.
@@ -36,7 +36,6 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// The wanted position in m at a time (s).
     pub(super) fn at(&self, time_s: f64) -> f64 {
         let next = self.points.partition_point(|(at_s, _)| *at_s <= time_s);
         let position_m = match (next.checked_sub(1).map(|last| self.points[last]), self.points.get(next)) {
@@ -64,7 +63,6 @@ impl Hand {
         }
     }
 
-    /// The wanted positions.
     pub(super) fn path(self, random: &mut ChaCha8Rng, contact: &Contact) -> Path {
         let mut points = vec![(0.0, 0.0)];
         let (mut time_s, mut position_m) = (0.3 + uniform(random, 0.0, 0.5), 0.0);
@@ -75,7 +73,7 @@ impl Hand {
             points.push((time_s, target_m));
         };
         let end_m = match contact.matter {
-            // The wanted position leads the needle by what the hand gives way.
+            // The desired position leads the needle, because the hand is compliant.
             Matter::Membranes => contact.end_m() + 4e-3,
             Matter::Nothing => 30e-3,
             Matter::Foam | Matter::Spring | Matter::RigidStop => {

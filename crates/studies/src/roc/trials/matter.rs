@@ -1,13 +1,13 @@
-//! What the needle touches.
+//! The matter that the needle touches.
 
 use rand_chacha::ChaCha8Rng;
 
 use super::{STEP_S, log_uniform, uniform};
 
-/// Falls closer than this, in s, are one event: no force sensor tells them apart from one fall in two steps.
+/// Falls closer than this, in s, are one event: a force sensor cannot distinguish them from one fall in two steps.
 const APART_S: f64 = 0.05;
 
-/// What the needle touches.
+/// The matter that the needle touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Matter {
     /// One to three membranes, each of which ruptures.
@@ -22,21 +22,22 @@ pub enum Matter {
     Nothing,
 }
 
-/// The fall of the force by a rupture.
+/// The fall of the force at a rupture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fall {
-    /// Its beginning, in s.
+    /// Start, in s.
     pub start_s: f64,
-    /// Its duration, in s.
+    /// Duration, in s.
     pub duration_s: f64,
-    /// By how much the force falls between two samples of the recording, without their noise, in N: less than that of the layer if
-    /// others load the needle meanwhile, or if the sensor is too slow to show the load before it was lost.
+    /// Fall of the force between two samples of the recording without noise, in N. It is smaller than the drop of the
+    /// layer if other layers load the needle meanwhile, or if the sensor is too slow to show the load before the
+    /// rupture.
     pub drop_n: f64,
 }
 
 impl Fall {
-    /// Merges falls of which the next begins within [`APART_S`] of the end of the last, and measures their drops in forces (N)
-    /// without noise, every `tick_s` (s).
+    /// Merges falls that begin within [`APART_S`] of the end of the previous one, and measures their drops in forces
+    /// (N) without noise, every `tick_s` (s).
     pub(super) fn merged(all: Vec<Self>, forces: &[f64], tick_s: f64) -> Vec<Self> {
         let mut merged: Vec<Self> = vec![];
         for fall in all {
@@ -58,14 +59,13 @@ impl Fall {
         merged
     }
 
-    /// Its end, in s.
+    /// End, in s.
     #[must_use]
     pub fn end_s(&self) -> f64 {
         self.start_s + self.duration_s
     }
 }
 
-/// A layer that stretches until it ruptures.
 #[derive(Debug, Clone)]
 struct Layer {
     surface_m: f64,
@@ -78,7 +78,6 @@ struct Layer {
 }
 
 impl Layer {
-    /// Its force in N at a time (s) and a position (m).
     fn force_n(&self, time_s: f64, position_m: f64) -> f64 {
         let Some(ruptured_s) = self.ruptured_s else {
             return self.stiffness_n_per_m * (position_m - self.surface_m).max(0.0);
@@ -87,14 +86,13 @@ impl Layer {
         let share = (since_s / self.duration_s).min(1.0);
         let fallen_n = self.drop_n * (0.5 - 0.5 * libm::cos(std::f64::consts::PI * share));
         let left_n = self.rupture_n - self.drop_n;
-        // What is left relaxes after the fall.
+        // The remaining force relaxes after the fall.
         let relaxed_n = left_n * (1.0 - libm::exp(-(since_s - self.duration_s).max(0.0) / self.relaxation_s));
         let open = ((position_m - self.surface_m) / 1e-3).clamp(0.0, 1.0);
         open * (self.rupture_n - fallen_n - relaxed_n)
     }
 }
 
-/// The mechanics of what the needle touches.
 #[derive(Debug, Clone)]
 pub(super) struct Contact {
     pub(super) matter: Matter,
@@ -118,7 +116,7 @@ impl Contact {
             for _ in 0..1 + (3.0 * uniform(random, 0.0, 1.0)) as usize {
                 let drop_n = log_uniform(random, 0.2, 15.0);
                 let rupture_n = drop_n / uniform(random, 0.5, 1.0);
-                // Layers are 0.5 to 30 mm deep.
+                // Layers stretch by 0.5 to 30 mm before they rupture.
                 let stiffness_n_per_m = log_uniform(random, 20.0, 5000.0).clamp(rupture_n / 0.03, rupture_n / 5e-4);
                 layers.push(Layer {
                     surface_m: next_m,
@@ -155,13 +153,12 @@ impl Contact {
         }
     }
 
-    /// The deepest position that the trial is about, in m.
     pub(super) fn end_m(&self) -> f64 {
         let last = self.layers.iter().map(|layer| layer.surface_m + layer.rupture_n / layer.stiffness_n_per_m);
         last.fold(self.surface_m, f64::max) + 4e-3
     }
 
-    /// The depth below the surface at which the force is `force_n`, in m; for matter without ruptures.
+    /// The depth below the surface at which the force is `force_n`, in m, for matter without ruptures.
     pub(super) fn depth_m(&self, force_n: f64) -> f64 {
         match self.matter {
             Matter::Foam => libm::sqrt(force_n / self.stiffness),
@@ -176,7 +173,7 @@ impl Contact {
         if is_machine && self.matter != Matter::RigidStop { 1e-5 } else { 1.0 / log_uniform(random, 1000.0, 5000.0) }
     }
 
-    /// The force in N at a time (s) and a position (m), without damping and friction. Layers rupture.
+    /// The force in N at a time (s) and a position (m), without damping and friction. It lets layers rupture.
     fn static_n(&mut self, time_s: f64, position_m: f64) -> f64 {
         let depth_m = position_m - self.surface_m;
         if depth_m <= 0.0 {
@@ -199,20 +196,20 @@ impl Contact {
         force_n
     }
 
-    /// The velocity in m/s of a needle at a position (m), held by a hand that wants it at another one, with a compliance (m/N) and a lag
-    /// (s); and the force on it in N.
+    /// Returns the velocity of the needle in m/s and the force on it in N. The needle is at a position (m), and a hand
+    /// with a compliance (m/N) and a lag (s) pulls it towards the desired position.
     pub(super) fn step(&mut self, time_s: f64, position_m: f64, wanted_m: f64, hand: (f64, f64)) -> (f64, f64) {
         let (compliance, lag_s) = hand;
         let static_n = self.static_n(time_s, position_m);
         let damping = if position_m > self.surface_m { self.damping_n_s_per_m } else { 0.0 };
-        // The damping is implicit: an explicit one swings with a compliant hand.
+        // The damping is implicit. Explicit damping oscillates with a compliant hand.
         let velocity_m_per_s = (wanted_m - compliance * static_n - position_m) / (lag_s + compliance * damping);
         if position_m <= self.surface_m {
             self.stretch_m = 0.0;
             return (velocity_m_per_s, 0.0);
         }
         let resisting_n = static_n + damping * velocity_m_per_s;
-        // Nothing pulls at a blunt tip; friction acts along the shaft in both directions, and reverses over a distance.
+        // Nothing pulls at a blunt tip. Friction acts along the shaft in both directions, and reverses over a distance.
         self.stretch_m = (self.stretch_m + velocity_m_per_s * STEP_S).clamp(-self.presliding_m, self.presliding_m);
         (velocity_m_per_s, resisting_n.max(0.0) + self.friction_n * self.stretch_m / self.presliding_m)
     }

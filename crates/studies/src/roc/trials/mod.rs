@@ -1,9 +1,10 @@
-//! Made recordings with known ruptures, and without any: what laboratories have, drawn from a seed.
+//! Synthetic recordings with known ruptures, or without ruptures. They are drawn from a seed, and resemble recordings
+//! of laboratories.
 //!
-//! A trial is a hand or a machine that moves a needle with some compliance into layers, foam, springs, rigid stops or nothing, with
-//! a force sensor and an encoder. Rates, stiffness, noise, speeds, drops and their durations are drawn over the ranges that
-//! recordings of needle insertions and teleoperators have. The mechanics are integrated in steps of 0.1 ms and then sampled, so that
-//! a fast fall lies between two samples of a slow sensor, as it does in reality.
+//! In a trial, a hand or a machine moves a needle with some compliance into layers, foam, springs, rigid stops or
+//! nothing. A force sensor and an encoder record it. Rates, stiffness, noise, speeds, drops and their durations are
+//! drawn from the ranges of recorded needle insertions and teleoperators. The mechanics are integrated in steps of 0.1
+//! ms and then sampled, so that a fast fall lies between two samples of a slow sensor, as in reality.
 
 mod hand;
 mod matter;
@@ -21,56 +22,52 @@ use super::samples::Samples;
 use trocar_core::error::InvalidValue;
 use trocar_core::estimation::VelocityFilter;
 
-/// Step of the mechanics, in s.
 const STEP_S: f64 = 1e-4;
 
-/// Sampling rates, in Hz.
 const RATES_HZ: [f64; 8] = [100.0, 200.0, 333.0, 500.0, 1000.0, 2000.0, 5000.0, 10_000.0];
 
-/// Share of the trials without a rupture.
 const WITHOUT_RUPTURE: f64 = 0.4;
 
-/// What an analyst knows of the contact position.
+/// The analyst's knowledge of the contact position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactKnowledge {
     /// The position of the surface.
     Known,
-    /// A position some millimetres beside it.
+    /// A position with an error of some millimetres.
     Wrong,
-    /// Nothing: every sample counts as in contact.
+    /// None: every sample counts as in contact.
     FromFirstSample,
 }
 
-/// A made recording.
+/// A synthetic recording.
 #[derive(Debug, Clone)]
 pub struct Trial {
-    /// Its seed.
+    /// Seed.
     pub seed: u64,
     /// Time between two samples, in s.
     pub tick_s: f64,
-    /// Positions in m, growing into the tissue.
+    /// Positions in m, which increase into the tissue.
     pub position_m: Vec<f64>,
     /// Forces in N, positive when they resist insertion.
     pub force_n: Vec<f64>,
     /// Contact position for the estimator, in m.
     pub contact_m: f64,
-    /// What is known of the contact.
+    /// The knowledge of the contact.
     pub knowledge: ContactKnowledge,
     /// The falls of the force by ruptures, ascending.
     pub falls: Vec<Fall>,
     /// Standard deviation of the noise, in N.
     pub noise_std_n: f64,
-    /// The noise.
+    /// Kind of the noise.
     pub noise: Noise,
     /// The motion.
     pub hand: Hand,
-    /// What the needle touches.
+    /// The matter that the needle touches.
     pub matter: Matter,
     /// Time in contact, in s.
     pub contact_s: f64,
 }
 
-/// Draws a number whose logarithm is uniform.
 fn log_uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low * libm::pow(high / low, uniform(random, 0.0, 1.0))
 }
@@ -86,11 +83,11 @@ fn one_of<T: Copy>(random: &mut ChaCha8Rng, all: &[T]) -> T {
 }
 
 impl Trial {
-    /// The number before the first seed of a study.
+    /// The seeds of a study are above this number.
     pub const BEFORE_FIRST: u64 = 2_000_000;
 
-    /// The trial of a seed. [`Signal::trials`](super::Signal::trials) has those above [`Trial::BEFORE_FIRST`]; the settings of the
-    /// detectors were chosen on seeds below it.
+    /// Generates the trial of a seed. [`Signal::trials`](super::Signal::trials) uses seeds above
+    /// [`Trial::BEFORE_FIRST`]; the settings of the detectors were chosen on seeds below it.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         let random = &mut ChaCha8Rng::seed_from_u64(seed);
@@ -151,23 +148,22 @@ impl Trial {
     }
 }
 
-/// Falls of less than this many standard deviations of the noise are not asked of a detector.
+/// Minimum fall that a detector is expected to find, in standard deviations of the noise.
 const MIN_NOISE_STDS: f64 = 6.0;
 
-/// Smaller falls are not asked of a detector, in N.
+/// Minimum fall that a detector is expected to find, in N.
 const MIN_DROP_N: f64 = 0.2;
 
-/// Acceleration for the velocity filter, in m/s².
 const ACCELERATION_M_PER_S2: f64 = 10.0;
 
 impl Trial {
-    /// Whether a fall is above the noise: more than six standard deviations of it, and more than 0.2 N.
+    /// Returns true if a fall exceeds six standard deviations of the noise and 0.2 N.
     #[must_use]
     pub fn is_above_noise(&self, fall: &Fall) -> bool {
         fall.drop_n > MIN_NOISE_STDS * self.noise_std_n && fall.drop_n > MIN_DROP_N
     }
 
-    /// The samples, with velocities that are filtered from the positions.
+    /// The samples, with velocities filtered from the positions.
     ///
     /// # Errors
     /// [`InvalidValue`] of the velocity filter.
@@ -185,11 +181,11 @@ impl Trial {
     }
 }
 
-/// Changes of the position below this are rounding, and steps of the encoder are at most so long, in m.
+/// Maximum change of the position that is rounding, and maximum step of the encoder, in m.
 const ROUNDING_M: f64 = 1e-9;
 const MAX_STEP_M: f64 = 1e-3;
 
-/// Rounds positions to the steps of an encoder, or to none.
+/// Rounds positions to the steps of an encoder, or leaves them.
 fn encode(random: &mut ChaCha8Rng, positions: &mut [f64]) {
     let step_m = one_of(random, &[0.0, 1e-6, 5e-6, 2e-5, 5e-5]);
     if step_m > 0.0 {

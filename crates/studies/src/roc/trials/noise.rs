@@ -12,15 +12,15 @@ pub enum Noise {
     White,
     /// Normal, correlated over 1 to 10 ms.
     Correlated,
-    /// White and normal, with half of its standard deviation, and rounded to steps.
+    /// White and normal with half of the standard deviation, rounded to steps.
     Quantised,
-    /// White and normal, with single samples far out, one every 2 s.
+    /// White and normal, with one outlier sample every 2 s.
     Spikes,
     /// White, Student's t with 3 degrees of freedom.
     HeavyTailed,
     /// White and normal, with a slow drift.
     Drift,
-    /// White and normal, with a pulse of 60 to 90 a minute.
+    /// White and normal, with a pulse at 60 to 90 per minute.
     Heartbeat,
 }
 
@@ -33,7 +33,7 @@ impl Noise {
         super::one_of(random, &Self::ALL)
     }
 
-    /// Adds noise of a standard deviation (N) to forces (N) every `tick_s` (s).
+    /// Adds noise with a standard deviation (N) to forces (N) that are `tick_s` (s) apart.
     pub(super) fn add(self, random: &mut ChaCha8Rng, std_n: f64, tick_s: f64, forces: &mut [f64]) {
         let memory_s = log_uniform(random, 1e-3, 1e-2);
         let keep = libm::exp(-tick_s / memory_s);

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use trocar_document::{DataTable, Values, significant};
 use trocar_scenario::unit_of;
@@ -12,7 +13,6 @@ fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|value| value.is_finite())
 }
 
-/// A range in words, or its only value.
 fn range((low, high): (f64, f64), unit: &str) -> String {
     if low == high {
         format!("{} {unit}", significant(low))
@@ -21,7 +21,8 @@ fn range((low, high): (f64, f64), unit: &str) -> String {
     }
 }
 
-/// The damping of a hand that is needed with the tissues of the range at each frequency, and that of the scenario's arm.
+/// The damping of the hand needed with the tissues of the range at each frequency, and the damping of the scenario's
+/// arm.
 pub(super) fn hand_damping(analysis: &Analysis, bounded: &Bounded) -> DataTable<'static> {
     let needed = &bounded.needed;
     let arm = |hertz: f64| arm_impedance(&analysis.settings.arm, hertz).re;
@@ -31,7 +32,7 @@ pub(super) fn hand_damping(analysis: &Analysis, bounded: &Bounded) -> DataTable<
         .numbers("arm_n_s_per_m", needed.iter().map(|point| arm(point.frequency_hz)))
 }
 
-/// A line about the hands and tissues of the ranges; empty without a two-port.
+/// Describes the stability with the ranges of hands and tissues; empty without a two-port.
 pub(super) fn bounded_line(analysis: &Analysis, bounded: &Bounded) -> String {
     let (Some(most), Some(needed), Some(is_stable)) = (bounded.most(), bounded.needed_damping(), bounded.is_stable())
     else {
@@ -57,22 +58,42 @@ pub(super) fn bounded_line(analysis: &Analysis, bounded: &Bounded) -> String {
     text
 }
 
-/// Returns the bounded hands and tissues for `stability.json`. What is infinite is `null`.
-pub(super) fn bounded_json(analysis: &Analysis, bounded: &Bounded) -> Json {
-    let Terminations { hand_n_s_per_m: (low, high), stiffness_n_per_m, damping_n_s_per_m } = bounded.terminations;
-    let most = bounded.most();
-    json!({
-        "hand_n_s_per_m": [low, finite(high)],
-        "stiffness_n_per_m": stiffness_n_per_m,
-        "damping_n_s_per_m": damping_n_s_per_m,
-        "is_stable": bounded.is_stable(),
-        "needed_hand_damping_n_s_per_m": bounded.needed_damping().and_then(finite),
-        "frequency_hz": most.map(|most| most.frequency_hz),
-        "arm_damping_n_s_per_m": most.map(|most| arm_impedance(&analysis.settings.arm, most.frequency_hz).re),
-    })
+/// Absolute stability with bounded hands and tissues. An infinite value is `None`.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct BoundedPart {
+    /// Minimum and maximum damping of the hand, in N·s/m.
+    hand_n_s_per_m: (f64, Option<f64>),
+    /// Minimum and maximum stiffness of the tissue, in N/m.
+    stiffness_n_per_m: (f64, f64),
+    /// Minimum and maximum damping of the tissue, in N·s/m.
+    damping_n_s_per_m: (f64, f64),
+    /// True if the loop is stable with every hand and tissue of these ranges.
+    is_stable: Option<bool>,
+    /// The needed damping of the hand, in N·s/m.
+    needed_hand_damping_n_s_per_m: Option<f64>,
+    /// The frequency at which this damping is needed, in Hz.
+    frequency_hz: Option<f64>,
+    /// The damping of the scenario's arm at this frequency, in N·s/m.
+    arm_damping_n_s_per_m: Option<f64>,
 }
 
-/// The absolute stability over a parameter. A needed damping of `inf` is more than any.
+impl BoundedPart {
+    pub(super) fn of(analysis: &Analysis, bounded: &Bounded) -> Self {
+        let Terminations { hand_n_s_per_m: (low, high), stiffness_n_per_m, damping_n_s_per_m } = bounded.terminations;
+        let frequency_hz = bounded.most().map(|most| most.frequency_hz);
+        Self {
+            hand_n_s_per_m: (low, finite(high)),
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+            is_stable: bounded.is_stable(),
+            needed_hand_damping_n_s_per_m: bounded.needed_damping().and_then(finite),
+            frequency_hz,
+            arm_damping_n_s_per_m: frequency_hz.map(|hertz| arm_impedance(&analysis.settings.arm, hertz).re),
+        }
+    }
+}
+
+/// The absolute stability over a parameter. A needed damping of `inf` means that no damping is enough.
 pub(super) fn table(absolute: &AbsoluteOver) -> DataTable<'static> {
     let points = &absolute.points;
     let bounded = || points.iter().map(|point| &point.bounded);
@@ -85,23 +106,47 @@ pub(super) fn table(absolute: &AbsoluteOver) -> DataTable<'static> {
         .with("is_stable_with_ranges", Values::Flags(bounded().map(Bounded::is_stable).collect()))
 }
 
-/// Returns the absolute stability over a parameter for `stability.json`.
-pub(super) fn json(absolute: &AbsoluteOver) -> Json {
-    let points = absolute.points.iter().map(|point| {
-        let bounded = &point.bounded;
-        json!({
-            "value": point.value,
-            "min_llewellyn": finite(point.min_llewellyn),
-            "is_absolutely_stable": point.is_absolutely_stable,
-            "needed_hand_damping_n_s_per_m": bounded.needed_damping().and_then(finite),
-            "frequency_hz": bounded.most().map(|most| most.frequency_hz),
-            "is_stable_with_ranges": bounded.is_stable(),
-        })
-    });
-    json!({ "parameter": absolute.parameter.key(), "points": points.collect::<Vec<_>>() })
+/// Absolute stability over a parameter.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct AbsolutePart {
+    /// Key of the parameter.
+    parameter: &'static str,
+    /// Values of the parameter, increasing.
+    points: Vec<PointPart>,
 }
 
-/// A line about the absolute stability over a parameter: up to which value it holds.
+/// Absolute stability at a value of a parameter.
+#[derive(Debug, Serialize, JsonSchema)]
+struct PointPart {
+    /// Value, in the unit of the key.
+    value: f64,
+    /// Minimum of Llewellyn's parameter over frequency; the loop is absolutely stable from 1 on.
+    min_llewellyn: Option<f64>,
+    /// True if the loop is stable with any passive hand and tissue.
+    is_absolutely_stable: bool,
+    /// Needed damping of the hand with the tissues of the range, in N·s/m; `None` if no damping is enough.
+    needed_hand_damping_n_s_per_m: Option<f64>,
+    /// The frequency at which this damping is needed, in Hz.
+    frequency_hz: Option<f64>,
+    /// True if the loop is stable with every hand and tissue of the ranges.
+    is_stable_with_ranges: Option<bool>,
+}
+
+impl AbsolutePart {
+    pub(super) fn of(absolute: &AbsoluteOver) -> Self {
+        let point = |point: &AbsolutePoint| PointPart {
+            value: point.value,
+            min_llewellyn: finite(point.min_llewellyn),
+            is_absolutely_stable: point.is_absolutely_stable,
+            needed_hand_damping_n_s_per_m: point.bounded.needed_damping().and_then(finite),
+            frequency_hz: point.bounded.most().map(|most| most.frequency_hz),
+            is_stable_with_ranges: point.bounded.is_stable(),
+        };
+        Self { parameter: absolute.parameter.key(), points: absolute.points.iter().map(point).collect() }
+    }
+}
+
+/// States up to which value of a parameter the loop is absolutely stable.
 pub(super) fn line(absolute: &AbsoluteOver) -> String {
     let key = absolute.parameter.key();
     let unit = unit_of(key).map_or(String::new(), |unit| format!(" {unit}"));

@@ -1,111 +1,279 @@
-//! `certificate.json`: all that is needed to verify the certificates again.
+//! The file `certificate.json`.
 
-use serde_json::{Value as Json, json};
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::{Map, Value as Json};
 
 use super::switching::{rows, seconds};
-use trocar_stability::{Certificate, KeptGap, StateMap, StateSpace, Switching};
+use trocar_document::json_of;
+use trocar_stability::{Certificate, Inequality, KeptGap, Lyapunov, StateMap, StateSpace, Summand, Switching};
 
-/// Returns `certificate.json`; `None` without a certificate.
-///
-/// Each certificate has its spaces with name and unit of each state in order and the scale of the states, its functions
-/// `V = zᵀ P z` on scaled states, its maps on states, and its inequalities: sums of `factor · Mᵀ P M`, with `M` the
-/// product of maps between scaled states, the first one applied last, that are positive definite. A map with a power is
-/// raised to each power of the inequality's range. That of a kept gap has no functions: see [`kept_gap`].
+/// `certificate.json`: all data for an independent verification of the certificates. A matrix is a list of rows.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct CertificateFile<'a> {
+    /// Length of a tick, in s.
+    tick_s: f64,
+    /// Minimum and maximum stiffness of the tissue, in N/m.
+    stiffness_n_per_m: (f64, f64),
+    /// Damping of the tissue, in N·s/m.
+    damping_n_s_per_m: f64,
+    /// Delay around the loop, in ticks.
+    delay_ticks: u64,
+    certificates: Certificates<'a>,
+}
+
+/// The certificates by name.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Certificates<'a> {
+    /// The certificate with the shortest time between events.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shortest_dwell: Option<CertificateEntry<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    kept_gap: Option<KeptGapEntry<'a>>,
+    /// The certificate of the smallest growth at the refractory time of the supervisor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    growth_at_refractory: Option<CertificateEntry<'a>>,
+    /// The certificate that bounds the needle's position.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    needle: Option<CertificateEntry<'a>>,
+    /// The certificate that bounds the feedback force.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    feedback_force: Option<CertificateEntry<'a>>,
+}
+
+/// A certificate: functions `V = zᵀ P z` on scaled states z, maps on states, and inequalities. An inequality states
+/// that a sum of `factor · Mᵀ P M` is positive definite. M is a product of maps between scaled states, the first of
+/// which is applied last.
+#[derive(Debug, Serialize, JsonSchema)]
+struct CertificateEntry<'a> {
+    /// Required time between two events, in s.
+    dwell_s: f64,
+    /// Bound of the ratio of V between the beginnings of consecutive events.
+    contraction: f64,
+    /// The proved bound; `None` for a certificate of the decay.
+    bound: Option<Bound>,
+    /// Index of the function at the beginnings of events, from 0.
+    at_events: usize,
+    /// The states of each phase, by name.
+    #[schemars(with = "BTreeMap<String, Space<'a>>")]
+    spaces: Map<String, Json>,
+    /// The functions.
+    functions: Vec<FunctionEntry<'a>>,
+    /// The maps.
+    maps: Vec<MapEntry<'a>>,
+    /// The inequalities.
+    inequalities: Vec<InequalityEntry<'a>>,
+}
+
+/// The proof for a gap that remains after the event. The scaled states at a release deviate from `along · gap` by at
+/// most `rest · |gap|`.
+#[derive(Debug, Serialize, JsonSchema)]
+struct KeptGapEntry<'a> {
+    /// Required time between two events, in s.
+    dwell_s: f64,
+    /// Required time between two events, and the refractory time of the supervisor, in ticks.
+    dwell_ticks: [u64; 2],
+    /// Bounds of the growth per event for these times between events.
+    #[schemars(with = "[Option<f64>; 2]")]
+    growth: [f64; 2],
+    /// Minimum and maximum time for which the slave is held, in ticks.
+    held_ticks: [u64; 2],
+    /// Time of the cross-fade, in ticks.
+    blend_ticks: u64,
+    /// Number of ticks with individual bounds.
+    ticks: u64,
+    /// The scaled states at a release per scaled gap.
+    along: &'a [f64],
+    /// The bounds of the deviation from these states, and of the scaled feedback force.
+    rest: &'a [f64],
+    /// The states of each phase, by name.
+    #[schemars(with = "BTreeMap<String, Space<'a>>")]
+    spaces: Map<String, Json>,
+    /// The maps.
+    maps: Vec<MapEntry<'a>>,
+}
+
+/// A bound that a certificate proves.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Bound {
+    /// The value.
+    value: f64,
+    /// Its unit.
+    unit: &'static str,
+}
+
+/// The states of a phase.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Space<'a> {
+    /// The states, in order.
+    states: Vec<StateEntry<'a>>,
+    /// The matrix S, from scaled states to states.
+    scale: Vec<Vec<f64>>,
+}
+
+/// A state.
+#[derive(Debug, Serialize, JsonSchema)]
+struct StateEntry<'a> {
+    /// Its name.
+    name: &'a str,
+    /// Its unit.
+    unit: &'static str,
+}
+
+/// A map from the states of one space to the states of another.
+#[derive(Debug, Serialize, JsonSchema)]
+struct MapEntry<'a> {
+    /// Its name.
+    name: &'a str,
+    /// The source space.
+    from: &'a str,
+    /// The target space.
+    to: &'a str,
+    /// The matrix.
+    matrix: Vec<Vec<f64>>,
+}
+
+/// A function `V = zᵀ P z` on scaled states.
+#[derive(Debug, Serialize, JsonSchema)]
+struct FunctionEntry<'a> {
+    /// Its name.
+    name: &'a str,
+    /// The space of its states.
+    space: &'a str,
+    /// The matrix P.
+    p: Vec<Vec<f64>>,
+}
+
+/// A positive definite sum of terms.
+#[derive(Debug, Serialize, JsonSchema)]
+struct InequalityEntry<'a> {
+    /// The property that follows from it.
+    name: &'static str,
+    /// The space of its rows.
+    rows: &'a str,
+    /// The first and last power for which it holds; `None` without a power.
+    powers: Option<(u64, u64)>,
+    /// The terms.
+    terms: Vec<TermEntry>,
+}
+
+/// A term `factor · Mᵀ P M`.
+#[derive(Debug, Serialize, JsonSchema)]
+struct TermEntry {
+    /// The factor.
+    factor: f64,
+    /// Index of the function, from 0.
+    function: usize,
+    /// The maps; the first one is applied last.
+    maps: Vec<Factor>,
+}
+
+/// A map in a product.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Factor {
+    /// Index of the map, from 0.
+    map: usize,
+    /// True if the map is raised to each power of the inequality.
+    is_power: bool,
+}
+
 pub(super) fn certificate_json(switching: &Switching) -> Option<String> {
-    let mut certificates = serde_json::Map::new();
-    match (&switching.certificate, &switching.kept_gap) {
-        (Some(shortest), _) => {
-            certificates.insert("shortest_dwell".into(), object(switching, shortest, None));
-        }
-        (None, Some(found)) => {
-            certificates.insert("kept_gap".into(), kept_gap(switching, found));
-        }
-        (None, None) => return None,
+    let shortest_dwell = switching.certificate.as_ref();
+    let kept_gap = switching.kept_gap.as_ref().filter(|_| shortest_dwell.is_none());
+    if shortest_dwell.is_none() && kept_gap.is_none() {
+        return None;
     }
-    if let Some(found) = &switching.at_refractory {
-        certificates.insert("growth_at_refractory".into(), object(switching, found, None));
-    }
-    if let Some(reach) = &switching.reach {
-        let bounds = [("needle", &reach.slave, "m/m"), ("feedback_force", &reach.force, "N/m")];
-        for (name, (value, certificate), unit) in bounds {
-            if let Some(certificate) = certificate {
-                let bound = Some(json!({ "value": value, "unit": unit }));
-                certificates.insert(name.into(), object(switching, certificate, bound));
-            }
-        }
-    }
-    let (softest, stiffest) = switching.settings.stiffness_n_per_m;
-    let whole = json!({
-        "tick_s": switching.settings.of_loop.tick_s,
-        "stiffness_n_per_m": [softest, stiffest],
-        "damping_n_s_per_m": switching.settings.of_loop.damping_n_s_per_m,
-        "delay_ticks": switching.settings.delay_ticks(),
-        "certificates": certificates,
-    });
+    let of = |found| CertificateEntry::of(switching, found, None);
+    let bounding = |value, found: Option<_>, unit| {
+        found.map(|found| CertificateEntry::of(switching, found, Some(Bound { value, unit })))
+    };
+    let reach = switching.reach.as_ref();
+    let whole = CertificateFile {
+        tick_s: switching.settings.of_loop.tick_s,
+        stiffness_n_per_m: switching.settings.stiffness_n_per_m,
+        damping_n_s_per_m: switching.settings.of_loop.damping_n_s_per_m,
+        delay_ticks: switching.settings.delay_ticks(),
+        certificates: Certificates {
+            shortest_dwell: shortest_dwell.map(of),
+            kept_gap: kept_gap.map(|found| KeptGapEntry::of(switching, found)),
+            growth_at_refractory: switching.at_refractory.as_ref().map(of),
+            needle: reach.and_then(|reach| bounding(reach.slave.0, reach.slave.1.as_ref(), "m/m")),
+            feedback_force: reach.and_then(|reach| bounding(reach.force.0, reach.force.1.as_ref(), "N/m")),
+        },
+    };
     serde_json::to_string(&whole).ok().map(|text| text + "\n")
 }
 
-/// Spaces by name, with their states and scale, and maps.
-fn spaces_and_maps(spaces: &[StateSpace], maps: &[StateMap]) -> (Json, Json) {
-    let named: serde_json::Map<String, Json> = (spaces.iter())
-        .map(|space| {
-            let states: Vec<Json> =
-                space.states.iter().map(|(name, unit)| json!({ "name": name, "unit": unit })).collect();
-            (space.name.clone(), json!({ "states": states, "scale": rows(&space.scale) }))
-        })
-        .collect();
-    let name = |place: usize| &spaces[place].name;
-    let maps = maps.iter().map(
-        |map| json!({ "name": map.name, "from": name(map.from), "to": name(map.to), "matrix": rows(&map.matrix) }),
-    );
-    (named.into(), maps.collect())
+fn named(spaces: &[StateSpace]) -> Map<String, Json> {
+    let space = |space: &StateSpace| {
+        let states = space.states.iter().map(|(name, unit)| StateEntry { name, unit }).collect();
+        (space.name.clone(), json_of(&Space { states, scale: rows(&space.scale) }))
+    };
+    spaces.iter().map(space).collect()
 }
 
-/// The proof for a kept gap: the states at a release are `along · gap`, each within `rest · |gap|`, all scaled.
-fn kept_gap(switching: &Switching, found: &KeptGap) -> Json {
-    let phases = switching.phases;
-    let (spaces, maps) = spaces_and_maps(&found.spaces, &found.maps);
-    json!({
-        "dwell_s": seconds(switching, found.dwell_ticks),
-        "dwell_ticks": [found.dwell_ticks, phases.refractory],
-        "growth": [found.growth_after(found.dwell_ticks), found.growth_after(phases.refractory)],
-        "held_ticks": [phases.held.0, phases.held.1],
-        "blend_ticks": phases.blend,
-        "ticks": found.ticks,
-        "along": found.along,
-        "rest": found.rest,
-        "spaces": spaces,
-        "maps": maps,
-    })
+fn maps_of<'a>(maps: &'a [StateMap], spaces: &'a [StateSpace]) -> Vec<MapEntry<'a>> {
+    let name = |place: usize| spaces[place].name.as_str();
+    let map = |StateMap { name: of_map, from, to, matrix }: &'a StateMap| MapEntry {
+        name: of_map,
+        from: name(*from),
+        to: name(*to),
+        matrix: rows(matrix),
+    };
+    maps.iter().map(map).collect()
 }
 
-fn object(switching: &Switching, certificate: &Certificate, bound: Option<Json>) -> Json {
-    let space = |place: usize| certificate.spaces[place].name.clone();
-    let (spaces, maps) = spaces_and_maps(&certificate.spaces, &certificate.maps);
-    let functions: Vec<Json> = (certificate.functions.iter())
-        .map(|one| json!({ "name": one.name, "space": space(one.space), "p": rows(&one.matrix) }))
-        .collect();
-    let inequalities: Vec<Json> = (certificate.inequalities.iter())
-        .map(|one| {
-            let terms: Vec<Json> = (one.terms.iter())
-                .map(|term| {
-                    let maps: Vec<Json> =
-                        (term.maps.iter()).map(|(map, is_power)| json!({ "map": map, "is_power": is_power })).collect();
-                    json!({ "factor": term.factor, "function": term.function, "maps": maps })
-                })
-                .collect();
-            let powers = one.powers.map(|(from, to)| [from, to]);
-            json!({ "name": one.name, "rows": space(one.rows), "powers": powers, "terms": terms })
-        })
-        .collect();
-    json!({
-        "dwell_s": seconds(switching, certificate.dwell_ticks),
-        "contraction": certificate.contraction,
-        "bound": bound,
-        "at_events": certificate.at_events,
-        "spaces": spaces,
-        "functions": functions,
-        "maps": maps,
-        "inequalities": inequalities,
-    })
+impl<'a> KeptGapEntry<'a> {
+    fn of(switching: &Switching, found: &'a KeptGap) -> Self {
+        let phases = switching.phases;
+        let dwell_ticks = [found.dwell_ticks, phases.refractory];
+        Self {
+            dwell_s: seconds(switching, found.dwell_ticks),
+            dwell_ticks,
+            growth: dwell_ticks.map(|ticks| found.growth_after(ticks)),
+            held_ticks: [phases.held.0, phases.held.1],
+            blend_ticks: phases.blend,
+            ticks: found.ticks,
+            along: &found.along,
+            rest: &found.rest,
+            spaces: named(&found.spaces),
+            maps: maps_of(&found.maps, &found.spaces),
+        }
+    }
+}
+
+impl<'a> CertificateEntry<'a> {
+    fn of(switching: &Switching, certificate: &'a Certificate, bound: Option<Bound>) -> Self {
+        let name = |place: usize| certificate.spaces[place].name.as_str();
+        let function = |Lyapunov { name: of_function, matrix, space }: &'a Lyapunov| FunctionEntry {
+            name: of_function,
+            space: name(*space),
+            p: rows(matrix),
+        };
+        let inequality = |one: &'a Inequality| InequalityEntry {
+            name: one.name,
+            rows: name(one.rows),
+            powers: one.powers,
+            terms: one.terms.iter().map(TermEntry::of).collect(),
+        };
+        Self {
+            dwell_s: seconds(switching, certificate.dwell_ticks),
+            contraction: certificate.contraction,
+            bound,
+            at_events: certificate.at_events,
+            spaces: named(&certificate.spaces),
+            functions: certificate.functions.iter().map(function).collect(),
+            maps: maps_of(&certificate.maps, &certificate.spaces),
+            inequalities: certificate.inequalities.iter().map(inequality).collect(),
+        }
+    }
+}
+
+impl TermEntry {
+    fn of(term: &Summand) -> Self {
+        let &Summand { factor, function, ref maps } = term;
+        Self { factor, function, maps: maps.iter().map(|&(map, is_power)| Factor { map, is_power }).collect() }
+    }
 }

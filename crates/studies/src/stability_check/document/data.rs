@@ -6,13 +6,11 @@ use trocar_stability::{Analysis, Axis, PortPoint, StabilityMap};
 
 use crate::stability_check::Check;
 
-/// Column and row of each point of a map, row by row.
 pub(super) fn map_points(x: &Axis, y: &Axis) -> impl Iterator<Item = (usize, usize)> + use<> {
     let (columns, rows) = (x.count, y.count);
     (0..rows).flat_map(move |row| (0..columns).map(move |column| (column, row)))
 }
 
-/// The relative change of each limit per relative change of each parameter.
 pub(super) fn sensitivities(analysis: &Analysis) -> DataTable<'static> {
     let all = &analysis.sensitivities;
     DataTable::new("sensitivities")
@@ -36,7 +34,6 @@ pub(super) fn map(map: &StabilityMap, check: Option<&Check>) -> DataTable<'stati
     }
 }
 
-/// The two ends of each segment of the boundary.
 pub(super) fn boundary(map: &StabilityMap) -> DataTable<'static> {
     let (x, y) = (map.x.parameter.key(), map.y.parameter.key());
     let segments = &map.boundary;
@@ -47,7 +44,6 @@ pub(super) fn boundary(map: &StabilityMap) -> DataTable<'static> {
         .numbers(format!("{y}_to"), segments.iter().map(|[_, to]| to.1))
 }
 
-/// The two-port at each frequency.
 pub(super) fn ports(analysis: &Analysis) -> DataTable<'static> {
     let points = &analysis.ports;
     let finite = |value: f64| Some(value).filter(|value| value.is_finite());
@@ -72,7 +68,7 @@ pub(super) fn ports(analysis: &Analysis) -> DataTable<'static> {
     table
 }
 
-/// Adds real and imaginary part.
+/// Adds the real and imaginary part of a value.
 fn with_parts(
     table: DataTable<'static>,
     name: &str,

@@ -5,7 +5,6 @@ use trocar_document::{Document, Figure};
 use trocar_figures::{self as figures, AbsoluteView, AxisView, FigureError, HeatView, MapAxisView, MapView};
 use trocar_stability::{AbsoluteOver, AbsolutePoint, Analysis, Axis, Population, Spacing, arm_impedance};
 
-/// Adds the figures of a study to its document.
 pub(super) fn add(study: &StabilityStudy, document: &mut Document<'_>) {
     let StabilityStudy { name, analysis, switching, response, .. } = study;
     document.figure("stability", map_figure(study));
@@ -31,7 +30,6 @@ pub(super) fn add(study: &StabilityStudy, document: &mut Document<'_>) {
     }
 }
 
-/// The share of members that is stable over the axes of the map.
 fn population_figure(name: &str, population: &Population) -> Result<Figure<'static>, FigureError> {
     let map = &population.map;
     let values = |axis: &Axis| (0..axis.count).map(|index| axis.value(index)).collect::<Vec<f64>>();
@@ -75,7 +73,6 @@ fn map_figure(study: &StabilityStudy) -> Result<Figure<'static>, FigureError> {
     })
 }
 
-/// What is drawn of the absolute stability over a parameter.
 fn view(name: &str, analysis: &Analysis, absolute: &AbsoluteOver) -> AbsoluteView {
     let most = |point: &AbsolutePoint| point.bounded.most();
     AbsoluteView {

@@ -1,4 +1,4 @@
-//! What a stability study says.
+//! The document of a stability study.
 
 mod absolute;
 mod certificate;
@@ -12,18 +12,27 @@ mod tables;
 pub(super) mod verdict;
 mod z_width;
 
+pub use certificate::CertificateFile;
+pub use json::StabilityFile;
+pub use verdict::LoopPart;
+
 use super::StabilityStudy;
 use trocar_document::{DataTable, Document, Section, Study, TextFile, Verdict};
 
 impl Study for StabilityStudy {
     fn document(&self) -> Document<'_> {
         let unreached = self.verdict.unreached.iter().map(tables::unreached);
-        let mut left_out = vec![format!("not in the linear model: {}", self.verdict.unmodelled.join("; "))];
-        left_out.extend(unreached);
+        let unmodelled = &self.verdict.unmodelled;
+        let unmodelled =
+            (!unmodelled.is_empty()).then(|| format!("not in the linear model: {}", unmodelled.join("; ")));
+        let left_out = unmodelled.into_iter().chain(unreached).collect();
         let mut document = Document {
             name: "stability",
             title: self.name.clone(),
-            verdict: Verdict { sentences: vec![self.verdict.sentence()], left_out },
+            verdict: Verdict {
+                sentences: vec![format!("{}.", self.verdict.sentence()), tables::limits_line(&self.analysis)],
+                left_out,
+            },
             warnings: self.warnings(),
             sections: sections(self),
             data: data_tables(self),
@@ -57,7 +66,8 @@ fn sections(study: &StabilityStudy) -> Vec<Section> {
     let mut limits = Section::new("limits", "Limits and sensitivities");
     limits.table(tables::limit_table(analysis));
     limits.table(tables::sensitivity_table(analysis));
-    let mut sections = vec![of_loop, of_map, limits];
+    // The map comes first, because it answers the question and shows the point of the scenario.
+    let mut sections = vec![of_map, of_loop, limits];
     if let Some(population) = &study.population {
         let mut section = Section::new("population", "Population");
         let [stable, smallest] = population::lines(population);

@@ -1,14 +1,14 @@
 //! Limits over a population.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::data::map_points;
 use trocar_document::{Cell, DataTable, Number, Table, significant};
 use trocar_scenario::population::{Arms, Delays, Draw, Tissues};
 use trocar_scenario::unit_of;
-use trocar_stability::{LIMITED, Parameter, Population};
+use trocar_stability::{LIMITED, LimitQuantiles, Parameter, Population, Quantile};
 
-/// The names of the factors that are drawn, of the arm first.
 const FACTORS: [&str; 7] = [
     "k_a_factor",
     "b_a_factor",
@@ -19,8 +19,8 @@ const FACTORS: [&str; 7] = [
     "tissue_damping_factor",
 ];
 
-/// A row per member. A limit is 0 if no value is stable, and `inf` beyond the search range; a delay that is the scenario's is
-/// empty.
+/// A row per member. A limit is 0 if no value is stable, and `inf` beyond the search range. The delay is empty if the
+/// scenario gives it.
 pub(super) fn members(population: &Population) -> DataTable<'static> {
     let members = &population.members;
     let factors = |draw: &Draw| {
@@ -40,7 +40,6 @@ pub(super) fn members(population: &Population) -> DataTable<'static> {
     table
 }
 
-/// The share of members that is stable, with its 95 % interval.
 pub(super) fn map(population: &Population) -> DataTable<'static> {
     let map = &population.map;
     let points: Vec<(usize, usize)> = map_points(&map.x, &map.y).collect();
@@ -53,7 +52,6 @@ pub(super) fn map(population: &Population) -> DataTable<'static> {
         .numbers("high", points.iter().map(|point| share(point).1.1))
 }
 
-/// What is drawn, in words.
 fn drawn(population: &Population) -> String {
     let settings = &population.settings;
     let parts = [
@@ -77,7 +75,6 @@ fn limit(value: f64) -> String {
     if value.is_finite() { significant(value) } else { "beyond search".to_owned() }
 }
 
-/// The quantiles of the limits.
 pub(super) fn table(population: &Population) -> Table {
     let limits = &population.limits;
     let of_limit = |parameter: Parameter| (parameter.key(), format!("{}{}", parameter.key(), unit(parameter)));
@@ -99,7 +96,6 @@ pub(super) fn table(population: &Population) -> Table {
     table
 }
 
-/// The lines about a population: the share that is stable, and the smallest limit.
 pub(super) fn lines(population: &Population) -> [String; 2] {
     let (share, (low, high)) = population.stable_share;
     let of = population.members.len();
@@ -115,35 +111,100 @@ pub(super) fn lines(population: &Population) -> [String; 2] {
     [stable, format!("smallest maximum stiffness found in the whole range: {worst}")]
 }
 
-/// Returns a population for `stability.json`. A limit beyond the search range is `null`, with `is_beyond_search`.
-pub(super) fn json(population: &Population) -> Json {
-    let value = |value: f64| json!(Some(value).filter(|value| value.is_finite()));
-    let limits: Vec<Json> = population
-        .limits
-        .iter()
-        .map(|of| {
-            let quantiles = of.quantiles.iter().map(|one| {
-                json!({
-                    "share": one.share,
-                    "value": value(one.value),
-                    "interval": [value(one.interval.0), value(one.interval.1)],
-                    "is_beyond_search": one.value.is_infinite(),
-                })
-            });
-            json!({ "parameter": of.parameter.key(), "quantiles": quantiles.collect::<Vec<_>>() })
-        })
-        .collect();
-    let Draw { arm, stiffness: _, damping, delay_s } = population.worst.draw;
-    let (share, interval) = population.stable_share;
-    json!({
-        "size": population.members.len(),
-        "stable_share": { "value": share, "interval": interval },
-        "limits": limits,
-        "smallest_found": {
-            "max_stiffness_n_per_m": value(population.worst.stiffness_n_per_m),
-            "arm_factors": { "k_a": arm[0], "b_a": arm[1], "k_h": arm[2], "b_h": arm[3], "m_h": arm[4] },
-            "tissue_damping_factor": damping,
-            "delay_s": delay_s,
-        },
-    })
+/// The limits over the population. A limit beyond the search range is `None`, with `is_beyond_search`.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct PopulationPart {
+    /// Number of members.
+    size: usize,
+    stable_share: SharePart,
+    /// The limit of each parameter.
+    limits: Vec<LimitQuantilesPart>,
+    smallest_found: WorstPart,
+}
+
+/// The share of members with a stable loop.
+#[derive(Debug, Serialize, JsonSchema)]
+struct SharePart {
+    /// The share.
+    value: f64,
+    /// Its 95 % interval.
+    interval: (f64, f64),
+}
+
+/// The limit of a parameter over the members.
+#[derive(Debug, Serialize, JsonSchema)]
+struct LimitQuantilesPart {
+    /// Key of the parameter.
+    parameter: &'static str,
+    /// Quantiles of the limit, increasing, in the unit of the key.
+    quantiles: Vec<QuantilePart>,
+}
+
+/// A quantile of a limit.
+#[derive(Debug, Serialize, JsonSchema)]
+struct QuantilePart {
+    /// The share of the members with a smaller limit.
+    share: f64,
+    /// The quantile.
+    value: Option<f64>,
+    /// Its 95 % interval.
+    interval: (Option<f64>, Option<f64>),
+    /// True if the quantile is beyond the search range.
+    is_beyond_search: bool,
+}
+
+/// The member with the smallest maximum stiffness, among all members and the corners of the range.
+#[derive(Debug, Serialize, JsonSchema)]
+struct WorstPart {
+    /// Its maximum stable stiffness, in N/m.
+    max_stiffness_n_per_m: Option<f64>,
+    arm_factors: ArmFactors,
+    /// Factor on the damping of the tissue.
+    tissue_damping_factor: f64,
+    /// Delay of each direction in s; `None` if the scenario gives it.
+    delay_s: Option<f64>,
+}
+
+/// Factors on the parameters of the arm.
+#[derive(Debug, Serialize, JsonSchema)]
+struct ArmFactors {
+    /// Factor on the stiffness of the arm.
+    k_a: f64,
+    /// Factor on the damping of the arm.
+    b_a: f64,
+    /// Factor on the stiffness of the hand.
+    k_h: f64,
+    /// Factor on the damping of the hand.
+    b_h: f64,
+    /// Factor on the mass of the hand.
+    m_h: f64,
+}
+
+impl PopulationPart {
+    pub(super) fn of(population: &Population) -> Self {
+        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+        let quantile = |one: &Quantile| QuantilePart {
+            share: one.share,
+            value: finite(one.value),
+            interval: (finite(one.interval.0), finite(one.interval.1)),
+            is_beyond_search: one.value.is_infinite(),
+        };
+        let limit = |of: &LimitQuantiles| LimitQuantilesPart {
+            parameter: of.parameter.key(),
+            quantiles: of.quantiles.iter().map(quantile).collect(),
+        };
+        let Draw { arm: [k_a, b_a, k_h, b_h, m_h], stiffness: _, damping, delay_s } = population.worst.draw;
+        let (share, interval) = population.stable_share;
+        Self {
+            size: population.members.len(),
+            stable_share: SharePart { value: share, interval },
+            limits: population.limits.iter().map(limit).collect(),
+            smallest_found: WorstPart {
+                max_stiffness_n_per_m: finite(population.worst.stiffness_n_per_m),
+                arm_factors: ArmFactors { k_a, b_a, k_h, b_h, m_h },
+                tissue_damping_factor: damping,
+                delay_s,
+            },
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! Poles, zeros, loop gain, step and root locus as columns.
+//! Poles, zeros, loop gain, step response and root locus as columns.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,8 @@ use trocar_document::DataTable;
 use trocar_lti::Complex64;
 use trocar_stability::{Locus, LoopResponse};
 
-/// Adds the columns of poles or zeros: both parts, modulus, and as `s = ln(z) / T` the frequency in Hz and the damping ratio.
+/// Adds the columns of poles or zeros: both parts, the modulus, and with `s = ln(z) / T` the frequency in Hz and the
+/// damping ratio.
 fn with_points<'a>(table: DataTable<'a>, points: &[Complex64], tick_s: f64) -> DataTable<'a> {
     let continuous = |z: &Complex64| {
         let s = z.ln() / tick_s;
@@ -20,7 +21,6 @@ fn with_points<'a>(table: DataTable<'a>, points: &[Complex64], tick_s: f64) -> D
         .optional("damping_ratio", points.iter().map(|z| continuous(z).map(|s| -s.re / s.norm())))
 }
 
-/// All poles and zeros of the closed loop and of the loop gain.
 pub(super) fn poles(response: &LoopResponse) -> DataTable<'static> {
     let (mut systems, mut kinds, mut points) = (vec![], vec![], vec![]);
     for one in &response.poles {
@@ -36,7 +36,6 @@ pub(super) fn poles(response: &LoopResponse) -> DataTable<'static> {
     with_points(table, &points, response.tick_s)
 }
 
-/// The loop gain over frequency.
 pub(super) fn loop_gain(response: &LoopResponse) -> DataTable<'static> {
     let gain = &response.gain;
     DataTable::new("loop_gain")
@@ -47,7 +46,6 @@ pub(super) fn loop_gain(response: &LoopResponse) -> DataTable<'static> {
         .numbers("phase_deg", response.phases_deg())
 }
 
-/// The response to a unit step of the desired position, if there is one.
 pub(super) fn step(response: &LoopResponse) -> Option<DataTable<'_>> {
     let step = response.step.as_ref()?;
     let output = |row: usize| (0..step.time_s.len()).map(move |k| step.outputs[(row, k)]);
@@ -60,7 +58,6 @@ pub(super) fn step(response: &LoopResponse) -> Option<DataTable<'_>> {
     )
 }
 
-/// The poles of the closed loop over a parameter.
 pub(super) fn locus(locus: &Locus, tick_s: f64) -> DataTable<'static> {
     let (mut values, mut points) = (vec![], vec![]);
     for (value, poles) in &locus.branches {

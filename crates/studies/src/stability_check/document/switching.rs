@@ -1,11 +1,12 @@
 //! The stability under switching.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::stability_check::StabilityStudy;
 use trocar_core::augmentation::Reengage;
 use trocar_document::{Cell, DataTable, Number, Table, Unit, significant};
-use trocar_stability::{Certificate, EventBound, GAP_M, LONGEST_DWELL_S, Switching};
+use trocar_stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching};
 
 fn policy(reengage: Reengage) -> &'static str {
     match reengage {
@@ -16,18 +17,15 @@ fn policy(reengage: Reengage) -> &'static str {
     }
 }
 
-/// Returns a number of ticks in s.
 pub(super) fn seconds(switching: &Switching, ticks: u64) -> f64 {
-    // Rounded, because the product of a tick of 0.001 s has rounding errors in its last digits.
+    // Rounded, because a multiple of a tick of 0.001 s has rounding errors in its last digits.
     (ticks as f64 * switching.settings.of_loop.tick_s * 1e12).round() / 1e12
 }
 
-/// Returns a number of ticks as text in ms.
 fn milliseconds(switching: &Switching, ticks: u64) -> String {
     format!("{} ms", significant(1e3 * seconds(switching, ticks)))
 }
 
-/// The findings, a line each.
 pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String> {
     let ms = |ticks| milliseconds(switching, ticks);
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
@@ -102,7 +100,6 @@ pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String
     lines
 }
 
-/// Returns what a certificate says about the scenario.
 fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
     let range = format!("{} to {} N/m", significant(softest), significant(stiffest));
@@ -123,7 +120,6 @@ fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
     )
 }
 
-/// The end of one event, by re-engagement policy.
 pub(super) fn event_table(events: &[EventBound]) -> Table {
     let columns = [
         ("reengage", format!("released {} mm from the hand", significant(1e3 * GAP_M))),
@@ -134,7 +130,7 @@ pub(super) fn event_table(events: &[EventBound]) -> Table {
         ("force_step_n", "max step per tick".to_owned()),
     ];
     let mut table = Table::new("released", "The end of one event, by re-engagement policy", columns);
-    // A motion below a nanometre and a force below a nanonewton are rounding errors.
+    // A motion below a nanometre or a force below a nanonewton is a rounding error.
     let shown = |value: f64, unit: Unit| Number::new(if value < 1e-9 { 0.0 } else { value }, unit);
     for event in events {
         table.row([
@@ -149,79 +145,195 @@ pub(super) fn event_table(events: &[EventBound]) -> Table {
     table
 }
 
-/// The rows of a matrix.
 pub(super) fn rows(matrix: &nalgebra::DMatrix<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
-/// The part `switching` of `stability.json`.
-pub(super) fn json(study: &StabilityStudy) -> Json {
-    let switching = match &study.switching {
-        Ok(switching) => switching,
-        Err(reason) => return json!({ "unmodelled": reason }),
-    };
-    let s = |ticks| seconds(switching, ticks);
-    let (softest, stiffest) = switching.settings.stiffness_n_per_m;
-    let events: Vec<Json> = switching
-        .events
-        .iter()
-        .map(|event| {
-            json!({
-                "reengage": policy(event.reengage),
-                "reference_jump_m": event.reference_jump_m,
-                "slave_motion_m": event.slave_motion_m,
-                "slave_speed_m_per_s": event.slave_speed_m_per_s,
-                "force_n": event.force_n,
-                "force_step_n": event.force_step_n,
-            })
-        })
-        .collect();
-    let of_certificate = |found: &Certificate| {
-        json!({
-            "dwell_s": s(found.dwell_ticks),
-            "contraction": found.contraction,
-            "conditions": found.conditions,
-            "p_at_events": rows(&found.p_at_events()),
-        })
-    };
-    json!({
-        "stiffness_n_per_m": [softest, stiffest],
-        "held_s": [s(switching.phases.held.0), s(switching.phases.held.1)],
-        "blend_s": s(switching.phases.blend),
-        "refractory_s": s(switching.phases.refractory),
-        "is_certified": study.is_certified(),
-        "is_certified_for_range": switching.is_certified(),
-        "covers_tissue": study.covers_tissue(),
-        "covers_lost_contact": switching.covers_lost_contact,
-        "certificate": switching.certificate.as_ref().map(of_certificate),
-        "kept_gap": switching.kept_gap.as_ref().map(|found| json!({
-            "dwell_s": s(found.dwell_ticks),
-            "conditions": found.conditions,
-        })),
-        "growth_per_event": {
-            "dwell_s": s(switching.phases.refractory),
-            "found": switching.growth.found,
-            "found_changes_of_stiffness": switching.growth.changes,
-            "certified": switching.certified_growth(),
-            "found_on_one_stiffness": switching.shown.found,
-            "growing_dwell_s": switching.growing_dwell_ticks.map(s),
-        },
-        "reach": switching.reach.as_ref().map(|reach| json!({
-            "slave_bound_m_per_m": reach.slave.0,
-            "slave_found_m_per_m": reach.slave_found,
-            "force_bound_n_per_m": reach.force.0,
-            "force_found_n_per_m": reach.force_found,
-            "slave_on_one_stiffness_m_per_m": reach.simulated,
-            "worst_stiffness_n_per_m": reach.worst.stiffness_n_per_m,
-            "worst_events_s": reach.worst.starts.iter().map(|&tick| s(tick)).collect::<Vec<_>>(),
-            "worst_held_s": s(reach.worst.held_ticks),
-        })),
-        "gap_m": GAP_M,
-        "released": events,
-    })
+/// The stability under switching.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum SwitchingPart {
+    /// The scenario cannot be analysed.
+    Unmodelled {
+        /// The reason.
+        unmodelled: &'static str,
+    },
+    /// The results.
+    Analysed(Box<AnalysedPart>),
 }
 
-/// A row per analysed time between events.
+/// The stability under switching between teleoperation and events.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct AnalysedPart {
+    /// Minimum and maximum stiffness of the tissue, in N/m, which may change at every tick.
+    stiffness_n_per_m: (f64, f64),
+    /// Minimum and maximum time for which the slave is held, in s.
+    held_s: [f64; 2],
+    /// Time of the cross-fade of the force after a release, in s.
+    blend_s: f64,
+    /// Minimum time between two events, in s.
+    refractory_s: f64,
+    /// True if the scenario is certified; `None` if the analysis leaves out a part of it, or does not cover its tissue.
+    is_certified: Option<bool>,
+    /// True if the analysed springs are certified.
+    is_certified_for_range: bool,
+    /// True if the range covers the tissue of the scenario.
+    covers_tissue: Option<bool>,
+    /// True if the certificate also holds for a needle that may lose contact at any tick; `None` if there is no
+    /// certificate in contact.
+    covers_lost_contact: Option<bool>,
+    /// The certificate with the shortest time between events; `None` without one.
+    certificate: Option<CertificatePart>,
+    /// The proof for a gap that remains after the event (`clutch`); `None` for other policies.
+    kept_gap: Option<KeptGapPart>,
+    growth_per_event: GrowthPart,
+    /// Bounds of the motion after the hand is released at a distance; `None` without a certificate, or with a delay.
+    reach: Option<ReachPart>,
+    /// The gap between slave and hand at the end of an event in `released`, in m.
+    gap_m: f64,
+    /// The end of one event, by re-engagement policy.
+    released: Vec<ReleasedPart>,
+}
+
+/// A certificate; `certificate.json` contains all data to verify it.
+#[derive(Debug, Serialize, JsonSchema)]
+struct CertificatePart {
+    /// Required time between two events, in s.
+    dwell_s: f64,
+    /// Bound of the ratio of the Lyapunov function between the beginnings of consecutive events.
+    contraction: f64,
+    /// Number of verified conditions.
+    conditions: u64,
+    /// The matrix P of the Lyapunov function at the beginning of an event, by rows.
+    p_at_events: Vec<Vec<f64>>,
+}
+
+/// The proof for a remaining gap.
+#[derive(Debug, Serialize, JsonSchema)]
+struct KeptGapPart {
+    /// Required time between two events, in s.
+    dwell_s: f64,
+    /// Number of verified conditions.
+    conditions: u64,
+}
+
+/// The growth of the state per event.
+#[derive(Debug, Serialize, JsonSchema)]
+struct GrowthPart {
+    /// Time between the events, in s.
+    dwell_s: f64,
+    /// Largest factor per event that was found, with a tissue that changes at every tick.
+    found: f64,
+    /// Number of changes of the stiffness per event in this sequence.
+    found_changes_of_stiffness: usize,
+    /// Proved bound of the factor; `None` without a certificate.
+    certified: Option<f64>,
+    /// Largest factor that was found with a constant stiffness.
+    found_on_one_stiffness: f64,
+    /// Longest time between events with which a sequence was found to grow, in s; `None` if none was found.
+    growing_dwell_s: Option<f64>,
+}
+
+/// Bounds of motion and force per distance of the released hand.
+#[derive(Debug, Serialize, JsonSchema)]
+struct ReachPart {
+    /// Proved bound of the position of the slave, in m/m.
+    slave_bound_m_per_m: f64,
+    /// Largest position that was found, in m/m.
+    slave_found_m_per_m: f64,
+    /// Proved bound of the feedback force, in N/m.
+    force_bound_n_per_m: f64,
+    /// Largest feedback force that was found, in N/m.
+    force_found_n_per_m: f64,
+    /// Largest position that was found with a constant stiffness, in m/m.
+    slave_on_one_stiffness_m_per_m: f64,
+    /// Stiffness of this sequence, in N/m.
+    worst_stiffness_n_per_m: f64,
+    /// Times of its events after the release, in s.
+    worst_events_s: Vec<f64>,
+    /// Time for which it holds the slave, in s.
+    worst_held_s: f64,
+}
+
+/// The end of one event.
+#[derive(Debug, Serialize, JsonSchema)]
+struct ReleasedPart {
+    /// The re-engagement policy.
+    reengage: &'static str,
+    /// Jump of the slave's reference, in m.
+    reference_jump_m: f64,
+    /// Maximum motion of the needle, in m.
+    slave_motion_m: f64,
+    /// Maximum speed of the needle, in m/s.
+    slave_speed_m_per_s: f64,
+    /// Maximum feedback force, in N.
+    force_n: f64,
+    /// Maximum change of the feedback force in a tick, in N.
+    force_step_n: f64,
+}
+
+impl SwitchingPart {
+    pub(super) fn of(study: &StabilityStudy) -> Self {
+        match &study.switching {
+            Ok(switching) => Self::Analysed(Box::new(AnalysedPart::of(study, switching))),
+            Err(unmodelled) => Self::Unmodelled { unmodelled },
+        }
+    }
+}
+
+impl AnalysedPart {
+    fn of(study: &StabilityStudy, switching: &Switching) -> Self {
+        let s = |ticks| seconds(switching, ticks);
+        Self {
+            stiffness_n_per_m: switching.settings.stiffness_n_per_m,
+            held_s: [s(switching.phases.held.0), s(switching.phases.held.1)],
+            blend_s: s(switching.phases.blend),
+            refractory_s: s(switching.phases.refractory),
+            is_certified: study.is_certified(),
+            is_certified_for_range: switching.is_certified(),
+            covers_tissue: study.covers_tissue(),
+            covers_lost_contact: switching.covers_lost_contact,
+            certificate: switching.certificate.as_ref().map(|found| CertificatePart {
+                dwell_s: s(found.dwell_ticks),
+                contraction: found.contraction,
+                conditions: found.conditions,
+                p_at_events: rows(&found.p_at_events()),
+            }),
+            kept_gap: (switching.kept_gap.as_ref())
+                .map(|found| KeptGapPart { dwell_s: s(found.dwell_ticks), conditions: found.conditions }),
+            growth_per_event: GrowthPart {
+                dwell_s: s(switching.phases.refractory),
+                found: switching.growth.found,
+                found_changes_of_stiffness: switching.growth.changes,
+                certified: switching.certified_growth(),
+                found_on_one_stiffness: switching.shown.found,
+                growing_dwell_s: switching.growing_dwell_ticks.map(s),
+            },
+            reach: switching.reach.as_ref().map(|reach| ReachPart {
+                slave_bound_m_per_m: reach.slave.0,
+                slave_found_m_per_m: reach.slave_found,
+                force_bound_n_per_m: reach.force.0,
+                force_found_n_per_m: reach.force_found,
+                slave_on_one_stiffness_m_per_m: reach.simulated,
+                worst_stiffness_n_per_m: reach.worst.stiffness_n_per_m,
+                worst_events_s: reach.worst.starts.iter().map(|&tick| s(tick)).collect(),
+                worst_held_s: s(reach.worst.held_ticks),
+            }),
+            gap_m: GAP_M,
+            released: switching.events.iter().map(ReleasedPart::of).collect(),
+        }
+    }
+}
+
+impl ReleasedPart {
+    fn of(event: &EventBound) -> Self {
+        let &EventBound { reengage, reference_jump_m, slave_motion_m, slave_speed_m_per_s, force_n, force_step_n } =
+            event;
+        let reengage = policy(reengage);
+        Self { reengage, reference_jump_m, slave_motion_m, slave_speed_m_per_s, force_n, force_step_n }
+    }
+}
+
 pub(super) fn growth(switching: &Switching) -> DataTable<'static> {
     let points = &switching.by_dwell;
     DataTable::new("switching")
@@ -230,7 +342,6 @@ pub(super) fn growth(switching: &Switching) -> DataTable<'static> {
         .numbers("found_growth", points.iter().map(|point| point.found))
 }
 
-/// The end of one event, by re-engagement policy.
 pub(super) fn released(events: &[EventBound]) -> DataTable<'static> {
     DataTable::new("released")
         .texts("reengage", events.iter().map(|event| policy(event.reengage)))

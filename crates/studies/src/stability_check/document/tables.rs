@@ -6,16 +6,12 @@ use trocar_document::{Cell, Digits, Number, Shown, Table, significant};
 use trocar_scenario::unit_of;
 use trocar_stability::{Analysis, LIMITED, Limit, LoopLimit, Parameter, PortPoint, StabilityMap, is_passive_impedance};
 
-/// Frequencies (Hz) of the printed impedances.
 const SHOWN_HZ: [f64; 4] = [0.5, 1.0, 5.0, 10.0];
 
-/// Maximum number of printed disagreements.
 const SHOWN_DISAGREEMENTS: usize = 20;
 
-/// Maximum number of listed parameters per limit.
 const SHOWN_SENSITIVITIES: usize = 3;
 
-/// Returns the sentence about a limit that is never reached.
 pub(super) fn unreached(limit: &LoopLimit) -> String {
     let bound = limit.part.bound.map_or_else(|| "—".to_owned(), significant);
     let unit = unit_of(limit.part.key).map_or_else(String::new, |unit| format!(" {unit}"));
@@ -26,7 +22,6 @@ pub(super) fn unreached(limit: &LoopLimit) -> String {
     )
 }
 
-/// The properties of the closed loop.
 pub(super) fn loop_table(analysis: &Analysis) -> Table {
     let (mode, margins) = (&analysis.mode, &analysis.margins);
     let jitter_s = analysis.jitter_margin_ticks.map(|ticks| ticks as f64 * analysis.settings.tick_s);
@@ -72,7 +67,16 @@ pub(super) fn loop_table(analysis: &Analysis) -> Table {
     table
 }
 
-/// The limit of each parameter.
+pub(super) fn limits_line(analysis: &Analysis) -> String {
+    let of_limit = |limit: &Limit| {
+        let unit = unit_of(limit.parameter.key()).unwrap_or_default();
+        let caption = limit.parameter.caption().split(" (").next().unwrap_or_default().to_lowercase();
+        format!("{caption} {} (here {})", largest(limit, &unit), Number::si(limit.value, unit.as_str()))
+    };
+    let limits: Vec<String> = analysis.limits.iter().map(of_limit).collect();
+    format!("Largest stable values, each with all else unchanged: {}.", limits.join(", "))
+}
+
 pub(super) fn limit_table(analysis: &Analysis) -> Table {
     let columns = [
         ("parameter", "parameter"),
@@ -120,7 +124,6 @@ fn largest(limit: &Limit, unit: &str) -> Cell {
     format!("{value} (stable: {})", ranges.collect::<Vec<_>>().join(", ")).into()
 }
 
-/// The change of each limit with each parameter.
 pub(super) fn sensitivity_table(analysis: &Analysis) -> Table {
     let is_known = |limit: &Parameter| analysis.sensitivities.iter().any(|s| s.limit == *limit);
     let limited: Vec<Parameter> = LIMITED.into_iter().filter(is_known).collect();
@@ -142,7 +145,6 @@ pub(super) fn sensitivity_table(analysis: &Analysis) -> Table {
     table
 }
 
-/// The two-port at a few frequencies.
 pub(super) fn port_table(analysis: &Analysis) -> Table {
     let columns = [
         ("frequency_hz", "ports (|Z| in N·s/m)"),
@@ -164,7 +166,7 @@ pub(super) fn port_table(analysis: &Analysis) -> Table {
             plain(point.hybrid.h[0][0].norm()),
             plain(point.transmitted.norm()),
             plain(point.ideal.norm()),
-            // Llewellyn's parameter is infinite where one direction of the two-port is cut.
+            // Llewellyn's parameter is infinite if one direction of the two-port is cut.
             if llewellyn == f64::INFINITY { "∞".into() } else { plain(llewellyn) },
             Cell::Flag(point.is_absolutely_stable),
             Cell::Flag(point.is_passive),
@@ -182,7 +184,7 @@ pub(super) fn port_table(analysis: &Analysis) -> Table {
     table
 }
 
-/// Returns a line that says whether each port is passive at every frequency, with the other port terminated as in the scenario.
+/// States whether each port is passive at every frequency, with the other port terminated as in the scenario.
 pub(super) fn port_passivity(analysis: &Analysis) -> String {
     let ports = &analysis.ports;
     format!(
@@ -193,7 +195,6 @@ pub(super) fn port_passivity(analysis: &Analysis) -> String {
     )
 }
 
-/// Returns a line about the sampled-data passivity condition.
 pub(super) fn sampled(analysis: &Analysis) -> String {
     let Some(bound) = analysis.sampled else {
         return "sampled-data passivity: the condition does not apply (it needs a force that depends on the sampled position only)".into();
@@ -206,7 +207,6 @@ pub(super) fn sampled(analysis: &Analysis) -> String {
     )
 }
 
-/// The share of the map's points that is stable.
 pub(super) fn map_line(map: &StabilityMap) -> String {
     format!(
         "map: {} by {}, {} x {} points, {:.1} % stable",
@@ -218,7 +218,6 @@ pub(super) fn map_line(map: &StabilityMap) -> String {
     )
 }
 
-/// The comparison of the map with simulated runs.
 pub(super) fn checked_line(check: &Check) -> String {
     let disagreeing = check.disagreements.iter().filter(|d| !d.is_near_boundary).count();
     let judged = check.judged;
@@ -234,7 +233,7 @@ pub(super) fn checked_line(check: &Check) -> String {
     }
 }
 
-/// The points at which analysis and simulation disagree, and how many more there are; `None` without any.
+/// The points at which analysis and simulation disagree, and the number of further points; `None` without any.
 pub(super) fn disagreements(map: &StabilityMap, check: &Check) -> Option<(Table, Option<String>)> {
     let columns = [
         (map.x.parameter.key(), map.x.parameter.key()),

@@ -1,11 +1,11 @@
 //! The Z-width.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use trocar_document::{DataTable, significant};
 use trocar_stability::{Walls, ZWidth};
 
-/// The kinds of walls with their limits.
 fn kinds(z_width: &ZWidth) -> Vec<(&'static str, &[Walls])> {
     let virtual_walls = z_width.virtual_walls.as_deref().map(|walls| ("virtual", walls));
     std::iter::once(("tissue", z_width.tissue.as_slice())).chain(virtual_walls).collect()
@@ -29,28 +29,53 @@ pub(super) fn table(z_width: &ZWidth) -> DataTable<'static> {
         .optional("max_passive_n_per_m", passive)
 }
 
-/// Returns the Z-width for `stability.json`. A limit beyond the search range is `null`, with `is_beyond_search`.
-pub(super) fn json(z_width: &ZWidth) -> Json {
-    let limit = |value: Option<f64>| {
-        json!({
-            "max_n_per_m": value.filter(|value| value.is_finite()),
-            "is_beyond_search": value.is_some_and(f64::is_infinite),
-        })
-    };
-    let of_walls = |walls: &[Walls]| -> Vec<Json> {
-        let each = z_width.damping_n_s_per_m.iter().zip(walls).map(|(damping, walls)| {
-            let (stable, passive) = (limit(walls.stable_n_per_m), limit(walls.passive_n_per_m));
-            json!({ "damping_n_s_per_m": damping, "stable": stable, "passive": passive })
-        });
-        each.collect()
-    };
-    json!({
-        "tissue": of_walls(&z_width.tissue),
-        "virtual": z_width.virtual_walls.as_deref().map(of_walls),
-    })
+/// The Z-width: the stiffest walls by their damping.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct ZWidthPart {
+    /// Walls in the tissue.
+    tissue: Vec<WallPart>,
+    /// Walls computed by the master; `None` if the force does not depend on the sampled position only.
+    #[serde(rename = "virtual")]
+    virtual_walls: Option<Vec<WallPart>>,
 }
 
-/// The largest stiffness of each kind of wall, a line each.
+/// Walls with one damping.
+#[derive(Debug, Serialize, JsonSchema)]
+struct WallPart {
+    /// Damping, in N·s/m.
+    damping_n_s_per_m: f64,
+    /// The stiffest wall that is stable with the scenario's arm.
+    stable: WallLimit,
+    /// The stiffest wall that is passive at the hand.
+    passive: WallLimit,
+}
+
+/// The stiffest wall with a property.
+#[derive(Debug, Serialize, JsonSchema)]
+struct WallLimit {
+    /// Stiffness, in N/m; `None` without such a wall, and beyond the search range.
+    max_n_per_m: Option<f64>,
+    /// True if every searched wall has the property.
+    is_beyond_search: bool,
+}
+
+impl ZWidthPart {
+    pub(super) fn of(z_width: &ZWidth) -> Self {
+        let limit = |value: Option<f64>| WallLimit {
+            max_n_per_m: value.filter(|value| value.is_finite()),
+            is_beyond_search: value.is_some_and(f64::is_infinite),
+        };
+        let wall = |(&damping_n_s_per_m, walls): (&f64, &Walls)| WallPart {
+            damping_n_s_per_m,
+            stable: limit(walls.stable_n_per_m),
+            passive: limit(walls.passive_n_per_m),
+        };
+        let of_walls = |walls: &[Walls]| z_width.damping_n_s_per_m.iter().zip(walls).map(wall).collect();
+        Self { tissue: of_walls(&z_width.tissue), virtual_walls: z_width.virtual_walls.as_deref().map(of_walls) }
+    }
+}
+
+/// The largest stiffness of each kind of wall, one per line.
 pub(super) fn lines(z_width: &ZWidth) -> Vec<String> {
     let newtons = |value: f64| {
         if value.is_finite() { format!("{} N/m", significant(value)) } else { "the search range".to_owned() }

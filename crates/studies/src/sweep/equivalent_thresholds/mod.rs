@@ -1,21 +1,21 @@
-//! Higher detector thresholds with which a run is identical, bit for bit.
+//! Finds higher detector thresholds with which a run is identical, bit for bit.
 //!
 //! A threshold `γ` acts on the rest of a run in two ways: by the alarms that it raises, and by the level below which an
 //! augmented phase may end. As long as both are equal for a higher threshold, so are the residuals and `g`. A threshold
 //! is dropped at the first tick at which one of them may differ.
 //!
-//! **Alarms.** At `g ≤ γ` no threshold from `γ` on raises one. At `g > γ`, a higher threshold `h` differs
+//! **Alarms.** At `g ≤ γ` no threshold from `γ` on raises an alarm. At `g > γ`, a higher threshold `h` differs
 //!
-//! - where `g ≤ h` and the run raises an alarm, or
-//! - where `g > h` and only one of the two is armed, which matters only if the crossing would count as a rupture.
+//! - if `g ≤ h` and the run raises an alarm, or
+//! - if `g > h` and only one of the two detectors is armed, which matters only if the crossing would count as a
+//!   rupture.
 //!
-//! A detector is armed after `settle_s` of contact without a crossing of its own threshold. Contact is not among the
-//! signals, and is not needed, because it is the same for both. With `q` ticks since the last crossing and `c` ticks of
+//! A detector is armed after `settle_s` of contact without a crossing of its threshold. The contact is not among the
+//! signals; it is not needed, because it is the same for both. With `q` ticks since the last crossing and `c` ticks of
 //! contact, a detector is armed if `min(q, c) ≥ S`. Two detectors differ only if `q ≥ S` holds for one of them.
 //!
-//! **Exits.** With a higher threshold, `g` is quiet at the same time or earlier. A phase that ends as soon as the
-//! minimum hold allows ends at the same tick with every higher threshold. A longer phase may not, and drops all
-//! thresholds of its run.
+//! **Exits.** With a higher threshold, `g` is quiet at the same time or earlier. A phase that ends at the minimum hold
+//! ends at the same tick with every higher threshold. A longer phase may not, and drops all thresholds of its run.
 
 use std::ops::Range;
 
@@ -27,7 +27,6 @@ use trocar_engine::sensor::NoiseBank;
 use trocar_metrics::Metrics;
 use trocar_scenario::Scenario;
 
-/// A run, and thresholds with which it is identical.
 #[derive(Debug, Clone)]
 pub(super) struct RunWithEquivalents {
     pub(super) metrics: Metrics,
@@ -35,7 +34,7 @@ pub(super) struct RunWithEquivalents {
     pub(super) thresholds: Vec<f64>,
 }
 
-/// Runs scenarios in lanes where possible. For each, `higher` lists the thresholds to track, above its detector's own
+/// Runs scenarios, in lanes if possible. For each, `higher` lists the thresholds to track, above the detector's
 /// threshold and below its cap.
 pub(super) fn run_with_equivalents(
     bank: &mut NoiseBank,
@@ -47,7 +46,7 @@ pub(super) fn run_with_equivalents(
     runs.map(|run| run.map(|(metrics, thresholds)| RunWithEquivalents { metrics, thresholds })).collect()
 }
 
-/// [`run_with_equivalents`] without thresholds to track and without its cost.
+/// [`run_with_equivalents`] without tracked thresholds, and without their cost.
 pub(super) fn run_without_equivalents(
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
@@ -56,7 +55,6 @@ pub(super) fn run_without_equivalents(
     runs.map(|run| run.map(|metrics| RunWithEquivalents { metrics, thresholds: vec![] })).collect()
 }
 
-/// The thresholds to track in each run.
 struct TrackedThresholds<'a> {
     scenarios: &'a [Scenario],
     higher: &'a [Vec<f64>],
@@ -75,28 +73,25 @@ impl RunObserver for TrackedThresholds<'_> {
     }
 }
 
-/// The observer: the remaining higher thresholds of each lane.
 #[derive(Debug, Clone)]
 struct EquivalentThresholds<L: Lane> {
     /// `γ` of the lane's run; infinite if no threshold remains.
     threshold: L,
-    /// Maximum number of ticks of an augmented phase that are identical with any threshold; infinite if no threshold
-    /// remains.
+    /// Maximum number of ticks of an augmented phase for which the phase is identical with any threshold; infinite if
+    /// no threshold remains.
     max_augmented_ticks: L,
-    /// Number of ticks of the current augmented phase, including the first; 0 outside of it.
+    /// Number of ticks of the current augmented phase, including the first; 0 outside such a phase.
     augmented_ticks: L,
-    /// The runs, by lane.
     runs: Vec<TrackedRun>,
 }
 
-/// The higher thresholds of one run.
 #[derive(Debug, Clone)]
 struct TrackedRun {
     /// `S`.
     settle_ticks: u64,
-    /// Whether only a residual below 0 counts as a rupture.
+    /// True if only a residual below 0 counts as a rupture.
     drop_only: bool,
-    /// Tick after the last crossing of the run's own threshold; 0 before the first.
+    /// Tick after the last crossing of the run's threshold; 0 before the first.
     quiet_from: u64,
     higher: Vec<HigherThreshold>,
 }
@@ -104,18 +99,18 @@ struct TrackedRun {
 #[derive(Debug, Clone, Copy)]
 struct HigherThreshold {
     threshold: f64,
-    /// As in [`TrackedRun`].
+    /// Tick after the last crossing of this threshold; 0 before the first.
     quiet_from: u64,
 }
 
 impl<L: Lane> EquivalentThresholds<L> {
-    /// Returns the observer of scenarios, the first in lane 0, each with its higher thresholds.
+    /// Creates the observer of scenarios, the first in lane 0, each with its higher thresholds.
     fn new(scenarios: &[Scenario], higher: &[Vec<f64>]) -> Self {
         let is_tracked = |lane: usize| higher.get(lane).is_some_and(|higher| !higher.is_empty());
         let tracked = |lane: usize, number: &dyn Fn(&Scenario) -> f64| {
             if is_tracked(lane) { number(&scenarios[lane]) } else { f64::INFINITY }
         };
-        // The mode changes at the earliest one tick after the phase begins.
+        // The mode changes at the earliest one tick after the start of the phase.
         let max_augmented_ticks = |scenario: &Scenario| {
             nearest_ticks(scenario.augmentation.automaton.min_hold_s, scenario.grid.tick_s()).max(1) as f64
         };
@@ -137,12 +132,11 @@ impl<L: Lane> EquivalentThresholds<L> {
         }
     }
 
-    /// Returns the thresholds with which the run of a lane has been identical so far.
     fn thresholds(&self, lane: usize) -> impl Iterator<Item = f64> {
         self.runs[lane].higher.iter().map(|higher| higher.threshold)
     }
 
-    /// Evaluates a tick at which a `g` is above its threshold or a mode is not teleoperation.
+    /// Processes a tick at which `g` exceeds its threshold, or the mode is not teleoperation, in any lane.
     #[inline(always)]
     fn observe_event(&mut self, s: &Happening<L>, above: L::Mask) {
         let is_augmented = s.mode.is_augmented();
@@ -177,7 +171,7 @@ impl<L: Lane> EventObserver<L> for EquivalentThresholds<L> {
 }
 
 impl TrackedRun {
-    /// Drops the thresholds that may differ at a tick at which `g` is above the run's own.
+    /// Drops the thresholds that may differ at a tick at which `g` exceeds the run's threshold.
     fn cross(&mut self, tick: u64, decision: f64, alarm: bool, residual_n: f64) {
         let settled = |quiet_from: u64| tick - quiet_from >= self.settle_ticks;
         let own_is_settled = settled(self.quiet_from);

@@ -3,13 +3,12 @@ use trocar_core::augmentation::{Mode, Modes};
 use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, Evidence};
 use trocar_scenario::Source;
 
-/// Returns the next random number between -1 and 1.
 fn random(state: &mut u64) -> f64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
-/// Returns three seconds of an insertion with noise, spikes, lasting drops, withdrawals and losses of contact.
+/// Three seconds of an insertion with noise, spikes, lasting drops, withdrawals and losses of contact.
 fn insertion(seed: u64) -> Vec<Evidence<f64>> {
     let mut state = seed;
     let mut residual = 0.0;
@@ -30,7 +29,6 @@ fn insertion(seed: u64) -> Vec<Evidence<f64>> {
     (0..3000).map(sample).collect()
 }
 
-/// Returns a scenario with ticks of 1 ms and a given detector.
 fn scenario(detector: DetectorSettings) -> Scenario {
     let mut scenario = Scenario::load(&Source::parse("builtin:paper/augmented.toml"), &[]).expect("it is shipped");
     assert_eq!(scenario.grid.tick_s(), 1e-3);
@@ -38,7 +36,6 @@ fn scenario(detector: DetectorSettings) -> Scenario {
     scenario
 }
 
-/// Returns what happens at a tick in teleoperation.
 fn happening(tick: u64, residual_n: f64, decision: f64, alarm: bool) -> Happening<f64> {
     Happening {
         tick,
@@ -96,8 +93,7 @@ fn thresholds_reported_as_equivalent_raise_the_same_alarms_and_few_are_missed() 
     );
 }
 
-/// Returns the remaining ones of the thresholds 1.5 and 3, for a run with threshold 1 and ticks with a `g` and an alarm
-/// flag each.
+/// The thresholds, of 1.5 and 3, that remain for a run with threshold 1 and ticks with a `g` and an alarm flag each.
 fn remaining(settle_s: f64, samples: &[(f64, bool)]) -> Vec<f64> {
     let mut detector = DetectorSettings::default();
     (detector.cusum.threshold, detector.cusum.cap, detector.arming.settle_s) = (1.0, 10.0, settle_s);

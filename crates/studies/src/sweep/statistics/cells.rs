@@ -1,4 +1,4 @@
-//! Metrics over two axes: the mean in each cell of a grid.
+//! The mean of a metric over two axes, in each cell of a grid.
 
 use serde::Serialize;
 
@@ -16,7 +16,7 @@ pub struct Cell {
     pub x: f64,
     /// Value of the second axis.
     pub y: f64,
-    /// Number of its cases in which the metric is defined.
+    /// Number of cases in the cell in which the metric is defined.
     pub defined: u64,
     /// Mean of the metric over these cases, if any.
     pub mean: Option<f64>,
@@ -39,28 +39,24 @@ pub struct HeatMap {
     pub cells: Vec<Cell>,
 }
 
-/// Returns the number of classes of an axis.
 pub(super) fn classes(axis: &Axis, max: u64) -> u64 {
     axis.count().filter(|count| *count <= max).unwrap_or(max)
 }
 
-/// Returns the class of a unit coordinate.
 pub(super) fn class(coordinate: f64, classes: u64) -> usize {
     (coordinate * classes as f64) as usize
 }
 
-/// The sums of all cells for the metrics in focus.
 pub(super) struct Cells<'a> {
     design: &'a Design,
-    /// The axes and their numbers of classes.
     axes: Option<[(usize, u64); 2]>,
-    /// By metric in focus, second axis and first axis.
+    /// Ordered by metric in focus, second axis and first axis.
     moments: Vec<Moments>,
 }
 
 impl<'a> Cells<'a> {
     pub(super) fn new(design: &'a Design) -> Self {
-        // Given points fill no map.
+        // Given points do not fill a map.
         let is_filled = !matches!(design.scheme, SamplingScheme::List { .. });
         let varied = |(_, axis): &(usize, &Axis)| is_filled && axis.is_numeric() && axis.count() != Some(1);
         let mut numeric = design.axes.iter().enumerate().filter(varied);
@@ -103,7 +99,6 @@ impl<'a> Cells<'a> {
         self.design.focus.iter().enumerate().map(of_focus).collect()
     }
 
-    /// Returns the classes of an axis with their central values, ascending.
     fn centres(&self, axis: usize, classes: u64) -> Vec<(usize, f64)> {
         let centre = |class: u64| {
             let value = self.design.axes[axis].value((class as f64 + 0.5) / classes as f64);

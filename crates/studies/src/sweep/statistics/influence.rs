@@ -1,32 +1,34 @@
 //! The influence of each axis on a metric.
 //!
-//! Two numbers per axis. The *first-order Sobol index* is the share of the metric's variance that the axis alone
-//! explains, `Var(E[y|x]) / Var(y)`. It is estimated from the cases by classes of the axis (Plischke, Borgonovo and
-//! Smith, *Global sensitivity measures from given data*, Eur. J. Oper. Res. 226, 2013), less the share that random
-//! classes would explain. It includes effects of any shape, and axes of words. The *standardised rank regression
-//! coefficient* (Saltelli and Sobol', *Reliab. Eng. Syst. Saf.* 50, 1995) has a sign: the change of the metric's rank
-//! in standard deviations per standard deviation of the axis's rank, at constant other axes. Its R² is the share of the
-//! variance of the ranks that the regression explains.
+//! There are two numbers per axis. The *first-order Sobol index* is the share of the metric's variance that the axis
+//! alone explains, `Var(E[y|x]) / Var(y)`. It is estimated from the cases by classes of the axis (Plischke, Borgonovo
+//! and Smith, *Global sensitivity measures from given data*, Eur. J. Oper. Res. 226, 2013), minus the share that random
+//! classes would explain. It covers effects of any shape, and axes of words. The *standardised rank regression
+//! coefficient* (Saltelli and Sobol', *Reliab. Eng. Syst. Saf.* 50, 1995) has a sign: it is the change of the metric's
+//! rank in standard deviations per standard deviation of the axis's rank, with the other axes constant. Its R² is the
+//! share of the variance of the ranks that the regression explains.
 
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::cells::{class, classes};
-use crate::sweep::axis::number;
+use crate::sweep::axis::{Axis, number};
 use crate::sweep::design::{Design, SamplingScheme};
 use crate::sweep::permutation::Permutation;
 use trocar_base::moments::Moments;
 use trocar_base::quantiles::standard_ranks;
+use trocar_scenario::Value;
 
 /// Number of classes of an axis without levels, and the maximum number otherwise. It is a choice of this project: with
-/// 20, a class of a thousand cases has 50.
+/// 20 classes, a class of a thousand cases has 50.
 const MAX_CLASSES: u64 = 20;
 
-/// Maximum number of ranked cases; a coefficient of 0 then has a standard error of 0.01.
+/// Maximum number of ranked cases. With this number, a coefficient of 0 has a standard error of 0.01.
 const MAX_RANKED: u64 = 10_000;
 
 /// The influence of one axis on a metric.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Influence {
     /// Key of the axis.
     pub axis: String,
@@ -34,6 +36,24 @@ pub struct Influence {
     pub epsilon_squared: Option<f64>,
     /// Standardised rank regression coefficient; `None` for words, and if the regression is singular.
     pub rank_regression: Option<f64>,
+    /// The smallest and largest mean of the metric over a class of the axis; `None` for given points, and for a metric
+    /// that is never defined.
+    pub means: Option<[LevelMean; 2]>,
+}
+
+/// The mean of a metric over the cases in a class of an axis.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct LevelMean {
+    /// Value of the axis at the middle of the class.
+    #[serde(serialize_with = "as_json")]
+    #[schemars(with = "serde_json::Value")]
+    pub at: Value,
+    /// Mean of the metric.
+    pub mean: f64,
+}
+
+fn as_json<S: serde::Serializer>(value: &Value, serializer: S) -> Result<S::Ok, S::Error> {
+    value.to_toml().serialize(serializer)
 }
 
 /// The influences on a metric.
@@ -49,15 +69,13 @@ pub struct Influences {
     pub ranked: u64,
 }
 
-/// The sums and the ranked cases.
 pub(super) struct Inputs<'a> {
     design: &'a Design,
-    /// Number of classes of each axis.
     counts: Vec<u64>,
     /// Moments by metric in focus: overall, and by axis and class.
     overall: Vec<Moments>,
     by_class: Vec<Vec<Vec<Moments>>>,
-    /// The ranked cases, ascending, and the number of those read so far.
+    /// The ranked cases, ascending, and the number of them that have been read.
     ranked: Vec<u64>,
     read: usize,
     /// For the ranked cases: the numbers of the axes, and the metrics in focus.
@@ -70,7 +88,7 @@ impl<'a> Inputs<'a> {
         let counts: Vec<u64> = design.axes.iter().map(|axis| classes(axis, MAX_CLASSES)).collect();
         let by_class: Vec<Vec<Moments>> =
             counts.iter().map(|&count| vec![Moments::default(); count as usize]).collect();
-        // A random selection, because a regular one would always hit the same levels of a grid.
+        // Randomly selected, because a regular selection would always hit the same levels of a grid.
         let cases = design.cases();
         let order = Permutation::new(cases, 1);
         let mut ranked: Vec<u64> = (0..cases.min(MAX_RANKED)).map(|index| order.at(index)).collect();
@@ -106,7 +124,8 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// Whether cases with the same class of an axis have others of the other axes; given points vary along all axes at once.
+    /// Returns true if the cases in a class of one axis vary along the other axes. Given points vary along all axes at
+    /// once.
     fn has_classes(&self) -> bool {
         !matches!(self.design.scheme, SamplingScheme::List { .. })
     }
@@ -127,6 +146,7 @@ impl<'a> Inputs<'a> {
                         None
                     },
                     rank_regression: regression.as_ref().and_then(|regression| regression.coefficients[index]),
+                    means: if self.has_classes() { means(axis, &self.by_class[place][index]) } else { None },
                 })
                 .collect();
             let strength = |influence: &Influence| influence.epsilon_squared.unwrap_or(0.0);
@@ -142,7 +162,6 @@ impl<'a> Inputs<'a> {
         self.design.focus.iter().enumerate().map(of_focus).collect()
     }
 
-    /// Returns the regression of a metric's ranks on the ranks of the numeric axes that vary.
     fn regression(&self, place: usize) -> Option<Regression> {
         let defined: Vec<usize> =
             (0..self.metrics[place].len()).filter(|&k| !self.metrics[place][k].is_nan()).collect();
@@ -171,12 +190,12 @@ struct Regression {
     r_squared: f64,
 }
 
-/// Returns `ε² = (SSB - (k - 1) SSW / (n - k)) / SST`, at least 0 (Kelley 1935): the share of the variance between `k`
-/// classes, less its expectation for random classes.
+/// `ε² = (SSB - (k - 1) SSW / (n - k)) / SST`, at least 0 (Kelley 1935): the share of the variance between `k` classes,
+/// minus its expectation for random classes.
 fn epsilon_squared(overall: &Moments, classes: &[Moments]) -> Option<f64> {
     let filled: Vec<&Moments> = classes.iter().filter(|class| class.count > 0).collect();
     let (n, k) = (overall.count as f64, filled.len() as f64);
-    // Rounding gives a constant metric a standard deviation of some 1e-16 of its size.
+    // Rounding gives a constant metric a standard deviation of about 1e-16 of its magnitude.
     let floor = 1e-24 * n * overall.mean * overall.mean;
     if n <= k || overall.squares <= floor {
         return None;
@@ -185,7 +204,17 @@ fn epsilon_squared(overall: &Moments, classes: &[Moments]) -> Option<f64> {
     Some(((overall.squares - within - (k - 1.0) * within / (n - k)) / overall.squares).clamp(0.0, 1.0))
 }
 
-/// Returns the solution of symmetric equations with 1 on the diagonal; `None` if they are singular to 1e-9.
+fn means(axis: &Axis, classes: &[Moments]) -> Option<[LevelMean; 2]> {
+    let filled = || classes.iter().enumerate().filter(|(_, class)| class.count > 0);
+    let by_mean = |a: &(usize, &Moments), b: &(usize, &Moments)| a.1.mean.total_cmp(&b.1.mean);
+    let of = |(index, class): (usize, &Moments)| {
+        let coordinate = (index as f64 + 0.5) / classes.len() as f64;
+        LevelMean { at: axis.value(coordinate), mean: class.mean }
+    };
+    Some([of(filled().min_by(by_mean)?), of(filled().max_by(by_mean)?)])
+}
+
+/// Solves symmetric equations with 1 on the diagonal; `None` if they are singular to 1e-9.
 fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let factors = matrix.lu();
     if factors.u().diagonal().iter().any(|pivot| pivot.abs() < 1e-9) { None } else { factors.solve(right) }
@@ -194,7 +223,7 @@ fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::axis::{Axis, Levels};
+    use crate::sweep::axis::Levels;
     use crate::sweep::columns::Column;
     use trocar_scenario::{Place, find_key};
 
@@ -212,6 +241,7 @@ mod tests {
             scheme: SamplingScheme::Sobol { points: 1 << 14, seed: 1 },
             seeds: 1,
             first_seed: 1,
+            question: None,
             listed_seeds: None,
             columns: vec![Column::named("tracking_rmse_m").expect("a metric")],
             focus: vec![0],
@@ -243,6 +273,12 @@ mod tests {
             assert!((influence.rank_regression.expect("a line") - slope).abs() < 0.03, "{influence:?}");
         }
         assert!(influences.rank_r_squared.expect("a line") > 0.97);
+        // With twenty classes, the outermost ones are centred at ±0.95, where the other axes are 0 on average.
+        let [smallest, largest] = first.means.clone().expect("means");
+        for (mean, end) in [(smallest, -0.95), (largest, 0.95)] {
+            assert!((number(&mean.at).expect("a number") - end).abs() < 1e-12, "{mean:?}");
+            assert!((mean.mean - 3.0 * end).abs() < 0.03, "{mean:?}");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Statistics of a sweep: the distribution of each metric, and the influence of each axis.
 //!
-//! The rows are read in order, several times, and only counts and sums are kept: the memory does not grow with the
-//! number of cases, and the quantiles are exact.
+//! The rows are read in order, several times, and only counts and sums are stored. Therefore the memory does not grow
+//! with the number of cases, and the quantiles are exact.
 
 mod cells;
 mod influence;
@@ -9,8 +9,9 @@ mod quantiles;
 mod unchanged;
 
 pub use cells::{Cell, HeatMap};
-pub use influence::{Influence, Influences};
+pub use influence::{Influence, Influences, LevelMean};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use self::cells::Cells;
@@ -25,22 +26,22 @@ use trocar_base::warning::Warning;
 use trocar_metrics::Unit;
 
 /// The distribution of a metric over the cases in which it is defined.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Summary {
     /// Name.
     pub metric: String,
     /// Label in tables.
     pub label: String,
-    /// Unit; the numbers are in SI.
+    /// Unit; the numbers are in SI units.
     pub unit: Unit,
-    /// Number of cases in which it is defined.
+    /// Number of cases in which the metric is defined.
     pub defined: u64,
-    /// The distribution; `None` if it is defined in no case.
+    /// The distribution; `None` if the metric is defined in no case.
     pub spread: Option<Spread>,
 }
 
 /// The distribution of a metric. Quantiles are interpolated linearly between order statistics.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
     /// The minimum.
     #[serde(rename = "least")]
@@ -83,17 +84,16 @@ pub struct Findings {
     pub diverged: u64,
     /// Number of cases with a failed integration.
     pub failed: u64,
-    /// A summary per kept metric.
+    /// A summary per stored metric.
     pub summaries: Vec<Summary>,
     /// The influences on the metrics in focus.
     pub influences: Vec<Influences>,
     /// The metrics in focus over the first two numeric axes, if there are two.
     pub heat_maps: Vec<HeatMap>,
-    /// Axes that change nothing.
+    /// Warnings about axes without effect.
     pub warnings: Vec<Warning>,
 }
 
-/// The probabilities of the quantiles.
 const QUANTILES: [f64; 7] = [0.025, 0.05, 0.25, 0.5, 0.75, 0.95, 0.975];
 
 /// Reads the rows and computes their statistics.

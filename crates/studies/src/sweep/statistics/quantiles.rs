@@ -1,20 +1,18 @@
 //! Exact order statistics of a stream that is read several times, in constant memory.
 //!
-//! Doubles are mapped to whole numbers in the same order. Each pass counts the next eleven binary digits of the values
-//! that share the known leading digits of a wanted value, and so finds its next eleven digits. Six passes find all 64.
+//! Doubles are mapped to integers in the same order. Each pass counts the next eleven bits of the values that share the
+//! known leading bits of a wanted value, and so finds its next eleven bits. Six passes find all 64 bits.
 
 use trocar_base::quantiles::median_ranks;
 
 const DIGITS: u32 = 11;
 const BUCKETS: usize = 1 << DIGITS;
 
-/// The values of given ranks.
 #[derive(Debug, Clone)]
 pub(super) struct OrderStatistics {
     wanted: Vec<Wanted>,
-    /// Distinct prefixes of the wanted values, ascending, each with the counts of the next digits.
+    /// Distinct prefixes of the wanted values, ascending, each with the counts of the next bits.
     prefixes: Vec<(u64, Vec<u64>)>,
-    /// Number of known leading digits.
     known: u32,
 }
 
@@ -26,7 +24,7 @@ struct Wanted {
     prefix: u64,
 }
 
-/// Returns the ranks, from 0, of the order statistics for the quantiles and the median's interval.
+/// The ranks, from 0, of the order statistics for the quantiles and the median's interval.
 pub(super) fn ranks(count: u64, shares: &[f64]) -> Vec<u64> {
     let Some(last) = count.checked_sub(1) else { return vec![] };
     let (low, high) = median_ranks(count);
@@ -40,7 +38,7 @@ pub(super) fn ranks(count: u64, shares: &[f64]) -> Vec<u64> {
     ranks
 }
 
-/// Maps a double to a whole number in the same order; both zeros are equal.
+/// Maps a double to an integer in the same order; both zeros are equal.
 fn ordered(value: f64) -> u64 {
     let bits = (value + 0.0).to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
@@ -51,14 +49,13 @@ fn disordered(bits: u64) -> f64 {
 }
 
 impl OrderStatistics {
-    /// Returns the statistics of ascending ranks, from 0, before the first pass.
+    /// Creates the statistics of ascending ranks, from 0, before the first pass.
     pub(super) fn new(ranks: Vec<u64>) -> Self {
         let wanted: Vec<Wanted> = ranks.into_iter().map(|rank| Wanted { rank, within: rank, prefix: 0 }).collect();
         let known = if wanted.is_empty() { 64 } else { 0 };
         Self { wanted, prefixes: vec![(0, vec![0; BUCKETS])], known }
     }
 
-    /// Returns whether all digits are known.
     pub(super) fn are_known(&self) -> bool {
         self.known >= 64
     }
@@ -76,13 +73,11 @@ impl OrderStatistics {
         }
     }
 
-    /// Returns the next digits of a number, at most eleven.
     fn digits(&self, bits: u64) -> usize {
         let next = (64 - self.known).min(DIGITS);
         (bits << self.known >> (64 - next)) as usize
     }
 
-    /// Ends a pass.
     pub(super) fn narrow(&mut self) {
         if self.are_known() {
             return;
@@ -103,7 +98,7 @@ impl OrderStatistics {
             wanted.prefix = wanted.prefix << next | digits;
         }
         self.known += next;
-        // Ranks ascend, therefore values and prefixes do.
+        // Ranks ascend, and therefore values and prefixes too.
         let mut prefixes: Vec<u64> = self.wanted.iter().map(|wanted| wanted.prefix).collect();
         prefixes.dedup();
         self.prefixes = if self.are_known() {
@@ -113,7 +108,7 @@ impl OrderStatistics {
         };
     }
 
-    /// Returns the value of a wanted rank; NaN for any other.
+    /// The value of a wanted rank; NaN for any other rank.
     pub(super) fn of_rank(&self, rank: u64) -> f64 {
         let place = self.wanted.binary_search_by_key(&rank, |wanted| wanted.rank);
         place.map_or(f64::NAN, |place| disordered(self.wanted[place].prefix))
@@ -125,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_value_is_that_of_a_sort() {
+    fn every_value_agrees_with_a_sort() {
         let mut state = 1_u64;
         let mut next = || {
             state = crate::sweep::permutation::mix(state);
@@ -148,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn the_medians_ranks_are_those_of_the_comparison_over_seeds() {
+    fn the_ranks_of_the_median_agree_with_the_comparison_over_seeds() {
         for count in [1, 2, 5, 6, 50, 201, 1000] {
             let values: Vec<f64> = (0..count).map(|k| k as f64).collect();
             let spread = crate::compare::Spread::of(values).expect("values");

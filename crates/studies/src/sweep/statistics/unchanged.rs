@@ -4,7 +4,7 @@ use super::Summary;
 use trocar_base::warning::{Code, Warning};
 
 impl Summary {
-    /// Whether the metric is the same in every one of several cases, or defined in none of them.
+    /// Returns true if there are several cases, and the metric is equal in all of them or defined in none.
     #[must_use]
     pub fn is_unchanged(&self, cases: u64) -> bool {
         let is_one_value = self.defined == cases && self.spread.is_some_and(|spread| spread.min == spread.max);
@@ -12,7 +12,6 @@ impl Summary {
     }
 }
 
-/// The warning about a sweep in which no metric changes.
 pub(super) fn warning(summaries: &[Summary], cases: u64) -> Option<Warning> {
     let warning = || {
         Warning::new(Code::UnchangedMetrics, format!("no metric differs between the {cases} cases"))
