@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example own_detector`
 
-use trocar::detector::{Decision, Detector, Evidence};
+use trocar::detector::{Decision, Detector, DetectorInput};
 use trocar::document::Study as _;
 use trocar::engine::OwnParts;
 use trocar::run::{Run, run_with};
@@ -25,17 +25,17 @@ impl FallDetector {
 }
 
 impl Detector<f64> for FallDetector {
-    fn update(&mut self, evidence: &Evidence<f64>) -> Decision<f64> {
-        let fall_n = (self.average_n - evidence.force_n).max(0.0);
-        self.average_n += self.weight * (evidence.force_n - self.average_n);
+    fn update(&mut self, input: &DetectorInput<f64>) -> Decision<f64> {
+        let fall_n = (self.average_n - input.force_n).max(0.0);
+        self.average_n += self.weight * (input.force_n - self.average_n);
         let falls = fall_n > self.threshold_n;
         let is_armed = self.quiet_samples >= self.settle_samples;
-        self.quiet_samples = if falls || !evidence.in_contact { 0 } else { self.quiet_samples + 1 };
-        let is_not_withdrawn = evidence.velocity_m_per_s > -0.005;
+        self.quiet_samples = if falls || !input.in_contact { 0 } else { self.quiet_samples + 1 };
+        let is_not_withdrawn = input.velocity_m_per_s > -0.005;
         Decision {
             distance: fall_n,
             decision: fall_n,
-            alarm: falls && is_armed && is_not_withdrawn && evidence.force_n > 0.0,
+            alarm: falls && is_armed && is_not_withdrawn && input.force_n > 0.0,
         }
     }
 }

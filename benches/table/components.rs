@@ -8,7 +8,7 @@ use trocar::sensor::ForceSensor;
 
 use crate::markdown::{Table, figure};
 use crate::parts::{
-    Adapting, BothPlants, Detected, Estimated, Nothing, Observed, Part, Sensed, Supervised, TissuePart,
+    Adapting, BothPlants, Detected, Estimated, Nothing, Observed, Part, SlaveMeasurement, Supervised, TissuePart,
 };
 use crate::record::Inputs;
 use crate::shipped::scenario;
@@ -70,7 +70,7 @@ fn costs(name: &str) -> Vec<(&'static str, Option<Cost>)> {
     let engine = scenario.general_engine::<f64>(0).expect("a shipped scenario builds");
     let tick_s = scenario.grid.tick_s();
     let is_noisy = !scenario.sensor.reads_force_exactly();
-    let sensor = Sensed(ForceSensor::new(&scenario.sensor, tick_s, scenario.seed, 0));
+    let sensor = SlaveMeasurement(ForceSensor::new(&scenario.sensor, tick_s, scenario.seed, 0));
     let of_kind = |kind| DetectorSettings::for_kind(kind, Hypotheses::default());
     let squared = of_kind(DistanceKind::SquaredResidual);
     let detector = CusumDetector::with_distance(SquaredResidual::new(), &squared, tick_s);

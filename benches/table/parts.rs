@@ -1,7 +1,7 @@
 //! The components of a tick, each run alone.
 
-use trocar::augmentation::{Situation, Supervisor};
-use trocar::detector::{CusumDetector, Detector, Evidence, SquaredResidual};
+use trocar::augmentation::{Supervisor, SupervisorInput};
+use trocar::detector::{CusumDetector, Detector, DetectorInput, SquaredResidual};
 use trocar::engine::{ExactPlants, Observer, Plants, Signals};
 use trocar::estimation::{Estimator, Rls};
 use trocar::metrics::MetricsObserver;
@@ -48,20 +48,20 @@ part!(TissuePart(AnyTissue<f64>), (u64, f64, f64), |tissue, input| {
     let reaction = tissue.react(tick, position_m, velocity_m_per_s);
     reaction.force_n.to_bits() ^ u64::from(reaction.ruptured)
 });
-part!(Sensed(ForceSensor<f64>), f64, |sensor, force_n| sensor.read_force(*force_n).to_bits());
+part!(SlaveMeasurement(ForceSensor<f64>), f64, |sensor, force_n| sensor.read_force(*force_n).to_bits());
 part!(Estimated(Rls<f64>), [f64; 3], |estimator, input| {
     let [force_n, depth_m, velocity_m_per_s] = *input;
     estimator.update(force_n, depth_m, velocity_m_per_s).residual_n.to_bits()
 });
-part!(Detected(CusumDetector<f64, SquaredResidual<f64>>), Evidence<f64>, |detector, evidence| {
-    let decision = detector.update(evidence);
+part!(Detected(CusumDetector<f64, SquaredResidual<f64>>), DetectorInput<f64>, |detector, detector_input| {
+    let decision = detector.update(detector_input);
     decision.decision.to_bits() ^ u64::from(decision.alarm)
 });
-part!(Adapting(CusumDetector<f64>), Evidence<f64>, |detector, evidence| {
-    let decision = detector.update(evidence);
+part!(Adapting(CusumDetector<f64>), DetectorInput<f64>, |detector, detector_input| {
+    let decision = detector.update(detector_input);
     decision.decision.to_bits() ^ u64::from(decision.alarm)
 });
-part!(Supervised(Supervisor<f64>), (Situation<f64>, [f64; 2]), |supervisor, input| {
+part!(Supervised(Supervisor<f64>), (SupervisorInput<f64>, [f64; 2]), |supervisor, input| {
     let command = supervisor.update(&input.0, input.1[0], input.1[1]);
     command.slave_reference_m.to_bits() ^ command.feedback_force_n.to_bits()
 });

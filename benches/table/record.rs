@@ -1,7 +1,7 @@
 //! The inputs of each component of an engine over a whole run.
 
-use trocar::augmentation::Situation;
-use trocar::detector::Evidence;
+use trocar::augmentation::SupervisorInput;
+use trocar::detector::DetectorInput;
 use trocar::engine::{Observer, Signals};
 use trocar::estimation::{Estimator, Rls};
 use trocar::operator::Operator;
@@ -25,9 +25,9 @@ pub struct Inputs {
     pub sensor: Vec<f64>,
     /// Measured force (N), depth below the contact (m), velocity (m/s).
     pub estimator: Vec<[f64; 3]>,
-    pub detector: Vec<Evidence<f64>>,
+    pub detector: Vec<DetectorInput<f64>>,
     /// The supervisor's situation, and the measured force scaled to the master (N).
-    pub supervisor: Vec<(Situation<f64>, [f64; 2])>,
+    pub supervisor: Vec<(SupervisorInput<f64>, [f64; 2])>,
     pub observer: Vec<Signals<f64>>,
 }
 
@@ -45,11 +45,11 @@ impl Inputs {
             let (depth_m, velocity_m_per_s) = (s.slave_position_m - scenario.contact_m, s.slave_velocity_m_per_s);
             let estimate = estimator.update(s.measured_force_n, depth_m, velocity_m_per_s);
             assert_eq!(estimate.residual_n.to_bits(), s.residual_n.to_bits(), "tick {}", s.tick);
-            Evidence::new(s.measured_force_n, depth_m, velocity_m_per_s, &estimate)
+            DetectorInput::new(s.measured_force_n, depth_m, velocity_m_per_s, &estimate)
         };
         let machines = &scenario.link.machines;
-        let situation = |s: &Signals<f64>| {
-            let situation = Situation {
+        let input = |s: &Signals<f64>| {
+            let input = SupervisorInput {
                 tick: s.tick,
                 alarm: s.alarm,
                 decision: s.decision,
@@ -57,7 +57,7 @@ impl Inputs {
                 slave_m: s.slave_position_m,
                 force_n: s.measured_force_n,
             };
-            (situation, [machines.force_scale * s.measured_force_n, s.master_velocity_m_per_s])
+            (input, [machines.force_scale * s.measured_force_n, s.master_velocity_m_per_s])
         };
         let mut plants_input = |s: &Signals<f64>| {
             let next_m = operator.desired_position_m(s.tick + 1, s.operator_force_n);
@@ -69,7 +69,7 @@ impl Inputs {
             tissue: signals.iter().map(|s| (s.tick, s.slave_position_m, s.slave_velocity_m_per_s)).collect(),
             sensor: signals.iter().map(|s| s.tissue_force_n).collect(),
             estimator: detector.iter().map(|e| [e.force_n, e.depth_m, e.velocity_m_per_s]).collect(),
-            supervisor: signals.iter().map(situation).collect(),
+            supervisor: signals.iter().map(input).collect(),
             detector,
             observer: signals,
         }

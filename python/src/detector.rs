@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_base::rows::Rows;
 use trocar_core::lane::Stored as _;
-use trocar_detect::{ASSUMED_STEP_M, DetectionChain, Reading, VelocitySource};
+use trocar_detect::{ASSUMED_STEP_M, DetectionChain, Measurement, VelocitySource};
 use trocar_recording::Limits;
 use trocar_scenario::{DetectionSettings, Values};
 
@@ -177,9 +177,9 @@ impl Detector {
     /// Processes a sample: position in m, velocity in m/s or `None`, force in N.
     fn step(&mut self, position_m: f64, velocity_m_per_s: Option<f64>, force_n: f64) -> PyResult<Step> {
         let velocity_m_per_s = self.velocity(velocity_m_per_s)?;
-        let reading = Reading { position_m, velocity_m_per_s, force_n };
-        check(&reading, None)?;
-        let step = self.chain.step(&reading);
+        let measurement = Measurement { position_m, velocity_m_per_s, force_n };
+        check(&measurement, None)?;
+        let step = self.chain.step(&measurement);
         self.samples += 1;
         Ok(Step {
             alarm: step.decision.alarm,
@@ -214,12 +214,12 @@ impl Detector {
                 )));
             }
         }
-        let reading = |at: usize| Reading {
+        let measurement = |at: usize| Measurement {
             position_m: position[at],
             velocity_m_per_s: velocity.as_ref().map_or(0.0, |velocity| velocity[at]),
             force_n: force[at],
         };
-        (0..count).try_for_each(|at| check(&reading(at), Some(at)))?;
+        (0..count).try_for_each(|at| check(&measurement(at), Some(at)))?;
         let mut rows = Rows::new(count, [true; 8]);
         let mut alarms = vec![];
         let mut chain = self.chain.clone();
@@ -228,7 +228,7 @@ impl Detector {
                 if at % SAMPLES_BETWEEN_CHECKS == SAMPLES_BETWEEN_CHECKS - 1 {
                     Python::attach(|py| py.check_signals())?;
                 }
-                let step = chain.step(&reading(at));
+                let step = chain.step(&measurement(at));
                 if step.decision.alarm {
                     alarms.push(at as i64);
                 }
@@ -279,8 +279,12 @@ impl Detector {
 }
 
 /// Refuses an impossible sample, which would corrupt the estimates permanently.
-fn check(reading: &Reading<f64>, at: Option<usize>) -> PyResult<()> {
-    let all = [("position", reading.position_m), ("velocity", reading.velocity_m_per_s), ("force", reading.force_n)];
+fn check(measurement: &Measurement<f64>, at: Option<usize>) -> PyResult<()> {
+    let all = [
+        ("position", measurement.position_m),
+        ("velocity", measurement.velocity_m_per_s),
+        ("force", measurement.force_n),
+    ];
     // False for NaN.
     let is_valid = |value: f64| value.abs() <= Limits::MAX_MAGNITUDE;
     match all.into_iter().find(|(_, value)| !is_valid(*value)) {

@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyTuple};
 use trocar_core::augmentation::{AugmentedTick, ForceLaw, Mode, ModeChange, MotionLaw};
-use trocar_core::detector::{Decision, Detector, Evidence};
+use trocar_core::detector::{Decision, Detector, DetectorInput};
 use trocar_core::estimation::{Estimate, Estimator};
 use trocar_engine::engine::OwnParts;
 use trocar_engine::operator::Operator;
@@ -301,11 +301,10 @@ impl Estimator<f64> for OwnEstimator {
 }
 
 impl Detector<f64> for Part {
-    fn update(&mut self, now: &Evidence<f64>) -> Decision<f64> {
+    fn update(&mut self, now: &DetectorInput<f64>) -> Decision<f64> {
         let in_contact = f64::from(u8::from(now.in_contact));
-        let evidence =
-            [now.force_n, now.predicted_force_n, now.residual_n, now.depth_m, now.velocity_m_per_s, in_contact];
-        let [alarm, decision, distance] = self.call(evidence);
+        let input = [now.force_n, now.predicted_force_n, now.residual_n, now.depth_m, now.velocity_m_per_s, in_contact];
+        let [alarm, decision, distance] = self.call(input);
         Decision { distance, decision, alarm: flag(alarm) }
     }
 }

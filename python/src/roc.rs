@@ -92,10 +92,10 @@ pub(crate) fn roc<'py>(
         Some(compiled) if !own.is_empty() => {
             let (study, counted) = (study.clone(), counted.clone());
             let points = interruptible_told(py, threads, tell, move |_| {
-                study.run_own_side_by_side(compiled.len(), |index, evidence, _, alarms| {
+                study.run_own_side_by_side(compiled.len(), |index, input, _, alarms| {
                     let failure = Failure::default();
                     let mut detector = compiled[index].begin(&failure);
-                    alarms.extend((0..evidence.len()).filter(|sample| detector.update(&evidence[*sample]).alarm));
+                    alarms.extend((0..input.len()).filter(|sample| detector.update(&input[*sample]).alarm));
                     counted.fetch_add(1, Ordering::Relaxed);
                     failure.take().map_or(Ok(()), Err).map_err(OwnError::Python)
                 })
@@ -135,11 +135,11 @@ fn own_points<'py>(
         return Ok(vec![]);
     }
     let failure = Failure::default();
-    let judged = study.run_own(own.len(), |index, evidence, _, alarms| {
+    let judged = study.run_own(own.len(), |index, input, _, alarms| {
         py.check_signals().map_err(OwnError::Python)?;
         // Each case begins with a reset.
         let mut detector = detector(&own[index], &failure).map_err(OwnError::Python)?;
-        alarms.extend((0..evidence.len()).filter(|sample| detector.update(&evidence[*sample]).alarm));
+        alarms.extend((0..input.len()).filter(|sample| detector.update(&input[*sample]).alarm));
         failure.take().map_or_else(&count, Err).map_err(OwnError::Python)
     });
     judged.map_err(|error| error.raise(py))

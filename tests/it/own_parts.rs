@@ -1,7 +1,7 @@
 //! User-defined parts: the examples run, and copies of built-in parts are identical to them, bit for bit.
 
 use trocar::augmentation::{AugmentedTick, ForceLaw, HeldReference, ModeChange, MotionLaw};
-use trocar::detector::{CusumDetector, Decision, Detector, Distance, Evidence};
+use trocar::detector::{CusumDetector, Decision, Detector, DetectorInput, Distance};
 use trocar::engine::{OwnParts, Trace};
 use trocar::estimation::{AnyEstimator, Estimate, Estimator};
 use trocar::metrics::Outcome;
@@ -109,8 +109,8 @@ impl<T: Estimator<f64>> Estimator<f64> for Copied<T> {
 }
 
 impl<T: Detector<f64>> Detector<f64> for Copied<T> {
-    fn update(&mut self, evidence: &Evidence<f64>) -> Decision<f64> {
-        self.0.update(evidence)
+    fn update(&mut self, input: &DetectorInput<f64>) -> Decision<f64> {
+        self.0.update(input)
     }
 }
 
@@ -132,8 +132,8 @@ impl<T: MotionLaw<f64>> MotionLaw<f64> for Copied<T> {
 struct Square;
 
 impl Distance<f64> for Square {
-    fn update(&mut self, evidence: &Evidence<f64>) -> f64 {
-        evidence.residual_n * evidence.residual_n
+    fn update(&mut self, input: &DetectorInput<f64>) -> f64 {
+        input.residual_n * input.residual_n
     }
 }
 
@@ -212,7 +212,7 @@ fn a_number_that_is_not_finite_names_the_part_that_returned_it() {
 fn a_run_with_user_defined_parts_reports_what_it_cannot_know() {
     struct Silent;
     impl Detector<f64> for Silent {
-        fn update(&mut self, _evidence: &Evidence<f64>) -> Decision<f64> {
+        fn update(&mut self, _evidence: &DetectorInput<f64>) -> Decision<f64> {
             Decision { distance: 0.0, decision: 0.0, alarm: false }
         }
     }

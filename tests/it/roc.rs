@@ -7,7 +7,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use trocar::detect::{DetectionReport, detect};
-use trocar::detector::{ArmingSettings, CusumDetector, Detector, DetectorSettings, DistanceKind, Evidence, Hypotheses};
+use trocar::detector::{
+    ArmingSettings, CusumDetector, Detector, DetectorInput, DetectorSettings, DistanceKind, Hypotheses,
+};
 use trocar::estimation::{Estimator, Rls, RlsSettings};
 use trocar::recording::{InVivoLikeVariant, RUPTURES_S};
 use trocar::roc::{Characteristics, Curve, DetectorBank, Point, Signal, SignalKind, Study};
@@ -28,7 +30,7 @@ fn judged(study: &Study) -> Characteristics {
 }
 
 /// Returns the evidence of the shipped insertion in noise (N), with a few values that are not finite.
-fn evidence(noise_std_n: f64) -> Vec<Evidence<f64>> {
+fn input(noise_std_n: f64) -> Vec<DetectorInput<f64>> {
     let spec = shipped();
     let recording = &spec.recording.recording;
     let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -39,7 +41,7 @@ fn evidence(noise_std_n: f64) -> Vec<Evidence<f64>> {
         let position_m = recording.position_m()[k];
         let velocity_m_per_s = recording.velocity_m_per_s().expect("a velocity")[k];
         let estimate = estimator.update(force_n, position_m, velocity_m_per_s);
-        Evidence {
+        DetectorInput {
             force_n,
             predicted_force_n: estimate.predicted_force_n,
             residual_n: if k % 4000 == 3999 { f64::NAN } else { estimate.residual_n },
@@ -54,7 +56,7 @@ fn evidence(noise_std_n: f64) -> Vec<Evidence<f64>> {
 
 #[test]
 fn a_bank_gives_the_same_alarms_as_the_separate_detectors() {
-    let evidence = evidence(0.06);
+    let input = input(0.06);
     let armings = [
         ArmingSettings::default(),
         ArmingSettings { settle_s: 0.0, drop_only: false, withdrawal_speed_m_per_s: 1.0, ..ArmingSettings::default() },
@@ -66,10 +68,10 @@ fn a_bank_gives_the_same_alarms_as_the_separate_detectors() {
             // Thirteen thresholds fill one group of lanes and part of another.
             let bank = DetectorBank::around(settings, 13);
             let mut found = vec![vec![]; 13];
-            bank.evaluate(&evidence, 1e-3, &mut |index, sample| found[index].push(sample));
+            bank.evaluate(&input, 1e-3, &mut |index, sample| found[index].push(sample));
             for (index, found) in found.iter().enumerate() {
                 let mut detector = CusumDetector::<f64>::new(&bank.settings_at(index), 1e-3);
-                let alarms: Vec<usize> = (0..evidence.len()).filter(|&k| detector.update(&evidence[k]).alarm).collect();
+                let alarms: Vec<usize> = (0..input.len()).filter(|&k| detector.update(&input[k]).alarm).collect();
                 assert_eq!(*found, alarms, "{kind:?}, threshold {index}");
             }
             assert!(found.iter().any(|alarms| alarms.len() > 1), "{kind:?}: nothing to compare");
@@ -190,7 +192,7 @@ fn the_adaptive_detector_outperforms_the_others_on_synthetic_recordings() {
 }
 
 /// Returns the shipped insertion, interpolated to a rate and with noise of a seed.
-fn interpolated(rate_hz: f64, noise_std_n: f64, seed: u64) -> Vec<Evidence<f64>> {
+fn interpolated(rate_hz: f64, noise_std_n: f64, seed: u64) -> Vec<DetectorInput<f64>> {
     let text = trocar::recording::in_vivo_like_csv(1);
     let rows: Vec<Vec<f64>> =
         text.lines().skip(1).map(|row| row.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect();
@@ -204,7 +206,7 @@ fn interpolated(rate_hz: f64, noise_std_n: f64, seed: u64) -> Vec<Evidence<f64>>
         .map(|sample| {
             let time_s = sample as f64 / rate_hz;
             let noise: f64 = StandardNormal.sample(&mut random);
-            Evidence {
+            DetectorInput {
                 force_n: at(time_s, 3) + noise_std_n * noise,
                 predicted_force_n: 0.0,
                 residual_n: 0.0,
@@ -224,9 +226,9 @@ fn the_defaults_detect_the_shipped_ruptures_at_every_rate_and_noise() {
         for noise_std_n in [0.025, 0.1] {
             for seed in 1..=20 {
                 let mut detector = CusumDetector::<f64>::new(&settings, 1.0 / rate_hz);
-                let evidence = interpolated(rate_hz, noise_std_n, seed);
-                let alarm = |(sample, evidence)| detector.update(evidence).alarm.then_some(sample as f64 / rate_hz);
-                let alarms: Vec<f64> = evidence.iter().enumerate().filter_map(alarm).collect();
+                let input = interpolated(rate_hz, noise_std_n, seed);
+                let alarm = |(sample, input)| detector.update(input).alarm.then_some(sample as f64 / rate_hz);
+                let alarms: Vec<f64> = input.iter().enumerate().filter_map(alarm).collect();
                 // Each force falls with a time constant of 45 ms.
                 let latest_s = 0.045 + f64::max(0.010, 3.0 / rate_hz);
                 let is_found =

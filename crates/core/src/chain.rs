@@ -2,13 +2,13 @@
 //!
 //! The engine, the rig, `detect`, `calibrate` and `roc` all run this chain.
 
-use crate::detector::{AlarmConditions, CusumDetector, Decision, Detector, Distance, Evidence};
+use crate::detector::{AlarmConditions, CusumDetector, Decision, Detector, DetectorInput, Distance};
 use crate::estimation::{Estimate, Estimator};
 use crate::lane::{Lane, Mask};
 
 /// The slave's measured values at one sample.
 #[derive(Debug, Clone, Copy)]
-pub struct Reading<L> {
+pub struct Measurement<L> {
     /// Force on the needle in N, positive when the tissue resists insertion.
     pub force_n: L,
     /// Position of the needle in m, increasing into the tissue.
@@ -19,7 +19,7 @@ pub struct Reading<L> {
 
 /// The chain's output at one sample.
 #[derive(Debug, Clone, Copy)]
-pub struct Insight<L: Lane> {
+pub struct ChainOutput<L: Lane> {
     /// Depth of the needle below the contact in m.
     pub depth_m: L,
     /// Output of the estimator.
@@ -49,22 +49,22 @@ pub struct Estimation<'a, L, E> {
 impl<L: Lane, E: Estimator<L>> Estimation<'_, L, E> {
     /// Processes the next sample. Returns the estimate, and the evidence for the detector.
     #[inline(always)]
-    pub fn step(&mut self, reading: &Reading<L>) -> (Estimate<L>, Evidence<L>) {
-        let Reading { force_n, position_m, velocity_m_per_s } = *reading;
+    pub fn step(&mut self, measurement: &Measurement<L>) -> (Estimate<L>, DetectorInput<L>) {
+        let Measurement { force_n, position_m, velocity_m_per_s } = *measurement;
         let depth_m = position_m - self.contact_m;
         let estimate = self.estimator.update(force_n, depth_m, velocity_m_per_s);
-        let evidence = Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate);
-        (estimate, evidence)
+        let input = DetectorInput::new(force_n, depth_m, velocity_m_per_s, &estimate);
+        (estimate, input)
     }
 }
 
 impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
     /// Processes the next sample.
     #[inline(always)]
-    pub fn step(&mut self, reading: &Reading<L>) -> Insight<L> {
+    pub fn step(&mut self, measurement: &Measurement<L>) -> ChainOutput<L> {
         let (mut estimation, detector) = self.stages();
-        let (estimate, evidence) = estimation.step(reading);
-        Insight { depth_m: evidence.depth_m, estimate, decision: detector.update(&evidence) }
+        let (estimate, input) = estimation.step(measurement);
+        ChainOutput { depth_m: input.depth_m, estimate, decision: detector.update(&input) }
     }
 
     /// Returns the estimator and the detector apart. The estimator does not depend on the detector, so it can run
@@ -79,7 +79,7 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
     pub fn skip(&mut self, force_n: L, velocity_m_per_s: L) -> Decision<L> {
         self.estimator.skip();
         let zero = L::zero();
-        let decision = self.detector.update(&Evidence {
+        let decision = self.detector.update(&DetectorInput {
             force_n,
             predicted_force_n: zero,
             residual_n: zero,
@@ -93,8 +93,8 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
 
     /// Processes the first sample after missing ones. It has no prediction, so it counts as missing for the detector;
     /// the estimator predicts the next sample from it.
-    pub fn resume(&mut self, reading: &Reading<L>) -> Decision<L> {
-        let Reading { force_n, position_m, velocity_m_per_s } = *reading;
+    pub fn resume(&mut self, measurement: &Measurement<L>) -> Decision<L> {
+        let Measurement { force_n, position_m, velocity_m_per_s } = *measurement;
         let decision = self.skip(force_n, velocity_m_per_s);
         self.estimator.update(force_n, position_m - self.contact_m, velocity_m_per_s);
         decision
@@ -104,11 +104,11 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
 impl<L: Lane, E: Estimator<L>, D: Distance<L>> Chain<L, E, CusumDetector<L, D>> {
     /// Like [`Chain::step`]; also returns the conditions on an alarm at this sample.
     #[inline]
-    pub fn step_with_conditions(&mut self, reading: &Reading<L>) -> (Insight<L>, AlarmConditions<L>) {
+    pub fn step_with_conditions(&mut self, measurement: &Measurement<L>) -> (ChainOutput<L>, AlarmConditions<L>) {
         let (mut estimation, detector) = self.stages();
-        let (estimate, evidence) = estimation.step(reading);
-        let conditions = detector.conditions(&evidence);
-        (Insight { depth_m: evidence.depth_m, estimate, decision: detector.update(&evidence) }, conditions)
+        let (estimate, input) = estimation.step(measurement);
+        let conditions = detector.conditions(&input);
+        (ChainOutput { depth_m: input.depth_m, estimate, decision: detector.update(&input) }, conditions)
     }
 }
 
@@ -167,16 +167,16 @@ mod tests {
 
     /// A detector that keeps the evidence and raises an alarm at every sample.
     #[derive(Clone, Default)]
-    struct Always(Vec<Evidence<f64>>);
+    struct Always(Vec<DetectorInput<f64>>);
 
     impl Detector<f64> for Always {
-        fn update(&mut self, evidence: &Evidence<f64>) -> Decision<f64> {
-            self.0.push(*evidence);
+        fn update(&mut self, input: &DetectorInput<f64>) -> Decision<f64> {
+            self.0.push(*input);
             Decision { distance: 3.0, decision: 4.0, alarm: true }
         }
     }
 
-    const READING: Reading<f64> = Reading { force_n: 1.75, position_m: 0.03, velocity_m_per_s: 0.5 };
+    const MEASUREMENT: Measurement<f64> = Measurement { force_n: 1.75, position_m: 0.03, velocity_m_per_s: 0.5 };
 
     fn chain() -> Chain<f64, Hundred, Always> {
         Chain { contact_m: 0.02, estimator: Hundred::default(), detector: Always::default() }
@@ -185,14 +185,14 @@ mod tests {
     #[test]
     fn a_sample_goes_through_the_estimator_at_its_depth_and_its_evidence_to_the_detector() {
         let mut chain = chain();
-        let insight = chain.step(&READING);
-        assert!((insight.depth_m - 0.01).abs() < 1e-15 && (insight.estimate.residual_n - 0.75).abs() < 1e-12);
-        assert!(insight.decision.alarm && insight.estimate.damping_n_s_per_m == 0.5);
-        let evidence = chain.detector.0[0];
-        assert_eq!((evidence.force_n, evidence.velocity_m_per_s, evidence.in_contact), (1.75, 0.5, true));
-        assert!((evidence.depth_m - 0.01).abs() < 1e-15 && (evidence.residual_n - 0.75).abs() < 1e-12);
+        let output = chain.step(&MEASUREMENT);
+        assert!((output.depth_m - 0.01).abs() < 1e-15 && (output.estimate.residual_n - 0.75).abs() < 1e-12);
+        assert!(output.decision.alarm && output.estimate.damping_n_s_per_m == 0.5);
+        let input = chain.detector.0[0];
+        assert_eq!((input.force_n, input.velocity_m_per_s, input.in_contact), (1.75, 0.5, true));
+        assert!((input.depth_m - 0.01).abs() < 1e-15 && (input.residual_n - 0.75).abs() < 1e-12);
         let mut outside = self::chain();
-        outside.step(&Reading { position_m: 0.01, ..READING });
+        outside.step(&Measurement { position_m: 0.01, ..MEASUREMENT });
         assert!(!outside.detector.0[0].in_contact);
     }
 
@@ -202,15 +202,15 @@ mod tests {
         let decision = chain.skip(2.5, -0.25);
         assert!(!decision.alarm && decision.decision == 4.0);
         assert_eq!((chain.estimator.samples, chain.estimator.gaps), (0, 1));
-        let evidence = chain.detector.0[0];
-        assert_eq!((evidence.force_n, evidence.velocity_m_per_s, evidence.in_contact), (2.5, -0.25, false));
-        assert_eq!((evidence.residual_n, evidence.predicted_force_n, evidence.depth_m), (0.0, 0.0, 0.0));
+        let input = chain.detector.0[0];
+        assert_eq!((input.force_n, input.velocity_m_per_s, input.in_contact), (2.5, -0.25, false));
+        assert_eq!((input.residual_n, input.predicted_force_n, input.depth_m), (0.0, 0.0, 0.0));
     }
 
     #[test]
     fn the_first_sample_after_a_gap_counts_as_missing_but_updates_the_estimator() {
         let mut chain = chain();
-        assert!(!chain.resume(&READING).alarm);
+        assert!(!chain.resume(&MEASUREMENT).alarm);
         assert_eq!((chain.estimator.samples, chain.estimator.gaps), (1, 1));
         assert_eq!((chain.detector.0.len(), chain.detector.0[0].in_contact), (1, false));
     }
@@ -231,12 +231,12 @@ mod tests {
         for k in 0..400 {
             let depth_m = 0.01 + 1e-5 * f64::from(k);
             let force_n = 200.0 * depth_m - if k >= 300 { 1.0 } else { 0.0 };
-            let reading = Reading { force_n, position_m: depth_m, velocity_m_per_s: 0.01 };
-            let (insight, conditions) = with.step_with_conditions(&reading);
-            let plain = without.step(&reading);
-            assert_eq!(insight.decision.alarm, plain.decision.alarm, "{k}");
-            assert_eq!(insight.estimate.residual_n, plain.estimate.residual_n);
-            assert_eq!(insight.decision.alarm, k == 300, "{k}");
+            let measurement = Measurement { force_n, position_m: depth_m, velocity_m_per_s: 0.01 };
+            let (output, conditions) = with.step_with_conditions(&measurement);
+            let plain = without.step(&measurement);
+            assert_eq!(output.decision.alarm, plain.decision.alarm, "{k}");
+            assert_eq!(output.estimate.residual_n, plain.estimate.residual_n);
+            assert_eq!(output.decision.alarm, k == 300, "{k}");
             if k == 300 {
                 assert!(conditions.all(), "an alarm needs all of them");
             }
@@ -252,24 +252,24 @@ mod tests {
             estimator: Rls::<f64>::new(&RlsSettings::default()),
             detector: CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3),
         };
-        let reading = |k: u32| {
+        let measurement = |k: u32| {
             let position_m = 0.02 + 1e-5 * f64::from(k);
             let force_n = 3.0 + 0.02 * f64::from(k * k % 7) - if k % 500 == 450 { 1.0 } else { 0.0 };
-            Reading { force_n, position_m, velocity_m_per_s: 0.01 }
+            Measurement { force_n, position_m, velocity_m_per_s: 0.01 }
         };
-        let shown = |insight: Insight<f64>| (insight.depth_m, insight.estimate.residual_n, insight.decision.decision);
+        let shown = |output: ChainOutput<f64>| (output.depth_m, output.estimate.residual_n, output.decision.decision);
         let (mut used, mut restored) = (new(0.01), new(0.01));
         for k in 0..600 {
-            used.step(&reading(k));
+            used.step(&measurement(k));
         }
         restored.restore(&used.state()).expect("the same settings");
         let other = new(0.0);
         let all = [&used, &other, &other, &other, &other, &other, &other, &other];
         let mut gathered = <Chain<f64, Rls<f64>, CusumDetector<f64>> as Gather>::gather::<f64>(all).expect("alike");
         for k in 600..1200 {
-            let expected = shown(used.step(&reading(k)));
-            assert_eq!(shown(restored.step(&reading(k))), expected, "{k}");
-            assert_eq!(shown(gathered.step(&reading(k))), expected, "{k}");
+            let expected = shown(used.step(&measurement(k)));
+            assert_eq!(shown(restored.step(&measurement(k))), expected, "{k}");
+            assert_eq!(shown(gathered.step(&measurement(k))), expected, "{k}");
         }
     }
 }

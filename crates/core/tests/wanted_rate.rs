@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, StudentT};
-use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, DistanceKind, Evidence, Hypotheses};
+use trocar_core::detector::{CusumDetector, Detector, DetectorInput, DetectorSettings, DistanceKind, Hypotheses};
 
 /// Minutes of each noise at each rate.
 const MINUTES: f64 = 10.0;
@@ -43,7 +43,7 @@ fn alarms(noise: Noise, tick_s: f64, wanted_per_min: f64) -> usize {
                 }
             };
             let time_s = *sample as f64 * tick_s;
-            let evidence = Evidence {
+            let input = DetectorInput {
                 force_n: FORCE_N + STD_N * unit,
                 predicted_force_n: 0.0,
                 residual_n: 0.0,
@@ -52,7 +52,7 @@ fn alarms(noise: Noise, tick_s: f64, wanted_per_min: f64) -> usize {
                 velocity_m_per_s: 0.0,
                 in_contact: true,
             };
-            detector.update(&evidence).alarm
+            detector.update(&input).alarm
         })
         .count()
 }

@@ -1,7 +1,7 @@
 //! Velocity filter, estimator and detector in series, for files and live streams.
 
-use trocar_core::chain::{self, Chain, Insight, Reading};
-use trocar_core::detector::{AlarmConditions, CusumDetector, Decision, Evidence};
+use trocar_core::chain::{self, Chain, ChainOutput, Measurement};
+use trocar_core::detector::{AlarmConditions, CusumDetector, Decision, DetectorInput};
 use trocar_core::error::{InvalidValue, positive, require};
 use trocar_core::estimation::{AnyEstimator, Estimate, VelocityFilter};
 use trocar_core::lane::Stored;
@@ -70,11 +70,11 @@ impl DetectionChain {
     /// [`LiveDetector`](super::LiveDetector) rejects such samples, and a [`rig`](trocar_core::rig) holds the last valid
     /// one.
     #[inline]
-    pub fn step(&mut self, reading: &Reading<f64>) -> Step {
-        let reading = with_velocity(self.filter.as_mut(), reading);
-        let (insight, conditions) = self.chain.step_with_conditions(&reading);
-        let Insight { depth_m, estimate, decision } = insight;
-        Step { velocity_m_per_s: reading.velocity_m_per_s, depth_m, estimate, decision, conditions }
+    pub fn step(&mut self, measurement: &Measurement<f64>) -> Step {
+        let measurement = with_velocity(self.filter.as_mut(), measurement);
+        let (output, conditions) = self.chain.step_with_conditions(&measurement);
+        let ChainOutput { depth_m, estimate, decision } = output;
+        Step { velocity_m_per_s: measurement.velocity_m_per_s, depth_m, estimate, decision, conditions }
     }
 
     pub(super) fn stages(&mut self) -> (Estimation<'_>, &mut CusumDetector<f64>) {
@@ -98,13 +98,13 @@ pub(super) struct Estimation<'a> {
 
 impl Estimation<'_> {
     #[inline]
-    pub(super) fn step(&mut self, reading: &Reading<f64>) -> (Estimate<f64>, Evidence<f64>) {
-        self.estimation.step(&with_velocity(self.filter.as_deref_mut(), reading))
+    pub(super) fn step(&mut self, measurement: &Measurement<f64>) -> (Estimate<f64>, DetectorInput<f64>) {
+        self.estimation.step(&with_velocity(self.filter.as_deref_mut(), measurement))
     }
 }
 
 #[inline(always)]
-fn with_velocity(filter: Option<&mut VelocityFilter<f64>>, reading: &Reading<f64>) -> Reading<f64> {
-    let velocity_m_per_s = filter.map_or(reading.velocity_m_per_s, |filter| filter.update(reading.position_m));
-    Reading { velocity_m_per_s, ..*reading }
+fn with_velocity(filter: Option<&mut VelocityFilter<f64>>, measurement: &Measurement<f64>) -> Measurement<f64> {
+    let velocity_m_per_s = filter.map_or(measurement.velocity_m_per_s, |filter| filter.update(measurement.position_m));
+    Measurement { velocity_m_per_s, ..*measurement }
 }

@@ -26,7 +26,7 @@ pub use plausibility::{recorded_warnings, sampling_rate};
 pub use report::{DetectedAlarm, DetectionReport, ExtraParameterEstimate, Label};
 pub use scores::{Scores, Tally};
 pub use statistics::{PhaseStatistics, ResidualStatistics};
-pub use trocar_core::chain::Reading;
+pub use trocar_core::chain::Measurement;
 
 use plausibility::{Plausibility, Signals};
 use stages::{Decisions, evaluate};

@@ -6,8 +6,8 @@ use super::plausibility::Signals;
 use trocar_base::interrupt;
 use trocar_base::large_pages::with_capacity;
 use trocar_base::rows::Rows;
-use trocar_core::chain::Reading;
-use trocar_core::detector::{CusumDetector, Decision, Detector, Evidence};
+use trocar_core::chain::Measurement;
+use trocar_core::detector::{CusumDetector, Decision, Detector, DetectorInput};
 use trocar_core::estimation::Estimate;
 
 /// Number of samples that a stage hands to the next, and between two checks for an interrupt. A block is half a
@@ -38,15 +38,20 @@ pub(super) fn evaluate(chain: &mut DetectionChain, signals: &Signals<'_>) -> (Ro
 }
 
 #[inline(always)]
-fn estimate(estimation: &mut Estimation<'_>, rows: &mut Rows<5>, signals: &Signals<'_>, at: usize) -> Evidence<f64> {
-    let (estimate, evidence) = estimation.step(&Reading {
+fn estimate(
+    estimation: &mut Estimation<'_>,
+    rows: &mut Rows<5>,
+    signals: &Signals<'_>,
+    at: usize,
+) -> DetectorInput<f64> {
+    let (estimate, input) = estimation.step(&Measurement {
         position_m: signals.position_m[at],
         velocity_m_per_s: signals.velocity_m_per_s.map_or(0.0, |column| column[at]),
         force_n: signals.force_n[at],
     });
     let Estimate { residual_n, stiffness_n_per_m, damping_n_s_per_m, extra_parameter, .. } = estimate;
-    rows.push([residual_n, stiffness_n_per_m, damping_n_s_per_m, evidence.velocity_m_per_s, extra_parameter]);
-    evidence
+    rows.push([residual_n, stiffness_n_per_m, damping_n_s_per_m, input.velocity_m_per_s, extra_parameter]);
+    input
 }
 
 pub(super) struct Decisions {
@@ -62,12 +67,12 @@ impl Decisions {
         Self { columns, conditions: with_capacity(count), alarms: vec![], touched: false }
     }
 
-    fn extend(&mut self, detector: &mut CusumDetector<f64>, samples: &[Evidence<f64>]) {
+    fn extend(&mut self, detector: &mut CusumDetector<f64>, samples: &[DetectorInput<f64>]) {
         interrupt::check();
-        for evidence in samples {
-            let conditions = detector.conditions(evidence);
-            let Decision { distance, decision, alarm } = detector.update(evidence);
-            self.touched |= evidence.in_contact;
+        for input in samples {
+            let conditions = detector.conditions(input);
+            let Decision { distance, decision, alarm } = detector.update(input);
+            self.touched |= input.in_contact;
             self.columns.push([distance, decision]);
             if alarm {
                 self.alarms.push(self.conditions.len());
@@ -104,16 +109,16 @@ mod tests {
             let mut values =
                 Values::from_settings("insertions", &[format!("detector.distance={distance}")]).expect("valid");
             let settings = DetectionSettings::resolve(&mut values).expect("valid");
-            let readings = (0..count).map(|at| Reading {
+            let measurements = (0..count).map(|at| Measurement {
                 position_m: position_m[at],
                 velocity_m_per_s: velocity_m_per_s[at],
                 force_n: force_n[at],
             });
-            let readings: Vec<_> = readings.collect();
+            let measurements: Vec<_> = measurements.collect();
             let recording = Recording::new(time_s, position_m, Some(velocity_m_per_s), force_n, None).expect("valid");
             let interval_s = recording.median_interval_s();
             let mut chain = DetectionChain::new(&settings, interval_s, VelocitySource::Measured).expect("valid");
-            let steps: Vec<Step> = readings.iter().map(|reading| chain.step(reading)).collect();
+            let steps: Vec<Step> = measurements.iter().map(|measurement| chain.step(measurement)).collect();
             let Detection { residual_n, stiffness_n_per_m, distance, decision, conditions, alarms, .. } =
                 detect_recording(recording, &settings).expect("valid");
             let column = |of: &dyn Fn(&Step) -> f64| steps.iter().map(of).collect::<Vec<_>>();

@@ -51,12 +51,12 @@ pub fn heat_map(view: &HeatView<'_>) -> Result<Figure<'static>, FigureError> {
     let color = |value: f64| color(if max > min { (value - min) / (max - min) } else { 0.5 });
     let [x_axis, y_axis] = &view.axes;
     let (x_edges, y_edges) = (edges(&view.x, x_axis.log), edges(&view.y, y_axis.log));
-    let (mut fills, mut readings) = (vec![], vec![]);
+    let (mut fills, mut measurements) = (vec![], vec![]);
     for (row, means) in view.means.chunks(view.x.len()).enumerate() {
         for (column, mean) in means.iter().enumerate().filter(|(_, mean)| mean.is_finite()) {
             let (left, right, low, high) = (x_edges[column], x_edges[column + 1], y_edges[row], y_edges[row + 1]);
             fills.push((vec![(left, low), (right, low), (right, high), (left, high)], color(*mean)));
-            readings.push(significant(*mean));
+            measurements.push(significant(*mean));
         }
     }
     let axis = |edges: &[f64], log: bool, ticks: usize| {
@@ -70,7 +70,7 @@ pub fn heat_map(view: &HeatView<'_>) -> Result<Figure<'static>, FigureError> {
     let caption: Entry = (Sample::Title, view.caption.to_owned());
     let panel = Panel {
         fills,
-        readings,
+        measurements,
         legend: std::iter::once(caption).chain(steps).collect(),
         ..Panel::new(x, x_axis.name, y, y_axis.name)
     };

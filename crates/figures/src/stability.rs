@@ -77,8 +77,8 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure<'static>, FigureError>
             column += length;
         }
     }
-    panel.readings = vec!["stable".to_owned(); panel.fills.len()];
-    panel.readings.push("not stable".to_owned());
+    panel.measurements = vec!["stable".to_owned(); panel.fills.len()];
+    panel.measurements.push("not stable".to_owned());
     let place = |point: Point| (x_axis.place(point.0), y_axis.place(point.1));
     // One line with a gap after each segment.
     let pieces = view.boundary.iter().flat_map(|[from, to]| [place(*from), place(*to), (f64::NAN, f64::NAN)]);

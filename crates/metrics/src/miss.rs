@@ -10,7 +10,7 @@ use serde::Serialize;
 use trocar_base::warning::{Code, Warning};
 use trocar_core::augmentation::{AugmentationSettings, Mode};
 use trocar_core::detector::{
-    AlarmConditions, CusumDetector, Decision, Detector as _, DetectorSettings, Evidence, Motion,
+    AlarmConditions, CusumDetector, Decision, Detector as _, DetectorInput, DetectorSettings, Motion,
 };
 use trocar_core::time::nearest_ticks;
 
@@ -270,15 +270,15 @@ pub struct DetectorSample {
 
 impl DetectorSample {
     /// Updates a detector, and returns its decision and the sample, whose conditions are those before the update.
-    pub fn update(detector: &mut CusumDetector<f64>, evidence: &Evidence<f64>) -> (Decision<f64>, Self) {
-        let conditions = detector.conditions(evidence);
-        let decision = detector.update(evidence);
+    pub fn update(detector: &mut CusumDetector<f64>, input: &DetectorInput<f64>) -> (Decision<f64>, Self) {
+        let conditions = detector.conditions(input);
+        let decision = detector.update(input);
         let sample = Self {
             distance: decision.distance,
             decision: decision.decision,
             conditions,
-            depth_m: evidence.depth_m,
-            velocity_m_per_s: evidence.velocity_m_per_s,
+            depth_m: input.depth_m,
+            velocity_m_per_s: input.velocity_m_per_s,
         };
         (decision, sample)
     }
@@ -692,7 +692,7 @@ mod tests {
     #[test]
     fn a_sample_of_a_detector_has_the_conditions_before_its_update() {
         let mut detector = CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3);
-        let evidence = |residual_n: f64| Evidence {
+        let input = |residual_n: f64| DetectorInput {
             force_n: 5.0 + residual_n,
             predicted_force_n: 5.0,
             residual_n,
@@ -702,9 +702,9 @@ mod tests {
             in_contact: true,
         };
         for _ in 0..150 {
-            DetectorSample::update(&mut detector, &evidence(0.0));
+            DetectorSample::update(&mut detector, &input(0.0));
         }
-        let (decision, sample) = DetectorSample::update(&mut detector, &evidence(-0.5));
+        let (decision, sample) = DetectorSample::update(&mut detector, &input(-0.5));
         assert!(decision.alarm && sample.conditions.armed && sample.conditions.is_drop);
         assert_eq!((sample.distance, sample.decision), (decision.distance, decision.decision));
         assert_eq!((sample.depth_m, sample.velocity_m_per_s, sample.distance), (0.02, 0.03, 0.25));

@@ -9,7 +9,7 @@ use super::error::ScenarioError;
 use super::keys::{KeyAt, find};
 use super::replay::{RecordingSpec, load_recording};
 use super::run_settings::RunSettings;
-use super::scenario::{GROUPS, Reading, Scenario};
+use super::scenario::{GROUPS, Scenario, ScenarioUpdate};
 use super::specs::{OperatorSpec, TissueSpec};
 use super::value::Value;
 use super::values::{Values, harmless_name, replays_force, replays_position};
@@ -114,8 +114,8 @@ impl Scenario {
             })
             .transpose()?;
         let mut scenario = Self::unread(checked_name(&values, run.name)?, grid, (run.engine, run.timing), run.seed);
-        let mut reading = Reading { scenario: &mut scenario, values: &mut values, replay: replay.as_ref() };
-        GROUPS.iter().try_for_each(|group| (group.read)(&mut reading))?;
+        let mut update = ScenarioUpdate { scenario: &mut scenario, values: &mut values, replay: replay.as_ref() };
+        GROUPS.iter().try_for_each(|group| (group.read)(&mut update))?;
         scenario.values = Arc::new(values);
         scenario.check_parts()?;
         Ok(scenario)

@@ -179,7 +179,7 @@ pub(super) struct Group {
     /// Keys whose change needs a file or a recording, and therefore the whole scenario resolved again.
     whole: &'static [Key],
     /// Reads the group from the values into the scenario and checks it.
-    pub(super) read: fn(&mut Reading<'_>) -> Result<(), ScenarioError>,
+    pub(super) read: fn(&mut ScenarioUpdate<'_>) -> Result<(), ScenarioError>,
 }
 
 impl Group {
@@ -197,7 +197,7 @@ fn has(keys: &[Key], key: &Key) -> bool {
     keys.iter().any(|one| one.path == key.path)
 }
 
-pub(super) struct Reading<'a> {
+pub(super) struct ScenarioUpdate<'a> {
     pub(super) scenario: &'a mut Scenario,
     pub(super) values: &'a mut Values,
     /// The replayed recording, and its samples on the ticks. `None` if only some keys have changed; the scenario then
@@ -205,7 +205,7 @@ pub(super) struct Reading<'a> {
     pub(super) replay: Option<&'a (RecordingSpec, Resampled)>,
 }
 
-impl Reading<'_> {
+impl ScenarioUpdate<'_> {
     fn set<T>(
         &mut self,
         read: fn(&mut Values) -> Result<T, ScenarioError>,

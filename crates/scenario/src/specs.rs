@@ -6,7 +6,7 @@ use trocar_core::settings::KeySource as _;
 
 use super::error::ScenarioError;
 use super::replay::{RecordingSpec, rupture_depths, rupture_ticks};
-use super::scenario::Reading;
+use super::scenario::ScenarioUpdate;
 use super::value::Value;
 use super::values::{STATED, Values};
 use trocar_core::error::non_negative;
@@ -99,8 +99,8 @@ pub(super) fn operator(
 }
 
 /// Reads the tissue. A replay without a given recording keeps its samples.
-pub(super) fn tissue(of: &mut Reading<'_>) -> Result<(), ScenarioError> {
-    let Reading { scenario, values, replay } = of;
+pub(super) fn tissue(of: &mut ScenarioUpdate<'_>) -> Result<(), ScenarioError> {
+    let ScenarioUpdate { scenario, values, replay } = of;
     let grid = &scenario.grid;
     scenario.tissue = match (TissueSettings::read(*values)?, *replay) {
         (TissueSettings::Recording(ReplaySettings { index }), Some((spec, resampled))) => match index {

@@ -8,7 +8,7 @@ use trocar_core::settings::{Fallback, Key};
 use super::document::{Entry, Source, drop_replaced_layers, gather, parse_setting};
 use super::error::{Place, ScenarioError};
 use super::keys::KeyAt;
-use super::scenario::{GROUPS, Group, Reading, Scenario};
+use super::scenario::{GROUPS, Group, Scenario, ScenarioUpdate};
 use super::value::Value;
 use super::values::{Values, harmless_name};
 
@@ -145,8 +145,8 @@ impl CaseFactory<'_> {
         for path in &self.derived {
             self.values.remove(path);
         }
-        let mut reading = Reading { scenario: &mut self.scenario, values: &mut self.values, replay: None };
-        if let Err(error) = groups.iter().try_for_each(|group| (group.read)(&mut reading)) {
+        let mut update = ScenarioUpdate { scenario: &mut self.scenario, values: &mut self.values, replay: None };
+        if let Err(error) = groups.iter().try_for_each(|group| (group.read)(&mut update)) {
             // Discard partial changes: some groups may already be read.
             *self = template.factory();
             return Err(error);

@@ -80,7 +80,7 @@ fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LinearL
 }
 
 /// Adds the force reading; with a bandwidth `y_k = a y_{k-1} + b_0 f_{k-1} + b_1 f_k`.
-fn reading(states: &mut States, force: &DVector<f64>, settings: &LinearLoop) -> DVector<f64> {
+fn measurement(states: &mut States, force: &DVector<f64>, settings: &LinearLoop) -> DVector<f64> {
     let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * settings.tick_s;
     if settings.force_bandwidth_hz <= 0.0 {
         return force.clone();
@@ -212,7 +212,7 @@ impl Side {
                 command * to_reference
             }
         };
-        let read = reading(&mut states, &force, settings);
+        let read = measurement(&mut states, &force, settings);
         let local = &read * -at_slave.own_force;
         let mut deflection = &force * link.machines.compliance_m_per_n;
         if own == OwnPart::Closed {

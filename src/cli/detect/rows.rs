@@ -37,12 +37,12 @@ impl<W: Write> RowWriter<W> {
 
     /// Writes a tick as the event `alarm` or `sample`.
     pub(super) fn tick(&mut self, event: &str, tick: &LiveStep) -> io::Result<()> {
-        let (estimate, reading) = (&tick.step.estimate, &tick.reading);
+        let (estimate, measurement) = (&tick.step.estimate, &tick.measurement);
         let numbers = [
-            ("position_m", reading.position_m),
+            ("position_m", measurement.position_m),
             ("depth_m", tick.step.depth_m),
             ("velocity_m_per_s", tick.step.velocity_m_per_s),
-            ("force_n", reading.force_n),
+            ("force_n", measurement.force_n),
             ("residual_n", estimate.residual_n),
             ("stiffness_n_per_m", estimate.stiffness_n_per_m),
             ("damping_n_s_per_m", estimate.damping_n_s_per_m),
@@ -100,7 +100,7 @@ impl<W: Write> RowWriter<W> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trocar_core::chain::Reading;
+    use trocar_core::chain::Measurement;
     use trocar_core::detector::{AlarmConditions, Decision};
     use trocar_core::estimation::Estimate;
     use trocar_detect::Step;
@@ -110,7 +110,7 @@ mod tests {
         LiveStep {
             time_s: 0.25,
             sample: 7,
-            reading: Reading { force_n: 1.5, position_m: 0.02, velocity_m_per_s: 99.0 },
+            measurement: Measurement { force_n: 1.5, position_m: 0.02, velocity_m_per_s: 99.0 },
             step: Step {
                 velocity_m_per_s: -0.01,
                 depth_m: 0.003,

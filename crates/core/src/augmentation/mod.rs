@@ -70,7 +70,7 @@ trait BuiltIn {
 
 /// Inputs of the supervisor at a tick.
 #[derive(Debug, Clone, Copy)]
-pub struct Situation<L: Lane> {
+pub struct SupervisorInput<L: Lane> {
     /// The tick's number.
     pub tick: u64,
     /// Lanes in which the detector raises an alarm.
@@ -152,7 +152,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
     /// Computes the commands of both sides without a link. `force_n` is scaled to the master; the velocity is the
     /// master's.
     #[inline(always)]
-    pub fn update(&mut self, now: &Situation<L>, force_n: L, velocity_m_per_s: L) -> Command<L> {
+    pub fn update(&mut self, now: &SupervisorInput<L>, force_n: L, velocity_m_per_s: L) -> Command<L> {
         let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.decide(now);
         let (feedback_force_n, allowed_step_n) = self.feedback_force(mode, force_n, velocity_m_per_s);
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
@@ -160,7 +160,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
 
     /// Computes the commands of the slave's side.
     #[inline(always)]
-    pub fn decide(&mut self, now: &Situation<L>) -> SlaveCommand<L> {
+    pub fn decide(&mut self, now: &SupervisorInput<L>) -> SlaveCommand<L> {
         if self.is_quiet_tick(now.alarm) {
             return SlaveCommand {
                 mode: Modes::splat(Mode::Teleoperation),

@@ -1,6 +1,6 @@
 //! The conditions on an alarm.
 
-use super::Evidence;
+use super::DetectorInput;
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
 
@@ -94,34 +94,34 @@ impl<L: Lane> Arming<L> {
     }
 
     #[inline(always)]
-    pub(super) fn conditions(&self, evidence: &Evidence<L>) -> AlarmConditions<L> {
+    pub(super) fn conditions(&self, input: &DetectorInput<L>) -> AlarmConditions<L> {
         let zero = L::zero();
         let is_drop = if self.drop_only {
-            evidence.residual_n.lt(zero) & evidence.predicted_force_n.gt(zero)
+            input.residual_n.lt(zero) & input.predicted_force_n.gt(zero)
         } else {
             L::Mask::splat(true)
         };
         AlarmConditions {
-            in_contact: evidence.in_contact,
+            in_contact: input.in_contact,
             armed: self.quiet_ticks.ge(self.settle_ticks),
             is_drop,
-            moves_as_required: evidence.velocity_m_per_s.ge(self.min_velocity),
+            moves_as_required: input.velocity_m_per_s.ge(self.min_velocity),
             // With a minimum of 0 only the contact counts, for the detectors that need one.
-            is_deep: evidence.depth_m.ge(self.minimum_depth) | self.minimum_depth.le(zero),
+            is_deep: input.depth_m.ge(self.minimum_depth) | self.minimum_depth.le(zero),
             quiet_samples: self.quiet_ticks,
         }
     }
 
     /// Counts the sample. Returns the lanes with an alarm, among the lanes whose `g` is `above` the threshold.
     #[inline(always)]
-    pub(super) fn update(&mut self, above: L::Mask, evidence: &Evidence<L>) -> L::Mask {
+    pub(super) fn update(&mut self, above: L::Mask, input: &DetectorInput<L>) -> L::Mask {
         let zero = L::zero();
-        let quiet_ticks = L::select(evidence.in_contact, self.quiet_ticks + L::splat(1.0), zero);
+        let quiet_ticks = L::select(input.in_contact, self.quiet_ticks + L::splat(1.0), zero);
         if !above.any() {
             self.quiet_ticks = quiet_ticks;
             return L::Mask::splat(false);
         }
-        let conditions = self.conditions(evidence);
+        let conditions = self.conditions(input);
         self.quiet_ticks = L::select(above, zero, quiet_ticks);
         above & conditions.all()
     }
@@ -142,8 +142,8 @@ mod tests {
     }
 
     /// The indices of the samples that raise an alarm; each sample states whether `g` is above the threshold.
-    fn alarms(mut arming: Arming<f64>, samples: &[(bool, Evidence<f64>)]) -> Vec<usize> {
-        let mut is_alarm = |(above, evidence): &(bool, Evidence<f64>)| arming.update(*above, evidence);
+    fn alarms(mut arming: Arming<f64>, samples: &[(bool, DetectorInput<f64>)]) -> Vec<usize> {
+        let mut is_alarm = |(above, input): &(bool, DetectorInput<f64>)| arming.update(*above, input);
         samples.iter().enumerate().filter_map(|(k, sample)| is_alarm(sample).then_some(k)).collect()
     }
 
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn a_crossing_and_a_loss_of_contact_restart_the_settling_time() {
         let (drop, quiet) = ((true, with_residual(-0.5)), (false, QUIET));
-        let outside = (false, Evidence { in_contact: false, ..QUIET });
+        let outside = (false, DetectorInput { in_contact: false, ..QUIET });
         let after = |between| {
             let mut samples = vec![quiet; 4];
             samples.push(between);
@@ -170,7 +170,11 @@ mod tests {
         assert_eq!(after(drop), [4, 13], "a rupture");
         assert_eq!(after((true, with_residual(0.5))), [13], "a crossing that is no drop");
         assert_eq!(after(outside), [13], "a loss of contact");
-        assert_eq!(after((true, Evidence { in_contact: false, ..with_residual(-0.5) })), [13], "a drop out of contact");
+        assert_eq!(
+            after((true, DetectorInput { in_contact: false, ..with_residual(-0.5) })),
+            [13],
+            "a drop out of contact"
+        );
     }
 
     #[test]
@@ -187,7 +191,7 @@ mod tests {
     fn a_drop_is_a_force_below_a_predicted_resisting_force() {
         let is_drop = |residual_n, predicted_force_n, drop_only| {
             let arming = arming(ArmingSettings { drop_only, ..ARMING });
-            arming.conditions(&Evidence { residual_n, predicted_force_n, ..QUIET }).is_drop
+            arming.conditions(&DetectorInput { residual_n, predicted_force_n, ..QUIET }).is_drop
         };
         assert!(is_drop(-0.1, 2.0, true));
         assert!(!is_drop(0.1, 2.0, true), "a rise");
@@ -201,7 +205,7 @@ mod tests {
     fn without_a_minimum_depth_every_depth_counts() {
         let is_deep = |minimum_depth_m, depth_m| {
             let arming = arming(ArmingSettings { minimum_depth_m, ..ARMING });
-            arming.conditions(&Evidence { depth_m, ..QUIET }).is_deep
+            arming.conditions(&DetectorInput { depth_m, ..QUIET }).is_deep
         };
         assert_eq!([is_deep(0.0, -0.01), is_deep(0.0, 0.01)], [true; 2]);
         assert_eq!([is_deep(5e-3, -0.01), is_deep(5e-3, 4.9e-3), is_deep(5e-3, 5e-3)], [false, false, true]);

@@ -1,9 +1,9 @@
 //! Samples for the tests of detectors and distances.
 
-use super::Evidence;
+use super::DetectorInput;
 
 /// A sample in contact without force, motion or residual.
-pub(super) const QUIET: Evidence<f64> = Evidence {
+pub(super) const QUIET: DetectorInput<f64> = DetectorInput {
     force_n: 0.0,
     predicted_force_n: 0.0,
     residual_n: 0.0,
@@ -13,13 +13,13 @@ pub(super) const QUIET: Evidence<f64> = Evidence {
     in_contact: true,
 };
 
-pub(super) fn with_force(force_n: f64) -> Evidence<f64> {
-    Evidence { force_n, ..QUIET }
+pub(super) fn with_force(force_n: f64) -> DetectorInput<f64> {
+    DetectorInput { force_n, ..QUIET }
 }
 
 /// Returns a sample whose force deviates from a predicted 5 N by a residual in N.
-pub(super) fn with_residual(residual_n: f64) -> Evidence<f64> {
-    Evidence { force_n: 5.0 + residual_n, predicted_force_n: 5.0, residual_n, ..QUIET }
+pub(super) fn with_residual(residual_n: f64) -> DetectorInput<f64> {
+    DetectorInput { force_n: 5.0 + residual_n, predicted_force_n: 5.0, residual_n, ..QUIET }
 }
 
 /// A deterministic sequence of numbers, uniformly distributed between -1 and 1.

@@ -64,7 +64,7 @@ impl Default for DetectorSettings {
 
 /// Inputs of the detector at one sample.
 #[derive(Debug, Clone, Copy)]
-pub struct Evidence<L: Lane> {
+pub struct DetectorInput<L: Lane> {
     /// Measured force `y_k` in N.
     pub force_n: L,
     /// Force predicted by the estimator, `ŷ_k` in N.
@@ -81,7 +81,7 @@ pub struct Evidence<L: Lane> {
     pub in_contact: L::Mask,
 }
 
-impl<L: Lane> Evidence<L> {
+impl<L: Lane> DetectorInput<L> {
     /// Creates the evidence of a sample. The depth is measured from the contact.
     #[inline(always)]
     #[must_use]
@@ -114,13 +114,13 @@ pub struct Decision<L: Lane> {
 /// A user-defined detector implements this trait for `f64`; [`CusumDetector`] implements it for any number of lanes.
 pub trait Detector<L: Lane> {
     /// Processes the evidence of one sample.
-    fn update(&mut self, evidence: &Evidence<L>) -> Decision<L>;
+    fn update(&mut self, input: &DetectorInput<L>) -> Decision<L>;
 }
 
 #[cfg(feature = "alloc")]
 impl<L: Lane, D: Detector<L> + ?Sized> Detector<L> for alloc::boxed::Box<D> {
-    fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
-        (**self).update(evidence)
+    fn update(&mut self, input: &DetectorInput<L>) -> Decision<L> {
+        (**self).update(input)
     }
 }
 
@@ -159,8 +159,8 @@ impl<L: Lane, D> CusumDetector<L, D> {
 impl<L: Lane, D: Distance<L>> CusumDetector<L, D> {
     /// The conditions on an alarm at the next sample, for any value of `g`.
     #[inline(always)]
-    pub fn conditions(&self, evidence: &Evidence<L>) -> AlarmConditions<L> {
-        let conditions = self.arming.conditions(evidence);
+    pub fn conditions(&self, input: &DetectorInput<L>) -> AlarmConditions<L> {
+        let conditions = self.arming.conditions(input);
         let yes = L::Mask::splat(true);
         match self.distance.is_ready() {
             Some(armed) => AlarmConditions { armed, in_contact: yes, is_drop: yes, ..conditions },
@@ -171,14 +171,14 @@ impl<L: Lane, D: Distance<L>> CusumDetector<L, D> {
 
 impl<L: Lane, D: Distance<L>> Detector<L> for CusumDetector<L, D> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
-        let distance = self.distance.update(evidence);
+    fn update(&mut self, input: &DetectorInput<L>) -> Decision<L> {
+        let distance = self.distance.update(input);
         let (decision, above) =
             if self.distance.accumulates() { self.cusum.update(distance) } else { self.cusum.hold(distance) };
         let alarm = match self.distance.is_ready() {
-            Some(_) if above.any() => above & self.conditions(evidence).all(),
+            Some(_) if above.any() => above & self.conditions(input).all(),
             Some(_) => above,
-            None => self.arming.update(above, evidence),
+            None => self.arming.update(above, input),
         };
         if alarm.any() {
             self.cusum.reset(alarm);
@@ -217,8 +217,8 @@ mod fixtures;
 mod tests {
     use super::*;
 
-    fn evidence(residual: f64, velocity: f64) -> Evidence<f64> {
-        Evidence {
+    fn input(residual: f64, velocity: f64) -> DetectorInput<f64> {
+        DetectorInput {
             force_n: 5.0 + residual,
             predicted_force_n: 5.0,
             residual_n: residual,
@@ -233,9 +233,9 @@ mod tests {
     fn alarms(residuals: &[f64], velocity: f64) -> Vec<usize> {
         let mut detector = CusumDetector::new(&DetectorSettings::default(), 1e-3);
         for _ in 0..1000 {
-            assert!(!detector.update(&evidence(0.01, 0.01)).alarm);
+            assert!(!detector.update(&input(0.01, 0.01)).alarm);
         }
-        let is_alarm = |(k, &e): (usize, &f64)| detector.update(&evidence(e, velocity)).alarm.then_some(k);
+        let is_alarm = |(k, &e): (usize, &f64)| detector.update(&input(e, velocity)).alarm.then_some(k);
         residuals.iter().enumerate().filter_map(is_alarm).collect()
     }
 
@@ -263,9 +263,9 @@ mod tests {
         let settings = DetectorSettings { arming, ..DetectorSettings::default() };
         let mut detector = CusumDetector::new(&settings, 1e-3);
         for _ in 0..1000 {
-            detector.update(&evidence(0.01, 0.01));
+            detector.update(&input(0.01, 0.01));
         }
-        detector.update(&Evidence { depth_m, ..evidence(-15.0, velocity) }).alarm
+        detector.update(&DetectorInput { depth_m, ..input(-15.0, velocity) }).alarm
     }
 
     #[test]
@@ -309,9 +309,9 @@ mod tests {
     fn the_likelihood_ratio_finds_a_lasting_drop_that_no_single_sample_shows() {
         let settings = DetectorSettings::for_kind(DistanceKind::LikelihoodRatio, Hypotheses::default());
         let mut detector = CusumDetector::new(&settings, 1e-3);
-        assert!((0..1000).all(|_| !detector.update(&evidence(0.0, 0.01)).alarm));
+        assert!((0..1000).all(|_| !detector.update(&input(0.0, 0.01)).alarm));
         // n e² / (2 σ_0²) > 50 at e = -0.08 N holds above 6.25 samples.
-        let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.08, 0.01)).alarm).collect();
+        let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&input(-0.08, 0.01)).alarm).collect();
         assert_eq!(alarms, [7]);
     }
 
@@ -319,9 +319,9 @@ mod tests {
     fn page_hinkley_takes_a_constant_offset_for_quiet() {
         let settings = DetectorSettings::for_kind(DistanceKind::PageHinkley, Hypotheses::default());
         let mut detector = CusumDetector::new(&settings, 1e-3);
-        assert!((0..1000).all(|_| !detector.update(&evidence(-0.5, 0.01)).alarm));
+        assert!((0..1000).all(|_| !detector.update(&input(-0.5, 0.01)).alarm));
         // 0.16 - 0.1 N per sample, minus the change of the mean, exceeds 0.1 N at the second.
-        let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&evidence(-0.66, 0.01)).alarm).collect();
+        let alarms: Vec<u32> = (1..=30).filter(|_| detector.update(&input(-0.66, 0.01)).alarm).collect();
         assert_eq!(alarms, [2]);
     }
 
@@ -329,7 +329,7 @@ mod tests {
     fn every_distance_finds_a_drop_of_half_a_newton() {
         for kind in DistanceKind::ALL {
             let mut detector = CusumDetector::new(&DetectorSettings::for_kind(kind, Hypotheses::default()), 1e-3);
-            let sample = |drop: f64| Evidence { correction: [drop / 0.02, 0.0], ..evidence(drop, 0.01) };
+            let sample = |drop: f64| DetectorInput { correction: [drop / 0.02, 0.0], ..input(drop, 0.01) };
             let quiet = (0..500).filter(|_| detector.update(&sample(-0.001)).alarm).count();
             let found = (0..5).filter(|k| detector.update(&sample(-0.5 * f64::from(*k))).alarm).count();
             assert_eq!((quiet, found), (0, 1), "{kind:?}");
@@ -346,10 +346,10 @@ mod tests {
             damping_n_s_per_m: 6.0,
             extra_parameter: 7.0,
         };
-        let evidence = Evidence::<f64>::new(8.0, 0.9, 10.0, &estimate);
-        assert_eq!((evidence.force_n, evidence.depth_m, evidence.velocity_m_per_s), (8.0, 0.9, 10.0));
-        assert_eq!((evidence.predicted_force_n, evidence.residual_n, evidence.correction), (1.0, 2.0, [3.0, 4.0]));
-        let is_in_contact = |depth_m| Evidence::<f64>::new(8.0, depth_m, 10.0, &estimate).in_contact;
+        let input = DetectorInput::<f64>::new(8.0, 0.9, 10.0, &estimate);
+        assert_eq!((input.force_n, input.depth_m, input.velocity_m_per_s), (8.0, 0.9, 10.0));
+        assert_eq!((input.predicted_force_n, input.residual_n, input.correction), (1.0, 2.0, [3.0, 4.0]));
+        let is_in_contact = |depth_m| DetectorInput::<f64>::new(8.0, depth_m, 10.0, &estimate).in_contact;
         assert_eq!([1e-9, 0.0, -1e-9].map(is_in_contact), [true, false, false]);
     }
 
@@ -381,28 +381,28 @@ mod tests {
     fn an_alarm_resets_the_decision_and_the_distance() {
         let mut detector = CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3);
         for _ in 0..200 {
-            detector.update(&evidence(0.0, 0.01));
+            detector.update(&input(0.0, 0.01));
         }
-        let ruptured = detector.update(&evidence(-0.5, 0.01));
+        let ruptured = detector.update(&input(-0.5, 0.01));
         assert!(ruptured.alarm);
         assert!((ruptured.distance - 0.25).abs() < 1e-12, "{ruptured:?}");
         assert!((ruptured.decision - 0.198).abs() < 1e-9, "the decision is that before the reset: {ruptured:?}");
-        assert_eq!(detector.update(&evidence(-0.1, 0.01)).decision, 0.0, "0.01 N² is below the drift");
+        assert_eq!(detector.update(&input(-0.1, 0.01)).decision, 0.0, "0.01 N² is below the drift");
 
         let settings = DetectorSettings::for_kind(DistanceKind::LikelihoodRatio, Hypotheses::default());
         let mut detector = CusumDetector::<f64>::new(&settings, 1e-3);
         for _ in 0..200 {
-            detector.update(&evidence(0.0, 0.01));
+            detector.update(&input(0.0, 0.01));
         }
-        assert!(detector.update(&evidence(-1.0, 0.01)).alarm);
+        assert!(detector.update(&input(-1.0, 0.01)).alarm);
         // e² / (2 σ_0²) of this sample alone: the window has forgotten the rupture.
-        assert!((detector.update(&evidence(-0.1, 0.01)).distance - 12.5).abs() < 1e-9);
+        assert!((detector.update(&input(-0.1, 0.01)).distance - 12.5).abs() < 1e-9);
     }
 
     #[test]
     fn a_distance_that_arms_itself_needs_no_contact_and_no_settling_time() {
         let settings = DetectorSettings::for_kind(DistanceKind::WindowedDerivative, Hypotheses::default());
-        let outside = |force_n: f64, velocity_m_per_s: f64| Evidence {
+        let outside = |force_n: f64, velocity_m_per_s: f64| DetectorInput {
             force_n,
             depth_m: -1.0,
             in_contact: false,
@@ -430,23 +430,23 @@ mod tests {
             let detector = CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3);
             let mut detector = detector.with_thresholds(threshold, 10.0 * threshold);
             for _ in 0..200 {
-                detector.update(&evidence(0.0, 0.01));
+                detector.update(&input(0.0, 0.01));
             }
-            detector.update(&evidence(residual, 0.01)).alarm
+            detector.update(&input(residual, 0.01)).alarm
         };
         assert_eq!([alarm_at(0.1, -0.4), alarm_at(0.2, -0.4)], [true, false]);
     }
 
-    fn drop_in_noise(samples: u64, seed: u64) -> Vec<Evidence<f64>> {
+    fn drop_in_noise(samples: u64, seed: u64) -> Vec<DetectorInput<f64>> {
         let mut noise = fixtures::Noise(seed);
         let sample = |k: u64| {
             let residual = 0.01 * noise.next() - if k % 400 == 350 { 0.6 } else { 0.0 };
             let force_n = 2.0 + 1e-3 * k as f64 + residual;
-            Evidence {
+            DetectorInput {
                 force_n,
                 depth_m: 0.01 + 1e-5 * k as f64,
                 correction: [residual / 0.02, 0.1 * residual],
-                ..evidence(residual, 0.01)
+                ..input(residual, 0.01)
             }
         };
         (0..samples).map(sample).collect()
@@ -462,8 +462,8 @@ mod tests {
             let (mut first, other) = (one(-0.3), one(-0.2));
             let all = [&first, &other, &other, &other, &other, &other, &other, &other];
             let mut gathered = <CusumDetector<f64> as crate::lane::Gather>::gather::<f64>(all).expect("alike");
-            for evidence in drop_in_noise(800, 5) {
-                let (a, b) = (first.update(&evidence), gathered.update(&evidence));
+            for input in drop_in_noise(800, 5) {
+                let (a, b) = (first.update(&input), gathered.update(&input));
                 assert_eq!((a.distance, a.decision, a.alarm), (b.distance, b.decision, b.alarm), "{kind:?}");
             }
         }
@@ -477,13 +477,13 @@ mod tests {
             let new = || CusumDetector::<f64>::new(&DetectorSettings::for_kind(kind, Hypotheses::default()), 1e-3);
             let samples = drop_in_noise(1600, 9);
             let mut used = new();
-            for evidence in &samples[..700] {
-                used.update(evidence);
+            for input in &samples[..700] {
+                used.update(input);
             }
             let mut restored = new();
             restored.restore(&used.state()).expect("the same settings");
-            for evidence in &samples[700..] {
-                let (a, b) = (used.update(evidence), restored.update(evidence));
+            for input in &samples[700..] {
+                let (a, b) = (used.update(input), restored.update(input));
                 assert_eq!((a.distance, a.decision, a.alarm), (b.distance, b.decision, b.alarm), "{kind:?}");
             }
         }

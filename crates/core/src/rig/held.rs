@@ -11,14 +11,14 @@ use crate::lane::Stored;
 /// recovering  y = reading + gap; the gap starts at held value - reading and shrinks by a step per tick to 0
 /// ```
 #[derive(Debug, Clone)]
-pub(super) struct HeldReading {
+pub(super) struct HeldMeasurement {
     value: f64,
     gap: f64,
     step: f64,
     is_held: bool,
 }
 
-impl HeldReading {
+impl HeldMeasurement {
     /// Starts at a value; `step` is the largest change of the gap per tick.
     pub(super) fn at(value: f64, step: f64) -> Self {
         Self { value, gap: 0.0, step, is_held: false }
@@ -26,9 +26,9 @@ impl HeldReading {
 
     /// Returns the reading unchanged. Only valid when no recovery is in progress.
     #[inline(always)]
-    pub(super) fn pass(&mut self, reading: f64) -> f64 {
-        self.value = reading;
-        reading
+    pub(super) fn pass(&mut self, measurement: f64) -> f64 {
+        self.value = measurement;
+        measurement
     }
 
     pub(super) fn hold(&mut self) -> f64 {
@@ -36,13 +36,13 @@ impl HeldReading {
         self.value
     }
 
-    pub(super) fn recover(&mut self, reading: f64) -> f64 {
+    pub(super) fn recover(&mut self, measurement: f64) -> f64 {
         if self.is_held {
             self.is_held = false;
-            self.gap = self.value - reading;
+            self.gap = self.value - measurement;
         }
         self.gap -= self.gap.max(-self.step).min(self.step);
-        self.value = reading + self.gap;
+        self.value = measurement + self.gap;
         self.value
     }
 
@@ -51,7 +51,7 @@ impl HeldReading {
     }
 }
 
-impl Stored for HeldReading {
+impl Stored for HeldMeasurement {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
         let Self { value, gap, step, is_held } = self;
         value.numbers(with);
@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn a_held_value_returns_in_steps() {
-        let mut held = HeldReading::at(0.0, 0.5);
+        let mut held = HeldMeasurement::at(0.0, 0.5);
         assert_eq!(held.pass(1.0), 1.0);
         assert_eq!([held.hold(), held.hold()], [1.0, 1.0]);
         assert!(!held.is_recovered());

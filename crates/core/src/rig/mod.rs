@@ -45,13 +45,13 @@ mod settings;
 pub use sample::{Command, Faults, Sample};
 pub use settings::{Limits, Settings, VelocitySource};
 
-use crate::augmentation::{Situation, Supervisor};
-use crate::chain::{Chain, Insight, Reading};
+use crate::augmentation::{Supervisor, SupervisorInput};
+use crate::chain::{Chain, ChainOutput, Measurement};
 use crate::detector::CusumDetector;
 use crate::error::InvalidValue;
 use crate::estimation::{Estimate, Rls, VelocityFilter};
 use crate::lane::{Lane, Stored};
-use held::HeldReading;
+use held::HeldMeasurement;
 
 /// The haptic controller of a rig.
 #[derive(Debug, Clone)]
@@ -64,12 +64,12 @@ pub struct HapticController {
     limits: Limits,
     tick: u64,
     /// The supervisor's last inputs, which replace bad values.
-    hand_m: HeldReading,
+    hand_m: HeldMeasurement,
     /// The hand's last position, scaled to the slave in m, and the factor from its change in a tick to the master's
     /// velocity.
     last_hand_m: f64,
     per_hand_step: f64,
-    force_n: HeldReading,
+    force_n: HeldMeasurement,
     slave_m: f64,
     velocity_m_per_s: f64,
     /// `K` in N/m and `B` in N·s/m.
@@ -109,8 +109,8 @@ impl HapticController {
             tick: 0,
             last_hand_m: reference_m,
             per_hand_step: 1.0 / (settings.position_scale * tick_s),
-            hand_m: HeldReading::at(reference_m, limits.recovery_speed_m_per_s * tick_s),
-            force_n: HeldReading::at(0.0, limits.recovery_force_rate_n_per_s * tick_s),
+            hand_m: HeldMeasurement::at(reference_m, limits.recovery_speed_m_per_s * tick_s),
+            force_n: HeldMeasurement::at(0.0, limits.recovery_force_rate_n_per_s * tick_s),
             slave_m: reference_m,
             velocity_m_per_s: 0.0,
             parameters: [0.0; 2],
@@ -133,11 +133,11 @@ impl HapticController {
             Some(filter) => filter.update(sample.slave_position_m),
             None => sample.slave_velocity_m_per_s,
         };
-        let insight = self.chain.step(&self.reading(sample.force_n));
-        self.parameters = [insight.estimate.stiffness_n_per_m, insight.estimate.damping_n_s_per_m];
+        let output = self.chain.step(&self.measurement(sample.force_n));
+        self.parameters = [output.estimate.stiffness_n_per_m, output.estimate.damping_n_s_per_m];
         let hand_m = self.hand_m.pass(self.position_scale * sample.master_position_m);
         let force_n = self.force_n.pass(self.force_scale * sample.force_n);
-        self.command(&insight, hand_m, force_n, faults)
+        self.command(&output, hand_m, force_n, faults)
     }
 
     /// The number of processed samples.
@@ -167,14 +167,14 @@ impl HapticController {
 
     /// The last good position and velocity of the slave, with a force (N).
     #[inline(always)]
-    fn reading(&self, force_n: f64) -> Reading<f64> {
-        Reading { force_n, position_m: self.slave_m, velocity_m_per_s: self.velocity_m_per_s }
+    fn measurement(&self, force_n: f64) -> Measurement<f64> {
+        Measurement { force_n, position_m: self.slave_m, velocity_m_per_s: self.velocity_m_per_s }
     }
 
     #[inline(always)]
-    fn command(&mut self, insight: &Insight<f64>, hand_m: f64, force_n: f64, faults: Faults) -> Command {
-        let Insight { estimate, decision, .. } = insight;
-        let situation = Situation {
+    fn command(&mut self, output: &ChainOutput<f64>, hand_m: f64, force_n: f64, faults: Faults) -> Command {
+        let ChainOutput { estimate, decision, .. } = output;
+        let input = SupervisorInput {
             tick: self.tick,
             alarm: decision.alarm,
             decision: decision.decision,
@@ -184,7 +184,7 @@ impl HapticController {
         };
         let velocity_m_per_s = (hand_m - self.last_hand_m) * self.per_hand_step;
         self.last_hand_m = hand_m;
-        let command = self.supervisor.update(&situation, force_n, velocity_m_per_s);
+        let command = self.supervisor.update(&input, force_n, velocity_m_per_s);
         self.tick += 1;
         Command {
             slave_reference_m: command.slave_reference_m,
@@ -221,12 +221,12 @@ impl HapticController {
                 None => sample.slave_velocity_m_per_s,
             };
         }
-        let insight = if faults.any() || follows_a_bad_one {
+        let output = if faults.any() || follows_a_bad_one {
             self.skip_sample(sample, faults)
         } else {
-            self.chain.step(&self.reading(sample.force_n))
+            self.chain.step(&self.measurement(sample.force_n))
         };
-        self.parameters = [insight.estimate.stiffness_n_per_m, insight.estimate.damping_n_s_per_m];
+        self.parameters = [output.estimate.stiffness_n_per_m, output.estimate.damping_n_s_per_m];
 
         let hand_m = match faults.master_position {
             true => self.hand_m.hold(),
@@ -237,15 +237,15 @@ impl HapticController {
             false => self.force_n.recover(self.force_scale * sample.force_n),
         };
         self.is_disturbed = faults.any() || !(self.hand_m.is_recovered() && self.force_n.is_recovered());
-        self.command(&insight, hand_m, force_n, faults)
+        self.command(&output, hand_m, force_n, faults)
     }
 
     /// Handles a bad sample or the first good one after it: no residual, no correction, no alarm.
-    fn skip_sample(&mut self, sample: &Sample, faults: Faults) -> Insight<f64> {
+    fn skip_sample(&mut self, sample: &Sample, faults: Faults) -> ChainOutput<f64> {
         let decision = if faults.any() {
             self.chain.skip(if faults.force { 0.0 } else { sample.force_n }, self.velocity_m_per_s)
         } else {
-            self.chain.resume(&self.reading(sample.force_n))
+            self.chain.resume(&self.measurement(sample.force_n))
         };
         let [stiffness_n_per_m, damping_n_s_per_m] = self.parameters;
         let estimate = Estimate {
@@ -256,7 +256,7 @@ impl HapticController {
             damping_n_s_per_m,
             extra_parameter: 0.0,
         };
-        Insight { depth_m: 0.0, estimate, decision }
+        ChainOutput { depth_m: 0.0, estimate, decision }
     }
 }
 

@@ -114,7 +114,7 @@ mod tests {
         let residual_n = vec![0.0, -1.0, -1.0, 1.2, 0.0, 0.0, 0.0, 0.0, -2.0];
         let count = residual_n.len();
         let residuals =
-            Residuals { residual_n, predicted_n: vec![3.0; count], depth_m: vec![0.01; count], evidence: vec![] };
+            Residuals { residual_n, predicted_n: vec![3.0; count], depth_m: vec![0.01; count], input: vec![] };
         let still = vec![0.0; count];
         let signal = Signal { interval_s: 1e-3, position_m: &still, velocity_m_per_s: &still, force_n: &still };
         // Decision: 0, 0.5, 1, 1.94, 1.44, 0.94, 0.44, 0, 3.5. The rise at sample 3 cannot raise an alarm and is not

@@ -2,7 +2,7 @@
 
 use trocar_base::interrupt;
 use trocar_base::large_pages::with_capacity;
-use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, Evidence};
+use trocar_core::detector::{CusumDetector, Detector, DetectorInput, DetectorSettings};
 use trocar_core::estimation::{AnyEstimator, Estimator, RlsSettings};
 
 #[derive(Debug, Clone, Copy)]
@@ -25,7 +25,7 @@ pub(super) struct Residuals {
     pub(super) residual_n: Vec<f64>,
     pub(super) predicted_n: Vec<f64>,
     pub(super) depth_m: Vec<f64>,
-    pub(super) evidence: Vec<Evidence<f64>>,
+    pub(super) input: Vec<DetectorInput<f64>>,
 }
 
 impl Residuals {
@@ -36,14 +36,14 @@ impl Residuals {
             residual_n: with_capacity(count),
             predicted_n: with_capacity(count),
             depth_m: with_capacity(count),
-            evidence: with_capacity(count),
+            input: with_capacity(count),
         };
         for sample in 0..count {
             interrupt::check_at(sample as u64);
             let (force_n, velocity_m_per_s) = (signal.force_n[sample], signal.velocity_m_per_s[sample]);
             let depth_m = signal.position_m[sample] - contact_m;
             let estimate = estimator.update(force_n, depth_m, velocity_m_per_s);
-            residuals.evidence.push(Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate));
+            residuals.input.push(DetectorInput::new(force_n, depth_m, velocity_m_per_s, &estimate));
             residuals.residual_n.push(estimate.residual_n);
             residuals.predicted_n.push(estimate.predicted_force_n);
             residuals.depth_m.push(depth_m);
@@ -58,9 +58,9 @@ impl Residuals {
 
     pub(super) fn alarms(&self, signal: &Signal<'_>, settings: &DetectorSettings) -> Vec<usize> {
         let mut detector = CusumDetector::<f64>::new(settings, signal.interval_s);
-        let alarms = self.evidence.iter().enumerate().filter_map(|(sample, evidence)| {
+        let alarms = self.input.iter().enumerate().filter_map(|(sample, input)| {
             interrupt::check_at(sample as u64);
-            detector.update(evidence).alarm.then_some(sample)
+            detector.update(input).alarm.then_some(sample)
         });
         alarms.collect()
     }

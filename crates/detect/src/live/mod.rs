@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::EVEN_SHARE;
 use super::chain::{DetectionChain, Step, VelocitySource};
 use trocar_base::moments::Moments;
-use trocar_core::chain::Reading;
+use trocar_core::chain::Measurement;
 use trocar_core::error::{InvalidValue, require};
 use trocar_recording::{Limits, LiveSample};
 use trocar_scenario::DetectionSettings;
@@ -24,7 +24,7 @@ pub struct LiveStep {
     /// Number of the tick, from 0.
     pub sample: u64,
     /// The measurement, interpolated if a sample was lost.
-    pub reading: Reading<f64>,
+    pub measurement: Measurement<f64>,
     /// The results.
     pub step: Step,
 }
@@ -259,12 +259,12 @@ impl LiveDetector {
     fn tick(&mut self, sample: &LiveSample, emit: &mut impl FnMut(&LiveStep)) {
         let Some(chain) = &mut self.chain else { return };
         let &LiveSample { time_s, position_m, velocity_m_per_s, force_n } = sample;
-        let reading = Reading { position_m, velocity_m_per_s, force_n };
-        let step = chain.step(&reading);
+        let measurement = Measurement { position_m, velocity_m_per_s, force_n };
+        let step = chain.step(&measurement);
         self.residual.add(step.estimate.residual_n);
         self.in_contact += u64::from(step.depth_m > 0.0);
         self.summary.alarms += u64::from(step.decision.alarm);
-        emit(&LiveStep { time_s, sample: self.summary.samples, reading, step });
+        emit(&LiveStep { time_s, sample: self.summary.samples, measurement, step });
         self.summary.samples += 1;
     }
 }

@@ -58,7 +58,7 @@ impl Writer<'_> {
             json!({
                 "points": (self.points)(outline.clone()),
                 "color": (self.color)(*color),
-                "text": panel.readings.get(index).map_or("", String::as_str),
+                "text": panel.measurements.get(index).map_or("", String::as_str),
             })
         });
         let fills: Vec<Json> = fills.collect();
@@ -74,7 +74,7 @@ impl Writer<'_> {
             "ruptures": events.ruptures,
             "alarms": events.alarms,
             "fills": fills,
-            "outside": panel.readings.get(panel.fills.len()),
+            "outside": panel.measurements.get(panel.fills.len()),
             "lines": lines,
             "levels": levels.collect::<Vec<_>>(),
             "notes": panel.notes.iter().map(|((x, y), text)| json!([x, y, text])).collect::<Vec<_>>(),

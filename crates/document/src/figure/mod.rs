@@ -138,7 +138,7 @@ pub struct Panel<'a> {
     /// Identifier of the chart on a page; empty if it has none.
     pub id: &'static str,
     /// The value of each fill and of the remaining panel, for the cursor of a page; empty without values.
-    pub readings: Vec<String>,
+    pub measurements: Vec<String>,
 }
 
 impl<'a> Panel<'a> {
@@ -158,7 +158,7 @@ impl<'a> Panel<'a> {
             notes: Vec::new(),
             is_bare: false,
             id: "",
-            readings: Vec::new(),
+            measurements: Vec::new(),
         }
     }
 

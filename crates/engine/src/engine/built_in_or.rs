@@ -1,11 +1,11 @@
 //! A role that is filled by a built-in or a user-defined part.
 
-use super::{IntegrationError, MasterReading, Plants, SlaveReading};
+use super::{IntegrationError, MasterOutput, Plants, SlaveOutput};
 use crate::operator::Operator;
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
 use crate::tissue::{Reaction, Tissue, TissueFailure};
 use trocar_core::augmentation::{AugmentedTick, ForceLaw, ModeChange, Modes, MotionLaw};
-use trocar_core::detector::{Decision, Detector, Evidence};
+use trocar_core::detector::{Decision, Detector, DetectorInput};
 use trocar_core::estimation::{Estimate, Estimator};
 
 /// A built-in part, which is inlined in the tick, or a user-defined part, which is called dynamically.
@@ -58,7 +58,7 @@ by_the_part_that_is_there!(Estimator {
 });
 
 by_the_part_that_is_there!(Detector {
-    fn update(&mut self)(evidence: &Evidence<f64>) -> Decision<f64>;
+    fn update(&mut self)(input: &DetectorInput<f64>) -> Decision<f64>;
 });
 
 by_the_part_that_is_there!(Connection {
@@ -84,7 +84,7 @@ by_the_part_that_is_there!(ForceLaw {
 });
 
 by_the_part_that_is_there!(Plants {
-    fn master(&self)() -> MasterReading<f64>;
-    fn slave(&self)() -> SlaveReading<f64>;
+    fn master(&self)() -> MasterOutput<f64>;
+    fn slave(&self)() -> SlaveOutput<f64>;
     fn step(&mut self)(desired: f64, desired_next: f64, feedback: f64, reference: f64, deflection: f64) -> Result<(), IntegrationError>;
 });

@@ -1,6 +1,6 @@
 //! The plants with an exact step, by the matrix exponentials of `plant`.
 
-use super::{IntegrationError, MasterReading, Plants, SlaveReading};
+use super::{IntegrationError, MasterOutput, Plants, SlaveOutput};
 use crate::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 use trocar_core::lane::{Gather, LANES, Lane, by_index, of_each};
 
@@ -142,8 +142,8 @@ pub(super) fn combine<L: Lane, C: Coefficient<L>, const ROWS: usize, const COLUM
 
 impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
     #[inline(always)]
-    fn master(&self) -> MasterReading<L> {
-        MasterReading {
+    fn master(&self) -> MasterOutput<L> {
+        MasterOutput {
             position_m: self.motion_state[0],
             velocity_m_per_s: self.motion_state[1],
             hand_force_n: self.force_state[1],
@@ -151,8 +151,8 @@ impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
     }
 
     #[inline(always)]
-    fn slave(&self) -> SlaveReading<L> {
-        SlaveReading { position_m: self.slave_state[0], velocity_m_per_s: self.slave_state[1] }
+    fn slave(&self) -> SlaveOutput<L> {
+        SlaveOutput { position_m: self.slave_state[0], velocity_m_per_s: self.slave_state[1] }
     }
 
     #[inline(always)]
@@ -223,7 +223,7 @@ impl<L: Lane> GatheredPlants<L> {
 
 impl<L: Lane> Plants<L> for GatheredPlants<L> {
     #[inline(always)]
-    fn master(&self) -> MasterReading<L> {
+    fn master(&self) -> MasterOutput<L> {
         match self {
             Self::Alike(plants) => plants.master(),
             Self::Different(plants) => plants.master(),
@@ -231,7 +231,7 @@ impl<L: Lane> Plants<L> for GatheredPlants<L> {
     }
 
     #[inline(always)]
-    fn slave(&self) -> SlaveReading<L> {
+    fn slave(&self) -> SlaveOutput<L> {
         match self {
             Self::Alike(plants) => plants.slave(),
             Self::Different(plants) => plants.slave(),

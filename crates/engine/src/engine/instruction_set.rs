@@ -5,7 +5,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::{Avx2, Avx512};
-use super::{Engine, EngineError, EventObserver, Happening, Observer, Plants, Wiring};
+use super::{Engine, EngineError, EventObserver, Observer, Plants, SelectedSignals, Wiring};
 use trocar_core::lane::Lane;
 
 /// The instruction set for several cases.
@@ -93,15 +93,15 @@ pub trait Wide: Lane {
     ) -> Result<(), EngineError>;
 
     /// [`EventObserver::observe`] in this instruction set.
-    fn observe<O: EventObserver<Self>>(observer: &mut O, happening: &Happening<Self>);
+    fn observe<O: EventObserver<Self>>(observer: &mut O, signals: &SelectedSignals<Self>);
 }
 
 /// An observer compiled for the instruction set of its lanes, for any caller.
 pub struct InSet<O>(pub O);
 
 impl<L: Wide, O: EventObserver<L>> EventObserver<L> for InSet<O> {
-    fn observe(&mut self, happening: &Happening<L>) {
-        L::observe(&mut self.0, happening);
+    fn observe(&mut self, signals: &SelectedSignals<L>) {
+        L::observe(&mut self.0, signals);
     }
 }
 
@@ -119,9 +119,9 @@ macro_rules! wide {
                     unsafe { run(engine, observer) }
                 }
 
-                fn observe<O: EventObserver<Self>>(observer: &mut O, happening: &Happening<Self>) {
+                fn observe<O: EventObserver<Self>>(observer: &mut O, signals: &SelectedSignals<Self>) {
                     // SAFETY: as above.
-                    unsafe { observe(observer, happening) }
+                    unsafe { observe(observer, signals) }
                 }
             }
 
@@ -134,8 +134,8 @@ macro_rules! wide {
             }
 
             $(#[$attribute])*
-            fn observe<O: EventObserver<$Number>>(observer: &mut O, happening: &Happening<$Number>) {
-                observer.observe(happening);
+            fn observe<O: EventObserver<$Number>>(observer: &mut O, signals: &SelectedSignals<$Number>) {
+                observer.observe(signals);
             }
         };
     )*};

@@ -6,7 +6,7 @@
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, SVector, System};
 
-use super::{IntegrationError, MasterReading, Plants, SlaveReading};
+use super::{IntegrationError, MasterOutput, Plants, SlaveOutput};
 use crate::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters,
 };
@@ -255,16 +255,16 @@ fn third_order(numerator: &[f64], denominator: &[f64]) -> ([f64; 3], [f64; 2]) {
 }
 
 impl Plants<f64> for IntegratedPlants {
-    fn master(&self) -> MasterReading<f64> {
-        MasterReading {
+    fn master(&self) -> MasterOutput<f64> {
+        MasterOutput {
             position_m: self.state[0],
             velocity_m_per_s: self.state[1],
             hand_force_n: self.equations.hand_force(&self.state),
         }
     }
 
-    fn slave(&self) -> SlaveReading<f64> {
-        SlaveReading { position_m: self.state[5], velocity_m_per_s: self.equations.slave_velocity(&self.state) }
+    fn slave(&self) -> SlaveOutput<f64> {
+        SlaveOutput { position_m: self.state[5], velocity_m_per_s: self.equations.slave_velocity(&self.state) }
     }
 
     fn step(

@@ -6,7 +6,7 @@
 
 use super::exact::combine;
 use super::motor::Motor;
-use super::{IntegrationError, MasterReading, Plants, SlaveReading};
+use super::{IntegrationError, MasterOutput, Plants, SlaveOutput};
 use crate::plant::{
     ActuatorLimits, ArmParameters, MASTER_STATES, MasterParameters, MasterStep, PlantError, SLAVE_STATES,
     SlaveParameters, SlaveStep,
@@ -101,13 +101,13 @@ impl<L: Lane> LimitedPlants<L> {
 
 impl<L: Lane> Plants<L> for LimitedPlants<L> {
     #[inline(always)]
-    fn master(&self) -> MasterReading<L> {
-        MasterReading { position_m: self.motion[0], velocity_m_per_s: self.motion[1], hand_force_n: self.hand_force_n }
+    fn master(&self) -> MasterOutput<L> {
+        MasterOutput { position_m: self.motion[0], velocity_m_per_s: self.motion[1], hand_force_n: self.hand_force_n }
     }
 
     #[inline(always)]
-    fn slave(&self) -> SlaveReading<L> {
-        SlaveReading { position_m: self.slave_state[0], velocity_m_per_s: self.slave_state[1] }
+    fn slave(&self) -> SlaveOutput<L> {
+        SlaveOutput { position_m: self.slave_state[0], velocity_m_per_s: self.slave_state[1] }
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Observers of a run.
 
-use super::{Happening, Signals};
+use super::{SelectedSignals, Signals};
 use trocar_core::lane::Lane;
 
 /// Receives the signals of each tick.
@@ -33,14 +33,14 @@ impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     }
 }
 
-/// Receives the [`Happening`] of each tick. Called dynamically, so that the tick is compiled once for all of them.
+/// Receives the [`SelectedSignals`] of each tick. Called dynamically, so that the tick is compiled once for all of them.
 pub trait EventObserver<L: Lane> {
     /// See [`Observer::observe`].
-    fn observe(&mut self, happening: &Happening<L>);
+    fn observe(&mut self, selected: &SelectedSignals<L>);
 }
 
 impl<L: Lane> EventObserver<L> for () {
-    fn observe(&mut self, _happening: &Happening<L>) {}
+    fn observe(&mut self, _happening: &SelectedSignals<L>) {}
 }
 
 /// An optional [`EventObserver`].
@@ -50,7 +50,7 @@ impl<L: Lane> Observer<L> for Additional<'_, L> {
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<L>) {
         if let Some(observer) = &mut self.0 {
-            observer.observe(&Happening::of(signals));
+            observer.observe(&SelectedSignals::of(signals));
         }
     }
 }

@@ -2,14 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use super::signals::{Desired, FedBack, Sensed};
-use super::{EngineError, MasterReading, Observer, Plants, Signals, SlaveReading};
+use super::signals::{Desired, FedBack, SlaveMeasurement};
+use super::{EngineError, MasterOutput, Observer, Plants, Signals, SlaveOutput};
 use crate::operator::Operator;
 use crate::sensor::{NoiseBank, Sensor};
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
 use crate::tissue::Tissue;
 use trocar_core::augmentation::{
-    AnyForceLaw, ForceLaw, HeldReference, Modes, MotionLaw, Situation, SlaveCommand, Supervisor,
+    AnyForceLaw, ForceLaw, HeldReference, Modes, MotionLaw, SlaveCommand, Supervisor, SupervisorInput,
 };
 use trocar_core::chain::Chain;
 use trocar_core::detector::Detector;
@@ -65,7 +65,7 @@ pub struct Parts<L: Lane, O, T, S, E, D, K, M = HeldReference<L>, F = AnyForceLa
 }
 
 #[inline(always)]
-pub(super) fn of_master<L: Lane>(master: &MasterReading<L>) -> AtMaster<L> {
+pub(super) fn of_master<L: Lane>(master: &MasterOutput<L>) -> AtMaster<L> {
     AtMaster {
         position_m: master.position_m,
         velocity_m_per_s: master.velocity_m_per_s,
@@ -89,31 +89,31 @@ where
 {
     /// Steps 2 to 4, on the slave's side: tissue and sensors, estimator, detector.
     #[inline(always)]
-    pub(super) fn sense(&mut self, tick: u64, slave: &SlaveReading<L>) -> Sensed<L> {
+    pub(super) fn sense(&mut self, tick: u64, slave: &SlaveOutput<L>) -> SlaveMeasurement<L> {
         let reaction = self.tissue.react(tick, slave.position_m, slave.velocity_m_per_s);
         let sensed_n = if self.sensor.excludes_shaft() {
             reaction.force_n - self.tissue.shaft_force_n()
         } else {
             reaction.force_n
         };
-        let reading = self.sensor.read(sensed_n, slave.position_m, slave.velocity_m_per_s);
-        let insight = self.chain.step(&reading);
+        let measurement = self.sensor.read(sensed_n, slave.position_m, slave.velocity_m_per_s);
+        let output = self.chain.step(&measurement);
         let at_slave = AtSlave {
-            position_m: reading.position_m,
-            velocity_m_per_s: reading.velocity_m_per_s,
-            force_n: reading.force_n,
+            position_m: measurement.position_m,
+            velocity_m_per_s: measurement.velocity_m_per_s,
+            force_n: measurement.force_n,
         };
-        Sensed { reaction, insight, at_slave }
+        SlaveMeasurement { reaction, output, at_slave }
     }
 
     /// Step 5, after the hand's position has arrived: mode and reference.
     #[inline(always)]
-    pub(super) fn command_slave(&mut self, tick: u64, hand_m: L, sensed: &Sensed<L>) -> SlaveCommand<L> {
-        let Sensed { insight, at_slave, .. } = sensed;
-        let command = self.supervisor.decide(&Situation {
+    pub(super) fn command_slave(&mut self, tick: u64, hand_m: L, measured: &SlaveMeasurement<L>) -> SlaveCommand<L> {
+        let SlaveMeasurement { output, at_slave, .. } = measured;
+        let command = self.supervisor.decide(&SupervisorInput {
             tick,
-            alarm: insight.decision.alarm,
-            decision: insight.decision.decision,
+            alarm: output.decision.alarm,
+            decision: output.decision.decision,
             hand_m,
             slave_m: at_slave.position_m,
             force_n: at_slave.force_n,
@@ -139,7 +139,7 @@ where
     }
 
     #[inline(always)]
-    pub(super) fn next_desired_m(&mut self, tick: u64, arrived_mode: Modes<L>, master: &MasterReading<L>) -> L {
+    pub(super) fn next_desired_m(&mut self, tick: u64, arrived_mode: Modes<L>, master: &MasterOutput<L>) -> L {
         self.operator.cue(self.supervisor.cue(arrived_mode));
         self.operator.master(master.position_m);
         self.operator.desired_position_m(tick + 1, master.hand_force_n)
@@ -177,23 +177,23 @@ where
         let (master, slave) = (plants.master(), plants.slave());
         let at_master = of_master(&master);
         // 2. to 4. tissue and sensors, estimator and detector
-        let sensed = self.sense(tick, &slave);
+        let measured = self.sense(tick, &slave);
         // 5. link and supervisor on the slave's side
-        let hand_m = self.link.to_slave(&at_master, &sensed.at_slave);
-        let command = self.command_slave(tick, hand_m, &sensed);
+        let hand_m = self.link.to_slave(&at_master, &measured.at_slave);
+        let command = self.command_slave(tick, hand_m, &measured);
         // 6. link and force law on the master's side
-        let (arrived_mode, arrived_force_n) = self.link.to_master(command.mode, &sensed.at_slave, &at_master);
+        let (arrived_mode, arrived_force_n) = self.link.to_master(command.mode, &measured.at_slave, &at_master);
         let fed_back = self.feed_back(arrived_mode, arrived_force_n, &at_master);
 
         let desired = self.desired(desired_m);
-        observer.observe(&Signals::of_both(tick, &(desired, master, fed_back), &(slave, sensed, command)));
+        observer.observe(&Signals::of_both(tick, &(desired, master, fed_back), &(slave, measured, command)));
         if observer.is_done() {
             return ControlFlow::Break(Ok(()));
         }
 
         // 7. both plants to the next tick
         let desired_next_m = self.next_desired_m(tick, arrived_mode, &master);
-        let deflection_m = self.link.deflection_m(sensed.reaction.force_n);
+        let deflection_m = self.link.deflection_m(measured.reaction.force_n);
         match plants.step(desired_m, desired_next_m, fed_back.force_n, command.slave_reference_m, deflection_m) {
             Ok(()) => ControlFlow::Continue(desired_next_m),
             Err(error) => ControlFlow::Break(Err(error.into())),

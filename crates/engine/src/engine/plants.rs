@@ -9,7 +9,7 @@ pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
 
 /// The outputs of the master side at a tick.
 #[derive(Debug, Clone, Copy)]
-pub struct MasterReading<L> {
+pub struct MasterOutput<L> {
     /// `x_h` in m.
     pub position_m: L,
     /// `v_h` in m/s.
@@ -20,7 +20,7 @@ pub struct MasterReading<L> {
 
 /// The outputs of the slave side at a tick.
 #[derive(Debug, Clone, Copy)]
-pub struct SlaveReading<L> {
+pub struct SlaveOutput<L> {
     /// `x_e` in m.
     pub position_m: L,
     /// `v_e` in m/s.
@@ -30,9 +30,9 @@ pub struct SlaveReading<L> {
 /// The two machines with their controllers, stepped from tick to tick.
 pub trait Plants<L> {
     /// The present outputs of the master side.
-    fn master(&self) -> MasterReading<L>;
+    fn master(&self) -> MasterOutput<L>;
     /// The present outputs of the slave side.
-    fn slave(&self) -> SlaveReading<L>;
+    fn slave(&self) -> SlaveOutput<L>;
     /// Steps to the next tick. The desired position is linear from `desired` to `desired_next` (m); the feedback force
     /// (N) and the slave's reference (m) are held. The tissue deflects the slave from its reference by `deflection` (m)
     /// for the whole tick, also if the reference arrives within it.
@@ -50,11 +50,11 @@ pub trait Plants<L> {
 }
 
 impl<L, P: Plants<L> + ?Sized> Plants<L> for Box<P> {
-    fn master(&self) -> MasterReading<L> {
+    fn master(&self) -> MasterOutput<L> {
         (**self).master()
     }
 
-    fn slave(&self) -> SlaveReading<L> {
+    fn slave(&self) -> SlaveOutput<L> {
         (**self).slave()
     }
 

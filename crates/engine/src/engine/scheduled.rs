@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use trocar_core::detector::{Decision, Detector, Evidence};
+use trocar_core::detector::{Decision, Detector, DetectorInput};
 use trocar_core::lane::{Gather, LANES, Lane, Mask, of_each};
 
 /// A detector with additional alarms at scheduled ticks, in every lane.
@@ -32,8 +32,8 @@ impl<D> ScheduledAlarms<D> {
 
 impl<L: Lane, D: Detector<L>> Detector<L> for ScheduledAlarms<D> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> Decision<L> {
-        let mut decision = self.detector.update(evidence);
+    fn update(&mut self, input: &DetectorInput<L>) -> Decision<L> {
+        let mut decision = self.detector.update(input);
         if self.tick == self.next {
             self.advance();
             decision.alarm = L::Mask::splat(true);

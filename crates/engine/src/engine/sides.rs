@@ -128,13 +128,13 @@ impl SlaveSide {
     ) -> Result<ToMaster<f64>, EngineError> {
         let Engine { plants, parts, .. } = &mut self.engine;
         let slave = plants.slave();
-        let sensed = parts.sense(self.tick, &slave);
-        let hand_m = parts.link.slave_receives(received, &sensed.at_slave);
-        let command = parts.command_slave(self.tick, hand_m, &sensed);
-        let sent = parts.link.slave_sends(command.mode, &sensed.at_slave);
-        observer.observe(&Signals::of_both(self.tick, &self.at_rest, &(slave, sensed, command)));
+        let measured = parts.sense(self.tick, &slave);
+        let hand_m = parts.link.slave_receives(received, &measured.at_slave);
+        let command = parts.command_slave(self.tick, hand_m, &measured);
+        let sent = parts.link.slave_sends(command.mode, &measured.at_slave);
+        observer.observe(&Signals::of_both(self.tick, &self.at_rest, &(slave, measured, command)));
         parts.tissue_outcome()?;
-        let deflection_m = parts.link.deflection_m(sensed.reaction.force_n);
+        let deflection_m = parts.link.deflection_m(measured.reaction.force_n);
         plants.step(0.0, 0.0, 0.0, command.slave_reference_m, deflection_m)?;
         self.tick += 1;
         Ok(sent)

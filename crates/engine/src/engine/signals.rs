@@ -1,10 +1,10 @@
 //! The signals of a tick, for its observers.
 
-use super::{MasterReading, SlaveReading};
+use super::{MasterOutput, SlaveOutput};
 use crate::teleoperation::AtSlave;
 use crate::tissue::Reaction;
 use trocar_core::augmentation::{Mode, Modes, SlaveCommand};
-use trocar_core::chain::Insight;
+use trocar_core::chain::ChainOutput;
 use trocar_core::detector::Decision;
 use trocar_core::estimation::Estimate;
 use trocar_core::lane::{Lane, Mask};
@@ -66,7 +66,7 @@ pub struct Signals<L: Lane> {
 
 /// A few of the [`Signals`] of a tick. Few, because every signal that an observer may receive stays live in every tick.
 #[derive(Debug, Clone, Copy)]
-pub struct Happening<L: Lane> {
+pub struct SelectedSignals<L: Lane> {
     /// The tick's number.
     pub tick: u64,
     /// Position of the master that the operator intends, in m.
@@ -85,7 +85,7 @@ pub struct Happening<L: Lane> {
     pub alarm: L::Mask,
 }
 
-impl<L: Lane> Happening<L> {
+impl<L: Lane> SelectedSignals<L> {
     #[inline(always)]
     pub(crate) fn of(s: &Signals<L>) -> Self {
         Self {
@@ -118,19 +118,19 @@ pub(super) struct FedBack<L> {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sensed<L: Lane> {
+pub(super) struct SlaveMeasurement<L: Lane> {
     pub(super) reaction: Reaction<L>,
-    pub(super) insight: Insight<L>,
+    pub(super) output: ChainOutput<L>,
     pub(super) at_slave: AtSlave<L>,
 }
 
-pub(super) type AtMasterSide<L> = (Desired<L>, MasterReading<L>, FedBack<L>);
-pub(super) type AtSlaveSide<L> = (SlaveReading<L>, Sensed<L>, SlaveCommand<L>);
+pub(super) type AtMasterSide<L> = (Desired<L>, MasterOutput<L>, FedBack<L>);
+pub(super) type AtSlaveSide<L> = (SlaveOutput<L>, SlaveMeasurement<L>, SlaveCommand<L>);
 
 /// Both sides with zeros everywhere, for a side whose values are unknown.
 pub(super) fn at_rest() -> (AtMasterSide<f64>, AtSlaveSide<f64>) {
     let desired = Desired { position_m: 0.0, intended_m: 0.0, is_noticed: false };
-    let master = MasterReading { position_m: 0.0, velocity_m_per_s: 0.0, hand_force_n: 0.0 };
+    let master = MasterOutput { position_m: 0.0, velocity_m_per_s: 0.0, hand_force_n: 0.0 };
     let fed_back = FedBack { commanded_n: 0.0, allowed_step_n: 0.0, force_n: 0.0 };
     let estimate = Estimate {
         predicted_force_n: 0.0,
@@ -140,14 +140,18 @@ pub(super) fn at_rest() -> (AtMasterSide<f64>, AtSlaveSide<f64>) {
         damping_n_s_per_m: 0.0,
         extra_parameter: 0.0,
     };
-    let sensed = Sensed {
+    let measured = SlaveMeasurement {
         reaction: Reaction { force_n: 0.0, ruptured: false },
-        insight: Insight { depth_m: 0.0, estimate, decision: Decision { distance: 0.0, decision: 0.0, alarm: false } },
+        output: ChainOutput {
+            depth_m: 0.0,
+            estimate,
+            decision: Decision { distance: 0.0, decision: 0.0, alarm: false },
+        },
         at_slave: AtSlave { position_m: 0.0, velocity_m_per_s: 0.0, force_n: 0.0 },
     };
     let command = SlaveCommand { mode: Modes::splat(Mode::Teleoperation), slave_reference_m: 0.0, alarm_taken: false };
-    let slave = SlaveReading { position_m: 0.0, velocity_m_per_s: 0.0 };
-    ((desired, master, fed_back), (slave, sensed, command))
+    let slave = SlaveOutput { position_m: 0.0, velocity_m_per_s: 0.0 };
+    ((desired, master, fed_back), (slave, measured, command))
 }
 
 impl<L: Lane> Signals<L> {
@@ -155,9 +159,9 @@ impl<L: Lane> Signals<L> {
     pub(super) fn of_both(
         tick: u64,
         (desired, master, fed_back): &AtMasterSide<L>,
-        (slave, sensed, command): &AtSlaveSide<L>,
+        (slave, measured, command): &AtSlaveSide<L>,
     ) -> Self {
-        let Sensed { reaction, insight, at_slave } = sensed;
+        let SlaveMeasurement { reaction, output, at_slave } = measured;
         Self {
             tick,
             desired_position_m: desired.position_m,
@@ -171,16 +175,16 @@ impl<L: Lane> Signals<L> {
             tissue_force_n: reaction.force_n,
             measured_force_n: at_slave.force_n,
             feedback_force_n: fed_back.force_n,
-            stiffness_n_per_m: insight.estimate.stiffness_n_per_m,
-            damping_n_s_per_m: insight.estimate.damping_n_s_per_m,
-            extra_parameter: insight.estimate.extra_parameter,
-            residual_n: insight.estimate.residual_n,
-            distance: insight.decision.distance,
-            decision: insight.decision.decision,
+            stiffness_n_per_m: output.estimate.stiffness_n_per_m,
+            damping_n_s_per_m: output.estimate.damping_n_s_per_m,
+            extra_parameter: output.estimate.extra_parameter,
+            residual_n: output.estimate.residual_n,
+            distance: output.decision.distance,
+            decision: output.decision.decision,
             mode: command.mode,
             ruptured: reaction.ruptured,
             noticed: desired.is_noticed,
-            alarm: insight.decision.alarm,
+            alarm: output.decision.alarm,
             alarm_taken: command.alarm_taken,
             commanded_force_n: fed_back.commanded_n,
             allowed_force_step_n: fed_back.allowed_step_n,

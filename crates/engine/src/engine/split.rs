@@ -1,7 +1,7 @@
 //! The plants with samples that arrive between ticks, with an exact step.
 
 use super::exact::ForceColumn;
-use super::{ExactPlants, IntegrationError, MasterReading, Plants, SlaveReading};
+use super::{ExactPlants, IntegrationError, MasterOutput, Plants, SlaveOutput};
 use crate::plant::{MasterStep, SLAVE_STATES, SlaveStep};
 use trocar_core::lane::Lane;
 
@@ -42,12 +42,12 @@ impl<L: Lane> FractionalDelayPlants<L> {
 
 impl<L: Lane> Plants<L> for FractionalDelayPlants<L> {
     #[inline(always)]
-    fn master(&self) -> MasterReading<L> {
+    fn master(&self) -> MasterOutput<L> {
         self.exact.master()
     }
 
     #[inline(always)]
-    fn slave(&self) -> SlaveReading<L> {
+    fn slave(&self) -> SlaveOutput<L> {
         self.exact.slave()
     }
 

@@ -16,7 +16,7 @@ mod noise;
 pub use self::bank::NoiseBank;
 use self::lag::Lag;
 use self::noise::WhiteNoise;
-use trocar_core::chain::Reading;
+use trocar_core::chain::Measurement;
 use trocar_core::error::InvalidValue;
 use trocar_core::estimation::VelocityFilter;
 use trocar_core::lane::Lane;
@@ -84,7 +84,7 @@ impl<L: Lane> Quantiser<L> {
 /// Measures the needle's force and motion.
 pub trait Sensor<L: Lane> {
     /// Measures a force (N), a position (m) and a velocity (m/s). Called once per tick.
-    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L>;
+    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Measurement<L>;
 
     /// Returns true if the measured force excludes the friction on the shaft.
     #[inline(always)]
@@ -99,7 +99,7 @@ pub trait Sensor<L: Lane> {
 
 impl<L: Lane, S: Sensor<L> + ?Sized> Sensor<L> for Box<S> {
     #[inline(always)]
-    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L> {
+    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Measurement<L> {
         (**self).read(force_n, position_m, velocity_m_per_s)
     }
 
@@ -115,8 +115,8 @@ pub struct PerfectSensor;
 
 impl<L: Lane> Sensor<L> for PerfectSensor {
     #[inline(always)]
-    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L> {
-        Reading { force_n, position_m, velocity_m_per_s }
+    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Measurement<L> {
+        Measurement { force_n, position_m, velocity_m_per_s }
     }
 }
 
@@ -183,8 +183,8 @@ impl<L: Lane> ForceSensor<L> {
 
 impl<L: Lane> Sensor<L> for ForceSensor<L> {
     #[inline(always)]
-    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L> {
-        Reading { force_n: self.read_force(force_n), position_m, velocity_m_per_s }
+    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Measurement<L> {
+        Measurement { force_n: self.read_force(force_n), position_m, velocity_m_per_s }
     }
 
     fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64) {
@@ -229,7 +229,7 @@ impl<L: Lane> AnySensor<L> {
 
 impl<L: Lane> Sensor<L> for AnySensor<L> {
     #[inline(always)]
-    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Reading<L> {
+    fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Measurement<L> {
         let position_m = self.position.read(position_m);
         let velocity_m_per_s = match &mut self.velocity {
             Some(filter) => filter.update(position_m),
@@ -265,7 +265,7 @@ mod tests {
 
     const TICK_S: f64 = 1e-3;
 
-    fn readings(settings: &SensorSettings, forces: impl Iterator<Item = f64>) -> Vec<f64> {
+    fn measurements(settings: &SensorSettings, forces: impl Iterator<Item = f64>) -> Vec<f64> {
         let mut sensor = ForceSensor::<f64>::new(settings, TICK_S, 3, 0);
         forces.map(|force_n| sensor.read_force(force_n)).collect()
     }
@@ -274,7 +274,7 @@ mod tests {
     fn a_bias_is_the_mean_of_noisy_readings() {
         let settings = SensorSettings { force_bias_n: 0.3, force_noise_std_n: 0.05, ..Default::default() };
         let count = 40_000;
-        let mean = readings(&settings, (0..count).map(|_| -1.0)).iter().sum::<f64>() / f64::from(count);
+        let mean = measurements(&settings, (0..count).map(|_| -1.0)).iter().sum::<f64>() / f64::from(count);
         // Four standard deviations of the mean.
         assert!((mean + 0.7).abs() < 4.0 * 0.05 / f64::from(count).sqrt(), "{mean}");
     }
@@ -282,7 +282,7 @@ mod tests {
     #[test]
     fn a_bias_has_settled_before_the_first_tick() {
         let settings = SensorSettings { force_bias_n: 0.3, force_bandwidth_hz: 5.0, ..Default::default() };
-        for read in readings(&settings, (0..20).map(|_| 0.0)) {
+        for read in measurements(&settings, (0..20).map(|_| 0.0)) {
             assert!((read - 0.3).abs() < 1e-15, "{read}");
         }
     }
@@ -295,7 +295,7 @@ mod tests {
             force_noise_std_n: 2.0,
             ..Default::default()
         };
-        let read = readings(&settings, (0..2000).map(|k| 0.01 * f64::from(k) - 10.0));
+        let read = measurements(&settings, (0..2000).map(|k| 0.01 * f64::from(k) - 10.0));
         let (min, max) = read.iter().fold((0.0_f64, 0.0_f64), |(a, b), &y| (a.min(y), b.max(y)));
         assert_eq!((min, max), (-5.0, 5.0));
         let inside = read.iter().filter(|y| y.abs() < 5.0);
@@ -335,9 +335,9 @@ mod tests {
     fn readings_are_multiples_of_the_step() {
         let settings = SensorSettings { force_resolution_n: 0.5, position_resolution_m: 1e-3, ..Default::default() };
         let mut sensor = AnySensor::<f64>::new(&settings, TICK_S, (0, 0)).expect("valid");
-        let reading = sensor.read(1.3, 0.012_34, 0.0);
-        assert_eq!(reading.force_n, 1.5);
-        assert!((reading.position_m - 0.012).abs() < 1e-15);
+        let measurement = sensor.read(1.3, 0.012_34, 0.0);
+        assert_eq!(measurement.force_n, 1.5);
+        assert!((measurement.position_m - 0.012).abs() < 1e-15);
     }
 
     #[test]
@@ -360,8 +360,8 @@ mod tests {
             Box::new(AnySensor::<f64>::new(&SensorSettings::default(), TICK_S, (0, 0)).expect("valid")),
             Box::new(ForceSensor::<f64>::new(&SensorSettings::default(), TICK_S, 0, 0)),
         ] {
-            let reading = sensor.read(1.5, 0.25, -0.75);
-            assert_eq!((reading.force_n, reading.position_m, reading.velocity_m_per_s), (1.5, 0.25, -0.75));
+            let measurement = sensor.read(1.5, 0.25, -0.75);
+            assert_eq!((measurement.force_n, measurement.position_m, measurement.velocity_m_per_s), (1.5, 0.25, -0.75));
         }
     }
 
@@ -372,8 +372,8 @@ mod tests {
         let mut filter = VelocityFilter::<f64>::new(TICK_S, 1e-5, settings.acceleration_std_m_per_s2).expect("valid");
         for tick in 0..200 {
             let position = 3.7e-5 * f64::from(tick);
-            let reading = sensor.read(0.0, position, 99.0);
-            assert_eq!(reading.velocity_m_per_s, filter.update(reading.position_m));
+            let measurement = sensor.read(0.0, position, 99.0);
+            assert_eq!(measurement.velocity_m_per_s, filter.update(measurement.position_m));
         }
     }
 
@@ -394,7 +394,7 @@ mod tests {
     fn the_noise_is_added_after_the_bias() {
         let settings = SensorSettings { force_noise_std_n: 0.1, force_bias_n: 0.25, ..Default::default() };
         let mut noise = WhiteNoise::<f64>::new(3, 0);
-        for read in readings(&settings, (0..50).map(f64::from)).into_iter().zip(0..) {
+        for read in measurements(&settings, (0..50).map(f64::from)).into_iter().zip(0..) {
             assert_eq!(read.0, f64::from(read.1) + 0.25 + 0.1 * noise.draw());
         }
     }

@@ -1,7 +1,7 @@
 //! One detector at many thresholds, on the same samples.
 
 use super::lanes::{LANES, ThresholdLanes};
-use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, Evidence};
+use trocar_core::detector::{CusumDetector, Detector, DetectorInput, DetectorSettings};
 use trocar_core::lane::{Lane, Mask};
 
 /// A detector with several thresholds and otherwise equal settings.
@@ -56,7 +56,7 @@ impl DetectorBank {
     }
 
     /// Calls `alarm` with the indices of threshold and sample for every alarm, in order of time for each threshold.
-    pub fn evaluate(&self, evidence: &[Evidence<f64>], tick_s: f64, alarm: &mut dyn FnMut(usize, usize)) {
+    pub fn evaluate(&self, input: &[DetectorInput<f64>], tick_s: f64, alarm: &mut dyn FnMut(usize, usize)) {
         let settings: Vec<DetectorSettings> = (0..self.thresholds.len()).map(|index| self.settings_at(index)).collect();
         for (group, settings) in settings.chunks(LANES).enumerate() {
             // In an incomplete last group, the last threshold fills the remaining lanes.
@@ -65,7 +65,7 @@ impl DetectorBank {
             };
             let detector = CusumDetector::<ThresholdLanes>::new(&self.settings, tick_s)
                 .with_thresholds(of(|settings| settings.cusum.threshold), of(|settings| settings.cusum.cap));
-            self.evaluate_group(detector, evidence, &mut |index, sample| {
+            self.evaluate_group(detector, input, &mut |index, sample| {
                 if index < settings.len() {
                     alarm(group * LANES + index, sample);
                 }
@@ -76,11 +76,11 @@ impl DetectorBank {
     fn evaluate_group(
         &self,
         mut detector: CusumDetector<ThresholdLanes>,
-        evidence: &[Evidence<f64>],
+        input: &[DetectorInput<f64>],
         alarm: &mut dyn FnMut(usize, usize),
     ) {
-        for (sample, e) in evidence.iter().enumerate() {
-            let decision = detector.update(&Evidence {
+        for (sample, e) in input.iter().enumerate() {
+            let decision = detector.update(&DetectorInput {
                 force_n: ThresholdLanes::splat(e.force_n),
                 predicted_force_n: ThresholdLanes::splat(e.predicted_force_n),
                 residual_n: ThresholdLanes::splat(e.residual_n),

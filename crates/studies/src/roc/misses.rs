@@ -1,7 +1,7 @@
 //! The reasons why a detector misses ruptures at the threshold of its settings.
 
 use super::tally::{Labels, Tally};
-use trocar_core::detector::{CusumDetector, DetectorSettings, Evidence};
+use trocar_core::detector::{CusumDetector, DetectorInput, DetectorSettings};
 use trocar_core::time::nearest_ticks;
 use trocar_metrics::{DetectorSample, MissRule, RUPTURE_WINDOW_S, SupervisorHistory};
 
@@ -9,7 +9,7 @@ use trocar_metrics::{DetectorSample, MissRule, RUPTURE_WINDOW_S, SupervisorHisto
 pub(super) fn count(
     tally: &mut Tally,
     settings: &DetectorSettings,
-    evidence: &[Evidence<f64>],
+    input: &[DetectorInput<f64>],
     alarms: &[usize],
     labels: &Labels,
     missed: &[usize],
@@ -19,8 +19,8 @@ pub(super) fn count(
     }
     let tick_s = labels.tick_s();
     let mut detector = CusumDetector::new(settings, tick_s);
-    let sample = |evidence: &Evidence<f64>| DetectorSample::update(&mut detector, evidence).1;
-    let samples: Vec<(u64, DetectorSample)> = (0..).zip(evidence.iter().map(sample)).collect();
+    let sample = |input: &DetectorInput<f64>| DetectorSample::update(&mut detector, input).1;
+    let samples: Vec<(u64, DetectorSample)> = (0..).zip(input.iter().map(sample)).collect();
     let supervisor = SupervisorHistory::of_alarms(alarms);
     let rule = MissRule { tick_s, start_s: 0.0, window_s: RUPTURE_WINDOW_S, detector: settings, refractory_s: 0.0 };
     for &rupture in missed {

@@ -9,7 +9,7 @@ use super::samples::Samples;
 use super::tally::Labels;
 use super::trials::Trial;
 use crate::run::observe;
-use trocar_core::detector::{DetectorSettings, DistanceKind, DistanceSettings, Evidence};
+use trocar_core::detector::{DetectorInput, DetectorSettings, DistanceKind, DistanceSettings};
 use trocar_core::estimation::{AnyEstimator, Estimator, RlsSettings};
 use trocar_detect as detect;
 use trocar_recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
@@ -136,7 +136,7 @@ impl Signal {
         noise_std_n: f64,
         seed: u64,
         within_s: f64,
-        evidence: &mut Vec<Evidence<f64>>,
+        input: &mut Vec<DetectorInput<f64>>,
     ) -> Result<Labels, RocError> {
         let labels = |samples: &Samples| {
             Labels::new(samples.ruptures_s.clone(), samples.force_n.len(), samples.tick_s, within_s)
@@ -145,7 +145,7 @@ impl Signal {
             SignalKind::Recorded(samples) => {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
                 rng.set_stream(NOISE_STREAM);
-                self.estimate(samples, self.contact_m, evidence, || {
+                self.estimate(samples, self.contact_m, input, || {
                     let noise: f64 = StandardNormal.sample(&mut rng);
                     noise_std_n * noise
                 });
@@ -155,7 +155,7 @@ impl Signal {
                 let trial = Trial::new(Trial::BEFORE_FIRST + seed);
                 let labels = Labels::of_trial(&trial, within_s);
                 let (contact_m, samples) = (trial.contact_m, trial.samples()?);
-                self.estimate(&samples, contact_m, evidence, || 0.0);
+                self.estimate(&samples, contact_m, input, || 0.0);
                 Ok(labels)
             }
             SignalKind::ClosedLoop(scenario) => {
@@ -164,7 +164,7 @@ impl Signal {
                 let mut samples = Samples { tick_s: noisy.grid.tick_s(), ..Samples::default() };
                 let metrics = observe(&noisy, &mut samples)?;
                 samples.ruptures_s = metrics.ruptures.iter().map(|rupture| rupture.time_s).collect();
-                self.estimate(&samples, self.contact_m, evidence, || 0.0);
+                self.estimate(&samples, self.contact_m, input, || 0.0);
                 Ok(labels(&samples))
             }
         }
@@ -174,17 +174,17 @@ impl Signal {
         &self,
         samples: &Samples,
         contact_m: f64,
-        evidence: &mut Vec<Evidence<f64>>,
+        input: &mut Vec<DetectorInput<f64>>,
         mut noise_n: impl FnMut() -> f64,
     ) {
         let mut estimator = AnyEstimator::<f64>::new(&self.estimator);
         let forces = samples.force_n.iter().zip(&samples.position_m).zip(&samples.velocity_m_per_s);
-        evidence.clear();
-        evidence.extend(forces.map(|((force_n, position_m), &velocity_m_per_s)| {
+        input.clear();
+        input.extend(forces.map(|((force_n, position_m), &velocity_m_per_s)| {
             let force_n = force_n + noise_n();
             let depth_m = position_m - contact_m;
             let estimate = estimator.update(force_n, depth_m, velocity_m_per_s);
-            Evidence::new(force_n, depth_m, velocity_m_per_s, &estimate)
+            DetectorInput::new(force_n, depth_m, velocity_m_per_s, &estimate)
         }));
     }
 }

@@ -14,7 +14,7 @@ use super::signal::Signal;
 use super::tally::Tally;
 use trocar_base::parallel::try_map;
 use trocar_base::warning::{Code, Warning};
-use trocar_core::detector::{DetectorSettings, Evidence};
+use trocar_core::detector::{DetectorInput, DetectorSettings};
 use trocar_recording::InVivoLikeVariant;
 
 /// The settings of a study.
@@ -113,7 +113,7 @@ fn add_curves(curves: &mut Vec<Curve>, own: &[(String, f64, OwnPoints)], of: imp
 #[derive(Default)]
 struct ThreadTallies {
     tallies: Vec<Tally>,
-    evidence: Vec<Evidence<f64>>,
+    input: Vec<DetectorInput<f64>>,
     alarms: Vec<Vec<usize>>,
 }
 
@@ -151,17 +151,17 @@ impl Study {
     pub fn run_own<E: From<RocError>>(
         &self,
         detectors: usize,
-        mut alarms: impl FnMut(usize, &[Evidence<f64>], f64, &mut Vec<usize>) -> Result<(), E>,
+        mut alarms: impl FnMut(usize, &[DetectorInput<f64>], f64, &mut Vec<usize>) -> Result<(), E>,
     ) -> Result<Vec<OwnPoints>, E> {
         let conditions = self.conditions();
         let mut tallies = vec![vec![Tally::default(); conditions.len()]; detectors];
-        let (mut evidence, mut samples) = (vec![], vec![]);
+        let (mut input, mut samples) = (vec![], vec![]);
         for (condition, (signal, noise_std_n)) in conditions.iter().enumerate() {
             for seed in 1..=self.seeds {
-                let labels = signal.evaluate(*noise_std_n, seed, self.within_s, &mut evidence)?;
+                let labels = signal.evaluate(*noise_std_n, seed, self.within_s, &mut input)?;
                 for (detector, tallies) in tallies.iter_mut().enumerate() {
                     samples.clear();
-                    alarms(detector, &evidence, labels.tick_s(), &mut samples)?;
+                    alarms(detector, &input, labels.tick_s(), &mut samples)?;
                     tallies[condition].count(&samples, &labels);
                 }
             }
@@ -176,17 +176,17 @@ impl Study {
     pub fn run_own_side_by_side<E: From<RocError> + Send>(
         &self,
         detectors: usize,
-        alarms: impl Fn(usize, &[Evidence<f64>], f64, &mut Vec<usize>) -> Result<(), E> + Sync,
+        alarms: impl Fn(usize, &[DetectorInput<f64>], f64, &mut Vec<usize>) -> Result<(), E> + Sync,
     ) -> Result<Vec<OwnPoints>, E> {
         let conditions = self.conditions();
         let of_cases = try_map(conditions.len() * self.seeds as usize, |case| {
             let (signal, noise_std_n) = conditions[case / self.seeds as usize];
-            let (mut evidence, mut samples) = (vec![], vec![]);
+            let (mut input, mut samples) = (vec![], vec![]);
             let seed = 1 + case as u64 % self.seeds;
-            let labels = signal.evaluate(noise_std_n, seed, self.within_s, &mut evidence)?;
+            let labels = signal.evaluate(noise_std_n, seed, self.within_s, &mut input)?;
             let tally = |detector| {
                 samples.clear();
-                alarms(detector, &evidence, labels.tick_s(), &mut samples)?;
+                alarms(detector, &input, labels.tick_s(), &mut samples)?;
                 let mut tally = Tally::default();
                 tally.count(&samples, &labels);
                 Ok(tally)
@@ -226,13 +226,13 @@ impl Study {
             let condition = (case / self.seeds) as usize;
             let (signal, noise_std_n) = conditions[condition];
             let tallies = &mut share.tallies[condition * per_condition..][..per_condition];
-            let labels = signal.evaluate(noise_std_n, 1 + case % self.seeds, self.within_s, &mut share.evidence)?;
+            let labels = signal.evaluate(noise_std_n, 1 + case % self.seeds, self.within_s, &mut share.input)?;
             let mut rest = tallies;
             for bank in &banks {
                 let count = bank.thresholds().len();
                 share.alarms.iter_mut().for_each(Vec::clear);
                 share.alarms.resize(count.max(share.alarms.len()), vec![]);
-                bank.evaluate(&share.evidence, labels.tick_s(), &mut |threshold, sample| {
+                bank.evaluate(&share.input, labels.tick_s(), &mut |threshold, sample| {
                     share.alarms[threshold].push(sample)
                 });
                 let (own, others) = rest.split_at_mut(count);
@@ -240,7 +240,7 @@ impl Study {
                     let missed = tally.count(alarms, &labels);
                     let settings = bank.settings();
                     if *threshold == settings.cusum.threshold {
-                        misses::count(tally, settings, &share.evidence, alarms, &labels, &missed);
+                        misses::count(tally, settings, &share.input, alarms, &labels, &missed);
                     }
                 }
                 rest = others;

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{RunError, observe};
-use trocar_core::detector::{CusumDetector, Decision, Detector, Evidence};
+use trocar_core::detector::{CusumDetector, Decision, Detector, DetectorInput};
 use trocar_core::time::nearest_ticks;
 use trocar_engine::engine::{Observer, OwnParts, Signals};
 use trocar_metrics::{
@@ -24,8 +24,8 @@ struct ObservedDetector {
 }
 
 impl Detector<f64> for ObservedDetector {
-    fn update(&mut self, evidence: &Evidence<f64>) -> Decision<f64> {
-        let (decision, sample) = DetectorSample::update(&mut self.detector, evidence);
+    fn update(&mut self, input: &DetectorInput<f64>) -> Decision<f64> {
+        let (decision, sample) = DetectorSample::update(&mut self.detector, input);
         let tick = self.tick;
         self.tick += 1;
         if self.windows.iter().any(|(first, last)| (*first..=*last).contains(&tick)) {

@@ -37,7 +37,7 @@ fn g_is_quiet_below_its_share_of_the_threshold_and_not_at_it() {
         let settings = AugmentationSettings { automaton, reengage: Reengage::Snap, ..settings() };
         let mut supervisor = Supervisor::new(&settings, THRESHOLD, TICK_S, 0.0);
         let mut step = |tick: u64| {
-            let now = Situation {
+            let now = SupervisorInput {
                 tick,
                 alarm: tick == 100,
                 decision,
@@ -139,7 +139,7 @@ fn sent() -> (AugmentationSettings, Vec<SlaveCommand<f64>>) {
     let mut supervisor = Supervisor::new(&settings, THRESHOLD, TICK_S, 0.0);
     let mut decide = |tick| {
         let alarm = tick == 100;
-        supervisor.decide(&Situation { tick, alarm, decision: 0.0, hand_m: 0.0, slave_m: 0.0, force_n: 4.0 })
+        supervisor.decide(&SupervisorInput { tick, alarm, decision: 0.0, hand_m: 0.0, slave_m: 0.0, force_n: 4.0 })
     };
     let sent = (0..300).map(&mut decide).collect();
     (settings, sent)
@@ -212,7 +212,7 @@ fn references(reengage: Reengage, hand: impl Fn(u64) -> f64, force: impl Fn(u64)
     let mut supervisor = Supervisor::new(&settings, THRESHOLD, TICK_S, hand(0));
     let mut step = |tick: u64| {
         let (hand_m, alarm) = (hand(tick), tick == 100);
-        let now = Situation { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m, force_n: force(tick) };
+        let now = SupervisorInput { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m, force_n: force(tick) };
         supervisor.update(&now, force(tick), 0.0).slave_reference_m
     };
     (0..400).map(&mut step).collect()
@@ -276,7 +276,8 @@ fn a_gathered_supervisor_gives_the_same_commands_as_the_supervisor_in_its_first_
         for tick in 0..1200 {
             let hand_m = 1e-5 * tick as f64;
             let alarm = tick == 100;
-            let now = Situation { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m - 1e-4, force_n: falling(tick) };
+            let now =
+                SupervisorInput { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m - 1e-4, force_n: falling(tick) };
             let (a, b) = (first.update(&now, now.force_n, 0.01), gathered.update(&now, now.force_n, 0.01));
             assert_eq!(a.slave_reference_m, b.slave_reference_m, "{hold:?}");
             assert_eq!((a.feedback_force_n, a.alarm_taken), (b.feedback_force_n, b.alarm_taken), "{hold:?}");
@@ -298,7 +299,8 @@ fn a_supervisor_continues_from_its_stored_state() {
         let step = |supervisor: &mut Supervisor<f64>, tick: u64| {
             let hand_m = 1e-5 * tick as f64;
             let alarm = tick == 100;
-            let now = Situation { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m - 1e-4, force_n: falling(tick) };
+            let now =
+                SupervisorInput { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m - 1e-4, force_n: falling(tick) };
             let command = supervisor.update(&now, now.force_n, 0.01);
             (command.slave_reference_m, command.feedback_force_n, command.allowed_step_n)
         };
@@ -331,7 +333,8 @@ fn a_boxed_law_behaves_like_the_law_in_it() {
     for tick in 0..1200 {
         let hand_m = 1e-5 * tick as f64;
         let alarm = tick == 100;
-        let now = Situation { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m - 1e-4, force_n: falling(tick) };
+        let now =
+            SupervisorInput { tick, alarm, decision: 0.0, hand_m, slave_m: hand_m - 1e-4, force_n: falling(tick) };
         let (a, b) = (plain.update(&now, now.force_n, 0.01), boxed.update(&now, now.force_n, 0.01));
         assert_eq!((a.slave_reference_m, a.feedback_force_n), (b.slave_reference_m, b.feedback_force_n), "{tick}");
     }

@@ -32,7 +32,7 @@ impl Timeline {
     fn run(mut self, ticks: u64, force: impl Fn(u64) -> f64) -> Vec<Command<f64>> {
         let step = |tick| {
             let hand_m = self.hand(tick);
-            let situation = Situation {
+            let input = SupervisorInput {
                 tick,
                 alarm: self.alarms.contains(&tick),
                 decision: if tick < self.above_until { 10.0 * THRESHOLD } else { 0.0 },
@@ -40,7 +40,7 @@ impl Timeline {
                 slave_m: hand_m - 1e-4,
                 force_n: force(tick),
             };
-            self.supervisor.update(&situation, force(tick), self.hand_speed)
+            self.supervisor.update(&input, force(tick), self.hand_speed)
         };
         (0..ticks).map(step).collect()
     }

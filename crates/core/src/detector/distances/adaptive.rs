@@ -1,6 +1,6 @@
 //! The fall of the force relative to its usual changes: a detector that needs no configuration.
 
-use super::super::Evidence;
+use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::tail::Tail;
 use super::{BuiltIn, Distance, DistanceSettings};
@@ -184,8 +184,8 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
 
 impl<L: Lane> Distance<L> for Adaptive<L> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
-        if let Some((force, position)) = self.bin.add(evidence.force_n, evidence.depth_m) {
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
+        if let Some((force, position)) = self.bin.add(input.force_n, input.depth_m) {
             self.process(force, position);
         }
         self.value
@@ -614,7 +614,7 @@ mod tests {
             let (force_n, depth_m) = signal(time_s);
             // A synthetic noise of 10 mN, the same at every rate.
             let noise_n = 0.02 * (libm::fmod(libm::fabs(libm::sin(12.9898 * sample as f64)) * 43_758.5, 1.0) - 0.5);
-            let evidence = Evidence {
+            let input = DetectorInput {
                 force_n: force_n + noise_n,
                 predicted_force_n: 0.0,
                 residual_n: 0.0,
@@ -623,7 +623,7 @@ mod tests {
                 velocity_m_per_s: 0.0,
                 in_contact: false,
             };
-            if adaptive.update(&evidence) > 7.0 {
+            if adaptive.update(&input) > 7.0 {
                 adaptive.reset(true);
                 if count < found.len() {
                     found[count] = Some(time_s);
@@ -833,8 +833,8 @@ mod tests {
                 three.sort_by(f64::total_cmp);
                 expected = definition.update(three[1], ago(&positions, 1), ago(&positions, 0), steps);
             }
-            let evidence = Evidence { force_n: force, depth_m: position, ..super::super::super::fixtures::QUIET };
-            let distance = adaptive.update(&evidence);
+            let input = DetectorInput { force_n: force, depth_m: position, ..super::super::super::fixtures::QUIET };
+            let distance = adaptive.update(&input);
             assert!(
                 (distance - expected).abs() <= 1e-6 * expected.abs(),
                 "{tick_s} s, sample {sample}: {distance} instead of {expected}"
@@ -1030,9 +1030,9 @@ mod tests {
         let mut above = 0;
         for sample in 0..3000 {
             let (force_n, depth_m) = signal(1e-3 * f64::from(sample));
-            let evidence = Evidence { force_n, depth_m, ..super::super::super::fixtures::QUIET };
+            let input = DetectorInput { force_n, depth_m, ..super::super::super::fixtures::QUIET };
             let level = rated.tail.as_ref().expect("a rate is wanted").level();
-            let (value, relative) = (plain.update(&evidence), rated.update(&evidence));
+            let (value, relative) = (plain.update(&input), rated.update(&input));
             assert!((relative - value * THRESHOLD / level).abs() < 1e-9 * value.max(1.0), "{sample}");
             above += usize::from(value > 0.0);
         }

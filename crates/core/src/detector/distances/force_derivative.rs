@@ -1,6 +1,6 @@
 //! The squared change of the force: the direct filtering in the paper's comparison (4.1).
 
-use super::super::Evidence;
+use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
@@ -27,13 +27,13 @@ impl<L: Lane> BuiltIn for ForceDerivative<L> {
 
 impl<L: Lane> Distance<L> for ForceDerivative<L> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
         if !self.started {
             self.started = true;
-            self.last_force = evidence.force_n;
+            self.last_force = input.force_n;
         }
-        let change = evidence.force_n - self.last_force;
-        self.last_force = evidence.force_n;
+        let change = input.force_n - self.last_force;
+        self.last_force = input.force_n;
         change * change
     }
 }

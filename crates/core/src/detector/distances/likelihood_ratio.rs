@@ -1,6 +1,6 @@
 //! The generalised likelihood ratio of a shifted mean over the last samples.
 
-use super::super::Evidence;
+use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings, square};
 use crate::lane::Lane;
@@ -93,8 +93,8 @@ impl<L: Lane> BuiltIn for LikelihoodRatio<L> {
 
 impl<L: Lane> Distance<L> for LikelihoodRatio<L> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
-        self.ratio(evidence.residual_n)
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
+        self.ratio(input.residual_n)
     }
 
     #[inline(always)]

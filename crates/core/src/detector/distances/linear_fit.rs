@@ -1,6 +1,6 @@
 //! The squared fall of the force below a line through its last samples: a baseline without a model of the tissue.
 
-use super::super::Evidence;
+use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
@@ -53,11 +53,11 @@ impl<L: Lane> LinearFit<L> {
 
 impl<L: Lane> Distance<L> for LinearFit<L> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
         let is_full = self.samples >= self.length;
-        let excess = if is_full { evidence.force_n - self.prediction() } else { L::zero() };
+        let excess = if is_full { input.force_n - self.prediction() } else { L::zero() };
         self.newest = (self.newest + 1) % self.length;
-        self.window[self.newest] = evidence.force_n;
+        self.window[self.newest] = input.force_n;
         self.samples += usize::from(!is_full);
         let fall = excess.min(L::zero());
         fall * fall
@@ -74,7 +74,7 @@ mod tests {
     fn a_straight_line_has_distance_0_and_a_drop_its_square() {
         let mut fit = LinearFit::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
         let mut at = |force_n: f64| {
-            let evidence = Evidence {
+            let input = DetectorInput {
                 force_n,
                 predicted_force_n: 0.0,
                 residual_n: 0.0,
@@ -83,7 +83,7 @@ mod tests {
                 velocity_m_per_s: 0.0,
                 in_contact: true,
             };
-            fit.update(&evidence)
+            fit.update(&input)
         };
         for sample in 0..50 {
             assert!(at(3.0 + 0.01 * f64::from(sample)) < 1e-20, "{sample}");

@@ -1,6 +1,6 @@
 //! The log-likelihood ratio of a shifted mean (eq. 22).
 
-use super::super::Evidence;
+use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings, square};
 use crate::lane::Lane;
@@ -29,8 +29,8 @@ impl<L: Lane> BuiltIn for MeanChange<L> {
 
 impl<L: Lane> Distance<L> for MeanChange<L> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
-        self.scale * evidence.residual_n + self.offset
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
+        self.scale * input.residual_n + self.offset
     }
 }
 

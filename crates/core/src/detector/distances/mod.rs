@@ -29,7 +29,7 @@ pub use tail::RateSettings;
 pub use variance_change::VarianceChange;
 pub use windowed_derivative::WindowedDerivative;
 
-use super::Evidence;
+use super::DetectorInput;
 use super::hypotheses::Hypotheses;
 use crate::lane::Lane;
 
@@ -38,7 +38,7 @@ use crate::lane::Lane;
 /// A user-defined distance implements this trait for `f64`, the built-in distances for any number of lanes.
 pub trait Distance<L: Lane> {
     /// Returns `s_k`, in the unit of the distance.
-    fn update(&mut self, evidence: &Evidence<L>) -> L;
+    fn update(&mut self, input: &DetectorInput<L>) -> L;
 
     /// Discards earlier samples in the lanes of the mask, after an alarm.
     #[inline(always)]
@@ -61,8 +61,8 @@ pub trait Distance<L: Lane> {
 
 #[cfg(feature = "alloc")]
 impl<L: Lane, D: Distance<L> + ?Sized> Distance<L> for alloc::boxed::Box<D> {
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
-        (**self).update(evidence)
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
+        (**self).update(input)
     }
 
     fn reset(&mut self, mask: L::Mask) {
@@ -183,8 +183,8 @@ impl<L: Lane> AnyDistance<L> {
 
 impl<L: Lane> Distance<L> for AnyDistance<L> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
-        each!(self, distance => distance.update(evidence))
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
+        each!(self, distance => distance.update(input))
     }
 
     #[inline(always)]
@@ -220,8 +220,8 @@ fn square(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn evidence(residual_n: f64, predicted_force_n: f64) -> Evidence<f64> {
-        Evidence {
+    fn input(residual_n: f64, predicted_force_n: f64) -> DetectorInput<f64> {
+        DetectorInput {
             force_n: predicted_force_n + residual_n,
             predicted_force_n,
             residual_n,
@@ -241,7 +241,7 @@ mod tests {
         for e in [-0.4, -0.07, 0.0, 0.03, 0.2] {
             let distance = |kind| {
                 let settings = DistanceSettings { kind, ..DistanceSettings::DEFAULT };
-                AnyDistance::<f64>::new(&settings, 1e-3).update(&evidence(e, 0.0))
+                AnyDistance::<f64>::new(&settings, 1e-3).update(&input(e, 0.0))
             };
             let mean = log_density(e, -0.2, 0.02) - log_density(e, 0.0, 0.02);
             let variance = log_density(e, 0.0, 0.2) - log_density(e, 0.0, 0.02);
@@ -252,7 +252,7 @@ mod tests {
 
     fn first(kind: DistanceKind, hypotheses: Hypotheses, residual_n: f64) -> f64 {
         let settings = DistanceSettings { kind, hypotheses, ..DistanceSettings::DEFAULT };
-        AnyDistance::<f64>::new(&settings, 1e-3).update(&evidence(residual_n, 5.0))
+        AnyDistance::<f64>::new(&settings, 1e-3).update(&input(residual_n, 5.0))
     }
 
     #[test]
@@ -343,7 +343,7 @@ mod tests {
     fn a_boxed_distance_behaves_like_the_distance_in_it() {
         use alloc::boxed::Box;
         let mut boxed: Box<dyn Distance<f64>> = Box::new(PageHinkley::<f64>::new(&DistanceSettings::DEFAULT, 1e-3));
-        let at = |boxed: &mut Box<dyn Distance<f64>>, residual_n| boxed.update(&evidence(residual_n, 5.0));
+        let at = |boxed: &mut Box<dyn Distance<f64>>, residual_n| boxed.update(&input(residual_n, 5.0));
         assert_eq!([at(&mut boxed, 1.0), at(&mut boxed, 0.0)], [0.0, 0.5]);
         boxed.reset(true);
         assert_eq!(at(&mut boxed, -4.0), 0.0, "the mean begins anew");

@@ -1,6 +1,6 @@
 //! The squared fall of the force below its moving average: a baseline without a model of the tissue.
 
-use super::super::Evidence;
+use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
@@ -31,12 +31,12 @@ impl<L: Lane> BuiltIn for MovingAverage<L> {
 
 impl<L: Lane> Distance<L> for MovingAverage<L> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
         if !self.started {
             self.started = true;
-            self.average = evidence.force_n;
+            self.average = input.force_n;
         }
-        let excess = evidence.force_n - self.average;
+        let excess = input.force_n - self.average;
         self.average = self.average + self.share * excess;
         let fall = excess.min(L::zero());
         fall * fall

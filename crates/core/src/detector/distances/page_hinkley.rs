@@ -1,6 +1,6 @@
 //! The increments of the Page-Hinkley test.
 
-use super::super::Evidence;
+use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask};
@@ -66,8 +66,8 @@ impl<L: Lane> BuiltIn for PageHinkley<L> {
 
 impl<L: Lane> Distance<L> for PageHinkley<L> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
-        self.excess(evidence.residual_n)
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
+        self.excess(input.residual_n)
     }
 
     #[inline(always)]

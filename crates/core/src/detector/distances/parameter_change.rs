@@ -1,6 +1,6 @@
 //! The change of the estimated parameters (eq. 24 to 26).
 
-use super::super::Evidence;
+use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
@@ -33,9 +33,9 @@ impl<L: Lane> BuiltIn for ParameterChange<L> {
 
 impl<L: Lane> Distance<L> for ParameterChange<L> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
-        let stiffness = evidence.correction[0] * self.scale[0];
-        let damping = evidence.correction[1] * self.scale[1];
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
+        let stiffness = input.correction[0] * self.scale[0];
+        let damping = input.correction[1] * self.scale[1];
         (stiffness * stiffness + damping * damping).sqrt()
     }
 }
@@ -52,7 +52,7 @@ mod tests {
         let hypotheses =
             Hypotheses { stiffness_change_n_per_m: 10.0, damping_change_n_s_per_m: 4.0, ..Hypotheses::DEFAULT };
         let settings = DistanceSettings { hypotheses, ..DistanceSettings::DEFAULT };
-        ParameterChange::<f64>::new(&settings, 1e-3).update(&Evidence { correction, ..QUIET })
+        ParameterChange::<f64>::new(&settings, 1e-3).update(&DetectorInput { correction, ..QUIET })
     }
 
     #[test]
@@ -70,7 +70,7 @@ mod tests {
             Hypotheses { stiffness_change_n_per_m: 10.0e-3, damping_change_n_s_per_m: 4.0e-3, ..Hypotheses::DEFAULT };
         let settings = DistanceSettings { hypotheses: in_mm, ..DistanceSettings::DEFAULT };
         let mut change = ParameterChange::<f64>::new(&settings, 1e-3);
-        let same = change.update(&Evidence { correction: [7.0e-3, -3.0e-3], ..QUIET });
+        let same = change.update(&DetectorInput { correction: [7.0e-3, -3.0e-3], ..QUIET });
         assert!((same - of([7.0, -3.0])).abs() < 1e-12, "{same}");
     }
 

@@ -1,6 +1,6 @@
 //! The squared residual: the paper's choice (4.4.3).
 
-use super::super::Evidence;
+use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
@@ -37,8 +37,8 @@ impl<L: Lane> BuiltIn for SquaredResidual<L> {
 
 impl<L: Lane> Distance<L> for SquaredResidual<L> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
-        evidence.residual_n * evidence.residual_n
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
+        input.residual_n * input.residual_n
     }
 }
 

@@ -1,6 +1,6 @@
 //! The fall of the force over 3 ms in multiples of its noise: a baseline without a model of the tissue.
 
-use super::super::Evidence;
+use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask};
@@ -66,13 +66,13 @@ impl<L: Lane> BuiltIn for WindowedDerivative<L> {
 
 impl<L: Lane> Distance<L> for WindowedDerivative<L> {
     #[inline(always)]
-    fn update(&mut self, evidence: &Evidence<L>) -> L {
+    fn update(&mut self, input: &DetectorInput<L>) -> L {
         if self.samples == 0.0 {
-            self.window = [evidence.force_n; MAX_SAMPLES];
+            self.window = [input.force_n; MAX_SAMPLES];
         }
         self.samples += 1.0;
-        let fall = self.window[self.newest] - evidence.force_n;
-        self.window[self.newest] = evidence.force_n;
+        let fall = self.window[self.newest] - input.force_n;
+        self.window[self.newest] = input.force_n;
         self.newest = (self.newest + 1) % self.length;
         let noise = self.noise.max(L::splat(LEAST_NOISE_N));
         let share = self.share.max(1.0 / self.samples);

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::super::{
-    Additional, COLUMNS, ColumnValues, EventObserver, Happening, Observer, PortEnergies, ScheduledAlarms, Signals,
-    TRACE_COLUMNS, TRUST_COLUMNS, Trace, TrustColumns,
+    Additional, COLUMNS, ColumnValues, EventObserver, Observer, PortEnergies, ScheduledAlarms, SelectedSignals,
+    Signals, TRACE_COLUMNS, TRUST_COLUMNS, Trace, TrustColumns,
 };
 use trocar_core::augmentation::{Mode, Modes};
-use trocar_core::detector::{Decision, Detector, Evidence};
+use trocar_core::detector::{Decision, Detector, DetectorInput};
 use trocar_core::estimation::Confidence;
 use trocar_core::time::TickGrid;
 
@@ -220,11 +220,11 @@ fn the_second_observer_does_not_receive_the_tick_at_which_the_first_is_done() {
     assert!(borrowed.is_done() && one.0 == 1);
 }
 
-struct Happened(Vec<Happening<f64>>);
+struct Happened(Vec<SelectedSignals<f64>>);
 
 impl EventObserver<f64> for Happened {
-    fn observe(&mut self, happening: &Happening<f64>) {
-        self.0.push(*happening);
+    fn observe(&mut self, selected: &SelectedSignals<f64>) {
+        self.0.push(*selected);
     }
 }
 
@@ -250,14 +250,14 @@ fn a_signal_of_one_lane_is_unchanged() {
 struct Quiet;
 
 impl Detector<f64> for Quiet {
-    fn update(&mut self, _evidence: &Evidence<f64>) -> Decision<f64> {
+    fn update(&mut self, _evidence: &DetectorInput<f64>) -> Decision<f64> {
         Decision { distance: 1.0, decision: 2.0, alarm: false }
     }
 }
 
 #[test]
 fn scheduled_alarms_are_raised_at_their_ticks_in_addition_to_the_detectors_alarms() {
-    let evidence = Evidence {
+    let input = DetectorInput {
         force_n: 0.0,
         predicted_force_n: 0.0,
         residual_n: 0.0,
@@ -269,7 +269,7 @@ fn scheduled_alarms_are_raised_at_their_ticks_in_addition_to_the_detectors_alarm
     let alarms = |ticks: &[u64]| -> Vec<usize> {
         let mut detector = ScheduledAlarms::new(Quiet, Arc::from(ticks));
         let mut update = |_: &usize| {
-            let decision = detector.update(&evidence);
+            let decision = detector.update(&input);
             assert_eq!((decision.distance, decision.decision), (1.0, 2.0));
             decision.alarm
         };

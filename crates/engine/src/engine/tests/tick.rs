@@ -4,14 +4,14 @@ use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
-use super::super::{IntegrationError, MasterReading, Observer, Parts, Plants, Signals, SlaveReading, Wiring};
+use super::super::{IntegrationError, MasterOutput, Observer, Parts, Plants, Signals, SlaveOutput, Wiring};
 use crate::operator::Operator;
 use crate::sensor::Sensor;
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
 use crate::tissue::{Reaction, Tissue};
 use trocar_core::augmentation::{AugmentationSettings, Modes, Supervisor};
-use trocar_core::chain::{Chain, Reading};
-use trocar_core::detector::{Decision, Detector, Evidence};
+use trocar_core::chain::{Chain, Measurement};
+use trocar_core::detector::{Decision, Detector, DetectorInput};
 use trocar_core::estimation::{Estimate, Estimator};
 
 /// Calls of the parts, in order.
@@ -58,9 +58,9 @@ impl Tissue<f64> for Marking {
 struct MarkingSensor(bool, Calls);
 
 impl Sensor<f64> for MarkingSensor {
-    fn read(&mut self, force_n: f64, position_m: f64, velocity_m_per_s: f64) -> Reading<f64> {
+    fn read(&mut self, force_n: f64, position_m: f64, velocity_m_per_s: f64) -> Measurement<f64> {
         self.1.borrow_mut().push(format!("sensor {force_n}"));
-        Reading { force_n: force_n + 1.0, position_m: position_m + 0.5, velocity_m_per_s: velocity_m_per_s + 0.25 }
+        Measurement { force_n: force_n + 1.0, position_m: position_m + 0.5, velocity_m_per_s: velocity_m_per_s + 0.25 }
     }
     fn excludes_shaft(&self) -> bool {
         self.0
@@ -83,8 +83,8 @@ impl Estimator<f64> for Marking {
 }
 
 impl Detector<f64> for Marking {
-    fn update(&mut self, evidence: &Evidence<f64>) -> Decision<f64> {
-        self.call(format!("detector {}, {}", evidence.residual_n, evidence.force_n));
+    fn update(&mut self, input: &DetectorInput<f64>) -> Decision<f64> {
+        self.call(format!("detector {}, {}", input.residual_n, input.force_n));
         Decision { distance: 41.0, decision: 42.0, alarm: false }
     }
 }
@@ -123,11 +123,11 @@ impl Connection<f64> for Marking {
 }
 
 impl Plants<f64> for Marking {
-    fn master(&self) -> MasterReading<f64> {
-        MasterReading { position_m: 1.0, velocity_m_per_s: 2.0, hand_force_n: 3.0 }
+    fn master(&self) -> MasterOutput<f64> {
+        MasterOutput { position_m: 1.0, velocity_m_per_s: 2.0, hand_force_n: 3.0 }
     }
-    fn slave(&self) -> SlaveReading<f64> {
-        SlaveReading { position_m: 5.0, velocity_m_per_s: 6.0 }
+    fn slave(&self) -> SlaveOutput<f64> {
+        SlaveOutput { position_m: 5.0, velocity_m_per_s: 6.0 }
     }
     fn step(
         &mut self,

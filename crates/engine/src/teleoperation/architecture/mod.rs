@@ -152,17 +152,17 @@ trocar_core::settings! {
         /// Kind of architecture.
         kind: ControllerKind,
         /// Spring and damper between the machines.
-        coupling: CouplingSettings for (ControllerKind::reading(CouplingSettings::KEYS)),
+        coupling: CouplingSettings for (ControllerKind::measurement(CouplingSettings::KEYS)),
         /// Local force feedback.
-        local_force: LocalForceSettings for (ControllerKind::reading(LocalForceSettings::KEYS)),
+        local_force: LocalForceSettings for (ControllerKind::measurement(LocalForceSettings::KEYS)),
         /// Settings of the four-channel architecture.
-        four_channel: FourChannelSettings for (ControllerKind::reading(FourChannelSettings::KEYS)),
+        four_channel: FourChannelSettings for (ControllerKind::measurement(FourChannelSettings::KEYS)),
     }
 }
 
 impl ControllerKind {
     /// The condition on the kinds that read these keys.
-    const fn reading(keys: &[Key]) -> ActsFor {
+    const fn measurement(keys: &[Key]) -> ActsFor {
         let kinds = of_kind!([WORD, Part] => (WORD, <Part<f64> as BuiltInArchitecture<f64>>::KEYS));
         ActsFor::built_from(keys, Self::KEY.path, &kinds)
     }

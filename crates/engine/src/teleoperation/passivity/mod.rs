@@ -221,21 +221,21 @@ trocar_core::settings! {
         /// Kind of passivity scheme.
         scheme: Scheme,
         /// Damping that a scheme may add.
-        damping: DampingSettings for (Scheme::reading(DampingSettings::KEYS)),
+        damping: DampingSettings for (Scheme::measurement(DampingSettings::KEYS)),
         /// Settings of the wave variables.
-        waves: WavesSettings for (Scheme::reading(WavesSettings::KEYS)),
+        waves: WavesSettings for (Scheme::measurement(WavesSettings::KEYS)),
         /// Energy that a scheme may spend in advance.
-        budget: BudgetSettings for (Scheme::reading(BudgetSettings::KEYS)),
+        budget: BudgetSettings for (Scheme::measurement(BudgetSettings::KEYS)),
         /// Settings of the energy tanks.
-        tank: TankSettings for (Scheme::reading(TankSettings::KEYS)),
+        tank: TankSettings for (Scheme::measurement(TankSettings::KEYS)),
         /// Limits of the slave's motion when it catches up.
-        catch_up: CatchUpSettings for (Scheme::reading(CatchUpSettings::KEYS)),
+        catch_up: CatchUpSettings for (Scheme::measurement(CatchUpSettings::KEYS)),
     }
 }
 
 impl Scheme {
     /// The condition on the schemes that read these keys.
-    const fn reading(keys: &[Key]) -> ActsFor {
+    const fn measurement(keys: &[Key]) -> ActsFor {
         let schemes = of_kind!([WORD, Part] => (WORD, <Part<f64> as BuiltInScheme<f64>>::KEYS));
         ActsFor::built_from(keys, Self::KEY.path, &schemes)
     }

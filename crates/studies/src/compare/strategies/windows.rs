@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::run::RunObserver;
 use trocar_core::lane::{Lane, Mask};
-use trocar_engine::engine::{EventObserver, Happening};
+use trocar_engine::engine::{EventObserver, SelectedSignals};
 use trocar_engine::operator::OperatorTraits;
 use trocar_metrics::Pursuit;
 use trocar_scenario::Scenario;
@@ -49,7 +49,7 @@ impl RunObserver for Windows<'_> {
 
 impl<L: Lane> EventObserver<L> for WindowsOverLanes<L> {
     #[inline(always)]
-    fn observe(&mut self, s: &Happening<L>) {
+    fn observe(&mut self, s: &SelectedSignals<L>) {
         let ruptured = s.ruptured.any();
         for (window, pursuit) in self.pursuits.iter_mut().enumerate() {
             let is_due = pursuit.follow(s.tick, s.intended_position_m, s.slave_position_m);

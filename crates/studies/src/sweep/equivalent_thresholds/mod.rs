@@ -22,7 +22,7 @@ use std::ops::Range;
 use crate::run::{RunError, RunObserver, run_pack_observed, run_pack_sharing};
 use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::nearest_ticks;
-use trocar_engine::engine::{EventObserver, Happening, InstructionSet};
+use trocar_engine::engine::{EventObserver, InstructionSet, SelectedSignals};
 use trocar_engine::sensor::NoiseBank;
 use trocar_metrics::Metrics;
 use trocar_scenario::Scenario;
@@ -138,7 +138,7 @@ impl<L: Lane> EquivalentThresholds<L> {
 
     /// Processes a tick at which `g` exceeds its threshold, or the mode is not teleoperation, in any lane.
     #[inline(always)]
-    fn observe_event(&mut self, s: &Happening<L>, above: L::Mask) {
+    fn observe_event(&mut self, s: &SelectedSignals<L>, above: L::Mask) {
         let is_augmented = s.mode.is_augmented();
         self.augmented_ticks = L::select(is_augmented, self.augmented_ticks + L::splat(1.0), L::zero());
         let is_delayed = self.augmented_ticks.gt(self.max_augmented_ticks);
@@ -161,7 +161,7 @@ impl<L: Lane> EquivalentThresholds<L> {
 
 impl<L: Lane> EventObserver<L> for EquivalentThresholds<L> {
     #[inline(always)]
-    fn observe(&mut self, s: &Happening<L>) {
+    fn observe(&mut self, s: &SelectedSignals<L>) {
         let above = s.decision.gt(self.threshold);
         let not_teleoperation = !s.mode.is_teleoperation();
         if (above | not_teleoperation).any() {

@@ -1,6 +1,6 @@
 use super::*;
 use trocar_core::augmentation::{Mode, Modes};
-use trocar_core::detector::{CusumDetector, Detector, DetectorSettings, Evidence};
+use trocar_core::detector::{CusumDetector, Detector, DetectorInput, DetectorSettings};
 use trocar_scenario::Source;
 
 fn random(state: &mut u64) -> f64 {
@@ -9,14 +9,14 @@ fn random(state: &mut u64) -> f64 {
 }
 
 /// Three seconds of an insertion with noise, spikes, lasting drops, withdrawals and losses of contact.
-fn insertion(seed: u64) -> Vec<Evidence<f64>> {
+fn insertion(seed: u64) -> Vec<DetectorInput<f64>> {
     let mut state = seed;
     let mut residual = 0.0;
     let sample = |_| {
         let chance = random(&mut state);
         residual = if chance > 0.99 { -0.6 * random(&mut state).abs() } else { 0.9 * residual };
         let residual_n = residual + 0.08 * random(&mut state) * random(&mut state);
-        Evidence {
+        DetectorInput {
             force_n: 2.0 + residual_n,
             predicted_force_n: 2.0,
             residual_n,
@@ -36,8 +36,8 @@ fn scenario(detector: DetectorSettings) -> Scenario {
     scenario
 }
 
-fn happening(tick: u64, residual_n: f64, decision: f64, alarm: bool) -> Happening<f64> {
-    Happening {
+fn signals(tick: u64, residual_n: f64, decision: f64, alarm: bool) -> SelectedSignals<f64> {
+    SelectedSignals {
         tick,
         intended_position_m: 0.0,
         slave_position_m: 0.0,
@@ -64,9 +64,9 @@ fn thresholds_reported_as_equivalent_raise_the_same_alarms_and_few_are_missed() 
         let alarms = |threshold: f64, observer: &mut dyn EventObserver<f64>| -> Vec<bool> {
             let mut detector = CusumDetector::<f64>::new(&settings(threshold), 1e-3);
             let ticks = samples.iter().zip(0..);
-            let alarm = |(sample, tick): (&Evidence<f64>, u64)| {
+            let alarm = |(sample, tick): (&DetectorInput<f64>, u64)| {
                 let decision = detector.update(sample);
-                observer.observe(&happening(tick, sample.residual_n, decision.decision, decision.alarm));
+                observer.observe(&signals(tick, sample.residual_n, decision.decision, decision.alarm));
                 decision.alarm
             };
             ticks.map(alarm).collect()
@@ -99,7 +99,7 @@ fn remaining(settle_s: f64, samples: &[(f64, bool)]) -> Vec<f64> {
     (detector.cusum.threshold, detector.cusum.cap, detector.arming.settle_s) = (1.0, 10.0, settle_s);
     let mut observer = EquivalentThresholds::<f64>::new(&[scenario(detector)], &[vec![1.5, 3.0]]);
     for (tick, &(decision, alarm)) in (0..).zip(samples) {
-        observer.observe(&happening(tick, -0.5, decision, alarm));
+        observer.observe(&signals(tick, -0.5, decision, alarm));
     }
     observer.thresholds(0).collect()
 }
@@ -135,7 +135,7 @@ fn a_phase_that_lasts_longer_than_the_minimum_hold_drops_all() {
                 300..900 | 1200.. => Mode::Reengaging,
                 0..300 | 900..1200 => Mode::Teleoperation,
             };
-            observer.observe(&Happening { mode: Modes::splat(mode), ..happening(tick, 0.0, 0.0, false) });
+            observer.observe(&SelectedSignals { mode: Modes::splat(mode), ..signals(tick, 0.0, 0.0, false) });
         }
         observer.thresholds(0).count()
     };
