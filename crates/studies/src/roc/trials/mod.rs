@@ -2,17 +2,20 @@
 //! of laboratories.
 //!
 //! In a trial, a hand or a machine moves a needle with some compliance into layers, foam, springs, rigid stops or
-//! nothing. A force sensor and an encoder record it. Rates, stiffness, noise, speeds, drops and their durations are
-//! drawn from the ranges of recorded needle insertions and teleoperators. The mechanics are integrated in steps of 0.1
+//! nothing. A force sensor, which may not be tared, and an encoder record it. After a rupture half of the machines
+//! ring. Rates, stiffness, noise, speeds, drops and their durations are drawn from the ranges of recorded needle
+//! insertions and teleoperators. The mechanics are integrated in steps of 0.1
 //! ms and then sampled, so that a fast fall lies between two samples of a slow sensor, as in reality.
 
 mod hand;
 mod matter;
 mod noise;
+mod ring;
 
 pub use hand::Hand;
 pub use matter::{Fall, Matter};
 pub use noise::Noise;
+pub use ring::{Machine, Ring};
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -60,6 +63,8 @@ pub struct Trial {
     pub noise_std_n: f64,
     /// Kind of the noise.
     pub noise: Noise,
+    /// The ring-down of the machine, and the offset of its force sensor.
+    pub machine: Machine,
     /// The motion.
     pub hand: Hand,
     /// The matter that the needle touches.
@@ -120,6 +125,8 @@ impl Trial {
         }
         let tick_s = stride as f64 * STEP_S;
         let falls = Fall::merged(contact.falls, &forces, tick_s);
+        let machine = Machine::drawn(seed, tick_s);
+        machine.add(&falls, tick_s, &mut forces);
         let noise_std_n = log_uniform(random, 0.002, 0.2);
         let noise = Noise::drawn(random);
         noise.add(random, noise_std_n, tick_s, &mut forces);
@@ -141,6 +148,7 @@ impl Trial {
             falls,
             noise_std_n,
             noise,
+            machine,
             hand,
             matter,
             contact_s: contact_steps as f64 * STEP_S,
