@@ -63,12 +63,17 @@ pub(super) fn swapped(signals: &Signals<'_>) -> Option<Warning> {
     })
 }
 
-/// Warns of a force that is constant and not 0 while the needle moves freely at the beginning.
+/// Warns of a force that is not 0 at the beginning, before the needle is loaded.
 pub(super) fn offset(signals: &Signals<'_>) -> Option<Warning> {
-    let (force, position) = (signals.force_n, signals.position_m);
-    if force.len() < MIN_SAMPLES {
+    if signals.force_n.len() < MIN_SAMPLES {
         return None;
     }
+    free_motion(signals).or_else(|| beginning(signals))
+}
+
+/// Warns of a force that is constant and not 0 while the needle moves freely at the beginning.
+fn free_motion(signals: &Signals<'_>) -> Option<Warning> {
+    let (force, position) = (signals.force_n, signals.position_m);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
     let first_n = mean(&force[..BLOCK]);
     let tolerance_n = (CONSTANT_STDS * noise_std(force)).max(CONSTANT_N);
@@ -93,6 +98,28 @@ pub(super) fn offset(signals: &Signals<'_>) -> Option<Warning> {
             "subtract it with --tare-s {:.3} (recording.tare_s), if the needle is free until then; otherwise the recording begins in \
              the tissue",
             0.5 * end_s
+        );
+        Warning::new(Code::ForceOffset, message).at("--tare-s or --force").remedy(remedy)
+    })
+}
+
+/// Warns of a first force that is larger than all changes after it, or that pulls at the needle.
+fn beginning(signals: &Signals<'_>) -> Option<Warning> {
+    let force = signals.force_n;
+    let first_n = force[..BLOCK].iter().sum::<f64>() / BLOCK as f64;
+    let least_n = (CONSTANT_STDS * noise_std(force)).max(MIN_OFFSET_N);
+    let (low_n, high_n) = range(force)?;
+    let change_n = (high_n - first_n).max(first_n - low_n);
+    let is_offset = first_n.abs() > change_n || (first_n < -least_n && high_n - first_n > -first_n);
+    (first_n.abs() > least_n && change_n > least_n && is_offset).then(|| {
+        let message = format!(
+            "the recording begins with a force of {first_n:.3} N and changes from there by at most {change_n:.3} N: the sensor seems not \
+             to be tared"
+        );
+        let end_s = signals.time_s[BLOCK - 1] - signals.time_s[0];
+        let remedy = format!(
+            "subtract it with --tare-s {end_s:.3} (recording.tare_s), if the needle is free until then; otherwise the recording begins in \
+             the tissue"
         );
         Warning::new(Code::ForceOffset, message).at("--tare-s or --force").remedy(remedy)
     })

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::Detection;
 use super::matching::{Match, follows_fall, match_alarms};
 use super::misses::{LabelMiss, misses};
-use super::phases::PhaseInterval;
+use super::phases::{Phase, PhaseInterval};
 use super::plausibility::warnings;
 use super::scores::{Scores, Tally};
 use super::statistics::{PhaseStatistics, ResidualStatistics, statistics};
@@ -76,7 +76,7 @@ pub struct DetectionReport {
     pub start_s: f64,
     /// Duration of the recording, in s.
     pub duration_s: f64,
-    /// Time during which the needle is below the contact, in s.
+    /// Duration of the phases in which the needle is below the contact, in s.
     pub contact_s: f64,
     /// True if the needle was ever below the contact.
     pub touched: bool,
@@ -174,8 +174,9 @@ impl DetectionReport {
         let misses = misses(detection, &labelled_ruptures_s, &explained, within_s);
         let strays = stray.iter().map(|stray| stray_alarm(&alarms_s, &labelled_ruptures_s, stray));
         let duration_s = detection.time_s.last().copied().unwrap_or(0.0) - start_s;
-        let in_contact = detection.position_m.iter().filter(|&&position| position - detection.contact_m > 0.0).count();
-        let contact_s = (in_contact as f64 * detection.interval_s).min(duration_s);
+        let (residual, phases) = statistics(detection);
+        let in_contact = phases.iter().filter(|phase| phase.phase != Phase::Free);
+        let contact_s = in_contact.map(|phase| phase.duration_s).sum::<f64>().min(duration_s);
         let tally = labels.map(|labels| Tally {
             recordings: 1,
             ruptures: labels.len(),
@@ -185,7 +186,6 @@ impl DetectionReport {
             contact_s,
         });
         let scores = tally.as_ref().map(Scores::of);
-        let (residual, phases) = statistics(detection);
         Self {
             samples: detection.time_s.len(),
             interval_s: detection.interval_s,
