@@ -23,12 +23,12 @@ pub(crate) fn interruptible<T: Send + 'static>(
     threads: usize,
     work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
 ) -> PyResult<T> {
-    interruptible_told(py, threads, |_| Ok(()), work)
+    interruptible_with_progress(py, threads, |_| Ok(()), work)
 }
 
 /// Runs work like [`interruptible`] and calls `tell` at each check. An exception of `tell` ends the work like a
 /// signal.
-pub(crate) fn interruptible_told<T: Send + 'static>(
+pub(crate) fn interruptible_with_progress<T: Send + 'static>(
     py: Python<'_>,
     threads: usize,
     tell: impl Fn(Python<'_>) -> PyResult<()> + Send,

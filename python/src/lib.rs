@@ -14,7 +14,6 @@ mod document;
 mod error;
 mod figures;
 mod interrupt;
-mod own;
 mod recording;
 mod rig;
 mod roc;
@@ -25,6 +24,7 @@ mod simulation;
 mod stability;
 mod state_space;
 mod sweep;
+mod user_defined;
 
 use pyo3::prelude::*;
 

@@ -14,8 +14,8 @@ use trocar_studies::run::{RunError, observe, observe_with};
 use crate::arrays::put;
 use crate::figures::run_trust;
 use crate::interrupt::interruptible;
-use crate::own::{CompiledParts, Failure, Own};
 use crate::scenario::Scenario;
+use crate::user_defined::{CompiledParts, Failure, UserDefined};
 use crate::{convert, document, error};
 
 /// Number of ticks between two readings of the clock, and time between two checks for signals. A tick takes about 30
@@ -149,11 +149,11 @@ pub(crate) fn traced_with(
     scenario: &trocar_scenario::Scenario,
     parts: &Bound<'_, PyDict>,
 ) -> PyResult<trocar_studies::run::Run> {
-    let own = Own::of(parts)?;
-    let roles = own.parts.roles();
-    let mut trace = trocar_studies::run::empty_trace_with(scenario, &own.parts);
-    let metrics = observed(py, scenario, own, &mut trace.recorder())?.map_err(|error| error::run(py, &error))?;
-    Ok(trocar_studies::run::Run::of_own_parts(scenario.clone(), roles, metrics, trace))
+    let parts = UserDefined::of(parts)?;
+    let roles = parts.parts.roles();
+    let mut trace = trocar_studies::run::empty_trace_with(scenario, &parts.parts);
+    let metrics = observed(py, scenario, parts, &mut trace.recorder())?.map_err(|error| error::run(py, &error))?;
+    Ok(trocar_studies::run::Run::of_user_defined_parts(scenario.clone(), roles, metrics, trace))
 }
 
 pub(crate) fn measure_with(
@@ -161,7 +161,7 @@ pub(crate) fn measure_with(
     scenario: &trocar_scenario::Scenario,
     parts: &Bound<'_, PyDict>,
 ) -> PyResult<Result<Metrics, RunError>> {
-    observed(py, scenario, Own::of(parts)?, &mut ())
+    observed(py, scenario, UserDefined::of(parts)?, &mut ())
 }
 
 /// Runs a scenario with compiled parts for its metrics, on a thread of the pool.
@@ -169,7 +169,7 @@ pub(crate) fn measure_compiled(
     scenario: &trocar_scenario::Scenario,
     parts: &CompiledParts,
 ) -> PyResult<Result<Metrics, RunError>> {
-    let Own { parts, failure, .. } = parts.own();
+    let UserDefined { parts, failure, .. } = parts.begin();
     let outcome = observe_with(scenario, parts, &mut Failing(&failure));
     failure.take().map_or(Ok(outcome), Err)
 }
@@ -188,7 +188,7 @@ impl Observer<f64> for Failing<'_> {
 fn observed<O: Observer<f64> + Send>(
     py: Python<'_>,
     scenario: &trocar_scenario::Scenario,
-    Own { parts, failure, are_compiled }: Own,
+    UserDefined { parts, failure, are_compiled }: UserDefined,
     observer: &mut O,
 ) -> PyResult<Result<Metrics, RunError>> {
     let mut watched = (observer, Watch { failure, ..Watch::default() });

@@ -12,9 +12,9 @@ use trocar_engine::engine::{COLUMNS, ColumnValues};
 use trocar_studies::run::SteppedRun;
 
 use crate::error;
-use crate::own::{Failure, Own};
 use crate::run::{Run, hand_over};
 use crate::scenario::Scenario;
+use crate::user_defined::{Failure, UserDefined};
 
 /// A run that is stepped tick by tick.
 #[pyclass(frozen, module = "trocar._core")]
@@ -65,7 +65,7 @@ fn this_thread() -> usize {
 impl Simulation {
     #[new]
     fn new(py: Python<'_>, scenario: &Scenario, parts: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let Own { parts, failure, .. } = Own::of(parts)?;
+        let UserDefined { parts, failure, .. } = UserDefined::of(parts)?;
         let run = SteppedRun::new(scenario.scenario.clone(), parts).map_err(|error| error::run(py, &error))?;
         Ok(Self::of(run, failure))
     }

@@ -10,7 +10,7 @@ use trocar_stability::Axis;
 use trocar_studies::stability_check::{CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, Verdict, is_tissue};
 
 use crate::arrays::put;
-use crate::interrupt::interruptible_told;
+use crate::interrupt::interruptible_with_progress;
 use crate::scenario::Scenario;
 use crate::{convert, document, error};
 
@@ -45,12 +45,12 @@ pub(crate) fn stability<'py>(
     let scenario = scenario.scenario.clone();
     let all = x_axis.count * y_axis.count;
     let done = Arc::new(AtomicUsize::new(0));
-    let told = done.clone();
+    let counted = done.clone();
     let tell = |py: Python<'_>| {
-        let done = told.load(Ordering::Relaxed);
+        let done = counted.load(Ordering::Relaxed);
         tell.as_ref().filter(|_| simulate).map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
-    let studied = interruptible_told(py, threads, tell, move |stop| {
+    let studied = interruptible_with_progress(py, threads, tell, move |stop| {
         let mut study = StabilityStudy::of(&scenario, (x_axis, y_axis), tissue)?;
         if simulate {
             let count = || {

@@ -19,10 +19,10 @@ use trocar_studies::sweep::{
 };
 
 use crate::arrays::{put, samples};
-use crate::interrupt::{interruptible, interruptible_told};
-use crate::own::CompiledParts;
+use crate::interrupt::{interruptible, interruptible_with_progress};
 use crate::run::{measure_compiled, measure_with};
 use crate::scenario::{Scenario, text_source};
+use crate::user_defined::CompiledParts;
 use crate::{convert, document, error};
 
 struct Columns {
@@ -191,9 +191,9 @@ pub(crate) fn sweep<'py>(
     let shard: Shard = shard.parse().map_err(error::value)?;
     let sources = Sources::of(path, text, base);
     let done = Arc::new([const { AtomicU64::new(0) }; 2]);
-    let told = done.clone();
+    let counted = done.clone();
     let tell = move |py: Python<'_>| {
-        let [done, all] = told.each_ref().map(|count| count.load(Ordering::Relaxed));
+        let [done, all] = counted.each_ref().map(|count| count.load(Ordering::Relaxed));
         tell.as_ref().filter(|_| all > 0).map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
     let work = move |stop: &AtomicBool| {
@@ -219,7 +219,7 @@ pub(crate) fn sweep<'py>(
         })?;
         Ok(Some((columns, plan.hash(), plan.design.cases(), plan.canonical().to_owned(), plan.former_names)))
     };
-    let swept = interruptible_told(py, threads, &tell, work)?.map_err(|failed: Failed| failed.raise(py))?;
+    let swept = interruptible_with_progress(py, threads, &tell, work)?.map_err(|failed: Failed| failed.raise(py))?;
     // Only a signal stops a sweep, and its exception has been raised.
     let (columns, hash, cases, inputs, former_names) =
         swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
@@ -252,7 +252,7 @@ pub(crate) fn sweep_with<'py>(
     let tell = |py: Python<'_>, done: u64| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, cases)).map(drop));
     let (columns, plan) = if let Some(compiled) = CompiledParts::of(parts)? {
         let done = Arc::new(AtomicU64::new(0));
-        let told = done.clone();
+        let counted = done.clone();
         let work = move |_: &AtomicBool| {
             let rows = try_map(cases.div_ceil(CASES_AT_ONCE) as usize, |turn| {
                 let first = turn as u64 * CASES_AT_ONCE;
@@ -271,8 +271,8 @@ pub(crate) fn sweep_with<'py>(
             })?;
             Ok((columns, plan))
         };
-        let tell_done = |py: Python<'_>| tell(py, told.load(Ordering::Relaxed));
-        let swept = interruptible_told(py, threads, tell_done, work)?;
+        let tell_done = |py: Python<'_>| tell(py, counted.load(Ordering::Relaxed));
+        let swept = interruptible_with_progress(py, threads, tell_done, work)?;
         tell_done(py)?;
         swept.map_err(|failed: Failed| failed.raise(py))?
     } else {

@@ -30,11 +30,11 @@ def test_the_papers_figures(tmp_path):
 
 
 def test_the_users_recording(tmp_path):
-    said = example("own_recording.py", tmp_path)
+    said = example("your_recording.py", tmp_path)
     assert "1 alarm" in said and "alarm at 1.7795 s: 0.5 ms after the rupture" in said
 
 
-@pytest.mark.parametrize("name", ["paper_figures.py", "own_recording.py"])
+@pytest.mark.parametrize("name", ["paper_figures.py", "your_recording.py"])
 def test_every_cell_is_python(name):
     cells = (EXAMPLES / name).read_text(encoding="utf-8").split("# %%")
     assert len(cells) > 4

@@ -253,8 +253,8 @@ def warning_of(one: dict[str, Any]) -> TrocarWarning:
     """Returns the warning object for a warning of an answer."""
     message, place, remedy = (None if one[key] is None else _core.in_python(one[key]) for key in ("message", "place", "remedy"))
     source = f"{one['source']}: " if one.get("source") else ""
-    told = f"{source}{message} ({remedy})" if remedy else f"{source}{message}"
-    return BY_CODE[one["code"]](told, place, remedy)
+    text = f"{source}{message} ({remedy})" if remedy else f"{source}{message}"
+    return BY_CODE[one["code"]](text, place, remedy)
 
 
 def warn(found: Iterable[dict[str, Any]]) -> None:

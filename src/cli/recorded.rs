@@ -107,7 +107,7 @@ pub(super) fn is_scenario(given: &str) -> bool {
     Source::parse(given).display().ends_with(".toml")
 }
 
-/// Returns the setting `recording.file`, or `None` for a scenario, which names its own recording.
+/// Returns the setting `recording.file`, or `None` for a scenario, which names its column recording.
 pub(super) fn file_setting(given: &str) -> Option<String> {
     (!is_scenario(given)).then(|| format!("recording.file={}", quoted(given)))
 }
@@ -149,7 +149,7 @@ fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     }
     let defaults = ["time_s", "position_m", "force_n"];
     let names = signal_names(path, &Limits::default()).ok()?;
-    let has = |name: &&str| names.iter().any(|own| own.trim_start_matches('/') == *name);
+    let has = |name: &&str| names.iter().any(|column| column.trim_start_matches('/') == *name);
     if defaults.iter().any(has) {
         return None;
     }

@@ -155,7 +155,7 @@ fn signals(args: &RocArgs, warnings: &Warnings) -> Result<Vec<Signal>, CliError>
     for drop_n in optional(&args.drop_n) {
         for fall_s in optional(&args.sharpness_s) {
             for depth_m in optional(&args.depth_m) {
-                signals.push(Signal::made(&spec, InVivoLikeVariant { drop_n, fall_s, depth_m }, &kinds)?);
+                signals.push(Signal::synthetic(&spec, InVivoLikeVariant { drop_n, fall_s, depth_m }, &kinds)?);
             }
         }
     }

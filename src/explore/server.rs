@@ -161,11 +161,11 @@ async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Bod
     if path == "/link" {
         return link(&state, request).await;
     }
-    let own = match state.site {
+    let of_site = match state.site {
         Site::Explore(..) => &[],
         Site::Field(_) => FIELD_ASSETS,
     };
-    match own.iter().chain(ASSETS).find(|asset| asset.path == path) {
+    match of_site.iter().chain(ASSETS).find(|asset| asset.path == path) {
         Some(asset) => text(200, asset.media, asset.content),
         None => refusal(404, "Not found.\n"),
     }
@@ -173,7 +173,7 @@ async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Bod
 
 async fn link(state: &ServerState, request: Request<Body>) -> Response<Body> {
     if !state.guard.admits_origin(header(&request, "origin"), host(&request)) {
-        return refusal(403, "The server accepts requests from its own pages only.\n");
+        return refusal(403, "The server accepts requests from its of_site pages only.\n");
     }
     let (mut parts, _) = request.into_parts();
     let upgrade = match WebSocketUpgrade::from_request_parts(&mut parts, &()).await {

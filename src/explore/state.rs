@@ -163,26 +163,26 @@ fn group(name: &str) -> &'static str {
 /// The scenarios of a page: the user's scenario, if any, and the shipped scenarios.
 #[derive(Debug, Clone)]
 pub struct Catalogue {
-    own: Option<(String, Source)>,
+    given: Option<(String, Source)>,
 }
 
 impl Catalogue {
     /// Returns the catalogue. The scenario of the command line, if any, is the first.
     #[must_use]
-    pub fn new(own: Option<&str>) -> Self {
-        let own = own.map(Source::parse).filter(|source| !matches!(source, Source::Builtin(_)));
-        Self { own: own.map(|source| (source.display(), source)) }
+    pub fn new(given: Option<&str>) -> Self {
+        let source = given.map(Source::parse).filter(|source| !matches!(source, Source::Builtin(_)));
+        Self { given: source.map(|source| (source.display(), source)) }
     }
 
     /// Returns all entries, with the user's scenario first.
     pub fn entries(&self) -> impl Iterator<Item = Entry> {
-        let own = self.own.iter().map(|(name, _)| Entry {
+        let given = self.given.iter().map(|(name, _)| Entry {
             name: name.clone(),
             title: name.clone(),
             question: "From the command line.".to_owned(),
             group: "Your scenario",
         });
-        own.chain(shipped_questions().map(|(name, question)| Entry {
+        given.chain(shipped_questions().map(|(name, question)| Entry {
             name: format!("builtin:{name}"),
             title: question.split([':', '?']).next().unwrap_or(question).to_owned(),
             question: question.to_owned(),
@@ -195,12 +195,12 @@ impl Catalogue {
     /// # Errors
     /// [`StateError::Scenario`].
     pub fn source(&self, name: &str) -> Result<Source, StateError> {
-        let own = self.own.iter().find(|(own, _)| own == name).map(|(_, source)| source.clone());
+        let given = self.given.iter().find(|(given, _)| given == name).map(|(_, source)| source.clone());
         let shipped = || {
             let bare = name.strip_prefix("builtin:")?;
             shipped_questions().any(|(known, _)| known == bare).then(|| Source::Builtin(bare.to_owned()))
         };
-        own.or_else(shipped).ok_or_else(|| StateError::Scenario(name.chars().take(80).collect()))
+        given.or_else(shipped).ok_or_else(|| StateError::Scenario(name.chars().take(80).collect()))
     }
 }
 

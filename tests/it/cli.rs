@@ -587,13 +587,13 @@ fn a_shipped_scenario_has_short_names() {
         assert_eq!((&outcome.out, outcome.err.as_str()), (&present.out, ""), "{name}");
     }
     // A file has priority, and a base falls back to shipped scenarios.
-    folder.file("own.toml", "name = \"own\"\nbase = \"paper/augmented\"\n");
-    assert!(folder.good(&["check", "own.toml"]).starts_with("own: valid, 17000 ticks"));
+    folder.file("mine.toml", "name = \"mine\"\nbase = \"paper/augmented\"\n");
+    assert!(folder.good(&["check", "mine.toml"]).starts_with("mine: valid, 17000 ticks"));
     folder.file(
         "paper/augmented",
         "simulation.duration_s = 2.0\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\n",
     );
-    assert!(folder.good(&["check", "own.toml"]).starts_with("own: valid, 2000 ticks"));
+    assert!(folder.good(&["check", "mine.toml"]).starts_with("mine: valid, 2000 ticks"));
     folder.refused(&["check", "layers/skin-augmentd"], &["did you mean layers/skin-augmented?", "`trocar scenarios`"]);
     folder.refused(&["check", "classical.toml"], &["cannot be read", "did you mean paper/classical?"]);
 }

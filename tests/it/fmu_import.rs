@@ -57,7 +57,7 @@ fn a_unit_in_c_gives_the_same_bits_as_the_built_in_model() {
         "[channel]\ndelay_s = 2.5e-3\n",
         "[simulation]\ncontrol = \"sampled\"\n[actuator]\nmaster_force_limit_n = 3.0\n",
     ] {
-        let own = |tissue: &str| {
+        let scenario_of = |tissue: &str| {
             let text = insertion(tissue);
             // The sections before `[tissue]`.
             let (head, tissue) = text.split_once("[tissue]").expect("a section");
@@ -70,10 +70,10 @@ fn a_unit_in_c_gives_the_same_bits_as_the_built_in_model() {
         let shorter = |text: String| {
             text + if variant.contains("[simulation]") { "" } else { "\n[simulation]\nduration_s = 0.4\n" }
         };
-        let expected = trace(&folder, &shorter(own(BUILT_IN)));
+        let expected = trace(&folder, &shorter(scenario_of(BUILT_IN)));
         for fmi in [2, 3] {
             folder.file("tissue.fmu", unit(fmi, Fault::None));
-            assert_same(&trace(&folder, &shorter(own(OF_UNIT))), &expected);
+            assert_same(&trace(&folder, &shorter(scenario_of(OF_UNIT))), &expected);
         }
     }
 }

@@ -63,14 +63,14 @@ fn each_as_alone(name: &str, scenarios: &[Scenario]) -> Vec<String> {
     single
 }
 
-fn compare(name: &str, fixed: &[&str], own: &[(&str, f64, f64)], packs: usize, seed: u64) -> (usize, usize) {
+fn compare(name: &str, fixed: &[&str], varied: &[(&str, f64, f64)], packs: usize, seed: u64) -> (usize, usize) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let given: Vec<String> = fixed.iter().map(|&setting| setting.to_owned()).collect();
     let augments = load(name, &given).augmentation.enabled;
     let catches_up = augments && !fixed.iter().any(|setting| setting.starts_with("augmentation.reengage="));
     let of_events = EVENTS.iter().filter(|_| augments);
     let ranges: Vec<_> =
-        COMMON.iter().chain(of_events).chain(own).copied().chain(catches_up.then_some(CATCH_UP)).collect();
+        COMMON.iter().chain(of_events).chain(varied).copied().chain(catches_up.then_some(CATCH_UP)).collect();
     let (mut diverged, mut events) = (0, 0);
     for pack in 0..packs {
         let machines = settings(&mut rng, &MACHINES);
@@ -118,18 +118,18 @@ fn lanes_with_and_without_augmentation() {
 
 #[test]
 fn layers() {
-    let own = [
+    let varied = [
         ("sensor.force_noise_std_n", 0.005, 0.05),
         ("tissue.contact_m", 0.0, 0.004),
         ("tissue.layer.skin.rupture_force_n", 2.0, 6.0),
         ("tissue.layer.muscle.thickness_m", 0.008, 0.02),
         ("tissue.layer.capsule.rupture_force_n", 0.5, 2.5),
     ];
-    let (_, events) = compare("layers/through-the-skin", &["augmentation.enabled=true"], &own, 16, 6);
+    let (_, events) = compare("layers/through-the-skin", &["augmentation.enabled=true"], &varied, 16, 6);
     assert!(events > 0);
-    compare("layers/through-the-skin", &[], &own, 8, 7);
-    compare("hand/reflex-augmented", &[], &own, 6, 8);
-    compare("hand/trembling-hand", &[], &own, 4, 9);
+    compare("layers/through-the-skin", &[], &varied, 8, 7);
+    compare("hand/reflex-augmented", &[], &varied, 6, 8);
+    compare("hand/trembling-hand", &[], &varied, 4, 9);
     // The arm stiffens and pulls back by different gains and with the same delay.
     let tense = [
         ("operator.stretch_short_gain_n_s_per_m", 1.0, 30.0),
@@ -141,13 +141,13 @@ fn layers() {
 
 #[test]
 fn layers_that_tear_and_move() {
-    let own = [
+    let varied = [
         ("tissue.layer.film.toughness_j_per_m2", 500.0, 12_000.0),
         ("tissue.layer.block.relaxation_time_s", 0.1, 3.0),
         ("tissue.breathing_amplitude_m", 1e-4, 4e-3),
         ("tissue.breathing_period_s", 1.0, 5.0),
     ];
-    compare("tearing/firm-phantom", &["augmentation.enabled=true"], &own, 12, 12);
+    compare("tearing/firm-phantom", &["augmentation.enabled=true"], &varied, 12, 12);
 }
 
 #[test]

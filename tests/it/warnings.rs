@@ -519,8 +519,8 @@ fn metrics_that_no_case_changes_give_a_warning() {
     let sweep = "base = \"paper/classical\"\nmetrics = [\"false_alarms\", \"operator_energy_j\"]\n[axes]\n\"scaling.force\" = [1.0, 1.1]\n";
     let outcome = folder.file("two.toml", sweep).trocar(&["sweep", "two.toml", "--deny-warnings"]);
     assert_eq!(outcome.code, 0, "{}", outcome.err);
-    let told = outcome.out.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("The same in every case: false alarms. "), "{told}");
+    let output = outcome.out.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(output.contains("The same in every case: false alarms. "), "{output}");
     folder.file("none.toml", sweep.replace(", \"operator_energy_j\"", ""));
     let outcome = folder.trocar(&["sweep", "none.toml", "--json", "--deny-warnings"]);
     let answer: serde_json::Value = serde_json::from_str(&outcome.out).expect("JSON");

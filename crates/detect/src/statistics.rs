@@ -120,8 +120,8 @@ impl Totals {
 fn robust_stds(detection: &Detection) -> (Option<f64>, [Option<f64>; Phase::ALL.len()]) {
     let of_phase = |phase| {
         interrupt::check();
-        let own = detection.phases.iter().filter(|interval| interval.phase == phase);
-        robust_std(&own.map(|interval| &detection.residual_n[interval.samples.clone()]).collect::<Vec<_>>())
+        let of_phase = detection.phases.iter().filter(|interval| interval.phase == phase);
+        robust_std(&of_phase.map(|interval| &detection.residual_n[interval.samples.clone()]).collect::<Vec<_>>())
     };
     rayon::join(|| robust_std(&[&detection.residual_n]), || Phase::ALL.map(of_phase))
 }
@@ -223,10 +223,10 @@ impl PhaseStatistics {
     /// deviation is taken about the mean of each recording.
     #[must_use]
     pub fn pooled<'a>(phase: Phase, of: impl IntoIterator<Item = &'a Self>) -> Self {
-        let own: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();
-        let samples = own.iter().map(|s| s.samples).sum();
+        let of_phase: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();
+        let samples = of_phase.iter().map(|s| s.samples).sum();
         let weighted = |value: &dyn Fn(&Self) -> Option<f64>| {
-            let (sum, count) = own
+            let (sum, count) = of_phase
                 .iter()
                 .filter_map(|s| value(s).map(|value| (value * s.samples as f64, s.samples)))
                 .fold((0.0, 0), |(sum, count), (value, samples)| (sum + value, count + samples));
@@ -234,9 +234,9 @@ impl PhaseStatistics {
         };
         Self {
             phase,
-            intervals: own.iter().map(|s| s.intervals).sum(),
+            intervals: of_phase.iter().map(|s| s.intervals).sum(),
             samples,
-            duration_s: own.iter().map(|s| s.duration_s).sum(),
+            duration_s: of_phase.iter().map(|s| s.duration_s).sum(),
             mean_absolute_n: weighted(&|s| s.mean_absolute_n),
             std_n: weighted(&|s| s.std_n.map(|std_n| std_n * std_n)).map(f64::sqrt),
             robust_std_n: None,

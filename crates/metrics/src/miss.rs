@@ -650,32 +650,32 @@ mod tests {
 
     #[test]
     fn reasons_are_reported_in_milliseconds_millimetres_and_percent() {
-        let told = |reason: MissReason| reason.to_string();
-        assert!(told(MissReason::NotInContact { depth_m: -1.234e-3 }).contains("was 1.23 mm above"));
-        let text = told(MissReason::NotArmed { quiet_s: 0.01234, settle_s: 0.1 });
+        let message = |reason: MissReason| reason.to_string();
+        assert!(message(MissReason::NotInContact { depth_m: -1.234e-3 }).contains("was 1.23 mm above"));
+        let text = message(MissReason::NotArmed { quiet_s: 0.01234, settle_s: 0.1 });
         assert!(text.contains("for 12.3 ms") && text.contains("is 100 ms"), "{text}");
-        assert!(told(MissReason::WrongMotion { velocity_m_per_s: -0.0123 }).contains("at -12.3 mm/s"));
-        assert!(told(MissReason::TooShallow { depth_m: 4.5e-3 }).contains("at 4.5 mm"));
-        assert!(told(MissReason::BelowThreshold { reached: 0.1239 }).contains("reached 12.4 %"));
-        assert!(told(MissReason::BelowThreshold { reached: 1.26e-5 }).contains("reached less than 0.1 % of it"));
-        assert!(told(MissReason::NotInContact { depth_m: -1e-6 }).contains("less than 0.01 mm above"));
-        assert!(told(MissReason::BelowDrift { largest: 0.0012 }).contains("exceeded 1.200e-3"));
-        assert!(told(MissReason::EventUnderWay { begin_s: 1.5 }).contains("1.500 s"));
-        assert!(told(MissReason::Refractory { end_s: 2.25 }).contains("2.250 s"));
-        assert!(told(MissReason::AlarmOfAnother { alarm_s: 3.0 }).contains("3.000 s"));
-        assert!(told(MissReason::NotReady { waits_for: "the noise" }).contains("waits for the noise"));
-        assert!(told(MissReason::NoFall).contains("no fall") && told(MissReason::NoDrop).contains("drop_only"));
-        assert!(told(MissReason::EarlierEvent).contains("an earlier alarm"));
+        assert!(message(MissReason::WrongMotion { velocity_m_per_s: -0.0123 }).contains("at -12.3 mm/s"));
+        assert!(message(MissReason::TooShallow { depth_m: 4.5e-3 }).contains("at 4.5 mm"));
+        assert!(message(MissReason::BelowThreshold { reached: 0.1239 }).contains("reached 12.4 %"));
+        assert!(message(MissReason::BelowThreshold { reached: 1.26e-5 }).contains("reached less than 0.1 % of it"));
+        assert!(message(MissReason::NotInContact { depth_m: -1e-6 }).contains("less than 0.01 mm above"));
+        assert!(message(MissReason::BelowDrift { largest: 0.0012 }).contains("exceeded 1.200e-3"));
+        assert!(message(MissReason::EventUnderWay { begin_s: 1.5 }).contains("1.500 s"));
+        assert!(message(MissReason::Refractory { end_s: 2.25 }).contains("2.250 s"));
+        assert!(message(MissReason::AlarmOfAnother { alarm_s: 3.0 }).contains("3.000 s"));
+        assert!(message(MissReason::NotReady { waits_for: "the noise" }).contains("waits for the noise"));
+        assert!(message(MissReason::NoFall).contains("no fall") && message(MissReason::NoDrop).contains("drop_only"));
+        assert!(message(MissReason::EarlierEvent).contains("an earlier alarm"));
     }
 
     #[test]
     fn the_recommended_threshold_is_rounded_down() {
-        let told = |reached| MissReason::BelowThreshold { reached }.remedy().into_owned();
-        assert!(told(0.1239).contains("below 12.3 %"), "{}", told(0.1239));
+        let remedy = |reached| MissReason::BelowThreshold { reached }.remedy().into_owned();
+        assert!(remedy(0.1239).contains("below 12.3 %"), "{}", remedy(0.1239));
         assert!(
-            told(1.26e-5).contains("far lower")
-                && told(0.0).contains("far lower")
-                && told(2e-3).contains("below 0.2 %")
+            remedy(1.26e-5).contains("far lower")
+                && remedy(0.0).contains("far lower")
+                && remedy(2e-3).contains("below 0.2 %")
         );
     }
 

@@ -13,8 +13,10 @@ use trocar_core::error::InvalidValue;
 use trocar_core::estimation::{AnyEstimator, Rls};
 use trocar_core::lane::Lane;
 use trocar_engine::channel::{Delay, Irregularity, SampleDelays, Schedule};
-use trocar_engine::engine::BuiltInOr::{BuiltIn, Own};
-use trocar_engine::engine::{Any, AnyDetector, Engine, OwnParts, OwnWiring, Parts, ScheduledAlarms, Wired};
+use trocar_engine::engine::BuiltInOr::{BuiltIn, UserDefined};
+use trocar_engine::engine::{
+    Any, AnyDetector, Engine, Parts, ScheduledAlarms, UserDefinedParts, UserDefinedWiring, Wired,
+};
 use trocar_engine::operator::{HumanOperator, Motion, Ramp, Reflex, Replay};
 use trocar_engine::sensor::{AnySensor, ForceSensor, PerfectSensor};
 use trocar_engine::teleoperation::{DirectLink, Lines, Link, PAYLOAD};
@@ -123,49 +125,50 @@ impl Scenario {
     }
 
     /// Builds the parts, replacing some by user-defined ones.
-    pub(super) fn own_wiring(&self, own: OwnParts) -> Result<OwnWiring, ScenarioError> {
+    pub(super) fn user_defined_wiring(&self, parts: UserDefinedParts) -> Result<UserDefinedWiring, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let link = self.link(0)?;
-        let link = match (own.architecture, own.scheme) {
+        let link = match (parts.architecture, parts.scheme) {
             (None, None) if link.is_direct() => {
                 let machines = &self.link.machines;
                 BuiltIn(DirectLink::new(machines.position_scale, machines.force_scale))
             }
-            (None, None) => Own(Box::new(link) as Box<_>),
-            (Some(architecture), None) => Own(Box::new(link.with_architecture(architecture)) as Box<_>),
-            (None, Some(scheme)) => Own(Box::new(link.with_scheme(scheme)) as Box<_>),
+            (None, None) => UserDefined(Box::new(link) as Box<_>),
+            (Some(architecture), None) => UserDefined(Box::new(link.with_architecture(architecture)) as Box<_>),
+            (None, Some(scheme)) => UserDefined(Box::new(link.with_scheme(scheme)) as Box<_>),
             (Some(architecture), Some(scheme)) => {
-                Own(Box::new(link.with_architecture(architecture).with_scheme(scheme)) as Box<_>)
+                UserDefined(Box::new(link.with_architecture(architecture).with_scheme(scheme)) as Box<_>)
             }
         };
         let any = self.any_chain();
         let (settings, alarms) = (&self.detector, self.alarm_ticks());
-        let detector = match (own.detector, own.distance) {
-            (Some(detector), _) if alarms.is_empty() => Own(detector),
-            (Some(detector), _) => Own(Box::new(ScheduledAlarms::new(detector, alarms)) as Box<_>),
+        let detector = match (parts.detector, parts.distance) {
+            (Some(detector), _) if alarms.is_empty() => UserDefined(detector),
+            (Some(detector), _) => UserDefined(Box::new(ScheduledAlarms::new(detector, alarms)) as Box<_>),
             (None, Some(distance)) => {
                 let detector = CusumDetector::with_distance(distance, settings, tick_s);
-                Own(Box::new(ScheduledAlarms::new(detector, alarms)) as Box<_>)
+                UserDefined(Box::new(ScheduledAlarms::new(detector, alarms)) as Box<_>)
             }
             (None, None) => BuiltIn(any.detector),
         };
         let augmentation = &self.augmentation;
-        let motion_law = own.motion_law.map_or_else(
+        let motion_law = parts.motion_law.map_or_else(
             || {
                 let law = HeldReference::new(augmentation.freeze, augmentation.reengage, tick_s, self.reference_m());
                 BuiltIn(law.holding(&augmentation.hold, tick_s))
             },
-            Own,
+            UserDefined,
         );
-        let force_law = own.force_law.map_or_else(|| BuiltIn(AnyForceLaw::new(&augmentation.force, tick_s)), Own);
-        let estimator = own.estimator.map_or(BuiltIn(any.estimator), Own);
+        let force_law =
+            parts.force_law.map_or_else(|| BuiltIn(AnyForceLaw::new(&augmentation.force, tick_s)), UserDefined);
+        let estimator = parts.estimator.map_or(BuiltIn(any.estimator), UserDefined);
         Ok(Parts {
-            operator: match own.operator {
-                Some(operator) => Own(operator),
+            operator: match parts.operator {
+                Some(operator) => UserDefined(operator),
                 None => BuiltIn(self.operator(0)?),
             },
-            tissue: match own.tissue {
-                Some(tissue) => Own(tissue),
+            tissue: match parts.tissue {
+                Some(tissue) => UserDefined(tissue),
                 None => BuiltIn(self.any_tissue()?),
             },
             sensor: self.any_sensor(0)?,

@@ -302,10 +302,10 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         let column = ColumnSettings::KEYS.iter().find(named).and_then(|key| values.place(key.path));
         let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(column);
         let is_of_velocity = matches!(&error.problem, Problem::MissingColumn { quantity: Some(Quantity::Velocity), .. });
-        let told = ScenarioError::new(error.to_string()).at(place.or(values.place(FILE)));
+        let error = ScenarioError::new(error.to_string()).at(place.or(values.place(FILE)));
         // The column may be named in a base.
         let remedy = "name the file's column, or set recording.columns.velocity_m_per_s = \"\" to estimate the velocity from the position";
-        if is_of_velocity { told.remedy(remedy) } else { told }
+        if is_of_velocity { error.remedy(remedy) } else { error }
     })?;
     let spec = labelled(values, recording)?;
     values.derive_keeping_place(FILE, Value::Text(source.display()));

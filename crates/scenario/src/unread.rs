@@ -152,8 +152,8 @@ mod tests {
     fn warned(reader: Reader, settings: &[&str]) -> Vec<String> {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
         let values = Values::from_settings("a", &settings).expect("valid");
-        let told = |warning: Warning| format!("{} ({})", warning.message, warning.remedy.expect("a remedy"));
-        keys_without_effect(&values, &settings, reader).into_iter().map(told).collect()
+        let text = |warning: Warning| format!("{} ({})", warning.message, warning.remedy.expect("a remedy"));
+        keys_without_effect(&values, &settings, reader).into_iter().map(text).collect()
     }
 
     #[test]

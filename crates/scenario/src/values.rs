@@ -722,7 +722,7 @@ mod tests {
     const LAYERS: &str = "operator.kind = \"ramp\"\n[tissue]\nkind = \"layers\"\n";
 
     fn load(text: &str, settings: &[&str]) -> Result<Scenario, ScenarioError> {
-        let source = Source::Text { name: "own.toml".into(), text: text.into() };
+        let source = Source::Text { name: "mine.toml".into(), text: text.into() };
         let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
         Scenario::load(&source, &settings)
     }
@@ -731,7 +731,7 @@ mod tests {
     fn a_key_of_the_reflex_at_its_former_place_is_rejected_with_its_new_name() {
         let error = load("[operator]\nkind = \"ramp\"\nreflex_pause_s = 1.0\n", &[]).expect_err("moved").to_string();
         assert!(error.contains("there is no key operator.reflex_pause_s"), "{error}");
-        assert!(error.contains("own.toml") && error.contains('3'), "{error}");
+        assert!(error.contains("mine.toml") && error.contains('3'), "{error}");
         assert!(error.contains("since 0.3 it is perception.reflex_pause_s"), "{error}");
         let error = load("operator.kind = \"ramp\"\n", &["operator.reflex=stop"]).expect_err("moved").to_string();
         assert!(

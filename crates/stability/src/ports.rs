@@ -60,8 +60,10 @@ impl Hybrid {
         let [[h11, h12], [h21, h22]] = self.h;
         let both = (h12 / force + h21.conj() / position).norm_sqr();
         let size = h12.norm_sqr() / (force * force) + h21.norm_sqr() / (position * position);
-        let own = 4.0 * h11.re * h22.re / (force * position);
-        is_passive_impedance(h11) && is_passive_impedance(h22) && own - both >= -ROUNDING * (size + own.abs())
+        let self_terms = 4.0 * h11.re * h22.re / (force * position);
+        is_passive_impedance(h11)
+            && is_passive_impedance(h22)
+            && self_terms - both >= -ROUNDING * (size + self_terms.abs())
     }
 
     /// Returns the impedance at the hand with the needle in an impedance `Z_e`: `Z_t = h11 - h12 h21 Z_e / (1 + h22
@@ -172,11 +174,11 @@ impl Ports {
         let from_motion =
             follow * to_slave * (s.inv() * scale + at_slave.velocity + differentiate * at_slave.acceleration);
         let from_hand = follow * to_slave * at_slave.hand_force;
-        let from_tissue = -follow * hold * (read * at_slave.own_force + machines.compliance_m_per_n);
+        let from_tissue = -follow * hold * (read * at_slave.local_force + machines.compliance_m_per_n);
 
-        // The held F_ed = force f_e + own v_h - hand F_h - of_slave x_e
+        // The held F_ed = force f_e + local v_h - hand F_h - of_slave x_e
         let force = to_master * read * (at_master.force * machines.force_scale);
-        let own = hold * (s.inv() * at_master.position + at_master.velocity) * scale;
+        let local = hold * (s.inv() * at_master.position + at_master.velocity) * scale;
         let hand = hold * at_master.hand;
         let of_slave = to_master
             * (s * (at_master.velocity + at_master.drag) + at_master.position + s * differentiate * at_master.inertia);
@@ -201,7 +203,7 @@ impl Ports {
         };
         let drive = motor * pushed.1;
         let on_hand = pushed.0 + drive * of_hand + drive * of_force * (hand + of_slave * from_hand);
-        let on_motion = -inertia - drive * of_force * (own - of_slave * from_motion);
+        let on_motion = -inertia - drive * of_force * (local - of_slave * from_motion);
         let on_tissue = -drive * of_force * (force - of_slave * from_tissue);
         let (h11, h12) = (-on_motion / on_hand, -on_tissue / on_hand);
         let h21 = -s * (from_motion + from_hand * h11);

@@ -116,8 +116,8 @@ impl ClosedLoop {
         let (_, _, at_master) = self.open()?;
         let (n, of_master) = (at_master.len(), self.master.a.nrows());
         let mut master = at_master;
-        for (k, own) in self.master.own.iter().enumerate() {
-            master[k] += own;
+        for (k, local) in self.master.local.iter().enumerate() {
+            master[k] += local;
         }
         // The integral follows the motions of master and arm.
         let integral_gain = settings.master.force_integral_gain;
@@ -127,8 +127,8 @@ impl ClosedLoop {
         let mut tissue = DVector::zeros(n);
         (tissue[of_master], tissue[of_master + 1]) = (settings.stiffness_n_per_m, settings.damping_n_s_per_m);
         let mut reference = self.arrives_at_slave();
-        for (k, own) in self.slave.own.iter().enumerate() {
-            reference[of_master + k] += own;
+        for (k, local) in self.slave.local.iter().enumerate() {
+            reference[of_master + k] += local;
         }
         reference -= &tissue * settings.link.machines.compliance_m_per_n;
         let [to_reference, to_position, to_velocity] = settings.slave.control();

@@ -109,9 +109,16 @@ mod tests {
         let a = DMatrix::from_row_slice(3, 3, &[0.9, 0.1, 0.0, -0.2, 0.8, 0.05, 0.0, 0.3, 0.5]);
         let (now, c) = (DVector::from_row_slice(&[0.1, 0.4, -0.2]), DVector::from_row_slice(&[1.0, 0.5, 2.0]));
         for before in [None, Some(DVector::from_row_slice(&[0.3, 0.0, 0.1]))] {
-            let own = DVector::zeros(3);
-            let side =
-                Side { a: a.clone(), now: now.clone(), before, c: c.clone(), force: own.clone(), own, desired: None };
+            let local = DVector::zeros(3);
+            let side = Side {
+                a: a.clone(),
+                now: now.clone(),
+                before,
+                c: c.clone(),
+                force: local.clone(),
+                local,
+                desired: None,
+            };
             let response = Response::new(&side);
             for angle in [0.0, 0.3, 2.0] {
                 let z = Complex64::from_polar(1.0, angle);

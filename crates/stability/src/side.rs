@@ -17,7 +17,7 @@ pub(super) struct Side {
     pub(super) before: Option<DVector<f64>>,
     pub(super) c: DVector<f64>,
     /// The side's contribution to its command: to `F_ed` at the master, to the reference at the slave. `a` contains it.
-    pub(super) own: DVector<f64>,
+    pub(super) local: DVector<f64>,
     /// The measured force scaled to the master, in N; 0 at the master.
     pub(super) force: DVector<f64>,
     /// Effect of the desired position at this tick and the next; `None` for the slave.
@@ -26,7 +26,7 @@ pub(super) struct Side {
 
 /// Selects if a side's matrix contains the side's contribution to its command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum OwnPart {
+pub(super) enum LocalCommand {
     Closed,
     /// Excluded, because a supervisor determines the whole command.
     Open,
@@ -98,14 +98,14 @@ impl Side {
     /// Builds the master with its arm: `w` is the part of `F_ed` that comes from the slave, `y` the master's part of
     /// the slave's reference.
     pub(super) fn master(machines: &Machines, settings: &LinearLoop) -> Result<Self, StabilityError> {
-        Self::master_with(machines, settings, OwnPart::Closed)
+        Self::master_with(machines, settings, LocalCommand::Closed)
     }
 
     /// Like [`Side::master`], with or without the side's contribution to its command.
     pub(super) fn master_with(
         machines: &Machines,
         settings: &LinearLoop,
-        own: OwnPart,
+        local_command: LocalCommand,
     ) -> Result<Self, StabilityError> {
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
@@ -161,7 +161,7 @@ impl Side {
                 input
             }
         };
-        if own == OwnPart::Closed {
+        if local_command == LocalCommand::Closed {
             states.a += &now * local.transpose();
         }
         let mut sent = &position * scale + &velocity * at_slave.velocity + &hand * at_slave.hand_force;
@@ -175,11 +175,15 @@ impl Side {
 
     /// Builds the slave on its tissue: `w` is the received part of the reference, `y` the sent part of `F_ed`.
     pub(super) fn slave(machines: &Machines, settings: &LinearLoop) -> Result<Self, StabilityError> {
-        Self::slave_with(machines, settings, OwnPart::Closed)
+        Self::slave_with(machines, settings, LocalCommand::Closed)
     }
 
     /// Like [`Side::slave`], with or without the side's contribution to its command.
-    pub(super) fn slave_with(machines: &Machines, settings: &LinearLoop, own: OwnPart) -> Result<Self, StabilityError> {
+    pub(super) fn slave_with(
+        machines: &Machines,
+        settings: &LinearLoop,
+        local_command: LocalCommand,
+    ) -> Result<Self, StabilityError> {
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
         let step = &machines.slave;
@@ -213,9 +217,9 @@ impl Side {
             }
         };
         let read = measurement(&mut states, &force, settings);
-        let local = &read * -at_slave.own_force;
+        let local = &read * -at_slave.local_force;
         let mut deflection = &force * link.machines.compliance_m_per_n;
-        if own == OwnPart::Closed {
+        if local_command == LocalCommand::Closed {
             deflection -= &local;
         }
         states.a -= &now * deflection.transpose();
@@ -249,7 +253,7 @@ impl Side {
         states: States,
         whole: DVector<f64>,
         late: Option<DVector<f64>>,
-        [sent, own, force]: [DVector<f64>; 3],
+        [sent, local, force]: [DVector<f64>; 3],
         desired: Option<(DVector<f64>, DVector<f64>)>,
     ) -> Self {
         let n = states.used;
@@ -263,7 +267,7 @@ impl Side {
             now: cut(now),
             before: before.map(cut),
             c: cut(sent),
-            own: cut(own),
+            local: cut(local),
             force: cut(force),
             desired: desired.map(|(now, next)| (cut(now), cut(next))),
         }

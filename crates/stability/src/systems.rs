@@ -128,8 +128,8 @@ impl ClosedLoop {
         let mut rows = DMatrix::zeros(3, n);
         rows[(0, 0)] = 1.0;
         rows[(1, at_slave)] = 1.0;
-        let own = &self.master.own;
-        let force = DVector::from_fn(n, |k, _| arrives[k] + own.get(k).copied().unwrap_or(0.0));
+        let local = &self.master.local;
+        let force = DVector::from_fn(n, |k, _| arrives[k] + local.get(k).copied().unwrap_or(0.0));
         rows.row_mut(2).copy_from(&force.transpose());
         let b = &a * &next + now;
         let d = &rows * &next;

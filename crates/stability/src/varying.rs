@@ -109,8 +109,8 @@ impl VaryingDelays {
 fn ranges(scenario: &Scenario, settings: &LinearLoop) -> Option<[DelayRange; 2]> {
     let irregularity = &scenario.irregularity;
     let jitter = irregularity.jitter_ticks(settings.tick_s);
-    let range = |schedule: &trocar_engine::channel::Schedule, own: u64| {
-        let (min_ticks, max_ticks) = if schedule.has_delays() { schedule.ages()? } else { (own, own) };
+    let range = |schedule: &trocar_engine::channel::Schedule, link_ticks: u64| {
+        let (min_ticks, max_ticks) = if schedule.has_delays() { schedule.ages()? } else { (link_ticks, link_ticks) };
         let is_bounded = irregularity.loss == 0.0 && !schedule.has_outages();
         is_bounded.then_some(DelayRange { min_ticks, max_ticks: max_ticks + jitter })
     };
@@ -451,7 +451,7 @@ mod tests {
             now: DVector::from_column_slice(now),
             before: None,
             c: DVector::from_column_slice(c),
-            own: nothing.clone(),
+            local: nothing.clone(),
             force: nothing,
             desired: None,
         }

@@ -56,8 +56,8 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
         let found = findings.warnings.clone();
         findings.warnings.splice(0..0, printed);
         let cases = line.is_some().then(|| DrawnCases::of(design, &rows)).transpose()?;
-        let told = SweepReport { design, hash, findings: &findings, cases: cases.as_ref() };
-        let document = told.document();
+        let report = SweepReport { design, hash, findings: &findings, cases: cases.as_ref() };
+        let document = report.document();
         let again = |line: &String| Again {
             command: "trocar sweep",
             files: vec![(SWEEP.to_owned(), canonical.to_owned())],

@@ -116,20 +116,20 @@ impl<'a> CandidateBench<'a> {
         })
     }
 
-    pub(super) fn calibrate(&self, told: &dyn Fn(usize, usize)) -> Result<Calibration, CalibrationError> {
+    pub(super) fn calibrate(&self, report: &dyn Fn(usize, usize)) -> Result<Calibration, CalibrationError> {
         let steps = 2 * MEMORIES.len();
         let candidate = |(step, &memory): (usize, &f64)| {
-            told(step, steps);
+            report(step, steps);
             self.candidate(memory)
         };
         let tried: Vec<(Candidate, Quiet)> = MEMORIES.iter().enumerate().map(candidate).collect();
         let probes = self.probes(&tried[0].1.ruptures);
         let probed = |(step, (candidate, quiet)): (usize, (Candidate, Quiet))| {
-            told(MEMORIES.len() + step, steps);
+            report(MEMORIES.len() + step, steps);
             (self.probed(candidate, &probes), quiet)
         };
         let mut tried: Vec<(Candidate, Quiet)> = tried.into_iter().enumerate().map(probed).collect();
-        told(steps, steps);
+        report(steps, steps);
         let best = tried.iter().enumerate().skip(1).fold(0, |best, (index, (candidate, _))| {
             if score(candidate) > score(&tried[best].0) + 1e-9 { index } else { best }
         });

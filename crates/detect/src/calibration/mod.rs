@@ -199,18 +199,18 @@ pub enum CalibrationError {
 /// # Errors
 /// [`CalibrationError`].
 pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<Calibration, CalibrationError> {
-    calibrate_told(spec, request, &|_, _| ())
+    calibrate_with_progress(spec, request, &|_, _| ())
 }
 
-/// [`calibrate`] with progress: `told` receives the numbers of complete steps and of all steps, which take about
+/// [`calibrate`] with progress: `report` receives the numbers of complete steps and of all steps, which take about
 /// equally long.
 ///
 /// # Errors
 /// [`CalibrationError`].
-pub fn calibrate_told(
+pub fn calibrate_with_progress(
     spec: &DetectionSpec,
     request: &CalibrationRequest,
-    told: &dyn Fn(usize, usize),
+    report: &dyn Fn(usize, usize),
 ) -> Result<Calibration, CalibrationError> {
     request.validate()?;
     let recording = &spec.recording.recording;
@@ -240,5 +240,5 @@ pub fn calibrate_told(
         velocity_m_per_s: &velocity_m_per_s[..count],
         force_n: &force_n[..count],
     };
-    CandidateBench::new(signal, spec, request)?.calibrate(told)
+    CandidateBench::new(signal, spec, request)?.calibrate(report)
 }

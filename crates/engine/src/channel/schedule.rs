@@ -81,9 +81,9 @@ impl Schedule {
         Some(range)
     }
 
-    /// The longest delay in ticks; the link's delay `own` without scheduled delays.
-    pub(super) fn longest(&self, own: u64) -> u64 {
-        self.delays.iter().filter_map(|&delay| arriving(delay)).max().unwrap_or(own)
+    /// The longest delay in ticks; the link's delay `link_ticks` without scheduled delays.
+    pub(super) fn longest(&self, link_ticks: u64) -> u64 {
+        self.delays.iter().filter_map(|&delay| arriving(delay)).max().unwrap_or(link_ticks)
     }
 }
 
@@ -104,9 +104,9 @@ impl Running {
         Self { schedule, outage: 0 }
     }
 
-    /// Returns the delay in ticks of the sample sent at `tick`, `None` if it is lost. `own` is the link's delay. `tick`
+    /// Returns the delay in ticks of the sample sent at `tick`, `None` if it is lost. `link_ticks` is the link's delay. `tick`
     /// must not decrease from call to call.
-    pub(super) fn delay(&mut self, tick: u64, own: u64) -> Option<u64> {
+    pub(super) fn delay(&mut self, tick: u64, link_ticks: u64) -> Option<u64> {
         let Schedule { delays, outages } = &self.schedule;
         while outages.get(self.outage).is_some_and(|outage| outage.end <= tick) {
             self.outage += 1;
@@ -114,7 +114,7 @@ impl Running {
         if outages.get(self.outage).is_some_and(|outage| outage.start <= tick) {
             return None;
         }
-        delays.get(tick as usize).or(delays.last()).map_or(Some(own), |&delay| arriving(delay))
+        delays.get(tick as usize).or(delays.last()).map_or(Some(link_ticks), |&delay| arriving(delay))
     }
 }
 

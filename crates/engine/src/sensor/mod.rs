@@ -381,11 +381,11 @@ mod tests {
     fn a_silenced_sensor_reads_without_noise_and_a_bank_changes_nothing() {
         let settings = SensorSettings { force_noise_std_n: 0.1, force_bias_n: 0.25, ..Default::default() };
         let new = || AnySensor::<f64>::new(&settings, TICK_S, (3, 1)).expect("valid");
-        let (mut own, mut shared, mut silenced) = (new(), new(), new());
+        let (mut separate, mut shared, mut silenced) = (new(), new(), new());
         shared.share_noise(&mut NoiseBank::new(1000), 500);
         silenced.silence();
         for _ in 0..500 {
-            assert_eq!(own.read(1.0, 0.0, 0.0).force_n, shared.read(1.0, 0.0, 0.0).force_n);
+            assert_eq!(separate.read(1.0, 0.0, 0.0).force_n, shared.read(1.0, 0.0, 0.0).force_n);
             assert_eq!(silenced.read(1.0, 0.0, 0.0).force_n, 1.25);
         }
     }

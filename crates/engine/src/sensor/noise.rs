@@ -120,12 +120,12 @@ mod tests {
         let mut bank = NoiseBank::new(10 * BLOCK);
         for seed in [7, 8, 7, 9, 8] {
             // The third seed finds no room. All streams continue after the bank's numbers.
-            let mut own = WhiteNoise::<f64>::new(seed, 3);
-            let mut shared = own.clone();
+            let mut separate = WhiteNoise::<f64>::new(seed, 3);
+            let mut shared = separate.clone();
             shared.take_from(&mut bank, 5 * BLOCK as u64 - 3);
             assert_eq!(shared.streams[0].drawn.is_some(), seed != 9, "seed {seed}");
             for k in 0..7 * BLOCK {
-                assert_eq!(shared.draw(), own.draw(), "seed {seed}, number {k}");
+                assert_eq!(shared.draw(), separate.draw(), "seed {seed}, number {k}");
             }
         }
     }

@@ -111,9 +111,9 @@ impl UnitTissue {
         }
         let number = |key, name: &str, role, quantity| description.number(name, role, quantity).map_err(of_unit(key));
         let has = |name: &&str| description.variables.iter().any(|variable| variable.name == **name);
-        let given_or = |given: &Option<String>, own: &'static str| match given {
+        let given_or = |given: &Option<String>, default: &'static str| match given {
             Some(name) => Some(name.clone()),
-            None => Some(own).filter(has).map(str::to_owned),
+            None => Some(default).filter(has).map(str::to_owned),
         };
         let mut inputs = vec![number(position, &settings.position, Causality::Input, METRE)?];
         if let Some(name) = given_or(&settings.velocity, VELOCITY) {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::machines::Machines;
-use crate::side::{OwnPart, Side};
+use crate::side::{LocalCommand, Side};
 use crate::{LinearLoop, StabilityError, SwitchingSettings};
 use trocar_core::augmentation::{AmplifySettings, DecaySettings, ForceLawSettings, Freeze, Reengage};
 
@@ -91,7 +91,7 @@ impl Modes {
                 damping_n_s_per_m: vertex.damping_n_s_per_m,
                 ..settings.of_loop.clone()
             };
-            Side::slave_with(&machines, &settings, OwnPart::Open)
+            Side::slave_with(&machines, &settings, LocalCommand::Open)
         };
         let augmentation = &settings.augmentation;
         let tick_s = settings.of_loop.tick_s;
@@ -100,7 +100,7 @@ impl Modes {
             ForceLawSettings::Amplify(_) | ForceLawSettings::Damp(_) => 0.0,
         };
         Ok(Self {
-            master: Side::master_with(&machines, &settings.of_loop, OwnPart::Open)?,
+            master: Side::master_with(&machines, &settings.of_loop, LocalCommand::Open)?,
             slaves: vertices.iter().map(slave).collect::<Result<_, _>>()?,
             delay: settings.delay_ticks() as usize,
             integral: settings.of_loop.master.force_integral_gain != 0.0,
@@ -154,15 +154,15 @@ impl Modes {
     }
 
     pub(super) fn names(&self, space: Space) -> Vec<(String, &'static str)> {
-        let own = |text: &str, unit| (text.to_owned(), unit);
-        let mut of_loop = vec![own("x_h", "m"), own("v_h", "m/s"), own("x_a", "m"), own("v_a", "m/s")];
+        let named = |text: &str, unit| (text.to_owned(), unit);
+        let mut of_loop = vec![named("x_h", "m"), named("v_h", "m/s"), named("x_a", "m"), named("v_a", "m/s")];
         if self.integral {
-            of_loop.push(own("master_force_integral", "N s"));
+            of_loop.push(named("master_force_integral", "N s"));
         }
         for k in of_loop.len()..self.master.a.nrows() {
             of_loop.push((format!("master_{k}"), "1"));
         }
-        of_loop.extend([own("x_e", "m"), own("v_e", "m/s"), own("slave_motor", "m/s^2")]);
+        of_loop.extend([named("x_e", "m"), named("v_e", "m/s"), named("slave_motor", "m/s^2")]);
         for k in 3..self.slaves[0].a.nrows() {
             of_loop.push((format!("slave_{k}"), "1"));
         }
@@ -175,9 +175,9 @@ impl Modes {
             ("gap", "m"),
         ];
         let all: Vec<(String, &'static str)> =
-            of_loop.into_iter().chain(extra.map(|(name, unit)| own(name, unit))).collect();
+            of_loop.into_iter().chain(extra.map(|(name, unit)| named(name, unit))).collect();
         if matches!(space, Space::Number | Space::Start) {
-            return vec![own("one", "1")];
+            return vec![named("one", "1")];
         }
         self.places(space).into_iter().map(|place| all[place].clone()).collect()
     }
@@ -260,12 +260,12 @@ impl Modes {
     /// Returns the slave's target: the scaled hand position that has arrived, and the slave's contribution, in m.
     pub(super) fn hand(&self, vertex: usize) -> DMatrix<f64> {
         let nothing = DVector::zeros(self.master.c.len());
-        let own = self.weights(&nothing, &self.slaves[vertex].own);
+        let local = self.weights(&nothing, &self.slaves[vertex].local);
         let arrived = match self.delay {
             0 => self.weights(&self.master.c, &DVector::zeros(self.slaves[vertex].c.len())),
             _ => self.unit(self.states() - 1),
         };
-        own + arrived
+        local + arrived
     }
 
     pub(super) fn slave(&self) -> DMatrix<f64> {
@@ -274,7 +274,7 @@ impl Modes {
 
     /// Returns the whole feedback force in teleoperation, in N.
     pub(super) fn force(&self, vertex: usize) -> DMatrix<f64> {
-        self.weights(&self.master.own, &self.slaves[vertex].c)
+        self.weights(&self.master.local, &self.slaves[vertex].c)
     }
 
     /// Returns the measured force scaled to the master, in N.
@@ -417,7 +417,7 @@ impl Modes {
 
     /// Returns true if the slave's target and the machines do not depend on the tissue.
     pub(super) fn has_unique_motion(&self) -> bool {
-        let alike = |slave: &Side| slave.a == self.slaves[0].a && slave.own == self.slaves[0].own;
+        let alike = |slave: &Side| slave.a == self.slaves[0].a && slave.local == self.slaves[0].local;
         self.slaves.iter().all(alike)
     }
 

@@ -26,7 +26,7 @@ const MAX_RUNS: usize = 3;
 /// The verdict on runs.
 #[must_use]
 pub fn verdict(runs: &[&Run]) -> Verdict {
-    told(runs, &whose(runs))
+    verdict_of(runs, &whose(runs))
 }
 
 /// The suffix that attributes a number to its run, for each run.
@@ -41,7 +41,7 @@ fn whose(runs: &[&Run]) -> Vec<String> {
 /// The verdict on a classical and an augmented run of the same scenario.
 #[must_use]
 pub fn verdict_of_schemes(classical: &Run, augmented: &Run) -> Verdict {
-    told(&[classical, augmented], &OF_SCHEMES.map(str::to_owned))
+    verdict_of(&[classical, augmented], &OF_SCHEMES.map(str::to_owned))
 }
 
 /// The verdict on the runs of all seeds; `runs` are the runs of the first seeds.
@@ -120,7 +120,7 @@ fn differ_in_augmentation(first: &Run, second: &Run) -> bool {
         && other_keys(first) == other_keys(second)
 }
 
-fn told(runs: &[&Run], whose: &[String]) -> Verdict {
+fn verdict_of(runs: &[&Run], whose: &[String]) -> Verdict {
     let mut sentences: Vec<String> = diverged(runs).into_iter().collect();
     if sentences.is_empty() {
         if runs.iter().all(|run| run.metrics.ruptures.is_empty()) {

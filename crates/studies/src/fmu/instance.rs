@@ -13,7 +13,7 @@ use crate::run::{RunError, SteppedRun};
 use trocar_core::error::InvalidValue;
 use trocar_core::rig::{HapticController, Sample};
 use trocar_core::time::whole_ticks;
-use trocar_engine::engine::{ColumnValues, OwnParts};
+use trocar_engine::engine::{ColumnValues, UserDefinedParts};
 use trocar_engine::tissue::{AnyTissue, Tissue as _, TissueFailure};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 
@@ -220,7 +220,7 @@ impl Instance {
                 Running::Rig { controller: Box::new(controller), tick_s }
             }
             Model::Simulation => {
-                let run = Box::new(SteppedRun::new(scenario, OwnParts::default())?);
+                let run = Box::new(SteppedRun::new(scenario, UserDefinedParts::default())?);
                 Running::Simulation { run, tick_s }
             }
             Model::Tissue => Running::Tissue { tissue: Box::new(scenario.tissue_part()?), tick_s, tick: 0 },

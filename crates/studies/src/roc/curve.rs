@@ -99,7 +99,7 @@ pub struct Curve {
     pub is_baseline: bool,
     /// True for a user-defined detector, whose misses have no known reason.
     #[serde(skip)]
-    pub is_own: bool,
+    pub is_user_defined: bool,
     /// Unit of the threshold.
     pub unit: &'static str,
     /// Threshold of the settings, in that unit; NaN (`null` in JSON) for a user-defined detector without a threshold.
@@ -187,7 +187,7 @@ mod tests {
         let curve = Curve {
             detector: "squared-residual".into(),
             is_baseline: false,
-            is_own: false,
+            is_user_defined: false,
             unit: "N²",
             own_threshold: 3.0,
             drift: 1.0,

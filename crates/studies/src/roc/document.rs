@@ -111,8 +111,8 @@ impl Characteristics {
             section.table(table);
             section
         };
-        let own = "at the detector's own threshold";
-        let mut first = titled("own", "At the detector's own threshold", own, self.own_table());
+        let line = "at the detector's own threshold";
+        let mut first = titled("own", "At the detector's own threshold", line, self.own_table());
         first.figure("roc");
         let mut sections = vec![first];
         if let Some(misses) = self.misses_table() {
@@ -168,7 +168,7 @@ impl Characteristics {
     /// The reasons why each built-in detector misses ruptures at the threshold of its settings; `None` without a missed
     /// rupture.
     fn misses_table(&self) -> Option<Table> {
-        let built_in = || self.own_points().filter(|(curve, _)| !curve.is_own);
+        let built_in = || self.own_points().filter(|(curve, _)| !curve.is_user_defined);
         let reasons: BTreeSet<&String> = built_in().flat_map(|(_, point)| point.missed.keys()).collect();
         let columns = reasons.iter().map(|reason| (reason.as_str(), reason.replace('-', " ")));
         let columns = [("detector", "missed".to_owned())].into_iter().chain(columns);

@@ -25,7 +25,7 @@ pub use document::RocFile;
 pub use interval::{poisson, wilson};
 pub use samples::Samples;
 pub use signal::{Signal, SignalKind};
-pub use study::{Characteristics, Condition, OwnPoints, Study};
+pub use study::{Characteristics, Condition, Study, UserDefinedPoints};
 pub use tally::Tally;
 
 use thiserror::Error;

@@ -78,7 +78,11 @@ impl Signal {
     ///
     /// # Errors
     /// An invalid setting, or a variant that is not a valid recording.
-    pub fn made(spec: &DetectionSpec, variant: InVivoLikeVariant, kinds: &[DistanceKind]) -> Result<Self, RocError> {
+    pub fn synthetic(
+        spec: &DetectionSpec,
+        variant: InVivoLikeVariant,
+        kinds: &[DistanceKind],
+    ) -> Result<Self, RocError> {
         let column = |name: &str| name.parse().map_err(|error| ScenarioError::new(format!("{error}")));
         let columns = Columns {
             time: column("time_s")?,
@@ -89,9 +93,9 @@ impl Signal {
         let text = in_vivo_like_variant_csv(SYNTHETIC_SEED, &variant);
         let recording = read_csv("the synthetic insertion", text.as_bytes(), &columns, &Limits::default())
             .map_err(|error| ScenarioError::new(error.to_string()))?;
-        let made =
+        let synthetic =
             DetectionSpec { recording: RecordingSpec { recording, ruptures_s: RUPTURES_S.to_vec() }, ..spec.clone() };
-        Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &made, kinds)? })
+        Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &synthetic, kinds)? })
     }
 
     /// Creates the synthetic recordings of [`super::trials`] with the settings of a specification.
@@ -191,14 +195,14 @@ impl Signal {
 
 /// The settings for each kind of distance: unchanged for the kind of the settings. Other kinds, whose thresholds have
 /// other units, are derived from the same hypotheses.
-fn detectors(own: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
+fn detectors(configured: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
     let of = |&kind: &DistanceKind| {
-        if kind == own.distance.kind {
-            return *own;
+        if kind == configured.distance.kind {
+            return *configured;
         }
-        let mut derived = DetectorSettings::for_kind(kind, own.distance.hypotheses);
-        derived.distance = DistanceSettings { kind, ..own.distance };
-        derived.arming = own.arming;
+        let mut derived = DetectorSettings::for_kind(kind, configured.distance.hypotheses);
+        derived.distance = DistanceSettings { kind, ..configured.distance };
+        derived.arming = configured.arming;
         derived
     };
     kinds.iter().map(of).collect()

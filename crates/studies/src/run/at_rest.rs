@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::RunError;
 use trocar_base::interrupt;
-use trocar_engine::engine::{BuiltInOr, Observer, OwnEngine, OwnParts, Signals, Trace, Wiring};
+use trocar_engine::engine::{BuiltInOr, Observer, Signals, Trace, UserDefinedEngine, UserDefinedParts, Wiring};
 use trocar_metrics::DIVERGED_M;
 use trocar_scenario::{OperatorSpec, Scenario};
 
@@ -14,7 +14,7 @@ use trocar_scenario::{OperatorSpec, Scenario};
 ///
 /// Only the loop remains: machines, tissue, link with its losses, augmentation, reflexes of the arm.
 pub(super) struct AtRest {
-    engine: OwnEngine,
+    engine: UserDefinedEngine,
     tick: u64,
     desired_m: f64,
     /// Positions of slave and master since the start of the rest, in m.
@@ -58,7 +58,7 @@ impl AtRest {
         for schedule in [&mut scenario.forward_schedule, &mut scenario.backward_schedule] {
             *schedule = schedule.repeating(repeat, end, rest + ticks);
         }
-        let mut engine = scenario.build_with(OwnParts::default())?;
+        let mut engine = scenario.build_with(UserDefinedParts::default())?;
         let desired_m = engine.parts.begin();
         let positions_m = [vec![], vec![]];
         let mut run = Self { engine, tick: 0, desired_m, positions_m, has_ended: false };

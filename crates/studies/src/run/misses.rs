@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::{RunError, observe};
 use trocar_core::detector::{CusumDetector, Decision, Detector, DetectorInput};
 use trocar_core::time::nearest_ticks;
-use trocar_engine::engine::{Observer, OwnParts, Signals};
+use trocar_engine::engine::{Observer, Signals, UserDefinedParts};
 use trocar_metrics::{
     ALARM_WINDOW_S, DetectorSample, Metrics, Miss, MissReason, MissRule, RuptureMetrics, SupervisorHistory,
 };
@@ -114,7 +114,10 @@ fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>,
     };
     let mut observer = UntilWindow::of_tick(detector.windows.iter().map(|(_, last)| *last).max().unwrap_or(0));
     let integration = |source| RunError::Engine { name: scenario.name.clone(), source };
-    scenario.build_with(OwnParts::default().detector(detector))?.run_wide(&mut observer).map_err(integration)?;
+    scenario
+        .build_with(UserDefinedParts::default().detector(detector))?
+        .run_wide(&mut observer)
+        .map_err(integration)?;
     let samples = std::mem::take(&mut *samples.lock().unwrap_or_else(PoisonError::into_inner));
     let explain = |rupture: &RuptureMetrics| {
         let (first, last) = Some(rupture).filter(is_missed).map(window)?;

@@ -42,14 +42,14 @@ impl Run {
         all.extend(delays_rounded(&self.scenario));
         all.extend(replayed(&self.scenario));
         all.extend(idle_keys(&self.scenario));
-        if !self.is_own("tissue") {
+        if !self.is_user_defined("tissue") {
             all.extend(outside_measured(&self.scenario));
         }
         all.into_iter().map(|warning| warning.of(&self.scenario.name)).collect()
     }
 
-    pub(super) fn is_own(&self, role: &str) -> bool {
-        self.own_parts.contains(&role)
+    pub(super) fn is_user_defined(&self, role: &str) -> bool {
+        self.user_defined_parts.contains(&role)
     }
 
     /// Returns true if a rupture was missed because of an unmatched alarm, which has a separate warning.
@@ -65,7 +65,7 @@ impl Run {
             Some(miss.warning(index + 1, rupture.time_s))
         };
         let (missed, all) = (self.metrics.missed_ruptures, self.metrics.ruptures.len());
-        let unexplained = (!self.own_parts.is_empty() && missed > 0).then(|| {
+        let unexplained = (!self.user_defined_parts.is_empty() && missed > 0).then(|| {
             let message =
                 format!("{missed} of {all} ruptures have no alarm; with parts of your own no reason is looked for");
             let remedy = "look at the decision and the residual after the ruptures in the trace";
@@ -75,7 +75,7 @@ impl Run {
     }
 
     fn oscillation(&self) -> Option<Warning> {
-        if !self.own_parts.is_empty() && self.metrics.outcome == Outcome::Completed {
+        if !self.user_defined_parts.is_empty() && self.metrics.outcome == Outcome::Completed {
             let Swing { swing_m, frequency_hz } = lasting_swing(&self.scenario, &self.trace)?;
             let message = format!(
                 "it swings by {:.3} mm at {frequency_hz:.2} Hz at the end; with parts of your own it is not known whether the hand \
@@ -110,7 +110,7 @@ impl Run {
                     .remedy("reduce scaling.force, the delays or the stiffness until the run settles"),
             );
         }
-        let is_model = matches!(self.scenario.tissue, TissueSpec::Model(_)) && !self.is_own("tissue");
+        let is_model = matches!(self.scenario.tissue, TissueSpec::Model(_)) && !self.is_user_defined("tissue");
         let is_passive = is_model && !self.scenario.organ_motion.moves();
         let allowed_j = MAX_GIVEN_J.max(MAX_GIVEN_SHARE * tissue_j.abs());
         (is_passive && hand_j < -allowed_j).then(|| {

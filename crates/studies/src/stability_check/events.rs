@@ -78,7 +78,7 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
     let last = starts.last().map_or(0, |start| start + held_ticks + phases.blend);
     let duration_s = (last as f64 * tick_s + AFTER_S).min(LONGEST_S);
     let events: Vec<String> = starts.iter().map(|&tick| at(tick)).collect();
-    let own = [
+    let of_check = [
         "name=worst-events".to_owned(),
         format!("simulation.duration_s={duration_s:?}"),
         "simulation.engine=exact".to_owned(),
@@ -108,6 +108,6 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
         "augmentation.exit_quiet_s=0.0".to_owned(),
         format!("augmentation.refractory_s={}", at(phases.refractory)),
     ];
-    let all: Vec<String> = settings.iter().cloned().chain(own).collect();
+    let all: Vec<String> = settings.iter().cloned().chain(of_check).collect();
     Scenario::load(source, &all)
 }

@@ -69,13 +69,13 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     let packs_per_turn = shared.as_ref().map_or(1, |shared| shared.span().div_ceil(PACK_CASES).min(fair_share).max(1));
     let work = || {
         let mut worker = Worker::new(plan, part, shared.as_ref(), threads);
-        let mut own = 0..0;
+        let mut packs_of_turn = 0..0;
         while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
-            if own.is_empty() {
+            if packs_of_turn.is_empty() {
                 let first = next.fetch_add(packs_per_turn, Ordering::Relaxed);
-                own = first.min(packs.end)..(first + packs_per_turn).min(packs.end);
+                packs_of_turn = first.min(packs.end)..(first + packs_per_turn).min(packs.end);
             }
-            let Some(pack) = own.next() else { break };
+            let Some(pack) = packs_of_turn.next() else { break };
             // Without complete cases, no slot needs a check.
             let mut run = |is_done: bool| if is_done { Ok(0) } else { worker.run(pack) };
             match if before > 0 { part.has(pack).and_then(&mut run) } else { run(false) } {

@@ -296,7 +296,7 @@ fn axes_of(entries: &[Entry], scheme: SamplingScheme) -> Result<Vec<Axis>, Scena
     for entry in entries {
         let path = &entry.path["axes.".len()..];
         if let Some(key) = find_key(path) {
-            refuse_own(entry, path)?;
+            refuse_reserved(entry, path)?;
             axes.push(list(entry, key, scheme)?);
             continue;
         }
@@ -311,7 +311,7 @@ fn axes_of(entries: &[Entry], scheme: SamplingScheme) -> Result<Vec<Axis>, Scena
                 None => error.remedy("axes are keys of the scenario: `trocar init --all` writes one with every key"),
             });
         };
-        refuse_own(entry, parent)?;
+        refuse_reserved(entry, parent)?;
         if ranges.iter().all(|(_, range)| range.path != parent) {
             ranges.push((axes.len() + ranges.len(), RangeEntries { path: parent, ..RangeEntries::default() }));
         }
@@ -338,7 +338,7 @@ fn axes_of(entries: &[Entry], scheme: SamplingScheme) -> Result<Vec<Axis>, Scena
     Ok(axes)
 }
 
-fn refuse_own(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
+fn refuse_reserved(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
     let error = |remedy: &str| {
         Err(ScenarioError::new(format!("{path} cannot be an axis")).at(Some(entry.key_place.clone())).remedy(remedy))
     };

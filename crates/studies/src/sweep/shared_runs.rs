@@ -125,7 +125,7 @@ impl SharedRuns {
     }
 
     pub(super) fn keep(&self, case: u64, row: Row, equivalent: &[f64]) {
-        let (first, own) = self.place(case);
+        let (first, of_case) = self.place(case);
         let count = self.thresholds.len();
         let mut known = self.known();
         if known.groups.len() * count >= MAX_KEPT {
@@ -136,7 +136,7 @@ impl SharedRuns {
         let place = group.rows.len() as u32;
         group.rows.push(row);
         for at in 0..count {
-            if group.places[at].is_none() && (at == own || equivalent.contains(&self.thresholds[at])) {
+            if group.places[at].is_none() && (at == of_case || equivalent.contains(&self.thresholds[at])) {
                 group.places[at] = Some(place);
             }
         }

@@ -87,8 +87,8 @@ impl<L: Lane> Sides<L> {
     #[inline(always)]
     pub(super) fn limit_force(&mut self, command_n: L, velocity_m_per_s: L, unpaid_j: L) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
-        let own = one - self.master.energy_j * self.inverse_wanted;
-        let damping = self.max_damping * own.max(unpaid_j * self.inverse_wanted).clamp(zero, one);
+        let from_energy = one - self.master.energy_j * self.inverse_wanted;
+        let damping = self.max_damping * from_energy.max(unpaid_j * self.inverse_wanted).clamp(zero, one);
         self.force.limit(command_n, damping, velocity_m_per_s, self.master.energy_j - self.reserve)
     }
 }

@@ -54,7 +54,7 @@ impl PaperStudy {
     ) -> Statement {
         let counts = self.seeds(is_so);
         let judgement = Judgement::over(counts.iter().map(|count| is_met(*count)));
-        let [own, others @ ..] = &counts[..] else { unreachable!("the shipped fall is the first") };
+        let [shipped, others @ ..] = &counts[..] else { unreachable!("the shipped fall is the first") };
         let others: Vec<String> = others.iter().map(usize::to_string).collect();
         let others = others.join(" and ");
         let decided = match judgement {
@@ -67,7 +67,7 @@ impl PaperStudy {
         };
         Statement::checked(
             [section, what, paper, condition],
-            format!("{own} of {NOISE_SEEDS} seeds"),
+            format!("{shipped} of {NOISE_SEEDS} seeds"),
             judgement,
             decided,
         )
@@ -134,7 +134,7 @@ impl PaperStudy {
         let text = |range: Option<(f64, f64)>| {
             range.map_or_else(|| "none".to_owned(), |(low, high)| format!("{low:.2} to {high:.2}"))
         };
-        let own = |of: &Varied<Option<(f64, f64)>>| of.0.first().copied().flatten();
+        let shipped = |of: &Varied<Option<(f64, f64)>>| of.0.first().copied().flatten();
         let others = of_vector.0.iter().skip(1).map(|range| text(*range)).collect::<Vec<_>>().join(" and ");
         let widths = of_vector.0.iter().zip(&of_error.0).map(|(vector, error)| (width(*vector), width(*error)));
         let widths: Vec<(f64, f64)> = widths.collect();
@@ -166,7 +166,7 @@ impl PaperStudy {
                     "satisfactory",
                     "some threshold announces both ruptures and nothing else, with each fall",
                 ],
-                format!("threshold {} times its own", text(own(of_vector))),
+                format!("threshold {} times its own", text(shipped(of_vector))),
                 of_vector.judge(Option::is_some),
                 format!(
                     "The threshold that follows from corrections of 20 N/m and 20 N·s/m, chosen here, announces {}; how fast the force \
@@ -181,7 +181,11 @@ impl PaperStudy {
                     "rather difficult",
                     "the range that works is smaller than for e², with each fall",
                 ],
-                format!("largest over smallest {:.1}, for e² {:.0}", width(own(of_vector)), width(own(of_error))),
+                format!(
+                    "largest over smallest {:.1}, for e² {:.0}",
+                    width(shipped(of_vector)),
+                    width(shipped(of_error))
+                ),
                 Judgement::over(widths.iter().map(|(vector, error)| vector < error)),
                 format!(
                     "The size of a correction depends on depth, velocity and F, not on the rupture alone; with half and double of the \

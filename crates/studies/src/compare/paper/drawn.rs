@@ -59,10 +59,10 @@ impl PaperStudy {
     fn distribution_drawn(&self) -> Figure<'static> {
         let residual_n: Vec<f64> = quiet_residual_n(&self.quiet).iter().map(|e| -e).collect();
         let count = residual_n.len().max(1) as f64;
-        let own = (residual_n.iter().map(|e| e * e).sum::<f64>() / count).sqrt();
+        let std_n = (residual_n.iter().map(|e| e * e).sum::<f64>() / count).sqrt();
         let paper = PAPER_VARIANCE_N2.sqrt();
         let gaussians = [
-            (own, format!("zero-mean Gaussian of the same power, σ = {own:.3} N")),
+            (std_n, format!("zero-mean Gaussian of the same power, σ = {std_n:.3} N")),
             (paper, format!("the paper's, σ = {paper:.3} N")),
         ];
         figures::distribution("classical, quiet stretches", &residual_n, &gaussians)

@@ -16,7 +16,7 @@ const CLEAR: f64 = 2.0;
 /// The condition for a number of the paper that depends on settings.
 const WITHIN: &str = "within a factor of 1.5 with each setting of the estimator";
 
-const PUT_IN: &str = "Put in: the simulated tissue was made from this number.";
+const INPUT: &str = "Input: this number is a parameter of the simulated tissue.";
 const GENERATED: &str = "Put in: the recording was generated from this number.";
 
 /// The range of the measured force in the paper's sign, in N.
@@ -45,7 +45,7 @@ fn of_settings(
     varied: &Varied<OfSettings>,
     read: fn(&OfSettings) -> f64,
 ) -> Statement {
-    let own = varied.0.first().map_or(f64::NAN, read);
+    let shipped = varied.0.first().map_or(f64::NAN, read);
     let (low, high) = varied.range(read);
     let judgement = varied.judge(|of| is_within(read(of), paper));
     let why = match judgement {
@@ -54,7 +54,7 @@ fn of_settings(
         Judgement::Contradicted => "The paper states neither F_0 nor N_0, but none of these settings gives it",
     };
     let why = format!("{why}: {SETTINGS_TEXT} it is {low:.4} to {high:.4} N.");
-    Statement::checked([section, what, text, WITHIN], format!("{own:.4} N"), judgement, why)
+    Statement::checked([section, what, text, WITHIN], format!("{shipped:.4} N"), judgement, why)
 }
 
 impl PaperStudy {
@@ -98,7 +98,7 @@ impl PaperStudy {
                 "The speed of the hand decides it, which the paper does not state; figures 4 and 5 are shifted so that the puncture is \
                  at the paper's time.",
             ),
-            Statement::open(["3.2.1", "force", "-1.45 to 0.37 N"], range_text(force_range(run)), PUT_IN),
+            Statement::open(["3.2.1", "force", "-1.45 to 0.37 N"], range_text(force_range(run)), INPUT),
             of(["3.2.1", "mean of the absolute error", "0.019 N"], 0.019, |of| of.both.mean_n),
             of(["3.2.1", "standard deviation of the absolute error", "0.0136 N"], 0.0136, |of| of.both.std_n),
             of(["3.2.1", "largest transient error", "0.32 N"], 0.32, |of| of.both.max_n),
@@ -220,7 +220,7 @@ impl PaperStudy {
             Statement::open(
                 ["3.2.2", "force beside direct access", "higher"],
                 format!("{:.1} times", (high - low) / (direct_high - direct_low)),
-                "Put in: both were made from the paper's forces.",
+                "Input: the paper's forces are the parameters of both.",
             ),
             Statement::open(
                 ["3.2.2", "origin of most of the force", "skin, fat and muscle"],

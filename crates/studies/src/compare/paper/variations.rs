@@ -96,14 +96,14 @@ fn with_fall(scenario: &Scenario, fall_s: f64) -> Scenario {
     let variant = InVivoLikeVariant { fall_s: Some(fall_s), ..InVivoLikeVariant::default() };
     let text = in_vivo_like_variant_csv(RECORDING_SEED, &variant);
     let rows = text.lines().skip(1);
-    let mut made = rows.filter_map(|row| row.rsplit(',').next()?.parse::<f64>().ok());
+    let mut recorded = rows.filter_map(|row| row.rsplit(',').next()?.parse::<f64>().ok());
     let mut scenario = scenario.clone();
     if let TissueSpec::Recording { force_n, .. } = &mut scenario.tissue {
         let mut last = 0.0;
         let forces: Arc<[f64]> = force_n
             .iter()
             .map(|_| {
-                last = made.next().unwrap_or(last);
+                last = recorded.next().unwrap_or(last);
                 last
             })
             .collect();
@@ -133,17 +133,17 @@ pub(super) fn detects_both(metrics: &Metrics) -> bool {
 pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
     let noise = format!("sensor.force_noise_std_n={ADDED_NOISE_STD_N}");
     let with = |further: &str| load("paper/classical", &[noise.clone(), further.to_owned()]);
-    let own = with("simulation.seed=0")?;
+    let shipped = with("simulation.seed=0")?;
     let baseline = with("detector.distance=moving-average")?;
     let of_fall = |fall_s: f64| {
-        let (own, baseline) = (with_fall(&own, fall_s), with_fall(&baseline, fall_s));
+        let (shipped, baseline) = (with_fall(&shipped, fall_s), with_fall(&baseline, fall_s));
         let of = |index: usize| {
             let seeded = |scenario: &Scenario| {
                 let mut scenario = scenario.clone();
                 scenario.seed = index as u64 + 1;
                 scenario
             };
-            let noisy = run(seeded(&own))?;
+            let noisy = run(seeded(&shipped))?;
             Ok::<_, PaperError>(NoisySeed {
                 derivative_contrast: contrast(&noisy, &squared_changes_n2(&noisy)),
                 residual_contrast: contrast(&noisy, &noisy.trace.distance),
@@ -189,9 +189,9 @@ mod tests {
         assert_eq!(with_fall(&classical, FALLS_S[0]).tissue, classical.tissue);
         assert_ne!(with_fall(&classical, FALLS_S[1]).tissue, classical.tissue);
         let varied = over_settings("layers/direct-access").expect("runs");
-        let own = Errors::of(&run(load("layers/direct-access", &[]).expect("shipped")).expect("runs"));
-        assert_eq!(varied.0[0].both.mean_n, own.mean_n);
+        let shipped = Errors::of(&run(load("layers/direct-access", &[]).expect("shipped")).expect("runs"));
+        assert_eq!(varied.0[0].both.mean_n, shipped.mean_n);
         let (low, high) = varied.range(|of| of.both.mean_n);
-        assert!(low < own.mean_n && own.mean_n < high, "{low} {high}");
+        assert!(low < shipped.mean_n && shipped.mean_n < high, "{low} {high}");
     }
 }

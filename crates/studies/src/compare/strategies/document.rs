@@ -214,10 +214,10 @@ fn missed_share(row: &StrategyRow) -> Option<f64> {
 
 fn correlations(study: &StrategyStudy) -> String {
     let correlations = WINDOWS_S.iter().zip(&study.rank_correlations);
-    let told = |(window_s, correlation): (&f64, &Option<f64>)| {
+    let text = |(window_s, correlation): (&f64, &Option<f64>)| {
         correlation.map(|correlation| format!("{correlation:.3} for {window_s} s"))
     };
-    let correlations: Vec<String> = correlations.filter_map(told).collect();
+    let correlations: Vec<String> = correlations.filter_map(text).collect();
     if correlations.is_empty() {
         return String::new();
     }

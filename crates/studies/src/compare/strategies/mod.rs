@@ -402,8 +402,8 @@ impl StrategyStudy {
         done: impl Fn(u64) + Sync,
     ) -> Result<Self, RunError> {
         let load = |strategy: &Strategy| {
-            let own = strategy.settings.iter().chain(&PERCEIVING).map(|&setting| setting.to_owned());
-            Cases::load(source, &settings.iter().cloned().chain(own).collect::<Vec<_>>(), options)
+            let of_strategy = strategy.settings.iter().chain(&PERCEIVING).map(|&setting| setting.to_owned());
+            Cases::load(source, &settings.iter().cloned().chain(of_strategy).collect::<Vec<_>>(), options)
         };
         let cases: Vec<Cases> = try_map(STRATEGIES.len(), |strategy| load(&STRATEGIES[strategy]))?;
         let patients = cases.first().map_or(0, |first| first.patients(options));

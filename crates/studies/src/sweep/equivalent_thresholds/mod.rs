@@ -174,13 +174,13 @@ impl TrackedRun {
     /// Drops the thresholds that may differ at a tick at which `g` exceeds the run's threshold.
     fn cross(&mut self, tick: u64, decision: f64, alarm: bool, residual_n: f64) {
         let settled = |quiet_from: u64| tick - quiet_from >= self.settle_ticks;
-        let own_is_settled = settled(self.quiet_from);
+        let run_is_settled = settled(self.quiet_from);
         let can_be_rupture = !self.drop_only || residual_n < 0.0;
         self.higher.retain_mut(|higher| {
             if decision > higher.threshold {
                 let is_settled = settled(higher.quiet_from);
                 higher.quiet_from = tick + 1;
-                is_settled == own_is_settled || !can_be_rupture
+                is_settled == run_is_settled || !can_be_rupture
             } else {
                 !alarm
             }

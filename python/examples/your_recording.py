@@ -1,6 +1,6 @@
 # %% [markdown]
 # # A detector, judged on a recording of your own
-# `python own_recording.py FILE.csv`, or set `FILE`, the columns and their factors into SI in the first cell and go on cell by
+# `python your_recording.py FILE.csv`, or set `FILE`, the columns and their factors into SI in the first cell and go on cell by
 # cell. Positions must grow into the tissue, forces must be positive when they resist insertion: a negative factor turns a sign.
 
 # %%

@@ -6,15 +6,15 @@ use trocar_engine::engine::{InvalidPart, Observer, Signals};
 /// Finds the first signal that is not finite, and ends the run if it comes from a user-defined part.
 #[derive(Debug, Clone)]
 pub(super) struct CheckedParts {
-    own: Vec<&'static str>,
+    user_defined: Vec<&'static str>,
     grid: TickGrid,
     looks: bool,
     found: Option<InvalidPart>,
 }
 
 impl CheckedParts {
-    pub(super) fn new(own: Vec<&'static str>, grid: TickGrid) -> Self {
-        Self { looks: !own.is_empty(), own, grid, found: None }
+    pub(super) fn new(user_defined: Vec<&'static str>, grid: TickGrid) -> Self {
+        Self { looks: !user_defined.is_empty(), user_defined, grid, found: None }
     }
 
     /// # Errors
@@ -23,17 +23,17 @@ impl CheckedParts {
         self.found.clone().map_or(Ok(()), Err)
     }
 
-    pub(super) fn own(&self) -> &[&'static str] {
-        &self.own
+    pub(super) fn user_defined(&self) -> &[&'static str] {
+        &self.user_defined
     }
 
     #[cold]
     fn conclude(&mut self, tick: u64, roles: &[&'static str]) {
         self.looks = false;
-        let own: Vec<&str> = roles.iter().copied().filter(|role| self.own.contains(role)).collect();
+        let found: Vec<&str> = roles.iter().copied().filter(|role| self.user_defined.contains(role)).collect();
         // Non-finite numbers of a built-in part mean that the run diverges.
-        if !own.is_empty() {
-            self.found = Some(InvalidPart { roles: own.join(" or "), tick, time_s: self.grid.time_s(tick) });
+        if !found.is_empty() {
+            self.found = Some(InvalidPart { roles: found.join(" or "), tick, time_s: self.grid.time_s(tick) });
         }
     }
 }
