@@ -17,7 +17,7 @@ SHIPPED = Path(__file__).resolve().parents[2] / "scenarios" / "recordings" / "ow
 FILE = Path(sys.argv[1]) if len(sys.argv) == 2 and sys.argv[1].endswith(".csv") else SHIPPED
 TIME, POSITION, VELOCITY, FORCE = ("t_s", 1.0), ("xs_rad", 0.075), ("vs_rad_s", 0.075), ("env_out_Nm_derived", 1 / 0.075)
 CONTACT_M = 0.0063
-RUPTURES_S = [1.7790]  # in s after the first sample; empty where nobody has labelled it
+RUPTURES_S = [1.7790]  # in s after the first sample; empty if the recording has no label
 
 # %%
 table = np.genfromtxt(FILE, delimiter=",", names=True)

@@ -144,7 +144,7 @@ impl Simulation {
     fn locked(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, State>> {
         if self.in_tick.load(Ordering::Relaxed) == this_thread() {
             return Err(PyRuntimeError::new_err(
-                "a part cannot use the simulation that it is in: it has its inputs as arguments",
+                "a part cannot use the simulation that contains it; use the arguments of the part instead",
             ));
         }
         Ok(self.run.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner))

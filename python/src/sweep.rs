@@ -98,8 +98,8 @@ impl std::fmt::Display for NoRoom {
         let gigabytes = self.cases as f64 * self.numbers as f64 * 8e-9;
         write!(
             f,
-            "the {} cases take {gigabytes:.0} GB of memory, more than there is: take fewer points or metrics, or \
-             `trocar sweep` of the command line, which keeps them on disk",
+            "the {} cases take {gigabytes:.0} GB of memory, more than this machine has: use fewer points or metrics, \
+             or `trocar sweep` on the command line, which keeps the cases on disk",
             self.cases
         )
     }

@@ -329,4 +329,4 @@ def test_a_unit_from_another_program_gives_the_same_bits_as_the_built_in_tissue(
 
 def test_without_a_library_the_remedy_is_named(cli: object, tmp_path: Path) -> None:
     made: subprocess.CompletedProcess[str] = cli("export", "fmu", "paper/augmented", "--library", tmp_path / "none")  # type: ignore[operator]
-    assert made.returncode == 2 and "run `cargo build --release`, which makes" in made.stderr
+    assert made.returncode == 2 and "run `cargo build --release`, which builds" in made.stderr

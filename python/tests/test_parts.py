@@ -321,7 +321,7 @@ def test_a_part_cannot_use_its_own_simulation(soft):
         return simulation.time_s
 
     simulation = trocar.Simulation(soft, tissue=tissue)
-    with pytest.raises(RuntimeError, match="a part cannot use the simulation that it is in"):
+    with pytest.raises(RuntimeError, match="a part cannot use the simulation that contains it"):
         while simulation.step():
             pass
 

@@ -74,7 +74,7 @@ def test_invalid_sweeps_are_reported(arguments, exception, text):
 def test_shards_join_in_any_order():
     parts = [trocar.shard(f"{part}/3", "layers/skin-augmented", AXES, seeds=4, metrics=METRICS) for part in (2, 3, 1)]
     same(trocar.merge(parts), sweep())
-    with pytest.raises(ValueError, match="have .* of 80 cases, and 0 of them more than once; each must be there once"):
+    with pytest.raises(ValueError, match="have .* of 80 cases, and 0 of them more than once; give each part once"):
         trocar.merge(parts[:2])
     other = trocar.shard("1/3", "layers/skin-augmented", AXES, seeds=5, metrics=METRICS)
     with pytest.raises(ValueError, match="not of the same sweep"):

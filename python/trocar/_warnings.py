@@ -49,7 +49,7 @@ class HandEnergyImpossibleWarning(TrocarWarning):
 
 
 class ActiveLoopWarning(TrocarWarning):
-    """The master gives the hand energy that neither the hand nor the tissue has put in."""
+    """The master gives the hand more energy than hand and tissue have supplied."""
 
     code = "active-loop"
 
@@ -79,7 +79,7 @@ class DelayBeyondRunWarning(TrocarWarning):
 
 
 class DelayRoundedWarning(TrocarWarning):
-    """A delay of the link acts as a whole number of ticks."""
+    """A delay of the link is rounded up to a whole number of ticks."""
 
     code = "delay-rounded"
 
@@ -115,7 +115,7 @@ class OutsideMeasuredWarning(TrocarWarning):
 
 
 class SeedsWithoutEffectWarning(TrocarWarning):
-    """The scenario has no random numbers, so that every seed gives the same run."""
+    """The scenario has no random numbers, so every seed gives the same run."""
 
     code = "seeds-without-effect"
 
@@ -145,7 +145,7 @@ class LowSamplingRateWarning(TrocarWarning):
 
 
 class HighSamplingRateWarning(TrocarWarning):
-    """The samples are closer together than any force sensor's."""
+    """The sampling rate is higher than that of any force sensor."""
 
     code = "high-sampling-rate"
 
@@ -157,13 +157,13 @@ class ForceSignWarning(TrocarWarning):
 
 
 class ForceMagnitudeWarning(TrocarWarning):
-    """The forces are not those of a needle in tissue."""
+    """The forces are implausible for a needle in tissue."""
 
     code = "force-magnitude"
 
 
 class PositionMagnitudeWarning(TrocarWarning):
-    """The positions are not those of a needle insertion."""
+    """The positions are implausible for a needle insertion."""
 
     code = "position-magnitude"
 
@@ -181,7 +181,7 @@ class NoContactWarning(TrocarWarning):
 
 
 class ForceOutOfContactWarning(TrocarWarning):
-    """The largest force of a recording, or that of an alarm, acts above the contact position."""
+    """The largest force of a recording, or the force at an alarm, acts above the contact position."""
 
     code = "force-out-of-contact"
 

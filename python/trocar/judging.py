@@ -270,13 +270,13 @@ def roc(
     user_defined, kinds = _detectors(detectors)
     seeds, thresholds, threads = whole("seeds", seeds, 1), whole("thresholds", thresholds, 2), whole("threads", threads)
     if trials and signal is not None:
-        raise ValueError("trials are judged in place of a signal: give one of them")
+        raise ValueError("trials replace the signal: give either trials or a signal")
     if trials and (len(ruptures_s) or contact_m is not None):
-        raise ValueError("trials have their ruptures and contact themselves: leave out ruptures_s and contact_m")
+        raise ValueError("trials contain their ruptures and contact position: leave out ruptures_s and contact_m")
     is_scenario = isinstance(signal, (Scenario, str, os.PathLike))
     scenario = (signal if isinstance(signal, Scenario) else Scenario.load(signal)) if is_scenario else None  # type: ignore[arg-type]
     if scenario is not None and (settings or contact_m is not None or len(ruptures_s)):
-        raise ValueError("a scenario has its settings, contact and ruptures itself: change them with replace()")
+        raise ValueError("a scenario contains its settings, contact position and ruptures: change them with replace()")
     recording = None if signal is None or is_scenario else recording_of(signal)
     name = "trials" if trials else "in_vivo_like" if signal is None else "recording"
     noises = [0.0] if trials else [float(std_n) for std_n in np.atleast_1d(np.asarray(noise_std_n, dtype=np.float64))]

@@ -153,7 +153,7 @@ class Simulation:
     def __reduce__(self) -> tuple[object, ...]:
         if self._has_user_defined_parts:
             raise TypeError(
-                "a Simulation with parts of one's own cannot be copied or pickled, as they have states of their own; "
+                "a Simulation with user-defined parts cannot be copied or pickled, as the parts have states; "
                 "run() returns a Run, which can"
             )
         return _repeated, (self.scenario, self._core.led_m())

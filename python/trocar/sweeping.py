@@ -353,7 +353,7 @@ def merge(parts: Iterable[Sweep]) -> Sweep:
     if not np.array_equal(columns["case"], np.arange(first.cases)):
         found = len(np.unique(columns["case"]))
         repeated = len(columns["case"]) - found
-        raise ValueError(f"the parts have {found} of {first.cases} cases, and {repeated} of them more than once; each must be there once")
+        raise ValueError(f"the parts have {found} of {first.cases} cases, and {repeated} of them more than once; give each part once")
     return Sweep(columns, first.hash, first.cases, first._inputs, first.scenario)
 
 

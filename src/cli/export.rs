@@ -22,7 +22,7 @@ Examples:
   trocar export fmu layers/skin-augmented --tissue
       its tissue alone: the needle's position and velocity in, the force out
 
-The unit contains a library, which `cargo build --release` makes beside trocar.";
+The unit contains a library, which `cargo build --release` builds next to trocar.";
 
 /// The licences, one of which a user may choose.
 const LICENCES: [(&str, &str); 2] =

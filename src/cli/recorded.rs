@@ -107,7 +107,7 @@ pub(super) fn is_scenario(given: &str) -> bool {
     Source::parse(given).display().ends_with(".toml")
 }
 
-/// Returns the setting `recording.file`, or `None` for a scenario, which names its column recording.
+/// Returns the setting `recording.file`, or `None` for a scenario, which names its own recording.
 pub(super) fn file_setting(given: &str) -> Option<String> {
     (!is_scenario(given)).then(|| format!("recording.file={}", quoted(given)))
 }

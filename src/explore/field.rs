@@ -137,7 +137,7 @@ impl Field {
             Request::Push { id } => {
                 let mut waiting = self.waiting();
                 if waiting.leader.is_some() {
-                    let reason = "this link has a hand already: it runs once, led by one page";
+                    let reason = "another page already controls this link";
                     return Some(ServerMessage::refused(id, &reason));
                 }
                 (waiting.leader, *leads) = (Some(id), Some(id));

@@ -173,7 +173,7 @@ async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Bod
 
 async fn link(state: &ServerState, request: Request<Body>) -> Response<Body> {
     if !state.guard.admits_origin(header(&request, "origin"), host(&request)) {
-        return refusal(403, "The server accepts requests from its of_site pages only.\n");
+        return refusal(403, "The server accepts requests from its own pages only.\n");
     }
     let (mut parts, _) = request.into_parts();
     let upgrade = match WebSocketUpgrade::from_request_parts(&mut parts, &()).await {

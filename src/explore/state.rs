@@ -57,7 +57,7 @@ pub enum StateError {
     Message(serde_json::Error),
     #[error("cannot start the insertion: {0}")]
     Thread(std::io::Error),
-    #[error("no map over {0} and {1}: the axes must be two independent parameters")]
+    #[error("there is no map over {0} and {1}; choose two independent parameters")]
     Axes(String, String),
 }
 

@@ -140,7 +140,8 @@ pub(super) fn or_panicked(id: u32, answer: impl FnOnce() -> ServerMessage) -> Se
         let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
         let reason = format!(
-            "trocar failed with these values by an error of its own: {text}. Other values work; please report this with the link of the page."
+            "trocar failed with these values because of an internal error: {text}. Use other values, and please \
+             report the error with the link of this page."
         );
         ServerMessage::refused(id, &reason)
     })

@@ -375,7 +375,7 @@ fn the_command_reports_what_is_missing() {
     let outcome = folder.trocar(&["export", "fmu", "paper/augmented", "--library", "none.so"]);
     assert_eq!(outcome.code, 2);
     assert!(
-        outcome.err.contains("none.so") && outcome.err.contains("run `cargo build --release`, which makes"),
+        outcome.err.contains("none.so") && outcome.err.contains("run `cargo build --release`, which builds"),
         "{}",
         outcome.err
     );

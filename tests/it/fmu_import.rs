@@ -104,7 +104,7 @@ fn a_longer_step_holds_the_force() {
     let text = description(2)
         .replace("modelIdentifier=\"tissue\"", "modelIdentifier=\"tissue\" fixedInternalStepSize=\"2e-3\"");
     folder.file("tissue.fmu", unit_with(&text, 2, &library(2, Fault::None)));
-    folder.refused(&["run", "scenario.toml"], &["its internal step is 0.002 s, and 0.005 s is no whole multiple"]);
+    folder.refused(&["run", "scenario.toml"], &["its internal step is 0.002 s, and 0.005 s is not a whole multiple"]);
 }
 
 #[test]
@@ -172,8 +172,8 @@ fn an_unsuitable_unit_is_refused_before_the_run() {
     };
     let xml = description(2);
     let cases: Vec<(Vec<u8>, &[&str])> = vec![
-        (b"spam".to_vec(), &["is not an FMU: it is no zip container"]),
-        (unit(2, Fault::None)[..2000].to_vec(), &["no zip container"]),
+        (b"spam".to_vec(), &["is not an FMU: it is not a zip container"]),
+        (unit(2, Fault::None)[..2000].to_vec(), &["not a zip container"]),
         (container(&[("model/modelDescription.xml", xml.as_bytes())]), &["has no modelDescription.xml"]),
         (container(&[("modelDescription.xml", b"\xff")]), &["is not UTF-8"]),
         (with("<ModelVariables>", "<ModelVariable>"), &["modelDescription.xml: "]),

@@ -54,8 +54,8 @@ pub(super) fn swapped(signals: &Signals<'_>) -> Option<Warning> {
     (ratio > SWAPPED_RATIO && !is_encoder).then(|| {
         let times = if ratio > 1e3 { "over 1000 times".to_owned() } else { format!("{ratio:.0} times") };
         let message = format!(
-            "the position changes from sample to sample by {:.2e} of its range (second difference, root mean square), {times} as roughly \
-             as the force: the columns of position and force seem to be swapped",
+            "the second difference of the position is {:.2e} of its range (root mean square), {times} that of the \
+             force: the columns of position and force seem to be swapped",
             position_m / travel_m
         );
         let remedy = "exchange --position and --force, each with its unit";
@@ -85,13 +85,13 @@ pub(super) fn offset(signals: &Signals<'_>) -> Option<Warning> {
     (is_offset && high_m - low_m >= FREE_TRAVEL_M).then(|| {
         let end_s = signals.time_s[end - 1] - signals.time_s[0];
         let message = format!(
-            "in the first {end_s:.3} s the needle moves by {:.2} mm and the force stays at {offset_n:.3} N, which is not 0: the sensor \
-             seems not to be tared",
+            "in the first {end_s:.3} s the needle moves by {:.2} mm and the force stays at {offset_n:.3} N, which is \
+             not 0: the sensor seems not to be tared",
             1e3 * (high_m - low_m)
         );
         let remedy = format!(
-            "subtract it with --tare-s {:.3} (recording.tare_s), if the needle is free until then; otherwise the recording begins in \
-             the tissue",
+            "subtract it with --tare-s {:.3} (recording.tare_s), if the needle is free until then; otherwise the \
+             recording begins in the tissue",
             0.5 * end_s
         );
         Warning::new(Code::ForceOffset, message).at("--tare-s or --force").remedy(remedy)

@@ -1,5 +1,5 @@
 //! The functions of FMI 3.0.
-#![allow(unsafe_code, reason = "functions of a library of others")]
+#![allow(unsafe_code, reason = "functions of a third-party library")]
 
 use std::ffi::{c_char, c_void};
 

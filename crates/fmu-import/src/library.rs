@@ -1,5 +1,5 @@
 //! The library of a unit, and the common parts of both versions of the standard.
-#![allow(unsafe_code, reason = "a library is code of others, called by pointers")]
+#![allow(unsafe_code, reason = "the library is third-party code, called through pointers")]
 
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::Path;

@@ -114,7 +114,8 @@ impl MissReason {
     pub fn remedy(&self) -> Cow<'static, str> {
         Cow::Borrowed(match self {
             Self::BelowThreshold { reached } if *reached < HARDLY => {
-                "look at the estimator and at the force there, which hardly move the detector; only then set a far lower detector.threshold, and count the false alarms with `trocar roc`"
+                "check the estimator and the force there, since g hardly rises; only then set a far lower \
+                 detector.threshold, and count the false alarms with `trocar roc`"
             }
             Self::BelowThreshold { reached } => {
                 let share = percent(*reached, f64::floor);
@@ -124,7 +125,8 @@ impl MissReason {
             }
             Self::NotInContact { .. } => "set estimator.contact_m to the position of the surface",
             Self::NotArmed { .. } => {
-                "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or estimator.dead_zone_n"
+                "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or \
+                 estimator.dead_zone_n"
             }
             Self::NotReady { .. } => "begin the recording earlier, and check that the force is renewed at every sample",
             Self::NoFall => "look at the force there; other kinds of detector.distance do not judge by the fall alone",
@@ -133,7 +135,8 @@ impl MissReason {
             Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
             Self::BelowDrift { .. } => "reduce detector.drift (`trocar calibrate` computes one from the noise)",
             Self::EventUnderWay { .. } => {
-                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop at it (perception.reflex)"
+                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop \
+                 at it (perception.reflex)"
             }
             Self::EarlierEvent => "keep g quiet before the rupture, so that no earlier alarm opens an event",
             Self::Refractory { .. } => {
@@ -195,7 +198,8 @@ impl Display for MissReason {
             ),
             Self::NotReady { waits_for } => write!(f, "not armed: the detector waits for {waits_for}"),
             Self::NoFall => f.write_str(
-                "no fall: the force did not fall beyond what the detector takes for motion and relaxation, or a fall was under way",
+                "no fall: the force did not fall by more than motion and relaxation explain, or a fall was already in \
+                 progress",
             ),
             Self::NoDrop => f.write_str("detector.drop_only: the force did not fall below a predicted resisting force"),
             Self::WrongMotion { velocity_m_per_s } => {
@@ -210,7 +214,7 @@ impl Display for MissReason {
             Self::BelowDrift { largest } => {
                 write!(f, "below the drift: no distance exceeded {largest:.3e}, and g stayed at 0")
             }
-            Self::EventUnderWay { begin_s } => write!(f, "the event of {begin_s:.3} s was under way"),
+            Self::EventUnderWay { begin_s } => write!(f, "the event that began at {begin_s:.3} s was in progress"),
             Self::EarlierEvent => f.write_str("an earlier alarm would then open an event that hides it"),
             Self::Refractory { end_s } => {
                 write!(f, "in the refractory period of the event that ended at {end_s:.3} s")

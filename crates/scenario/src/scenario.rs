@@ -374,7 +374,7 @@ pub(super) const GROUPS: &[Group] = &[
             ("tissue", "The tissue that the needle enters."),
             (
                 "tissue.fmu",
-                "A tissue in a functional mock-up unit of others, whose code is executed: run trusted units only.",
+                "A tissue in a third-party functional mock-up unit. trocar executes its code: run trusted units only.",
             ),
         ],
         keys: TissueSettings::KEYS,

@@ -51,19 +51,20 @@ impl Reader {
         }
         if is_in("sensor.force_bias") {
             return Some((
-                "it acts on the simulated sensor, and the recorded forces are as they are",
+                "it acts on the simulated sensor only, not on recorded forces",
                 "subtract the offset of the recorded force with --tare-s (recording.tare_s)",
             ));
         }
         if is_in("sensor.") {
             return Some((
-                "it acts on the simulated sensor, and the recorded samples are as they are",
+                "it acts on the simulated sensor only, not on recorded samples",
                 "leave it out; `trocar run` reads it",
             ));
         }
         Some((
             "a recording is not simulated",
-            "leave it out; the keys of [recording], [estimator] and [detector] act here, and `trocar run` reads the others",
+            "leave it out; the keys of [recording], [estimator] and [detector] act here, and `trocar run` reads the \
+             others",
         ))
     }
 }
@@ -162,10 +163,9 @@ mod tests {
             warned(Reader::Detection, &["sensor.force_bias_n=-0.35", "detector.threshold=2", "recording.tare_s=1"]);
         assert_eq!(
             found,
-            [
-                "sensor.force_bias_n changes nothing here: it acts on the simulated sensor, and the recorded forces are as they are \
-              (subtract the offset of the recorded force with --tare-s (recording.tare_s))"
-            ]
+            ["sensor.force_bias_n changes nothing here: it acts on the simulated sensor only, not on recorded \
+                 forces \
+              (subtract the offset of the recorded force with --tare-s (recording.tare_s))"]
         );
         assert_eq!(warned(Reader::Detection, &["sensor.force_noise_std_n=0.1"]).len(), 1);
         assert!(

@@ -88,7 +88,8 @@ pub(super) enum CliError {
     #[error(transparent)]
     Unit(UnitError),
     #[error(
-        "{path}: {source}: run `cargo build --release`, which makes the library of units beside trocar, or give its path with --library"
+        "{path}: {source}: run `cargo build --release`, which builds the library of units next to trocar, or give its \
+         path with --library"
     )]
     NoLibrary { path: String, source: std::io::Error },
     #[error(transparent)]

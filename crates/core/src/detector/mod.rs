@@ -51,7 +51,7 @@ impl DetectorSettings {
     fn check_direction(&self) -> Result<(), InvalidValue> {
         let mean_n = self.distance.hypotheses.rupture_mean_n;
         let misses_drops = self.distance.kind.is_one_sided() && self.arming.drop_only && mean_n > 0.0;
-        let requirement = "below 0, as detector.drop_only looks for drops";
+        let requirement = "below 0 if detector.drop_only is true";
         require("detector.rupture_mean_n", mean_n, !misses_drops, requirement).map(drop)
     }
 }

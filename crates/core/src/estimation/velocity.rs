@@ -33,7 +33,7 @@ impl<L: Lane> VelocityFilter<L> {
         positive("sensor.acceleration_std_m_per_s2", acceleration_m_per_s2)?;
         let gain = steady_gain(tick_s, resolution_m * resolution_m / 12.0, acceleration_m_per_s2);
         let usable = gain.iter().all(|gain| gain.is_finite());
-        require("sensor.position_resolution_m", resolution_m, usable, "a step that an encoder can have")?;
+        require("sensor.position_resolution_m", resolution_m, usable, "a step that is realistic for an encoder")?;
         Ok(Self {
             tick_s: L::splat(tick_s),
             gain: gain.map(L::splat),

@@ -195,12 +195,13 @@ impl Calibration {
 
     fn doubts(&self) -> impl Iterator<Item = Section> {
         let short = (self.quiet_blocks == 0).then_some(
-            "The recording has too little quiet contact. σ_0 is set to the noise σ_n and may be too small. Use a longer part \
-             of the recording (--first-s).",
+            "The recording has too little quiet contact. σ_0 is set to the noise σ_n and may be too small. Use a \
+             longer part of the recording (--first-s).",
         );
         let coloured = self.whiteness.is_some_and(|test| test.is_rejected()).then_some(
-            "The threshold gives the wanted interval for a white Gaussian residual. The quiet residual is not, so that no interval is \
-             predicted; the recording alone gives a bound. The threshold is at least twice the largest harmless excursion.",
+            "The threshold gives the wanted interval for a white Gaussian residual. The quiet residual is not white, \
+             so no interval is predicted; the recording alone gives a bound. The threshold is at least twice the \
+             largest harmless excursion.",
         );
         let section = |(id, text): (&'static str, Option<&str>)| {
             let mut section = Section::new(id, "Assumptions");

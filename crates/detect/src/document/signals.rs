@@ -83,7 +83,7 @@ fn choices(signals: &[Signal]) -> Vec<String> {
     let roles = Roles::of(signals);
     let of = |quantity: Quantity| match roles.candidates[quantity as usize].as_slice() {
         [] if quantity != Quantity::Velocity => Some(format!(
-            "{0}: no name or unit shows it; choose a signal for {1}",
+            "{0}: no signal has a matching name or unit; choose one for {1}",
             quantity.name(),
             quantity.name().to_uppercase()
         )),

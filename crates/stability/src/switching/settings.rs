@@ -57,7 +57,7 @@ impl SwitchingSettings {
             return Err("the certificate does not cover passivity schemes");
         }
         if stiffness_n_per_m.1 == 0.0 {
-            return Err("without a stiffness no loop is closed through the tissue, which events could make grow");
+            return Err("without a stiffness no loop closes through the tissue, so no event can make the motion grow");
         }
         Ok(Self { of_loop, augmentation: scenario.augmentation, stiffness_n_per_m, loses_contact: false })
     }

@@ -71,9 +71,8 @@ pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
         absent_over_seeds(study, &whose),
         Some(detection_over_seeds(study, &whose)),
     ];
-    let left_out = (study.max_ruptures() > SEED_RUPTURES).then(|| {
-        format!("Left out: the advance after the ruptures from {} on, which the table has.", SEED_RUPTURES + 1)
-    });
+    let left_out = (study.max_ruptures() > SEED_RUPTURES)
+        .then(|| format!("Left out: the advance after rupture {} and later ones; see the table.", SEED_RUPTURES + 1));
     Verdict { sentences: sentences.into_iter().flatten().collect(), left_out: left_out.into_iter().collect() }
 }
 
@@ -408,9 +407,10 @@ mod tests {
         assert_eq!(
             verdict(&[&classical, &augmented]).text(),
             format!(
-                "In the 0.3 s after both ruptures the slave advances by {} and {} mm without augmentation and stays within {} mm with \
-                 it. On its return it advances by {} and {} mm with it; 2 s after both ruptures both are equally deep ({} and {} mm). \
-                 Both runs detect every rupture within 8 ms, with no missed rupture and no false alarm.",
+                "In the 0.3 s after both ruptures the slave advances by {} and {} mm without augmentation and stays \
+                 within {} mm with it. On its return it advances by {} and {} mm with it; 2 s after both ruptures both \
+                 are equally deep ({} and {} mm). Both runs detect every rupture within 8 ms, with no missed rupture \
+                 and no false alarm.",
                 travels[0],
                 travels[1],
                 three_digits(most_mm),
@@ -440,7 +440,13 @@ mod tests {
         assert!(text.contains("it goes beyond the intended motion by 3 mm in one and by 0 mm in two."), "{text}");
         let more = with(&run, "more", &[[5.0, 3.0], [5.0, 3.0]]);
         let text = verdict(&[&one, &more]).text();
-        assert!(text.starts_with("one has 1 rupture and more has 2 ruptures. In the 0.3 s after rupture 1 the slave advances by 5 mm in both runs."), "{text}");
+        assert!(
+            text.starts_with(
+                "one has 1 rupture and more has 2 ruptures. In the 0.3 s after rupture 1 the slave \
+            advances by 5 mm in both runs."
+            ),
+            "{text}"
+        );
         let many: Vec<Run> = (0..4).map(|k| with(&run, &format!("r{k}"), &[[1.0 + f64::from(k), 0.0]])).collect();
         let text = verdict(&many.iter().collect::<Vec<_>>()).text();
         assert!(text.contains("advances by 1 mm in r0 (the least) and advances by 4 mm in r3 (the most)"), "{text}");

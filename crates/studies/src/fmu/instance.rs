@@ -28,7 +28,8 @@ pub enum InstanceError {
     },
     /// Description and scenario belong to different units.
     #[error(
-        "the description and the scenario in resources are not of one unit: export it again with trocar export fmu"
+        "the description and the scenario in resources belong to different units: export the unit again with trocar \
+         export fmu"
     )]
     Foreign,
     /// A scenario cannot be loaded, possibly because of changed parameters.

@@ -105,8 +105,8 @@ const RIG_OUTPUTS: [Declared; 15] = [
     ("command.decision", NUMBER, "Decision function g: an alarm is raised above detector.threshold."),
     ("command.slave_velocity_m_per_s", NUMBER, "Velocity of the slave as used by the estimator."),
     ("command.mode", Type::Choice(MODES), "Mode of the supervisor."),
-    ("command.alarm", Type::Boolean, "Whether the detector raises an alarm."),
-    ("command.alarm_taken", Type::Boolean, "Whether the supervisor acts on the alarm."),
+    ("command.alarm", Type::Boolean, "True if the detector raises an alarm."),
+    ("command.alarm_taken", Type::Boolean, "True if the supervisor acts on the alarm."),
     (
         "command.faults",
         Type::Integer(0),
@@ -143,7 +143,7 @@ const SIMULATION_INPUTS: [Declared; 2] = [
     (
         "person.is_led",
         Type::Boolean,
-        "Whether person.position_m leads the person; otherwise the scenario's operator acts.",
+        "True if person.position_m leads the person; otherwise the scenario's operator acts.",
     ),
 ];
 
@@ -166,7 +166,7 @@ const TISSUE_INPUTS: [Declared; 2] = [
 const TISSUE_OUTPUTS: [Declared; 3] = [
     ("reaction.force_n", NUMBER, "Force of the tissue on the needle, positive when it resists insertion."),
     ("reaction.shaft_force_n", NUMBER, "Part of that force that acts on the shaft, not on the tip."),
-    ("reaction.ruptured", Type::Boolean, "Whether a layer ruptures in this step."),
+    ("reaction.ruptured", Type::Boolean, "True if a layer ruptures in this step."),
 ];
 
 /// Returns true for a parameter of a tissue: a key of its section, or the tick.

@@ -95,10 +95,11 @@ impl Characteristics {
         let (names, share) = (best.join(", "), share(most));
         Some(match best.len() {
             1 => format!(
-                "{names} detects the most in time at its own threshold: {share} of the ruptures, with {alarms}."
+                "{names} detects the largest share of ruptures in time at its own threshold: {share}, with {alarms}."
             ),
             count => format!(
-                "{count} of {} detect the most in time at their own thresholds, {share} of the ruptures with {alarms}: {names}.",
+                "{count} of {} detect the same largest share of ruptures in time at their own thresholds, {share}, \
+                 with {alarms}: {names}.",
                 counted(self.own_points().count() as u64, "detector")
             ),
         })

@@ -34,7 +34,8 @@ pub fn promise_gaps(scenario: &Scenario) -> Vec<Warning> {
 #[must_use]
 pub fn force_bound_gap(scenario: &Scenario) -> Option<Warning> {
     (scenario.link.passivity.scheme != Scheme::None).then(|| {
-        let message = "the scheme promises a bound of the energy, and none of the force, which may exceed that of the loop without delay";
+        let message = "the scheme bounds the energy but not the force, which may exceed the force of the loop without \
+            delay";
         Warning::new(Code::ForceNotBounded, message.to_owned())
             .of(&scenario.name)
             .at("passivity.scheme")

@@ -33,7 +33,8 @@ fn of_metric(summary: &Summary, influences: &Influences) -> Option<String> {
     let Some([smallest, largest]) = strongest.means.as_ref().filter(|_| share >= MIN_SHARE) else {
         let Spread { quantile_5, quantile_95, .. } = summary.spread?;
         return Some(format!(
-            "No single axis decides {label} ({} to {} in 90 % of the cases): seeds, or several axes together, change it.",
+            "No single axis explains {label} ({} to {} in 90 % of the cases): seeds, or several axes together, change \
+             it.",
             number(quantile_5, summary),
             number(quantile_95, summary)
         ));

@@ -13,22 +13,27 @@ use trocar_scenario::{
 
 /// The keys of a sweep file, with their meanings.
 pub const SWEEP_KEYS: [(&str, &str); 14] = [
-    ("name", "Name of the sweep's folder; the file name without extension when not given."),
+    ("name", "Name of the sweep's folder; default: the file name without extension."),
     ("question", "The question that the sweep answers, for its report."),
     ("base", "The scenario to vary: a path relative to this file, or a shipped one."),
-    ("seeds", "Number of noise seeds per point, or a list of them; 1 when not given."),
-    ("first_seed", "First noise seed, unless they are listed; the scenario's own when not given."),
-    ("metrics", "Metrics to keep for each case; a default set when not given."),
-    ("focus", "Metrics with figures and an analysis of influences; the first four when not given."),
-    ("csv", "Whether the rows are also written as CSV, in addition to Parquet; true when not given."),
+    ("seeds", "Number of noise seeds per point, or a list of seeds; default: 1."),
+    ("first_seed", "First noise seed, unless the seeds are listed; default: the seed of the scenario."),
+    ("metrics", "Metrics to keep for each case; default: a standard set."),
+    ("focus", "Metrics with figures and an analysis of influences; default: the first four."),
+    ("csv", "True if the rows are also written as CSV, in addition to Parquet; default: true."),
     (
         "design.kind",
-        "grid (every combination), random, latin-hypercube, sobol or list (the k-th values of all axes are a point); grid when not given.",
+        "grid (every combination), random, latin-hypercube, sobol or list (the k-th values of all axes are a point); \
+         default: grid.",
     ),
     ("design.points", "Number of points of a random, latin-hypercube or sobol design."),
-    ("design.seed", "Seed of the design's random numbers; 1 when not given."),
+    ("design.seed", "Seed of the design's random numbers; default: 1."),
     ("correlations.NAME.axes", "Axes that vary together, as a list of keys; not for a grid."),
-    ("correlations.NAME.coefficient", "Correlation of each two of them, as normal numbers."),
+    (
+        "correlations.NAME.coefficient",
+        "Correlation of each pair of these axes, after their transformation to normal \
+        variables.",
+    ),
     ("set", "Keys of the scenario with the same value in all cases, as in set.simulation.duration_s = 7.0."),
 ];
 
@@ -384,14 +389,14 @@ fn distribution(entries: &RangeEntries<'_>, any: &Entry, is_grid: bool) -> Resul
         return refuse(any, format!("axes.{path} has only one of median and spread, must be {AXIS}"));
     };
     if is_grid {
-        let error = ScenarioError::new(format!("a grid has no distribution, as of axes.{path}"));
+        let error = ScenarioError::new(format!("axes.{path} is a distribution, which a grid cannot have"));
         return Err(error
             .at(Some(any.key_place.clone()))
             .remedy("give design.kind = \"random\", \"latin-hypercube\" or \"sobol\""));
     }
     let key = find_key(path).filter(|key| matches!(key.kind, Kind::Number(_)));
     let Some(key) = key else {
-        return refuse(any, format!("axes.{path} has a distribution, which only a key with a number has"));
+        return refuse(any, format!("axes.{path} has a distribution, but only a key with a number can have one"));
     };
     let Some(Value::Number(middle)) = Value::of_key(&key, &median.value).filter(|value| number(value) > Some(0.0))
     else {
@@ -420,7 +425,7 @@ fn correlations_of(
                 .remedy("write [correlations.NAME] with axes and coefficient below"));
         };
         if scheme.points_and_seed().is_none() {
-            return Err(refuse(format!("a design of the kind {} has no correlations", scheme.word()))
+            return Err(refuse(format!("a design of the kind {} cannot have correlations", scheme.word()))
                 .remedy("give design.kind = \"random\", \"latin-hypercube\" or \"sobol\""));
         }
         if groups.last().is_none_or(|(last, ..)| *last != name) {

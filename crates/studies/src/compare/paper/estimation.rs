@@ -17,7 +17,7 @@ const CLEAR: f64 = 2.0;
 const WITHIN: &str = "within a factor of 1.5 with each setting of the estimator";
 
 const INPUT: &str = "Input: this number is a parameter of the simulated tissue.";
-const GENERATED: &str = "Put in: the recording was generated from this number.";
+const GENERATED: &str = "Input: the recording was generated from this number.";
 
 /// The range of the measured force in the paper's sign, in N.
 fn force_range(run: &Run) -> (f64, f64) {
@@ -49,8 +49,8 @@ fn of_settings(
     let (low, high) = varied.range(read);
     let judgement = varied.judge(|of| is_within(read(of), paper));
     let why = match judgement {
-        Judgement::NotCheckable => "The settings decide it, and the paper states neither F_0 nor N_0",
-        Judgement::Reproduced => "The paper states neither F_0 nor N_0, but neither decides it",
+        Judgement::NotCheckable => "The result depends on the settings, and the paper states neither F_0 nor N_0",
+        Judgement::Reproduced => "The paper states neither F_0 nor N_0, but the result depends on neither",
         Judgement::Contradicted => "The paper states neither F_0 nor N_0, but none of these settings gives it",
     };
     let why = format!("{why}: {SETTINGS_TEXT} it is {low:.4} to {high:.4} N.");
@@ -72,13 +72,15 @@ impl PaperStudy {
                     "Simone and others",
                 ],
                 "the tissue model has them",
-                "Put in: the layers of the simulated tissue deflect, rupture at a force and hold the shaft by friction; the paper \
+                "Input: the layers of the simulated tissue deflect, rupture at a force and hold the shaft by \
+                 friction; the paper \
                  cites the phases from earlier work.",
             ),
             Statement::open(
                 ["1.2", "position of the needle when it is extracted", "not the initial contact"],
                 format!("{:+.2} mm from it", 1e3 * leaves_m),
-                "Put in: the friction of the shaft lifts the surface in the tissue model, which follows the paper's figure 1.",
+                "Input: the friction of the shaft lifts the surface in the tissue model, which follows the paper's \
+                 figure 1.",
             ),
         ]
     }
@@ -95,7 +97,8 @@ impl PaperStudy {
             Statement::open(
                 ["3.2.1", "time of the puncture", "4.6 s"],
                 format!("{puncture_s:.2} s"),
-                "The speed of the hand decides it, which the paper does not state; figures 4 and 5 are shifted so that the puncture is \
+                "The result depends on the speed of the hand, which the paper does not state; figures 4 and 5 are \
+                 shifted so that the puncture is \
                  at the paper's time.",
             ),
             Statement::open(["3.2.1", "force", "-1.45 to 0.37 N"], range_text(force_range(run)), INPUT),
@@ -158,7 +161,8 @@ impl PaperStudy {
                 format!("{fall:+.1} N/m in 20 ms; elsewhere up to {elsewhere:.1} N/m"),
                 self.direct_settings.judge(is_clear),
                 format!(
-                    "The estimate follows the drop of the force within 20 ms; B falls at the same time, by {:.0} N·s/m.",
+                    "The estimate follows the drop of the force within 20 ms; B falls at the same time, by {:.0} \
+                     N·s/m.",
                     -after(damping)
                 ),
             ),
@@ -172,9 +176,10 @@ impl PaperStudy {
                 format!("K p {:.2} N, B v {:.2} N of {:.2} N", terms.elastic_n, terms.viscous_n, terms.force_n),
                 self.direct_settings.judge(is_elastic),
                 format!(
-                    "K and B are not identifiable here: in the 0.1 s before the puncture depth and velocity are nearly proportional \
-                     (cosine {:.3}), so one force does not fix two parameters; with F_0 a multiple of the identity, which is chosen \
-                     here, eq. 12 then puts {} of a correction of the force into B, while the true share of the viscosity is {truth}.",
+                    "K and B are not identifiable here: in the 0.1 s before the puncture depth and velocity are nearly \
+                     proportional (cosine {:.3}), so one force does not fix two parameters; with F_0 a multiple of the \
+                     identity, which is chosen here, eq. 12 then puts {} of a correction of the force into B, while \
+                     the true share of the viscosity is {truth}.",
                     terms.alignment,
                     percent(terms.viscous_share),
                 ),
@@ -195,14 +200,14 @@ impl PaperStudy {
                 ["3.2.1", "reconstruction with K alone", "quite satisfactory: 3.4 % of 1.82 N"],
                 format!("{:.1} % of {width_n:.2} N", 100.0 * alone.mean_n / width_n),
                 format!(
-                    "The paper names no criterion; with the default estimator, which adapts within a few samples, the mean error with K \
-                     alone is {alone_n:.4} N, and {both_n:.4} N with B."
+                    "The paper names no criterion; with the default estimator, which adapts within a few samples, the \
+                     mean error with K alone is {alone_n:.4} N, and {both_n:.4} N with B."
                 ),
             ),
             Statement::open(
                 ["3.2.1", "viscosity between needle and liver", "low"],
                 format!("{truth} of the force"),
-                "Put in: the damping is a setting of the simulated tissue.",
+                "Input: the damping is a setting of the simulated tissue.",
             ),
         ]
     }
@@ -274,7 +279,8 @@ impl PaperStudy {
                     "they change in 20 ms by at most half of that at any rupture, with each setting of the estimator",
                 ],
                 format!(
-                    "up to {k_elsewhere:.1} N/m and {b_elsewhere:.1} N·s/m in 20 ms; at the ruptures {k:.1} and {b:.1} or more"
+                    "up to {k_elsewhere:.1} N/m and {b_elsewhere:.1} N·s/m in 20 ms; at the ruptures {k:.1} and {b:.1} \
+                     or more"
                 ),
                 settings.judge(is_slow),
                 "Contact, rest and the fast extraction are included.",
@@ -307,8 +313,9 @@ impl PaperStudy {
             format!("B is {:.0} N·s/m between the ruptures", damping_between(run)),
             self.classical_settings.judge(|of| damping_between(&of.run) < 0.0),
             format!(
-                "B is not identifiable between the ruptures: at {:.1} mm/s eq. 12 corrects K and leaves B where rupture 1 has put it \
-                 ({low:.0} to {high:.0} N·s/m, while K runs from {:.0} to {:.0} N/m), which costs nothing, as B v is {:.2} N of {:.2} N; \
+                "B is not identifiable between the ruptures: at {:.1} mm/s eq. 12 corrects K and leaves B at its \
+                 value after rupture 1 ({low:.0} to {high:.0} N·s/m, while K runs from {:.0} to {:.0} N/m), which \
+                 hardly changes the estimated force, since B v is {:.2} N of {:.2} N; \
                  the mean absolute error is {alone:.4} N with K alone, and {both:.4} N with K and B.",
                 1e3 * mean(&trace.slave_velocity_m_per_s),
                 stiffness.0,
@@ -328,7 +335,8 @@ impl PaperStudy {
             Statement::open(
                 ["2.2.2, eq. 15", "dead zone at small errors", "noticeable gain in robustness"],
                 format!("K changes by {with_zone:.3} N/m a sample, {without_zone:.3} N/m without it"),
-                "The paper names no measure; this is the root mean square of the change of K in the quiet stretches of figure 11.",
+                "The paper names no measure; this is the root mean square of the change of K in the quiet stretches of \
+                 figure 11.",
             ),
             Statement::checked(
                 [
@@ -339,12 +347,13 @@ impl PaperStudy {
                 ],
                 format!("error {with_reset:.4} N, {without:.4} N without"),
                 with_reset <= 0.5 * without,
-                "Without resetting the gain of eq. 13 goes to zero, and the estimate keeps its first values (insertion of figure 6).",
+                "Without resetting the gain of eq. 13 goes to zero, and the estimate keeps its first values (insertion \
+                 of figure 6).",
             ),
             Statement::open(
                 ["3.1", "sampling", "1 kHz"],
                 format!("{:.0} kHz", 1e-3 * rate_hz),
-                "Put in: it is the tick of the shipped scenarios.",
+                "Input: it is the tick of the shipped scenarios.",
             ),
             Statement::open(
                 ["3.1", "velocity from the encoders", "noisy, needs a Kalman filter"],
