@@ -14,8 +14,8 @@ use crate::detect::{Refusal, Samples};
 use crate::interrupt::interruptible_with_progress;
 use crate::{convert, document, error};
 
-/// Calibrates. Calls `tell` with the numbers of completed steps and of all steps. Returns the content of
-/// `calibration.json`, the document, and the settings as TOML.
+/// Calls `tell` with the numbers of completed and of all steps. Returns the content of `calibration.json`, the
+/// document, and the settings as TOML.
 #[pyfunction]
 #[pyo3(signature = (
     name, time_s, position_m, velocity_m_per_s, force_n, settings, *, first_s, quiet_s, keeps_contact, false_alarm_s,

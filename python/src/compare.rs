@@ -25,11 +25,11 @@ type Compared<'py> = (
     Vec<(Run, Bound<'py, PyDict>)>,
 );
 
-/// Compares scenarios. User-defined parts, by role, run one after the other, or in threads if all are compiled; these
-/// runs have no added noise.
+/// User-defined parts, by role, run one after the other, or in threads if all are compiled; these runs have no added
+/// noise.
 ///
-/// Returns the content of `comparison.json`, the document without its figures, the rows, and the runs. Calls `tell`
-/// with the numbers of completed runs and of all runs of the seeds.
+/// The content of `comparison.json`, the document without its figures, the rows, and the runs. Calls `tell`
+/// with the numbers of completed and of all runs of the seeds.
 #[pyfunction]
 pub(crate) fn compare<'py>(
     py: Python<'py>,

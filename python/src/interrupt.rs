@@ -16,8 +16,8 @@ const MAX_THREADS: usize = 1024;
 
 /// Runs work on a separate thread without the interpreter's lock, and checks for signals.
 ///
-/// A signal such as Ctrl-C sets `stop` and raises the exception at once; the work ends at its next check of `stop`.
-/// The work has its own thread pool, because the threads of a shared pool do not exist in a forked process.
+/// A signal such as Ctrl-C sets `stop` and raises the exception at once; the work ends at its next check. It has its
+/// own thread pool, because the threads of a shared pool do not exist in a forked process.
 pub(crate) fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     threads: usize,

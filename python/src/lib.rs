@@ -28,8 +28,7 @@ mod user_defined;
 
 use pyo3::prelude::*;
 
-/// Reuses the memory of freed columns for the next run, because the system takes longer to provide new pages than a
-/// tick takes.
+/// Reuses the memory of freed columns, because new pages take longer than a run's ticks.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

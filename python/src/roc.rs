@@ -29,11 +29,11 @@ type Judged<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 /// A user-defined detector: its name, its threshold (if any) and the part.
 type UserDefinedDetector<'py> = (String, Option<f64>, Bound<'py, PyAny>);
 
-/// Evaluates built-in detectors, by their words, and user-defined ones. The signal is a recording, the closed loop of
-/// a scenario, synthetic recordings, or by default the shipped insertion.
+/// Evaluates built-in detectors, by their words, and user-defined ones on a recording, the closed loop of a scenario,
+/// synthetic recordings, or by default the shipped insertion.
 ///
-/// Returns the content of `roc.json` and the document. Calls `tell` with the numbers of completed cases and of all
-/// cases; each user-defined detector is a case of its own, and all built-in ones together are another.
+/// The content of `roc.json` and the document. Calls `tell` with the numbers of completed and of all cases;
+/// each user-defined detector is a case, and all built-in ones together are another.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
 pub(crate) fn roc<'py>(
@@ -145,7 +145,6 @@ fn user_defined_points<'py>(
     judged.map_err(|error| error.raise(py))
 }
 
-/// The reason why user-defined detectors could not be evaluated.
 enum UserDefinedError {
     Python(PyErr),
     Study(RocError),
@@ -192,7 +191,7 @@ pub(crate) fn detectors() -> Vec<&'static str> {
     DistanceKind::WORDS.to_vec()
 }
 
-/// Returns the in-vivo-like recording of a seed, with user-defined ruptures, as CSV.
+/// The in-vivo-like recording of a seed, with user-defined ruptures, as CSV.
 #[pyfunction]
 pub(crate) fn record(
     py: Python<'_>,
@@ -213,7 +212,7 @@ pub(crate) fn record(
     Ok(py.detach(|| trocar_recording::in_vivo_like_variant_csv(seed, &variant)))
 }
 
-/// Returns a synthetic recording by its number, from 1: its columns and its properties.
+/// A synthetic recording by its number, from 1: its columns and its properties.
 #[pyfunction]
 pub(crate) fn trial(py: Python<'_>, number: u64) -> PyResult<(Bound<'_, PyDict>, Bound<'_, PyDict>)> {
     let trial = py.detach(|| Trial::new(Trial::BEFORE_FIRST.wrapping_add(number)));
@@ -235,7 +234,6 @@ pub(crate) fn trial(py: Python<'_>, number: u64) -> PyResult<(Bound<'_, PyDict>,
     Ok((columns, about))
 }
 
-/// Returns the name of a variant in words, as in `rigid stop`.
 fn word(variant: impl std::fmt::Debug) -> String {
     let mut word = String::new();
     for letter in format!("{variant:?}").chars() {

@@ -112,7 +112,7 @@ impl Simulation {
         Ok(Self::of(run, Failure::default()))
     }
 
-    /// Returns the imposed position of the operator at each tick so far, in m; NaN where none was imposed.
+    /// The imposed position of the operator at each tick so far, in m; NaN where none was imposed.
     fn led_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(PyArray1::from_slice(py, self.locked(py)?.running()?.led_m()))
     }

@@ -16,10 +16,9 @@ use crate::{convert, document, error};
 
 type Analysed<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyDict>);
 
-/// Analyses the loop of a scenario and maps it over two axes. Calls `tell` with the numbers of simulated points and
-/// of all points.
+/// Calls `tell` with the numbers of simulated and of all points.
 ///
-/// Returns the content of `stability.json`, the document, and arrays: `x`, `y`, `stable` (by rows, from the lowest
+/// The content of `stability.json`, the document, and arrays: `x`, `y`, `stable` (by rows, from the lowest
 /// y), `boundary` (four numbers per segment), and `simulated` if requested.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]

@@ -27,7 +27,7 @@ pub(crate) struct Failure {
 }
 
 impl Failure {
-    /// Returns true if there is an exception.
+    /// True if there is an exception.
     pub(crate) fn has_failed(&self) -> bool {
         self.has_failed.load(Ordering::Relaxed)
     }
@@ -133,8 +133,8 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// Returns the part for an object: a compiled function with its state, an object with a method `step`, or a
-    /// function. Calls the object's `reset`, so that every run begins in the same state.
+    /// The part for an object: a compiled function with its state, an object with a method `step`, or a function. Calls
+    /// the object's `reset`, so every run begins in the same state.
     fn of(role: &'static Role, given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<Self> {
         let method = |name| Ok::<_, PyErr>(given.getattr_opt(name)?.filter(|method| method.is_callable()));
         let part = |function| Self { role, function, skip: None, failure: failure.clone() };
@@ -194,7 +194,6 @@ impl Part {
         if outputs.iter().all(|value| value.is_finite()) { outputs } else { self.refuse(outputs) }
     }
 
-    /// Ends the run if an output is not finite.
     #[cold]
     fn refuse<const OUTPUTS: usize>(&self, outputs: [f64; OUTPUTS]) -> [f64; OUTPUTS] {
         if let Some((name, value)) = self.role.outputs.iter().zip(outputs).find(|(_, value)| !value.is_finite()) {
@@ -318,7 +317,6 @@ impl ForceLaw<f64> for Part {
     }
 }
 
-/// A user-defined motion law, with its last statement about the gap.
 struct UserDefinedMotionLaw {
     part: Part,
     is_blended: bool,
@@ -346,7 +344,6 @@ impl MotionLaw<f64> for UserDefinedMotionLaw {
     }
 }
 
-/// Returns a user-defined detector for evidence that is already known.
 pub(crate) fn detector(given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<impl Detector<f64> + use<>> {
     Part::of(Role::named("detector")?, given, failure)
 }
@@ -359,7 +356,6 @@ pub(crate) struct CompiledPart {
 }
 
 impl CompiledPart {
-    /// Returns the part of a role; `None` if it is not compiled.
     fn of(role: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<Self>> {
         let role = Role::named(role)?;
         if given.getattr_opt("_trocar_address")?.is_none() {
@@ -371,7 +367,6 @@ impl CompiledPart {
         })
     }
 
-    /// Returns the detector; `None` if it is not compiled.
     pub(crate) fn detector(given: &Bound<'_, PyAny>) -> PyResult<Option<Self>> {
         Self::of("detector", given)
     }
@@ -385,7 +380,6 @@ impl CompiledPart {
 pub(crate) struct CompiledParts(Vec<CompiledPart>);
 
 impl CompiledParts {
-    /// Returns the parts by role; `None` if one is not compiled.
     pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Option<Self>> {
         let part = |(name, object): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
             CompiledPart::of(&name.extract::<String>()?, &object)
@@ -404,7 +398,6 @@ impl CompiledParts {
 pub(crate) struct UserDefined {
     pub(crate) parts: UserDefinedParts,
     pub(crate) failure: Failure,
-    /// True if all parts are compiled, so that a run needs no interpreter.
     pub(crate) are_compiled: bool,
 }
 

@@ -45,8 +45,8 @@ pub(super) struct CheckArgs {
     json: bool,
 }
 
-/// Returns the verdict on the linear loop of a scenario, or the reason for having none. The check runs nothing, so it
-/// does not know the tissue of an FMU.
+/// The verdict on the linear loop of a scenario, or the reason for having none. Runs nothing, so it does not know the
+/// tissue of an FMU.
 fn verdict(scenario: &Scenario) -> Result<LoopVerdict, String> {
     let tissue = TissueRange::of_parameters(scenario)
         .ok_or("only a run shows how stiff its tissue is; `trocar stability` runs it")?;

@@ -72,7 +72,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Returns true if a setting names a file, which other machines may not have.
+/// True if a setting names a file, which other machines may not have.
 fn names_files(args: &CompareArgs) -> bool {
     args.changes
         .settings

@@ -93,7 +93,6 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
     terminal::print(&format!("{}: {what}, FMI {}.0, {count} files\n", out.display(), args.fmi))
 }
 
-/// Reads the FMU library: the given file, or the file in the folder of this program.
 fn library(given: Option<&Path>) -> Result<Vec<u8>, CliError> {
     use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
     let beside = || {
@@ -104,7 +103,6 @@ fn library(given: Option<&Path>) -> Result<Vec<u8>, CliError> {
     std::fs::read(&path).map_err(|source| CliError::NoLibrary { path: path.display().to_string(), source })
 }
 
-/// Packs the files of an FMU into a ZIP container.
 fn packed(unit: &Unit) -> Result<Vec<u8>, std::io::Error> {
     let mut container = ZipWriter::new(Cursor::new(vec![]));
     for (path, content) in &unit.files {

@@ -36,7 +36,6 @@ impl FormatArgs {
         Self { format: std::iter::once(ColumnFormat::Csv).chain(others).collect() }
     }
 
-    /// Returns the flag, unless it is the default.
     pub(super) fn flags(&self) -> Vec<String> {
         if self.format == [ColumnFormat::Csv] {
             return vec![];

@@ -194,13 +194,11 @@ enum Command {
     Man(manual::ManArgs),
 }
 
-/// The help of `--out` with one folder per recording.
 const OUT_PER_RECORDING: &str = "Folder for the files; it contains one folder per recording";
 
 /// The help of `--out` for sweeps.
 const OUT_PER_SWEEP: &str = "Folder for the files; it contains one folder per sweep";
 
-/// The help of `--set` for commands with one scenario or none.
 const SET_ONE: &str = "Override a key, as in --set scaling.force=2 (repeatable; the last value applies)";
 
 /// Options for files and printed output.
@@ -244,7 +242,6 @@ struct ScenarioArgs {
 }
 
 impl ScenarioArgs {
-    /// Loads all scenarios before any of them runs.
     fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, CliError> {
         let sources: Vec<Source> = paths.iter().map(|path| Source::parse(path)).collect();
         let named = |(loaded, path): (Result<Scenario, ScenarioError>, &String)| {

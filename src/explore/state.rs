@@ -62,7 +62,7 @@ pub enum StateError {
 }
 
 impl State {
-    /// Returns the changed keys with their validated values.
+    /// The changed keys with their validated values.
     ///
     /// # Errors
     /// [`StateError`].
@@ -86,7 +86,6 @@ impl State {
 }
 
 impl StateError {
-    /// Returns each reason as a text, without the places of keys, which have no file.
     pub(super) fn reasons(&self) -> Vec<String> {
         let one = |error: &ScenarioError| {
             let remedy = error.remedy.as_ref().map_or(String::new(), |remedy| format!("; {remedy}"));
@@ -126,7 +125,6 @@ fn accept(path: &str, value: &serde_json::Value) -> Result<(KeyAt, Value), State
     Ok((key, value))
 }
 
-/// Returns the scenario, or an error if its run is too long for a page.
 pub(super) fn bounded(scenario: Scenario) -> Result<Scenario, StateError> {
     let ticks = scenario.grid.ticks();
     if ticks > MAX_TICKS { Err(StateError::Ticks(ticks)) } else { Ok(scenario) }
@@ -167,7 +165,7 @@ pub struct Catalogue {
 }
 
 impl Catalogue {
-    /// Returns the catalogue. The scenario of the command line, if any, is the first.
+    /// The catalogue. The scenario of the command line, if any, is the first.
     #[must_use]
     pub fn new(given: Option<&str>) -> Self {
         let source = given.map(Source::parse).filter(|source| !matches!(source, Source::Builtin(_)));
@@ -190,7 +188,7 @@ impl Catalogue {
         }))
     }
 
-    /// Returns the source of a scenario in the catalogue. A page cannot read any other file.
+    /// The source of a scenario in the catalogue. A page cannot read any other file.
     ///
     /// # Errors
     /// [`StateError::Scenario`].

@@ -21,7 +21,7 @@ macro_rules! codes {
             /// All codes.
             pub const ALL: &'static [Self] = &[$(Self::$Code),*];
 
-            /// Returns the word in files and messages.
+            /// The word in files and messages.
             #[must_use]
             pub fn word(self) -> &'static str {
                 match self {
@@ -29,7 +29,7 @@ macro_rules! codes {
                 }
             }
 
-            /// Returns the meaning in one sentence.
+            /// The meaning in one sentence.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self {
@@ -37,7 +37,7 @@ macro_rules! codes {
                 }
             }
 
-            /// Returns an explanation, and what to do.
+            /// An explanation, and what to do.
             #[must_use]
             pub fn explanation(self) -> &'static str {
                 match self {

@@ -44,8 +44,8 @@ impl TickGrid {
         self.ticks
     }
 
-    /// Returns the time of tick `k` in s: `k * tick_s`, rounded once. If the tick is the inverse of a whole rate, it is
-    /// `k / rate`: tick 69 of 1 ms is 0.069 and not 0.06900000000000001.
+    /// The time of tick `k` in s: `k * tick_s`, rounded once. If the tick is the inverse of a whole rate, it is `k /
+    /// rate`: 0.069 and not 0.06900000000000001.
     #[inline]
     #[must_use]
     pub fn time_s(&self, k: u64) -> f64 {

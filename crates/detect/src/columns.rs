@@ -8,21 +8,20 @@ use trocar_base::warning::{Code, Warning};
 
 const MIN_SAMPLES: usize = 100;
 
-/// Minimum ratio of the roughness of the positions to the roughness of the forces at which the columns count as
-/// swapped.
+/// Minimum ratio of the roughness of positions and forces at which the columns count as swapped.
 ///
-/// A needle has mass and a guide: in the recordings and scenarios of this project, the positions are 2.2 to 12,000
-/// times *less* rough than the force.
+/// A needle has mass and a guide: in this project's recordings and scenarios, positions are 2.2 to 12,000 times *less*
+/// rough than the force.
 const SWAPPED_RATIO: f64 = 3.0;
 
 /// Maximum roughness of positions that the encoder explains, in steps of the encoder.
 const ENCODER_STEPS: f64 = 5.0;
 
-/// Number of samples per block, whose mean force is compared with the force at the beginning.
+/// Samples per block, whose mean force is compared with the initial force.
 const BLOCK: usize = 20;
 
-/// Minimum travel in m over which a constant force indicates a free needle, smallest offset in N, and the tolerance of
-/// a constant force, in standard deviations of the noise and in N.
+/// Minimum travel in m over which a constant force indicates a free needle, smallest offset in N, and tolerance of a
+/// constant force, in standard deviations of the noise and in N.
 const FREE_TRAVEL_M: f64 = 5e-4;
 const MIN_OFFSET_N: f64 = 0.05;
 const CONSTANT_STDS: f64 = 3.0;
@@ -31,7 +30,6 @@ const CONSTANT_N: f64 = 0.02;
 /// Largest offset, as a share of the largest change of the force. A larger constant force is a load.
 const MAX_OFFSET_SHARE: f64 = 0.5;
 
-/// Returns the root mean square of the second difference of a signal, and the range of the signal.
 fn roughness(values: &[f64]) -> Option<(f64, f64)> {
     let (low, high) = range(values)?;
     let mut sum = 0.0;
@@ -42,7 +40,6 @@ fn roughness(values: &[f64]) -> Option<(f64, f64)> {
     (high > low).then(|| ((sum / values.len().saturating_sub(2).max(1) as f64).sqrt(), high - low))
 }
 
-/// Warns of exchanged position and force: the force is the rougher of the two columns.
 pub(super) fn swapped(signals: &Signals<'_>) -> Option<Warning> {
     if signals.position_m.len() < MIN_SAMPLES {
         return None;
@@ -63,7 +60,6 @@ pub(super) fn swapped(signals: &Signals<'_>) -> Option<Warning> {
     })
 }
 
-/// Warns of a force that is constant and not 0 while the needle moves freely at the beginning.
 pub(super) fn offset(signals: &Signals<'_>) -> Option<Warning> {
     let (force, position) = (signals.force_n, signals.position_m);
     if force.len() < MIN_SAMPLES {

@@ -60,8 +60,6 @@ impl Sums {
         sum / self.samples.max(1) as f64
     }
 
-    /// Returns the statistics from the sum of squared deviations from the mean (N²) and the robust standard deviation
-    /// (N).
     fn statistics(&self, squares_n2: f64, robust_std_n: Option<f64>) -> ResidualStatistics {
         ResidualStatistics {
             mean_n: self.mean(self.residual_n),
@@ -80,8 +78,7 @@ struct Totals {
 }
 
 impl Totals {
-    /// Computes all totals in two passes. The sums of a phase do not depend on the sums of all samples, so that both
-    /// run in the same pass.
+    /// Two passes. A phase's sums are independent of the sums of all samples, so both are computed in the same pass.
     fn of(detection: &Detection) -> Self {
         let mut all = Sums::NONE;
         let mut phases = [Sums::NONE; Phase::ALL.len()];
@@ -116,7 +113,6 @@ impl Totals {
     }
 }
 
-/// Returns the robust standard deviations in N, over all samples and per phase of [`Phase::ALL`].
 fn robust_stds(detection: &Detection) -> (Option<f64>, [Option<f64>; Phase::ALL.len()]) {
     let of_phase = |phase| {
         interrupt::check();
@@ -127,7 +123,7 @@ fn robust_stds(detection: &Detection) -> (Option<f64>, [Option<f64>; Phase::ALL.
 }
 
 pub(super) fn statistics(detection: &Detection) -> (ResidualStatistics, Vec<PhaseStatistics>) {
-    // In parallel, because for a long recording each takes a large part of the time of the detection.
+    // In parallel: for a long recording each takes a large part of the detection's time.
     let totals = || rayon::join(|| Totals::of(detection), || standard_errors(detection));
     let ((totals, errors), (robust, robust_phases)) = rayon::join(totals, || robust_stds(detection));
     let (sums, squares_n2) = totals.all;
@@ -171,7 +167,6 @@ pub struct PhaseStatistics {
 /// Number of samples between two evaluations of the standard errors. Every sample enters the errors.
 const STEP: usize = 8;
 
-/// Returns the mean standard errors of stiffness (N/m) and damping (N·s/m) in each phase of [`Phase::ALL`].
 fn standard_errors(detection: &Detection) -> [Option<[f64; 2]>; Phase::ALL.len()] {
     let mut confidence = Confidence::new(detection.interval_s);
     let mut sums = [([0.0; 2], 0_usize); Phase::ALL.len()];
@@ -219,8 +214,8 @@ impl PhaseStatistics {
         }
     }
 
-    /// Returns the statistics of one phase over several recordings, with equal weight for every sample. The standard
-    /// deviation is taken about the mean of each recording.
+    /// Statistics of one phase over several recordings, with equal weight for every sample. The standard deviation is
+    /// about the mean of each recording.
     #[must_use]
     pub fn pooled<'a>(phase: Phase, of: impl IntoIterator<Item = &'a Self>) -> Self {
         let of_phase: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();

@@ -58,7 +58,7 @@ pub(crate) struct Functions3 {
 
 impl Functions3 {
     pub(crate) fn of(library: &Library) -> Result<Self, FmuError> {
-        // SAFETY: the types are defined by the standard. Booleans are read as bytes, which may have any value.
+        // SAFETY: the standard defines the types. Booleans are read as bytes, which may have any value.
         unsafe {
             Ok(Self {
                 instantiate: function(library, "fmi3InstantiateCoSimulation")?,

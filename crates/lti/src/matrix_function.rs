@@ -5,8 +5,8 @@ use nalgebra::DMatrix;
 use super::Error;
 use super::linear_algebra::{check_finite, check_size, eigenvalues, one_norm, product, solve};
 
-/// Coefficients of the [13/13] Padé approximant of exp (Higham, *The scaling and squaring method for the matrix
-/// exponential revisited*, 2005), divided by the last one.
+/// [13/13] Padé approximant of exp (Higham, *The scaling and squaring method for the matrix exponential revisited*,
+/// 2005), divided by the last coefficient.
 const PADE_13: [f64; 14] = [
     64_764_752_532_480_000.0,
     32_382_376_266_240_000.0,
@@ -23,7 +23,7 @@ const PADE_13: [f64; 14] = [
     182.0,
     1.0,
 ];
-/// Maximum 1-norm for which the approximant is exact to double precision (same source, theta_13).
+/// Maximum 1-norm for double precision (same source, theta_13).
 const PADE_13_NORM: f64 = 5.371_920_351_148_152;
 const MAX_SQUARE_ROOTS: usize = 64;
 const MAX_NEWTON_STEPS: usize = 60;
@@ -33,7 +33,7 @@ const LOGARITHM_TOLERANCE: f64 = 1e-9;
 /// Returns `exp(A) = I + A + A²/2! + ...` by scaling and squaring: `exp(A) = (r(A / 2^m))^(2^m)`.
 ///
 /// `A` is square, of any size (0 included). Unlike nalgebra's, this exponential uses no transcendental function and no
-/// machine-dependent product, so every computer computes the same bits.
+/// machine-dependent product: the same bits on every computer.
 ///
 /// # Errors
 /// [`Error::DimensionMismatch`] if not square, [`Error::NonFinite`], [`Error::ExponentialOverflow`].
@@ -71,14 +71,14 @@ pub fn exponential(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     if result.iter().all(|v| v.is_finite()) { Ok(result) } else { Err(overflow()) }
 }
 
-/// Returns the principal logarithm: the real `L` with `exp(L) = A` whose eigenvalues have |Im| < π.
+/// The principal logarithm: the real `L` with `exp(L) = A` whose eigenvalues have |Im| < π.
 ///
 /// Inverse scaling and squaring: square roots bring `A` near `I`, then `log A = 2^m · 2 atanh((R - I)(R + I)⁻¹)` with
 /// `R = A^(1/2^m)` (Higham, *Functions of Matrices*, ch. 11). The exponential of the result is checked against `A`.
 ///
 /// # Errors
-/// [`Error::NoRealLogarithm`] for an eigenvalue at 0 or on the negative real axis, [`Error::LogarithmInaccurate`] if
-/// one is too near, and [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
+/// [`Error::NoRealLogarithm`] for an eigenvalue at 0 or on the negative real axis, [`Error::LogarithmInaccurate`] for
+/// one too close, and [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
 pub fn logarithm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     check_size("the number of columns of the matrix", a.nrows(), a.ncols())?;
     let values = eigenvalues(a)?;
@@ -114,8 +114,8 @@ pub fn logarithm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     if residual <= LOGARITHM_TOLERANCE { Ok(result) } else { Err(inaccurate(residual)) }
 }
 
-/// Returns the principal square root by the product form of the Denman-Beavers iteration: `X ← X (I + M⁻¹)/2`,
-/// `M ← (I + (M + M⁻¹)/2)/2`, from `X = M = A`; `M` tends to `I`.
+/// The principal square root by the product form of the Denman-Beavers iteration: `X ← X (I + M⁻¹)/2`, `M ← (I + (M +
+/// M⁻¹)/2)/2`, from `X = M = A`; `M` tends to `I`.
 fn square_root(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     let identity = DMatrix::<f64>::identity(n, n);

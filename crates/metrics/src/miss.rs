@@ -82,7 +82,7 @@ pub enum MissReason {
 }
 
 impl MissReason {
-    /// Returns the tag used in JSON.
+    /// The tag used in JSON.
     #[must_use]
     pub fn word(&self) -> String {
         // Every variant of this enum is serialized with its tag.
@@ -90,7 +90,7 @@ impl MissReason {
         serde_json::to_value(self).ok().and_then(tag).unwrap_or_default()
     }
 
-    /// Returns the scenario key that decides on the reason.
+    /// The scenario key that decides on the reason.
     #[must_use]
     pub fn key(&self) -> &'static str {
         match self {
@@ -109,7 +109,7 @@ impl MissReason {
         }
     }
 
-    /// Returns a remedy for the user.
+    /// A remedy for the user.
     #[must_use]
     pub fn remedy(&self) -> Cow<'static, str> {
         Cow::Borrowed(match self {
@@ -146,8 +146,7 @@ impl MissReason {
         })
     }
 
-    /// Changes the settings of a scenario to remove the reason: the estimator's contact (m), the detector and the
-    /// augmentation.
+    /// Changes the settings of a scenario to remove the reason.
     pub fn remove(
         &self,
         contact_m: &mut f64,
@@ -243,7 +242,7 @@ impl Miss {
         std::iter::once(&self.reason).chain(&self.also)
     }
 
-    /// Returns the warning about rupture `number`, from 1, at a time in s.
+    /// The warning about rupture `number`, from 1, at a time in s.
     pub fn warning(&self, number: usize, time_s: f64) -> Warning {
         let message = format!("rupture {number} at {time_s:.3} s missed: {self}");
         Warning::new(Code::MissedRupture, message).at(self.reason.key()).remedy(self.reason.remedy())
@@ -298,7 +297,7 @@ pub struct SupervisorHistory {
 }
 
 impl SupervisorHistory {
-    /// Returns a supervisor that accepts the alarms at these ticks and opens no event.
+    /// A supervisor that accepts the alarms at these ticks and opens no event.
     pub fn of_alarms(alarms: &[usize]) -> Self {
         Self { alarms: alarms.iter().map(|alarm| *alarm as u64).collect(), ..Self::default() }
     }
@@ -318,7 +317,7 @@ impl SupervisorHistory {
         }
     }
 
-    /// Returns true if an alarm, accepted or ignored, lies within `ticks`.
+    /// True if an alarm, accepted or ignored, lies within `ticks`.
     pub fn has_alarm(&self, ticks: RangeInclusive<u64>) -> bool {
         self.alarms.iter().chain(&self.ignored_alarms).any(|alarm| ticks.contains(alarm))
     }
@@ -355,16 +354,16 @@ impl MissRule<'_> {
         self.start_s + tick as f64 * self.tick_s
     }
 
-    /// Returns the number of ticks in a rupture's window.
+    /// The number of ticks in a rupture's window.
     pub fn window_ticks(&self) -> u64 {
         nearest_ticks(self.window_s, self.tick_s)
     }
 
-    /// Explains why a rupture at `tick` has no alarm. `samples` are the samples of its window with their ticks, from
-    /// the rupture onwards.
+    /// Explains why a rupture at `tick` has no alarm. `samples` are those of its window with their ticks, from the
+    /// rupture onwards.
     ///
-    /// Of the samples with g above the threshold, the first one that fails the fewest conditions decides, because the
-    /// smallest change turns it into an alarm.
+    /// Of the samples with g above the threshold, the first one that fails the fewest conditions decides: the smallest
+    /// change turns it into an alarm.
     pub fn explain(
         &self,
         tick: u64,
@@ -376,8 +375,7 @@ impl MissRule<'_> {
             let reason = supervisor.refusal(alarm, self)?;
             return Some(Miss { reason, also: vec![] });
         }
-        // An alarm in the window counts for a later rupture. The samples from this alarm onwards do not explain this
-        // miss.
+        // An alarm in the window counts for a later rupture; the samples from it onwards do not explain this miss.
         let of_another = supervisor.alarms.iter().copied().find(|alarm| window.contains(alarm));
         let end = of_another.map_or(samples.len(), |alarm| samples.partition_point(|(tick, _)| *tick < alarm));
         if let (0, Some(alarm)) = (end, of_another) {
@@ -390,8 +388,7 @@ impl MissRule<'_> {
         }
         let threshold = self.detector.cusum.threshold;
         let max = samples.iter().map(|(_, sample)| sample.decision).fold(0.0, f64::max);
-        // If no sample exceeds the threshold, the samples near the largest g show which other conditions would have
-        // failed.
+        // Without a sample above the threshold, those near the largest g show which other conditions would have failed.
         let level = threshold.min(NEAR_MAX * max);
         let mut fewest: Option<Vec<MissReason>> = None;
         for (tick, sample) in samples.iter().filter(|(_, sample)| sample.decision > level) {
@@ -555,7 +552,7 @@ mod tests {
         assert_eq!(of(&[with(3.0, AlarmConditions { armed: false, ..ALL })]), [MissReason::NotReady { waits_for }]);
     }
 
-    /// Returns a supervisor with an event from tick 50 to 80, and an alarm at a tick.
+    /// A supervisor with an event from tick 50 to 80, and an alarm at a tick.
     fn supervisor(alarm: u64, is_taken: bool) -> SupervisorHistory {
         let mut history = SupervisorHistory::default();
         for tick in 0..200 {

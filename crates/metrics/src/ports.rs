@@ -50,7 +50,6 @@ metrics! {
     }
 }
 
-/// The energy balance of a part: received minus delivered energy.
 #[derive(Debug, Clone, Copy, Default)]
 struct Balance {
     now: f64,
@@ -91,8 +90,7 @@ pub struct PortColumns<'a> {
 }
 
 impl PortMetrics {
-    /// Computes the metrics of a run; `energy_scale` scales the slave's energies to the master. Returns `None` without
-    /// a tick.
+    /// The metrics of a run; `energy_scale` scales the slave's energies to the master. `None` without a tick.
     #[must_use]
     pub fn of(columns: &PortColumns<'_>, energy_scale: f64) -> Option<Self> {
         let PortColumns { time_s, needle_m, hand_j, master_j, reference_j, needle_j } = *columns;

@@ -14,7 +14,7 @@ const DOTS: (u32, u32) = (120, 36);
 /// The colours of the rows, repeated.
 const COLOURS: [AnsiColor; 4] = [AnsiColor::Blue, AnsiColor::Yellow, AnsiColor::Cyan, AnsiColor::Magenta];
 
-/// Returns the first signal of each row as a chart, with ANSI colours.
+/// The first signal of each row as a chart, with ANSI colours.
 #[must_use]
 pub fn sketch(figure: &Figure<'_>) -> String {
     let mut text = String::new();

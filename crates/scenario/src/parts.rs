@@ -22,7 +22,6 @@ use trocar_engine::sensor::{AnySensor, ForceSensor, PerfectSensor};
 use trocar_engine::teleoperation::{DirectLink, Lines, Link, PAYLOAD};
 use trocar_engine::tissue::{AnyTissue, DepthReplay, Fmu, RecordedForce, Recording, StillTissue};
 
-/// Distinguish the random streams of the two directions from others with the same seed.
 const FORWARD: u64 = 0x66_6f72_7761_7264;
 const BACKWARD: u64 = 0x6261_636b_7761_7264;
 
@@ -42,14 +41,12 @@ impl Line<'_> {
 }
 
 impl Scenario {
-    /// Builds the engine around `plants`, compiled for any parts.
     pub(super) fn general<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Engine<P, Any<L>>, ScenarioError> {
         let link = self.link(first_stream)?;
         let parts = (self.operator(first_stream)?, self.any_tissue()?, self.any_sensor(first_stream)?);
         Ok(self.engine_of(plants, self.parts(parts, self.any_chain(), link)))
     }
 
-    /// Builds the engine around `plants`, compiled for its parts if they are a frequent combination.
     pub(super) fn wired<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Wired<L, P>, ScenarioError> {
         use AnyTissue::Still;
         let link: Link<L> = self.link(first_stream)?;
@@ -111,7 +108,6 @@ impl Scenario {
         Chain { contact_m: L::splat(self.contact_m), estimator: AnyEstimator::new(&self.estimator), detector }
     }
 
-    /// Builds the paper's estimator, and its detector with any built-in distance.
     fn rls_chain<L: Lane>(&self) -> Chain<L, Rls<L>, CusumDetector<L>> {
         let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
         Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector }
@@ -124,7 +120,6 @@ impl Scenario {
         Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector }
     }
 
-    /// Builds the parts, replacing some by user-defined ones.
     pub(super) fn user_defined_wiring(&self, parts: UserDefinedParts) -> Result<UserDefinedWiring, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let link = self.link(0)?;
@@ -213,12 +208,11 @@ impl Scenario {
         Supervisor::new(&self.augmentation, self.detector.cusum.threshold, self.grid.tick_s(), reference_m)
     }
 
-    /// Returns the ticks of scheduled alarms. There are none without augmentation, which they trigger.
+    /// The ticks of scheduled alarms; none without augmentation.
     fn alarm_ticks(&self) -> Arc<[u64]> {
         if self.augmentation.enabled { self.events.clone() } else { Arc::default() }
     }
 
-    /// Returns the motion of an operator who replays known positions, independent of the felt force.
     fn replay(&self) -> Option<Replay> {
         match &self.operator {
             OperatorSpec::Recording(positions)
@@ -238,7 +232,7 @@ impl Scenario {
         ([self.start_m(), 0.0, 0.0, 0.0], [0.0, self.reference_m(), 0.0, 0.0, 0.0])
     }
 
-    /// Returns the delays of a run's samples, forward and backward, rounded up to whole ticks.
+    /// The delays of a run's samples, forward and backward, rounded up to whole ticks.
     #[must_use]
     pub fn sample_delays(&self) -> [SampleDelays; 2] {
         let directions =
@@ -250,7 +244,7 @@ impl Scenario {
         })
     }
 
-    /// Returns the longest delays of samples that arrive, forward and backward, in ticks.
+    /// The longest delays of samples that arrive, forward and backward, in ticks.
     pub fn longest_delays_ticks(&self) -> [u64; 2] {
         let line = Line { tick_s: self.grid.tick_s(), irregularity: &self.irregularity };
         let of = |delay, schedule| line.delay::<f64, 1>([0.0], (delay, schedule, (0, 0))).longest_ticks();

@@ -29,9 +29,8 @@ enum Line {
     Set(&'static str, &'static str),
     /// The key commented out, with its default.
     Default(&'static str),
-    /// The key commented out, with an example value, because its default is derived or does not exist.
+    /// The key commented out with an example value; it has no fixed default.
     Example(&'static str, &'static str),
-    /// The beginning of a layer with this name, before its keys.
     Layer(&'static str),
 }
 
@@ -113,7 +112,6 @@ impl Line {
         }
     }
 
-    /// Returns the line with the key's meaning; `None` for a path without a key.
     fn text(self) -> Option<String> {
         if let Layer(name) = self {
             return Some(format!("\n[[{LAYER_LIST}]]\nname = {name:?} # Name of the layer.\n"));
@@ -137,7 +135,7 @@ impl Line {
 }
 
 impl Starter {
-    /// Returns the text of a starter scenario. The name is made valid for a folder.
+    /// The text of a starter scenario. The name is made valid for a folder.
     #[must_use]
     pub fn text(self, name: &str) -> String {
         let (subject, base, lines) = match self {
@@ -216,7 +214,6 @@ fn any_layer() -> String {
     text
 }
 
-/// Returns the allowed words of a key in parentheses.
 fn must(key: &Key) -> String {
     match key.kind {
         Kind::Choice(_) => format!(" ({})", key.kind),

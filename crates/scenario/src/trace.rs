@@ -3,7 +3,7 @@
 use super::Scenario;
 use trocar_engine::engine::{Trace, UserDefinedParts};
 
-/// Returns an empty trace with all columns of a scenario's run.
+/// An empty trace with all columns of a scenario's run.
 #[must_use]
 pub fn empty_trace(scenario: &Scenario) -> Trace {
     empty_trace_with(scenario, &UserDefinedParts::default())

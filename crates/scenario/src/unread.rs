@@ -7,12 +7,10 @@ use super::scenario::Scenario;
 use super::values::{Values, replays_force, replays_position};
 use trocar_base::warning::{Code, Warning};
 
-/// The sensor keys for estimating the velocity from recorded positions.
 const OF_VELOCITY: [&str; 2] = ["sensor.position_resolution_m", "sensor.acceleration_std_m_per_s2"];
 
 const SEED: &str = "simulation.seed";
 
-/// The key of the surface, which a calibration keeps if it is given.
 const CONTACT: &str = "estimator.contact_m";
 
 /// A command that reads keys about a recording.
@@ -69,11 +67,10 @@ impl Reader {
     }
 }
 
-/// The name of the command line in places.
 const COMMAND_LINE: &str = "--set";
 
-/// Returns warnings about command-line keys without effect in a run: keys of a recording that the scenario does not
-/// replay, and the seed of a scenario without random numbers.
+/// Warnings about command-line keys without effect in a run: keys of an unused recording, and the seed without random
+/// numbers.
 #[must_use]
 pub fn idle_keys(scenario: &Scenario) -> Vec<Warning> {
     let values = scenario.values();
@@ -134,7 +131,6 @@ pub fn keys_without_effect(values: &Values, settings: &[String], reader: Reader)
     paths(settings).iter().filter_map(of).collect()
 }
 
-/// Returns the reason why a key of estimator or detector has no effect for the present kinds, and a remedy.
 fn inert(values: &Values, key: &KeyAt) -> Option<(String, String)> {
     let is_judged = ["estimator.", "detector."].iter().any(|section| key.path.starts_with(section));
     let unmet = is_judged.then(|| values.unmet(key).next()).flatten()?;

@@ -8,8 +8,8 @@ use super::{LinearLoop, StabilityError};
 /// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is the received signal and `y` the sent one,
 /// both at the tick.
 ///
-/// The sent signals are summed before the link, so that each direction carries one number. `b_before` is nonzero if a
-/// sample arrives within a tick.
+/// The sent signals are summed before the link, so each direction carries one number. `b_before` is nonzero if a sample
+/// arrives within a tick.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Side {
     pub(super) a: DMatrix<f64>,
@@ -24,7 +24,6 @@ pub(super) struct Side {
     pub(super) desired: Option<(DVector<f64>, DVector<f64>)>,
 }
 
-/// Selects if a side's matrix contains the side's contribution to its command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LocalCommand {
     Closed,
@@ -32,7 +31,6 @@ pub(super) enum LocalCommand {
     Open,
 }
 
-/// A state matrix of fixed size with a growing number of states.
 struct States {
     a: DMatrix<f64>,
     used: usize,
@@ -48,7 +46,6 @@ impl States {
         self.used - count
     }
 
-    /// Sets state `to` at the next tick to a weighted sum of states.
     fn set(&mut self, to: usize, weights: &DVector<f64>) {
         for (j, &weight) in weights.iter().enumerate() {
             self.a[(to, j)] = weight;
@@ -56,8 +53,8 @@ impl States {
     }
 }
 
-/// Maximum number of states of a side: five or three of the machine, one of the motor, two of the acceleration, two of
-/// the force reading.
+/// Maximum states of a side: five or three of the machine, one of the motor, two of the acceleration, two of the force
+/// reading.
 const MAX_STATES: usize = 10;
 
 fn zero() -> DVector<f64> {
@@ -101,7 +98,6 @@ impl Side {
         Self::master_with(machines, settings, LocalCommand::Closed)
     }
 
-    /// Like [`Side::master`], with or without the side's contribution to its command.
     pub(super) fn master_with(
         machines: &Machines,
         settings: &LinearLoop,
@@ -178,7 +174,6 @@ impl Side {
         Self::slave_with(machines, settings, LocalCommand::Closed)
     }
 
-    /// Like [`Side::slave`], with or without the side's contribution to its command.
     pub(super) fn slave_with(
         machines: &Machines,
         settings: &LinearLoop,
@@ -234,7 +229,7 @@ impl Side {
         Ok(Self::of(states, now, split, [sent, local, measured], None))
     }
 
-    /// Returns `A`, `b` and `c`, with the last sample as an additional state if one arrives within a tick.
+    /// `A`, `b` and `c`, with the last sample as an additional state if one arrives within a tick.
     pub(super) fn with_held(&self) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
         let states = self.a.nrows();
         let n = states + usize::from(self.before.is_some());

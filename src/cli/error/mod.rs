@@ -145,7 +145,6 @@ impl From<CheckError> for CliError {
     }
 }
 
-/// Describes two scenarios of the same name, with the remedy.
 fn same_name_remedy(first: &str, second: &str) -> String {
     if first == second {
         return format!("{first} is given twice; remove one");
@@ -154,7 +153,6 @@ fn same_name_remedy(first: &str, second: &str) -> String {
 }
 
 impl CliError {
-    /// Prints the error on standard error and returns the exit code.
     pub(super) fn report(&self) -> ExitCode {
         self.print(None);
         match self {

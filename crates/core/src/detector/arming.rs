@@ -8,10 +8,9 @@ crate::settings! {
     /// When the detector is armed.
     ///
     /// A CUSUM alone raises alarms at the first contact, while the estimator converges, and at every other large error.
-    /// The detector is therefore armed once the needle has been in contact, with `g` at or below the threshold, for
-    /// `settle_s` without a break. Any crossing of the threshold restarts this time. A crossing while armed is a
-    /// rupture if the force falls *below* a predicted *resisting* force (`drop_only`), the needle is not being
-    /// withdrawn (`motion`), and it is deep enough (`minimum_depth_m`).
+    /// The detector is therefore armed only after uninterrupted contact for `settle_s` with `g` at or below the
+    /// threshold. A crossing while armed is a rupture if the force falls *below* a predicted *resisting* force
+    /// (`drop_only`), the needle is not being withdrawn (`motion`), and it is deep enough (`minimum_depth_m`).
     ///
     /// The price: a rupture within `settle_s` after any other crossing, by a rupture or a spike, is not detected.
     #[derive(Debug, Clone, Copy, PartialEq)]

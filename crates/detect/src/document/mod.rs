@@ -95,7 +95,7 @@ pub fn add_timeline(document: &mut Document<'_>, name: &str, report: &DetectionR
     document.figure("timeline", trocar_figures::timeline(&[figures::row(name, report, report.start_s)]));
 }
 
-/// Returns the document of a detection, without its samples and figures.
+/// The document of a detection, without its samples and figures.
 #[must_use]
 pub fn report_document(name: &str, report: &DetectionReport, values: &Values) -> Document<'static> {
     let (detector, threshold, unit) = report.detector;
@@ -144,7 +144,6 @@ pub fn report_document(name: &str, report: &DetectionReport, values: &Values) ->
     }
 }
 
-/// Returns the times of the first alarms, as in ` at 2.006 s and 5.1 s`; empty without an alarm.
 fn alarm_times(report: &DetectionReport) -> String {
     let times: Vec<String> =
         report.alarms.iter().take(MAX_TIMES).map(|alarm| format!("{:.3} s", alarm.time_s)).collect();

@@ -1,5 +1,5 @@
-//! The link between the sides. Each direction delays its samples by whole ticks; the plants handle the remaining
-//! fraction of a tick.
+//! The link between the sides. Each direction delays its samples by whole ticks; the plants handle the fraction of a
+//! tick.
 
 mod irregular;
 mod schedule;
@@ -40,7 +40,7 @@ impl DelaySettings {
         [("channel.forward_delay_s", self.forward_delay_s), ("channel.backward_delay_s", self.backward_delay_s)]
     }
 
-    /// Returns true if a key is the delay of one way.
+    /// True if a key is the delay of one way.
     #[must_use]
     pub fn is_one_way(key: &str) -> bool {
         matches!(key, "channel.forward_delay_s" | "channel.backward_delay_s")
@@ -92,7 +92,7 @@ impl<L: Lane, const N: usize> Delay<L, N> {
         self
     }
 
-    /// Returns true if a sample arrives at the tick that sends it.
+    /// True if a sample arrives at the tick that sends it.
     #[must_use]
     pub fn is_immediate(&self) -> bool {
         self.line.is_empty() && self.irregular.is_none()
@@ -134,7 +134,7 @@ impl<L: Lane, const N: usize> Delay<L, N> {
 impl<const N: usize> trocar_core::lane::Gather for Delay<f64, N> {
     type Of<L: Lane> = Delay<L, N>;
 
-    /// Lanes may have different delays of at least one tick; the line is then as long as the longest delay.
+    /// The line is as long as the longest delay; different delays are at least one tick.
     fn gather<L: Lane>(all: [&Self; trocar_core::lane::LANES]) -> Option<Delay<L, N>> {
         use trocar_core::lane::Gather;
         let lengths = trocar_core::lane::of_each!(all, |one| one.line.len());

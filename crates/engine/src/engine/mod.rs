@@ -12,8 +12,8 @@
 //! 7. both plants to tick `k + 1`
 //!
 //! [`Parts::tick`] implements this list; [`MasterSide`] and [`SlaveSide`] implement the steps of one side. The
-//! combination of parts is the engine's wiring. It is chosen once, when a scenario is built ([`Wired`]), and the tick
-//! is compiled for each wiring.
+//! combination of parts, the engine's wiring, is chosen once for a scenario ([`Wired`]), and the tick is compiled for
+//! each wiring.
 
 mod built_in_or;
 mod column;

@@ -34,7 +34,7 @@ impl ActuatorLimits {
     /// Ideal motors.
     pub const NONE: Self = Self::DEFAULT;
 
-    /// Returns true if there is no limit and no lag.
+    /// True if there is no limit and no lag.
     #[must_use]
     pub fn are_none(&self) -> bool {
         *self == Self::NONE
@@ -65,7 +65,7 @@ impl ActuatorLimits {
     }
 }
 
-/// The step of a motor that follows its held command with a lag, and its effect on the states of its side.
+/// A motor that follows its held command with a lag, and its effect on the states of its side over a tick.
 ///
 /// `x += from_actual · U_0 + from_command · U_cmd`, then `U_0 ← kept · U_0 + gained · U_cmd`.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,8 +81,6 @@ pub struct MotorStep<const STATES: usize> {
 }
 
 impl<const STATES: usize> MotorStep<STATES> {
-    /// Computes the step of the motor at input `input` of a side without its controller, padded by 0 beyond the side's
-    /// states.
     pub(super) fn new(
         (side, system): (&'static str, &StateSpace<Continuous>),
         input: usize,

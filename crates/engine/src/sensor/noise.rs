@@ -14,8 +14,8 @@ const BLOCK: usize = 64;
 
 /// Standard normal numbers. Lane `i` uses stream `first_stream + i` of a seed, independent of the other lanes.
 ///
-/// They are drawn in blocks, so most ticks only read the next number, without the generator's code and state. The
-/// numbers are the same as when drawn one by one.
+/// Drawn in blocks, so most ticks only read the next number, without the generator's code and state. The numbers are
+/// the same.
 #[derive(Debug, Clone)]
 pub(super) struct WhiteNoise<L> {
     streams: Box<[Stream]>,
@@ -26,7 +26,7 @@ pub(super) struct WhiteNoise<L> {
 #[derive(Debug, Clone)]
 struct Stream {
     rng: ChaCha8Rng,
-    /// Numbers from a bank in whole blocks, which precede the generator's numbers, and how many of them are used.
+    /// Numbers from a bank in whole blocks, which precede the generator's numbers, and how many are used.
     drawn: Option<(Arc<[f64]>, usize)>,
 }
 
@@ -40,7 +40,6 @@ impl<L: Lane> WhiteNoise<L> {
         Self { streams: (0..L::WIDTH).map(stream).collect(), block: Box::new([L::zero(); BLOCK]), next: BLOCK }
     }
 
-    /// Takes the first `count` numbers from a bank that has them or has room.
     pub(super) fn take_from(&mut self, bank: &mut NoiseBank, count: u64) {
         let whole_blocks = usize::try_from(count).ok().and_then(|count| count.checked_next_multiple_of(BLOCK));
         for stream in &mut self.streams {
@@ -65,8 +64,7 @@ impl<L: Lane> WhiteNoise<L> {
     }
 }
 
-/// Draws the next block. A free function without access to the sensor, so that the tick need not reload the sensor's
-/// state after the call.
+/// Draws the next block. A free function without access to the sensor, so the tick need not reload the sensor's state.
 #[cold]
 #[inline]
 fn refill<L: Lane>(streams: &mut [Stream], block: &mut [L; BLOCK]) {

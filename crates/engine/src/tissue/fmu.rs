@@ -36,8 +36,8 @@ trocar_core::settings! {
     }
 }
 
-/// Names in units that trocar exports. The inputs and outputs are used if their keys have no value; the shaft force,
-/// which has no key, is the part of the force that acts on the shaft.
+/// Names in units that trocar exports, used if their keys have no value. The shaft force, which has no key, is the part
+/// of the force on the shaft.
 const VELOCITY: &str = "needle.velocity_m_per_s";
 const SHAFT_FORCE: &str = "reaction.shaft_force_n";
 const RUPTURED: &str = "reaction.ruptured";
@@ -213,9 +213,9 @@ fn parameter(unit: &Unit, written: &str) -> Result<(Variable, f64), UnitProblem>
 
 /// A running tissue in a unit, with an instance for each lane.
 ///
-/// At every tick that begins a step, the inputs are the needle's position and velocity at that tick. The unit steps
-/// from there, and its outputs after the step act from this tick on, until the next step. There is therefore no delay
-/// of a tick: if a unit integrates, the force belongs to the end of the step under held inputs.
+/// A step begins with the inputs at its first tick: the needle's position and velocity. The outputs after the step act
+/// from this tick on, until the next step, so there is no delay of a tick: if a unit integrates, the force belongs to
+/// the end of the step under held inputs.
 #[derive(Debug)]
 pub struct Fmu<L: Lane> {
     tissue: Arc<UnitTissue>,
@@ -244,7 +244,6 @@ impl<L: Lane> Fmu<L> {
         Self { tissue, instances: vec![], force_n: L::zero(), shaft_n: L::zero(), failure: None }
     }
 
-    /// Instantiates the unit of a lane at the first step, and steps it.
     fn step(&mut self, lane: usize, tick: u64, inputs: [f64; 2]) -> Result<Step, TissueFailure> {
         let tissue = &*self.tissue;
         let time_s = tick as f64 * tissue.tick_s;
@@ -276,7 +275,6 @@ impl<L: Lane> Fmu<L> {
     }
 }
 
-/// Describes the failure, as a continuation of "the unit".
 fn sentence(error: &FmuError) -> String {
     match error {
         FmuError::Call { .. } | FmuError::Variable { .. } => format!("stopped: {error}"),
@@ -322,7 +320,7 @@ impl<L: Lane> Tissue<L> for Fmu<L> {
     }
 }
 
-/// Copies a tissue that has not run. The state of a running unit cannot be copied, so such a copy fails.
+/// Copies a tissue that has not run; the copy of a running unit fails.
 impl<L: Lane> Clone for Fmu<L> {
     fn clone(&self) -> Self {
         let mut copy = Self::new(Arc::clone(&self.tissue));

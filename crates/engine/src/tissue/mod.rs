@@ -59,10 +59,10 @@ pub struct Reaction<L: Lane> {
 
 /// Gives the tissue force for a position and velocity of the needle.
 ///
-/// A user-defined tissue implements this trait for `f64`, the built-in tissues for any number of lanes. A built-in
-/// tissue is one file of this folder and one row of the registry below.
+/// A user-defined tissue implements this trait for `f64`. A built-in tissue, for any number of lanes, is one file of
+/// this folder and one row of the registry below.
 pub trait Tissue<L: Lane> {
-    /// Returns the reaction at `tick` to a needle at `position_m` moving at `velocity_m_per_s`. Called once per tick,
+    /// The reaction at `tick` to a needle at `position_m` moving at `velocity_m_per_s`. Called once per tick,
     /// starting at 0.
     fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L>;
 
@@ -72,7 +72,7 @@ pub trait Tissue<L: Lane> {
         L::zero()
     }
 
-    /// Returns the failure of the tissue, if it has failed. Its forces are then NaN, and the run ends with this error.
+    /// The failure of the tissue, if any. Its forces are then NaN, and the run ends with this error.
     fn failure(&self) -> Option<&TissueFailure> {
         None
     }

@@ -5,14 +5,14 @@ use crate::run::{Run, outcome};
 use trocar_document::{Verdict, counted, decimals};
 use trocar_metrics::{HORIZON_S, Outcome, RuptureMetrics, TRAVEL_S};
 
-/// Maximum advance of a frozen needle after a rupture, in m: the paper's slave is "frozen" (5.1), and the comparison
-/// with the paper requires the same limit.
+/// Maximum advance of a frozen needle after a rupture, in m: the limit for "frozen" (5.1) in the comparison with the
+/// paper.
 const HELD_M: f64 = 1e-4;
 
-/// Two distances are about the same if they differ by less than this share of the larger one.
+/// Two distances are about the same if they differ by less than this share.
 const SAME_SHARE: f64 = 0.05;
 
-/// Maximum number of listed distances; for more ruptures, only the maximum is reported.
+/// Maximum number of listed distances; of more, only the maximum is reported.
 const MAX_LISTED: usize = 3;
 
 const SEED_RUPTURES: usize = 2;
@@ -20,7 +20,7 @@ const SEED_RUPTURES: usize = 2;
 /// The suffixes of numbers of the classical and the augmented run of a scenario.
 const OF_SCHEMES: [&str; 2] = [" without augmentation", " with it"];
 
-/// Maximum number of runs with one number each; for more runs, the minimum and maximum are reported.
+/// Maximum number of runs with one number each; of more, minimum and maximum are reported.
 const MAX_RUNS: usize = 3;
 
 /// The verdict on runs.
@@ -29,7 +29,6 @@ pub fn verdict(runs: &[&Run]) -> Verdict {
     verdict_of(runs, &whose(runs))
 }
 
-/// The suffix that attributes a number to its run, for each run.
 fn whose(runs: &[&Run]) -> Vec<String> {
     match runs {
         [classical, augmented] if differ_in_augmentation(classical, augmented) => OF_SCHEMES.map(str::to_owned).into(),
@@ -153,7 +152,7 @@ fn swings(runs: &[&Run]) -> Option<String> {
     (!unstable.is_empty()).then(|| format!("Unstable: {}.", unstable.join("; ")))
 }
 
-/// Reports different numbers of ruptures. The numbers in later sentences are about the ruptures that all runs have.
+/// Reports different numbers of ruptures; later sentences are about those that all runs have.
 fn other_counts(runs: &[&Run]) -> Option<String> {
     let counts: Vec<usize> = runs.iter().map(|run| run.metrics.ruptures.len()).collect();
     if counts.iter().all(|count| *count == counts[0]) {
@@ -166,11 +165,9 @@ fn other_counts(runs: &[&Run]) -> Option<String> {
     Some(format!("{}.", joined(&runs.iter().zip(&counts).map(of).collect::<Vec<_>>())))
 }
 
-/// The distances of one run: its suffix, and a distance in m for each of the first ruptures.
 type OfRun<'a> = (&'a str, Vec<f64>);
 
-/// A distance after each of the first ruptures, by run. Runs without ruptures are omitted; the others have the same
-/// number of ruptures.
+/// A distance after each of the first ruptures, equally many for all runs with ruptures.
 struct Distances<'a> {
     runs: Vec<OfRun<'a>>,
     are_all: bool,
@@ -202,14 +199,12 @@ impl<'a> Distances<'a> {
         }
     }
 
-    /// The distances of the first run, if the distances of all runs agree within the tolerance.
     fn common(&self) -> Option<&[f64]> {
         let first = &self.runs[0].1;
         let is_alike = |(_, other): &OfRun<'_>| first.iter().zip(other).all(|(a, b)| are_same(*a, *b));
         (self.runs.len() > 1 && self.runs.iter().all(is_alike)).then_some(first)
     }
 
-    /// Joins one phrase per run, or returns one for all runs if they agree within the tolerance.
     fn each(&self, phrase: impl Fn(&[f64]) -> String) -> String {
         if let Some(common) = self.common() {
             let all = if self.runs.len() == 2 { "in both runs" } else { "in every run with a rupture" };
@@ -235,7 +230,6 @@ fn jump(runs: &[&Run], whose: &[String]) -> Option<String> {
     Some(format!("In the {TRAVEL_S} s after {} the slave {}.", distances.ruptures(), distances.each(phrase)))
 }
 
-/// Reports the advance of the needle beyond the intended motion, if the intended motion is known in all runs.
 fn unintended(runs: &[&Run], whose: &[String]) -> Option<String> {
     let is_known = |run: &&Run| run.metrics.ruptures.iter().any(|rupture| rupture.excess_advance_m.is_some());
     if !runs.iter().filter(|run| !run.metrics.ruptures.is_empty()).all(is_known) {
@@ -274,7 +268,6 @@ fn returns(run: &Run) -> bool {
     run.metrics.ruptures.first().is_some_and(|rupture| rupture.return_jump_m.is_some())
 }
 
-/// Reports how many ruptures the operators noticed, for runs whose operators notice changes of the force.
 fn noticed(runs: &[&Run], whose: &[String]) -> Option<String> {
     let of = |(run, whose): (&&Run, &String)| {
         let noticed: Vec<u64> = run.metrics.ruptures.iter().filter_map(|rupture| rupture.noticed).collect();
@@ -356,7 +349,6 @@ fn millimetres(metres: f64) -> String {
     format!("{} mm", three_digits(1e3 * metres))
 }
 
-/// Formats a number with three significant digits, at most four decimals and no trailing zeros.
 fn three_digits(value: f64) -> String {
     if value < 0.0 {
         return format!("-{}", three_digits(-value));

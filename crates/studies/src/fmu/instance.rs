@@ -140,7 +140,7 @@ impl Instance {
         self.places.get(&reference).copied().ok_or(InstanceError::NoVariable { kind, reference })
     }
 
-    /// Returns the value of a variable.
+    /// The value of a variable.
     ///
     /// # Errors
     /// An unknown reference; `kind` names the requested type.
@@ -151,7 +151,7 @@ impl Instance {
     /// Sets an input, or a parameter before the initialisation.
     ///
     /// # Errors
-    /// An unknown reference, a value of another type, or a variable that cannot be set in this state.
+    /// An unknown reference, another type, or a variable that cannot be set in this state.
     pub fn set(&mut self, reference: u32, kind: &'static str, value: Scalar) -> Result<(), InstanceError> {
         let place = self.place(reference, kind)?;
         let Variable { ref name, causality, kind: of_variable, .. } = self.variables[place];

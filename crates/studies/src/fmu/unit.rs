@@ -11,7 +11,7 @@ use super::description::describe;
 use super::variables::Model;
 use trocar_scenario::{Scenario, ScenarioError, Source, Values};
 
-/// The identity of a unit, which its description and its library both compute from the scenario.
+/// The identity of a unit, computed by its description and its library from the scenario.
 pub(super) fn token(model: Model, scenario: &str) -> String {
     let hash = Sha256::new().chain_update(model.identifier()).chain_update([0]).chain_update(scenario).finalize();
     let mut text = String::from("{");

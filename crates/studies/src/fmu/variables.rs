@@ -71,7 +71,6 @@ pub struct Variable {
     pub start: Scalar,
 }
 
-/// The first references of inputs, outputs and parameters.
 const INPUTS: u32 = 1;
 const OUTPUTS: u32 = 100;
 const PARAMETERS: u32 = 1000;
@@ -150,7 +149,6 @@ const SIMULATION_INPUTS: [Declared; 2] = [
 pub(super) const POSITION: usize = 0;
 pub(super) const IS_LED: usize = 1;
 
-/// The first column of a trace that is an output of a simulation; the column before it is the time.
 pub(super) const FIRST_COLUMN: usize = 1;
 
 fn simulation_outputs() -> Vec<Declared> {
@@ -227,8 +225,8 @@ impl Model {
         inputs.chain(outputs).chain(self.parameters(scenario)).collect()
     }
 
-    /// The parameters: one for each key whose value has a type of the standard. Keys without a value, lists, texts,
-    /// files, and whole numbers beyond the 32 bits of FMI 2.0 are omitted.
+    /// One parameter for each key whose value has a type of the standard: no lists, texts, files, missing values or
+    /// whole numbers beyond the 32 bits of FMI 2.0.
     fn parameters(self, scenario: &Scenario) -> Vec<Variable> {
         let values: Vec<(KeyAt, Option<Value>)> = match self {
             Self::Rig => scenario.rig_values().map(|(key, value)| (key.into(), value)).collect(),

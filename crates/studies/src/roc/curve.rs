@@ -120,9 +120,8 @@ impl Curve {
         self.points.iter().find(|point| point.threshold.total_cmp(&self.own_threshold).is_eq())
     }
 
-    /// The Pareto front, by increasing number of false alarms: the points with the most detections for at most this
-    /// number of false alarms, and the shortest delay among equal detections. Thresholds so low that the decision never
-    /// settles are omitted.
+    /// The Pareto front, by increasing number of false alarms: the most detections for at most this number, and the
+    /// shortest delay among equal detections. Omits thresholds so low that the decision never settles.
     #[must_use]
     pub fn front(&self) -> Vec<&Point> {
         let mut points: Vec<&Point> = self.points.iter().collect();

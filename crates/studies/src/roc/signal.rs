@@ -45,8 +45,7 @@ pub enum SignalKind {
     Recorded(Samples),
     /// A synthetic recording for each seed.
     Trials,
-    /// A closed loop with sensor noise. It runs without augmentation, because the augmented run depends on the
-    /// threshold.
+    /// A closed loop with sensor noise, without augmentation, because the augmented run depends on the threshold.
     ClosedLoop(Box<Scenario>),
 }
 
@@ -133,8 +132,6 @@ impl Signal {
         })
     }
 
-    /// Writes the inputs of the detectors, with noise of a standard deviation (N) and seed, to `evidence`. Returns the
-    /// labels.
     pub(super) fn evaluate(
         &self,
         noise_std_n: f64,
@@ -193,8 +190,8 @@ impl Signal {
     }
 }
 
-/// The settings for each kind of distance: unchanged for the kind of the settings. Other kinds, whose thresholds have
-/// other units, are derived from the same hypotheses.
+/// The settings for each kind of distance: unchanged for the kind of the settings, derived from the same hypotheses for
+/// the others.
 fn detectors(configured: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
     let of = |&kind: &DistanceKind| {
         if kind == configured.distance.kind {

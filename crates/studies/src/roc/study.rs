@@ -78,7 +78,7 @@ impl Characteristics {
     }
 
     /// Inserts user-defined detectors before the others, each with its name, its threshold (NaN without one) and its
-    /// points. Detectors of the same name form one curve.
+    /// points. Equal names form one curve.
     pub fn add_user_defined(&mut self, evaluated: &[(String, f64, UserDefinedPoints)]) {
         add_curves(&mut self.all, evaluated, |points| &points.all);
         for (index, condition) in self.conditions.iter_mut().enumerate() {
@@ -148,7 +148,7 @@ impl Study {
     }
 
     /// Runs user-defined detectors in the cases of [`Study::run`], one case after the other. `alarms` receives the
-    /// index of a detector, the evidence of a case and the sampling interval (s), and writes the samples with an alarm.
+    /// index of a detector, the evidence of a case and the sampling interval (s), and writes the alarm samples.
     ///
     /// # Errors
     /// The errors of `alarms`, and [`RocError`] if a run fails.
@@ -207,7 +207,7 @@ impl Study {
     }
 
     /// Runs the study in parallel, and calls `done` after each case. Once `stop` is set, no new case starts, and the
-    /// result covers the finished cases. The results do not depend on the number of threads.
+    /// result covers the finished ones. The results do not depend on the threads.
     ///
     /// # Errors
     /// [`RocError`] for signals with different detectors, or if a run fails.

@@ -8,9 +8,8 @@ use trocar_engine::engine::{BuiltInOr, Observer, Signals, Trace, UserDefinedEngi
 use trocar_metrics::DIVERGED_M;
 use trocar_scenario::{OperatorSpec, Scenario};
 
-/// A run that is repeated up to a tick and then continues at rest: the hand stays at its last desired position, the
-/// organs at theirs, and the force sensor has no noise. A force replayed over time keeps its last value after the end
-/// of the run.
+/// A run that is repeated up to a tick and then rests: the hand stays at its last desired position, the organs at
+/// theirs, and the force sensor has no noise. A force replayed over time keeps its last value.
 ///
 /// Only the loop remains: machines, tissue, link with its losses, augmentation, reflexes of the arm.
 pub(super) struct AtRest {
@@ -39,9 +38,6 @@ impl Observer<f64> for Positions<'_> {
 
 impl AtRest {
     /// Repeats the run of `trace` up to tick `rest`. For `ticks` ticks, logged delays repeat from tick `repeat` on.
-    ///
-    /// # Errors
-    /// [`RunError::Scenario`] if the parts cannot be built.
     pub(super) fn new(
         scenario: &Scenario,
         trace: &Trace,

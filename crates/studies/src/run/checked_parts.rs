@@ -3,7 +3,7 @@
 use trocar_core::time::TickGrid;
 use trocar_engine::engine::{InvalidPart, Observer, Signals};
 
-/// Finds the first signal that is not finite, and ends the run if it comes from a user-defined part.
+/// Finds the first non-finite signal, and ends the run if it comes from a user-defined part.
 #[derive(Debug, Clone)]
 pub(super) struct CheckedParts {
     user_defined: Vec<&'static str>,
@@ -17,8 +17,6 @@ impl CheckedParts {
         Self { looks: !user_defined.is_empty(), user_defined, grid, found: None }
     }
 
-    /// # Errors
-    /// [`InvalidPart`].
     pub(super) fn outcome(&self) -> Result<(), InvalidPart> {
         self.found.clone().map_or(Ok(()), Err)
     }
@@ -38,8 +36,7 @@ impl CheckedParts {
     }
 }
 
-/// Finds the first signal that is not finite, in the order in which a tick computes them, and returns the roles that
-/// can be its cause.
+/// The roles that can be the cause of the first non-finite signal, in the order of a tick.
 fn first_invalid(s: &Signals<f64>) -> Option<&'static [&'static str]> {
     let signals: [(&'static [&'static str], [f64; 3]); 6] = [
         (&["operator"], [s.desired_position_m, s.intended_position_m, 0.0]),

@@ -35,7 +35,7 @@ impl Detector<f64> for ObservedDetector {
     }
 }
 
-/// Records the history of the supervisor up to the end of a rupture's window. Later events do not explain the miss.
+/// Records the history of the supervisor up to the end of a rupture's window: later events explain no miss.
 struct UntilWindow {
     supervisor: SupervisorHistory,
     /// Number of ruptures up to and including the examined one.
@@ -73,10 +73,6 @@ impl Observer<f64> for UntilWindow {
     }
 }
 
-/// Adds the reason to each missed rupture of a run.
-///
-/// # Errors
-/// As [`run`](super::run()).
 pub(super) fn explain_misses(scenario: &Scenario, metrics: &mut Metrics) -> Result<(), RunError> {
     if metrics.missed_ruptures == 0 {
         return Ok(());
@@ -88,8 +84,7 @@ pub(super) fn explain_misses(scenario: &Scenario, metrics: &mut Metrics) -> Resu
     Ok(())
 }
 
-/// Observes each missed rupture in a repetition of the run. A run repeats bit for bit, with the same ruptures and
-/// alarms.
+/// Observes each missed rupture in a repetition of the run, which is the same bit for bit.
 fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>, RunError> {
     let tick_s = scenario.grid.tick_s();
     let rule = MissRule {
@@ -130,8 +125,8 @@ fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>,
 
 /// Finds a small set of reasons whose removal raises an alarm for the rupture `index`, from 0.
 ///
-/// A reason can hide another one: for instance, a detector without a settling time may be armed but stay below the
-/// threshold. Therefore each observed reason is removed alone, then all of them, then the reasons observed after that.
+/// A reason can hide another: a detector without a settling time may be armed but stay below the threshold. Each
+/// observed reason is therefore removed alone, then all of them, then the reasons observed after that.
 fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, RunError> {
     let without = |scenario: &Scenario, reasons: &[MissReason]| {
         let mut other = scenario.clone();
@@ -165,8 +160,7 @@ fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, Run
     })
 }
 
-/// The metrics of a run up to the end of a rupture's window if the detector raises no alarm in the window; `None` if it
-/// raises one, accepted or not.
+/// The metrics of a run up to the end of a rupture's window; `None` if the detector raises an alarm there.
 fn still_missed(scenario: &Scenario, index: usize) -> Result<Option<Metrics>, RunError> {
     let tick_s = scenario.grid.tick_s();
     let window_ticks = nearest_ticks(ALARM_WINDOW_S, tick_s);

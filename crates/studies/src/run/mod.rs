@@ -68,8 +68,7 @@ pub enum RunError {
 
 /// Runs a scenario and records its trace. Results are reproducible bit for bit.
 ///
-/// Reasons of missed ruptures and sustained oscillations are determined with the trace and, if they occur, further
-/// runs.
+/// Missed ruptures and sustained oscillations are explained from the trace and, if necessary, further runs.
 ///
 /// # Errors
 /// [`RunError`]; a run that diverges is a result, not an error.
@@ -80,8 +79,8 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
 }
 
 impl Run {
-    /// Completes the metrics and the trace of a scenario's run by the names of the ruptured layers, and by the results
-    /// of further runs: sustained oscillation and reasons of missed ruptures.
+    /// Completes the metrics and the trace of a run by the names of the ruptured layers, sustained oscillation and
+    /// reasons of missed ruptures.
     ///
     /// # Errors
     /// As [`run`].
@@ -99,8 +98,8 @@ impl Run {
     /// Combines a scenario with the metrics and the trace of a run with user-defined parts in some roles
     /// ([`UserDefinedParts::roles`]).
     ///
-    /// Such a run cannot be repeated. Therefore it does not determine the layer of a rupture, the reason of a miss, or
-    /// whether the hand causes an oscillation. [`Run::warnings`] reports this where it matters.
+    /// Such a run cannot be repeated, so the layer of a rupture, the reason of a miss and the cause of an oscillation
+    /// remain unknown. [`Run::warnings`] reports this where it matters.
     #[must_use]
     pub fn of_user_defined_parts(
         scenario: Scenario,
@@ -166,8 +165,7 @@ pub fn observe_with(
     Ok(with_link(scenario, metrics.metrics(0), engine.parts.link_report(0)))
 }
 
-/// The outcome of a run with user-defined parts. A failure reported by the tissue takes precedence over the number that
-/// it returned.
+/// The outcome of a run with user-defined parts. A failure of the tissue takes precedence over its returned number.
 fn checked_outcome(
     scenario: &Scenario,
     checked: &CheckedParts,
@@ -199,10 +197,6 @@ fn with_link(scenario: &Scenario, metrics: Metrics, report: Option<LinkReport>) 
     Metrics { link: report.map(|report| LinkMetrics::new(&report, &scenario.grid)), ..metrics }
 }
 
-/// Runs a scenario and returns the energies at its ports; `None` as for [`PortMetrics::of`].
-///
-/// # Errors
-/// As [`run`].
 pub(crate) fn ports(scenario: &Scenario) -> Result<Option<PortMetrics>, RunError> {
     let mut trace = empty_trace(scenario);
     observe(scenario, &mut trace.recorder())?;

@@ -11,8 +11,7 @@ use trocar_scenario::{Scenario, TissueSpec};
 /// A reason why a scheme cannot guarantee `E_m - E_s >= -E_0`: the key, the sentence, the remedy.
 type Gap = (&'static str, String, &'static str);
 
-/// A warning for each part of a scenario that the guarantee of its passivity scheme does not cover; none without a
-/// scheme.
+/// A warning for each part of a scenario that its scheme's guarantee does not cover.
 ///
 /// The energy may nevertheless stay within the bound; a run measures it.
 #[must_use]

@@ -25,7 +25,6 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Computes the reach from the ticks, the metrics and the trace of a run; `None` without a trace.
     pub(super) fn of(grid: &TickGrid, metrics: &Metrics, trace: &Trace) -> Option<Self> {
         let tick_after = |rupture: &RuptureMetrics| nearest_ticks(rupture.time_s, grid.tick_s()) as usize + 1;
         let first = metrics.ruptures.last().map_or(0, tick_after);

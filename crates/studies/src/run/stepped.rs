@@ -11,8 +11,8 @@ use trocar_engine::operator::{HumanOperator, Operator};
 use trocar_metrics::MetricsObserver;
 use trocar_scenario::Scenario;
 
-/// A run that the caller advances tick by tick. The caller can set the position of the person at each tick, for
-/// instance from another program's controller or from a person's input.
+/// A run that the caller advances tick by tick, optionally with the person's position, for instance from another
+/// program's controller or from a person.
 ///
 /// ```
 /// # mod trocar {
@@ -41,7 +41,6 @@ pub struct SteppedRun {
     observers: (CheckedParts, (MetricsObserver<f64>, Trace)),
     led: Arc<AtomicU64>,
     desired_m: f64,
-    /// The given position of the person at each tick, in m; NaN without one.
     led_m: Vec<f64>,
     has_ended: bool,
 }
@@ -67,8 +66,8 @@ impl SteppedRun {
         Ok(Self { scenario, engine, observers, led, desired_m, led_m: vec![], has_ended: false })
     }
 
-    /// Repeats the run of a scenario without user-defined parts from its [`SteppedRun::led_m`], and continues from the
-    /// same state. It takes the time of its ticks.
+    /// Repeats the run of a scenario without user-defined parts from its [`SteppedRun::led_m`], in the time of its
+    /// ticks, and continues from the same state.
     ///
     /// # Errors
     /// As [`SteppedRun::new`] and [`SteppedRun::step`].
@@ -80,9 +79,8 @@ impl SteppedRun {
         Ok(run)
     }
 
-    /// Runs a tick: the signals are observed, and then both machines move to the next tick. The desired position moves
-    /// linearly to `desired_m` (m) at the next tick, or to the operator's position with `None`. Returns true if there
-    /// are more ticks.
+    /// Runs a tick: observes the signals and moves both machines to the next tick. The desired position moves linearly
+    /// to `desired_m` (m), or to the operator's position with `None`. Returns true if there are more ticks.
     ///
     /// # Errors
     /// [`RunError::Engine`].
@@ -131,7 +129,7 @@ impl SteppedRun {
         &self.led_m
     }
 
-    /// Returns true if there are no more ticks.
+    /// True if there are no more ticks.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.has_ended

@@ -19,12 +19,11 @@ use trocar_scenario::{OperatorSpec, Scenario, TissueSpec, idle_keys};
 /// Trained people sustain about 100 W with one arm at a crank; a hand at a needle delivers a fraction of a watt.
 const MAX_HAND_POWER_W: f64 = 100.0;
 
-/// Energy that a run may deliver to the hand without a warning, in J and as a share of the work on the tissue. The
-/// controllers' lag stores and returns some energy.
+/// Energy that a run may deliver to the hand without a warning, in J and as a share of the work on the tissue: the
+/// controllers' lag stores and returns some.
 const MAX_GIVEN_J: f64 = 1e-3;
 const MAX_GIVEN_SHARE: f64 = 0.1;
 
-/// Rounding error of the energies of a run, in J and as a share of the transferred energy.
 const ROUNDING_J: f64 = 1e-9;
 const ROUNDING_SHARE: f64 = 1e-9;
 
@@ -52,7 +51,7 @@ impl Run {
         self.user_defined_parts.contains(&role)
     }
 
-    /// Returns true if a rupture was missed because of an unmatched alarm, which has a separate warning.
+    /// True for a rupture missed because of an unmatched alarm, which has a separate warning.
     fn is_of_stray_alarm(&self, miss: &Miss) -> bool {
         let MissReason::AlarmOfAnother { alarm_s } = miss.reason else { return false };
         let half_tick_s = 0.5 * self.scenario.grid.tick_s();

@@ -37,8 +37,7 @@ pub struct Progress<'a> {
     pub done: &'a (dyn Fn(u64) + Sync),
 }
 
-/// Runs the missing packs of a part, and returns the total number of complete cases. The order of the packs has no
-/// effect, because each has a separate slot.
+/// Runs the missing packs of a part, in any order, and returns the total number of complete cases.
 ///
 /// # Errors
 /// [`SweepError`] of the failed case with the lowest number, or if a part cannot be read or written.
@@ -63,8 +62,8 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     let layout = part.layout();
     let cases = layout.cases_of(packs.start).start..layout.cases_of(packs.end).start;
     let shared = if shares_runs { SharedRuns::of(plan, cases) } else { None };
-    // A thread takes whole groups of cases that share runs, so that no other thread runs the same cases. The share is
-    // limited, so that every thread has work.
+    // A thread takes whole groups of cases that share runs, so no other thread runs the same cases; at most a share, so
+    // every thread has work.
     let fair_share = (packs.end - packs.start) / (4 * threads as u64);
     let packs_per_turn = shared.as_ref().map_or(1, |shared| shared.span().div_ceil(PACK_CASES).min(fair_share).max(1));
     let work = || {
@@ -132,7 +131,6 @@ impl<'a> Worker<'a> {
         Ok(cases.end - cases.start)
     }
 
-    /// A later case, if a lane is free.
     fn ahead(&self, lanes_taken: usize) -> Option<u64> {
         self.shared.filter(|_| lanes_taken < PACK_CASES as usize)?.ahead()
     }

@@ -71,7 +71,6 @@ struct RangeEntries<'a> {
 }
 
 impl SweepFile {
-    /// Interprets the entries of a file. In a stored file, the `resolved` section is ignored.
     pub(super) fn of(mut entries: Vec<Entry>, is_stored: bool) -> Result<Self, ScenarioError> {
         if is_stored {
             entries.retain(|entry| !entry.path.starts_with("resolved."));
@@ -81,8 +80,7 @@ impl SweepFile {
         entries.retain(|entry| !(matches!(entry.path.as_str(), "axes" | "set" | "design") && is_bare(entry)));
         // A key is the same with and without quotes, as in axes."scaling.force".
         entries.iter_mut().for_each(|entry| entry.path.retain(|letter| letter != '"'));
-        // Sorted by position in the file instead of alphabetically, because the order of the axes determines the order
-        // of the cases.
+        // Sorted by position: the order of the axes determines the order of the cases.
         entries.sort_by_key(|entry| entry.key_place.span.start);
         let (axes, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("axes."));
         let (set, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("set."));

@@ -61,7 +61,7 @@ fn read(path: &Path) -> Result<String, SweepError> {
     std::fs::read_to_string(path).or_else(|error| parts_error(format!("{} cannot be read: {error}", path.display())))
 }
 
-/// Verifies that the parts in folders belong to one sweep and contain every case once, and joins them.
+/// Joins the parts in folders, after verifying that they belong to one sweep and contain every case once.
 ///
 /// # Errors
 /// [`SweepError::Parts`] otherwise, with the folder or the cases, and the remedy.

@@ -77,8 +77,8 @@ impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
     const KEYS: &'static [&'static [Key]] =
         &[CouplingSettings::KEYS, LocalForceSettings::KEYS, FourChannelSettings::KEYS];
 
-    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`. `C_3` is scaled down by
-    /// the slave's compliance where the tissue moves the slave less than in Lawrence's model.
+    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`. The slave's compliance
+    /// scales `C_3` down, because the tissue moves this slave less than in Lawrence's model.
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
         let Machines { position_scale, force_scale, proportional_gain: k_p, .. } = *machines;
         let (load, local) = LocalForce::<L>::gains(settings, machines)?;

@@ -24,8 +24,8 @@ trocar_core::settings! {
     }
 }
 
-/// Local force feedback that reduces the apparent mass and damping of the master and makes the slave compliant:
-/// `x_ref = P x_h - g_e f_e`, `F_ed = k_f F_e - k_h F_h`.
+/// Local force feedback, which reduces the master's apparent mass and damping and makes the slave compliant: `x_ref = P
+/// x_h - g_e f_e`, `F_ed = k_f F_e - k_h F_h`.
 #[derive(Debug, Clone)]
 pub struct LocalForce<L> {
     position_scale: L,

@@ -45,7 +45,7 @@ impl PaperStudy {
     }
 
     /// A statement about the seeds of the noise, which may depend on the fall of the force: section, subject, the
-    /// paper's words, the condition, and a reason.
+    /// paper's words, condition, reason.
     fn of_seeds(
         &self,
         [section, what, paper, condition, why]: [&'static str; 5],
@@ -198,7 +198,6 @@ impl PaperStudy {
         ]
     }
 
-    /// The largest difference between the distance of eq. 26 and the changes of the estimates.
     fn vector_difference(&self) -> f64 {
         let trace = &self.vector.trace;
         let h = &self.vector.scenario.detector.distance.hypotheses;

@@ -9,8 +9,7 @@ use trocar_figures::{self as figures, EstimationView, FigureError};
 /// Time of the puncture in figures 4 and 5 of the paper, in s (3.2.1).
 pub(super) const PUNCTURE_S: f64 = 4.6;
 
-/// A run for figures of the paper. Forces have the paper's sign: a force that resists insertion is negative. Times are
-/// later by `shift_s`.
+/// A run for figures of the paper: forces that resist insertion are negative, times are later by `shift_s`.
 pub(super) fn in_the_papers_terms(run: &Run, shift_s: f64) -> Run {
     let mut run = run.clone();
     let trace = &mut run.trace;
@@ -28,7 +27,6 @@ pub(super) fn in_the_papers_terms(run: &Run, shift_s: f64) -> Run {
     run
 }
 
-/// The estimation of a run without standard errors, as drawn in the paper.
 fn estimation(run: &Run) -> EstimationView<'_> {
     EstimationView { standard_errors: None, ..run.estimation() }
 }

@@ -19,7 +19,6 @@ const WITHIN: &str = "within a factor of 1.5 with each setting of the estimator"
 const INPUT: &str = "Input: this number is a parameter of the simulated tissue.";
 const GENERATED: &str = "Input: the recording was generated from this number.";
 
-/// The range of the measured force in the paper's sign, in N.
 fn force_range(run: &Run) -> (f64, f64) {
     let (low, high) = range(&run.trace.measured_force_n);
     (-high, -low)
@@ -37,8 +36,7 @@ fn true_viscous_share(run: &Run, velocity: f64) -> Option<f64> {
     Some(factor / (1.0 + factor))
 }
 
-/// A statement about an error in N, which depends on the settings of the estimator: section, subject, the paper's
-/// number.
+/// A statement about an error in N, which depends on the estimator's settings: section, subject, the paper's number.
 fn of_settings(
     [section, what, text]: [&'static str; 3],
     paper: f64,
@@ -326,7 +324,6 @@ impl PaperStudy {
         )
     }
 
-    /// The estimator of section 2 and the experiment of section 3.1, which no figure shows.
     pub(super) fn estimator(&self) -> Vec<Statement> {
         let [with_reset, without] = [&self.classical, &self.no_reset].map(|run| Errors::of(run).mean_n);
         let [with_zone, without_zone] = [&self.classical, &self.no_dead_zone].map(|run| self.wandering(run));
@@ -363,7 +360,7 @@ impl PaperStudy {
         ]
     }
 
-    /// The root mean square of the sample-to-sample changes of the stiffness in the quiet stretches, in N/m.
+    /// Root mean square of the sample-to-sample changes of the stiffness in the quiet stretches, in N/m.
     fn wandering(&self, run: &Run) -> f64 {
         let stiffness = &run.trace.stiffness_n_per_m;
         let squares = self.quiet.iter().flat_map(|stretch| {

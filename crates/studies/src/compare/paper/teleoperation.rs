@@ -32,7 +32,6 @@ fn milliseconds(time_s: Option<f64>) -> String {
     time_s.map_or_else(|| "never".to_owned(), |time_s| format!("{:.0} ms", 1e3 * time_s))
 }
 
-/// The setting of a run's force law that determines how fast the force falls.
 fn force_law_text(run: &Run) -> String {
     match &run.scenario.augmentation.force {
         ForceLawSettings::Decay(decay) => format!("a time constant of {:.0} ms", 1e3 * decay.time_constant_s),

@@ -3,8 +3,8 @@
 const GENERATED: &str =
     "The paper's recording was never published; a generator makes one from the facts that the paper states.";
 
-/// Describes the paper's figure, the reproduced figure and their differences; without a number, the statements that no
-/// figure shows.
+/// The paper's figure, the reproduced figure and their differences; without a number, the statements that no figure
+/// shows.
 pub(super) fn texts(figure: Option<u8>) -> [&'static str; 3] {
     match figure {
         Some(1) => [

@@ -29,7 +29,6 @@ pub const NOISE_SEEDS: usize = 20;
 /// The factors of threshold and drift are powers of the square root of two, up to this power.
 const THRESHOLD_STEPS: i32 = 10;
 
-/// A quantity for each of several variations; the shipped scenario is the first.
 #[derive(Debug, Clone)]
 pub(super) struct Varied<T>(pub(super) Vec<T>);
 
@@ -80,7 +79,7 @@ pub(super) fn over_settings(name: &str) -> Result<Varied<OfSettings>, PaperError
     Ok(Varied(try_map(SETTINGS.len(), of)?))
 }
 
-/// The mean absolute errors of an insertion with the default estimator, with K and B and with K alone, in N.
+/// Mean absolute errors of an insertion with the default estimator, with K and B and with K alone, in N.
 pub(super) fn with_default_estimator(name: &str) -> Result<[f64; 2], PaperError> {
     let base = load(name, &[])?;
     let with = |parameters: Parameters| {
@@ -91,7 +90,6 @@ pub(super) fn with_default_estimator(name: &str) -> Result<[f64; 2], PaperError>
     Ok([with(Parameters::StiffnessAndDamping)?, with(Parameters::Stiffness)?])
 }
 
-/// The classical scenario with a recording whose force falls with another time constant.
 fn with_fall(scenario: &Scenario, fall_s: f64) -> Scenario {
     let variant = InVivoLikeVariant { fall_s: Some(fall_s), ..InVivoLikeVariant::default() };
     let text = in_vivo_like_variant_csv(RECORDING_SEED, &variant);
@@ -119,7 +117,6 @@ pub(super) fn over_falls(classical: &Scenario) -> Result<Varied<Run>, PaperError
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NoisySeed {
-    /// The smaller peak of the squared change at the ruptures, divided by its largest value elsewhere.
     pub(super) derivative_contrast: f64,
     pub(super) residual_contrast: f64,
     pub(super) residual_detects: bool,
@@ -157,7 +154,7 @@ pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
 }
 
 /// The smallest and largest factor of threshold and drift with which a distance detects both ruptures without a false
-/// alarm, for each of [`FALLS_S`]; `None` if there is none.
+/// alarm, for each of [`FALLS_S`].
 pub(super) fn working_thresholds(distance: &str) -> Result<Varied<Option<(f64, f64)>>, PaperError> {
     let base = load("paper/classical", &[format!("detector.distance={distance}")])?;
     let steps = -THRESHOLD_STEPS..=THRESHOLD_STEPS;

@@ -65,7 +65,6 @@ pub struct StrategiesFile<'a> {
     study: &'a StrategyStudy,
 }
 
-/// Compares the strategies that reach the ruptures, and names the costs of the others.
 fn verdict(study: &StrategyStudy) -> Verdict {
     let compared = || study.rows.iter().filter(|row| row.is_compared());
     let mut sentences = vec![];
