@@ -75,7 +75,7 @@ def test_invalid_keys_are_refused(key):
         trocar.Scenario.load(CLASSICAL, **{key: 1})
 
 
-def test_deep_values_are_refused():
+def test_deeply_nested_values_are_refused():
     value = []
     for _ in range(10_000):
         value = [value]
@@ -145,6 +145,6 @@ def test_invalid_numbers_are_named(call, text):
 
 
 @pytest.mark.parametrize("threads", [1.5, "2", True, None])
-def test_a_number_of_threads_is_whole(threads):
+def test_the_number_of_threads_must_be_whole(threads):
     with pytest.raises(TypeError, match="threads is .*, must be a whole number"):
         trocar.compare(threads=threads)

@@ -136,7 +136,7 @@ def test_a_synthetic_insertion_has_the_requested_drop():
         trocar.record(sharpness_s=0.0)
 
 
-def test_a_comparison_with_user_defined_parts(copied):
+def test_a_comparison_with_copied_parts_equals_the_built_in_one(copied):
     scenarios = [trocar.Scenario.load(name, **PAPER) for name in ("paper/classical", "paper/augmented")]
     built_in = trocar.compare(*scenarios, seeds=2)
     user_defined = trocar.compare(*scenarios, seeds=2, detector=copied)

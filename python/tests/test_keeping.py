@@ -122,7 +122,7 @@ def test_processes_return_runs(run):
         same_run(one, run)
 
 
-def test_joblib_keeps_runs(run, tmp_path):
+def test_joblib_caches_runs(run, tmp_path):
     joblib = pytest.importorskip("joblib")
     kept = joblib.Memory(tmp_path, verbose=0).cache(trocar.run)
     kept(run.scenario)

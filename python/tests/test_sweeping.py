@@ -135,7 +135,7 @@ def test_ray_gives_the_same_bytes():
         ray.shutdown()
 
 
-def test_a_folder_continues(tmp_path):
+def test_a_sweep_in_a_folder_continues_after_an_interruption(tmp_path):
     expected, folder = sweep(), tmp_path / "sweep"
     same(sweep(folder=folder, shards=4), expected)
     names = sorted(path.name for path in folder.iterdir())

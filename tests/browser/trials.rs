@@ -368,7 +368,7 @@ async fn screenshots(page: BrowserPage) -> BrowserPage {
     assert!(report.len() > 20_000, "a report that is not empty");
     if let Ok(folder) = std::env::var("TROCAR_SCREENSHOTS") {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
-        std::fs::create_dir_all(&folder).expect("made");
+        std::fs::create_dir_all(&folder).expect("created");
         std::fs::write(folder.join("explore.png"), explored).expect("written");
         std::fs::write(folder.join("report.png"), report).expect("written");
     }

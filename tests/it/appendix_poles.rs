@@ -66,7 +66,7 @@ fn arm() -> (TransferFunction, TransferFunction) {
 }
 
 #[test]
-fn oracle_slave_with_velocity_damping() {
+fn oracle_the_slave_with_velocity_damping_has_the_computed_poles() {
     // Eq. 31 with the damping on the velocity: U_s = K_p (X_ref - X_e) - K_v s X_e.
     let back = tf(&[K_V, K_P], &[1.0]);
     let closed = &slave().feedback(&back).expect("regular") * &tf(&[K_P], &[1.0]);
@@ -97,7 +97,7 @@ fn paper_arm_is_improper_and_static_stiffness_is_two_springs_in_series() {
 }
 
 #[test]
-fn oracle_master_closed_by_transfer_function_algebra() {
+fn oracle_the_master_closed_by_algebra_has_the_computed_poles() {
     // X_h = G_m (F_h - U_m), U_m = F_ed + K_i/s (F_ed - F_h), so X_h = G_m (1 + K_i/s) (F_h - F_ed).
     let (loading, _) = arm();
     let controlled = &master() * &(&tf(&[1.0], &[1.0]) + &tf(&[K_I], &[1.0, 0.0]));
@@ -143,7 +143,7 @@ fn master_side() -> StateSpace<Continuous> {
 }
 
 #[test]
-fn oracle_master_side_by_connection() {
+fn oracle_the_connected_master_side_has_the_computed_poles() {
     let system = master_side();
     assert_eq!((system.states(), system.inputs(), system.outputs()), (5, 3, 3));
     assert_poles(&system.poles().expect("converges"), &PHYSICAL_MASTER);

@@ -308,7 +308,7 @@ fn stability_reports_that_it_leaves_out_the_tissue_of_a_unit() {
 fn the_temporary_folder_is_removed() {
     let folder = TestFolder::new();
     folder.file("scenario.toml", insertion(OF_UNIT)).file("tissue.fmu", unit(2, Fault::None));
-    std::fs::create_dir(folder.path("temporary")).expect("made");
+    std::fs::create_dir(folder.path("temporary")).expect("created");
     let temporary = folder.path("temporary");
     folder.command(&["run", "scenario.toml", "--quiet"]).env("TMPDIR", &temporary).assert().success();
     assert_eq!(crate::support::test_folder::files_below(&temporary), Vec::<std::path::PathBuf>::new());

@@ -90,7 +90,7 @@ fn compare(name: &str, fixed: &[&str], varied: &[(&str, f64, f64)], packs: usize
 }
 
 #[test]
-fn replays() {
+fn lanes_of_replays_are_identical_to_single_runs() {
     let (_, events) = compare("augmented", &[], &[], 25, 1);
     assert!(events > 0);
     compare("classical", &["sensor.force_noise_std_n=0.02"], &[], 12, 2);
@@ -100,7 +100,7 @@ fn replays() {
 }
 
 #[test]
-fn lanes_with_and_without_augmentation() {
+fn lanes_with_and_without_augmentation_are_identical_to_single_runs() {
     for name in ["augmented", "layers/skin-augmented", "passivity/long-delay-waves", "link/four-channel"] {
         let mut rng = ChaCha8Rng::seed_from_u64(12);
         let case = |k: usize| {
@@ -117,7 +117,7 @@ fn lanes_with_and_without_augmentation() {
 }
 
 #[test]
-fn layers() {
+fn lanes_of_layered_tissues_are_identical_to_single_runs() {
     let varied = [
         ("sensor.force_noise_std_n", 0.005, 0.05),
         ("tissue.contact_m", 0.0, 0.004),
@@ -140,7 +140,7 @@ fn layers() {
 }
 
 #[test]
-fn layers_that_tear_and_move() {
+fn lanes_of_layers_that_tear_and_move_are_identical_to_single_runs() {
     let varied = [
         ("tissue.layer.film.toughness_j_per_m2", 500.0, 12_000.0),
         ("tissue.layer.block.relaxation_time_s", 0.1, 3.0),
@@ -151,7 +151,7 @@ fn layers_that_tear_and_move() {
 }
 
 #[test]
-fn springs_and_dampers_some_of_them_diverging() {
+fn lanes_are_identical_to_single_runs_even_if_some_of_them_diverge() {
     let kelvin_voigt = [("tissue.stiffness_n_per_m", 100.0, 6000.0), ("tissue.damping_n_s_per_m", 0.0, 20.0)];
     let fixed = ["operator.kind=ramp", "operator.end_m=0.05", "operator.speed_m_per_s=0.02"];
     let with = |more: &[&'static str]| fixed.iter().chain(more).copied().collect::<Vec<_>>();
@@ -163,7 +163,7 @@ fn springs_and_dampers_some_of_them_diverging() {
 }
 
 #[test]
-fn links_and_other_estimators() {
+fn lanes_of_links_and_other_estimators_are_identical_to_single_runs() {
     for (seed, fixed) in [
         &["channel.forward_delay_s=0.012", "channel.backward_delay_s=0.007"][..],
         &["channel.forward_delay_s=0.012", "channel.jitter_s=0.004", "channel.loss=0.2", "channel.outage_s=0.004"],

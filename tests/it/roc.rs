@@ -101,7 +101,7 @@ fn a_point_agrees_with_detect_at_its_threshold() {
 }
 
 #[test]
-fn the_number_of_threads_changes_nothing() {
+fn the_result_does_not_depend_on_the_number_of_threads() {
     let study = study(&[DistanceKind::SquaredResidual, DistanceKind::LikelihoodRatio], 0.05, 12, 9);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");

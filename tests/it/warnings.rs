@@ -158,7 +158,7 @@ fn an_oscillation_that_starts_late_is_slow_saturates_or_alternates_with_the_tick
 }
 
 #[test]
-fn motion_forced_by_hand_noise_and_breathing_is_no_oscillation_of_the_loop() {
+fn motion_caused_by_hand_noise_and_breathing_is_not_an_oscillation_of_the_loop() {
     // Three quarters of the stable force scale.
     let forced = "operator = { kind = \"sine\", start_m = 0.012, amplitude_m = 0.006, frequency_hz = 6, tremor_amplitude_m = 2e-4 }
         scaling.force = 12
@@ -528,7 +528,7 @@ fn metrics_that_no_case_changes_give_a_warning() {
 }
 
 #[test]
-fn a_delay_each_way_is_the_two_delays() {
+fn a_common_delay_sets_the_delays_of_both_directions() {
     let of = |settings: &[&str]| {
         let scenario = load("link/long-delay", settings);
         (scenario.forward, scenario.backward)

@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_is_not_accumulated() {
+    fn the_time_of_a_tick_is_not_an_accumulated_sum() {
         let grid = TickGrid::new(0.1, 1e5).expect("valid");
         assert_eq!(grid.ticks(), 1_000_000);
         assert_eq!(grid.time_s(999_999), 99_999.9);

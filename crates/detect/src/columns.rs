@@ -8,7 +8,7 @@ use trocar_base::warning::{Code, Warning};
 
 const MIN_SAMPLES: usize = 100;
 
-/// Minimum ratio of the roughness of positions and forces at which the columns count as swapped.
+/// Minimum ratio of the positions' roughness to the forces' roughness at which the columns count as swapped.
 ///
 /// A needle has mass and a guide: in this project's recordings and scenarios, positions are 2.2 to 12,000 times *less*
 /// rough than the force.

@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spread_ignores_outliers() {
+    fn the_robust_spread_ignores_outliers() {
         let mut values: Vec<f64> = (-500..=500).map(|k| f64::from(k) * 1e-3).collect();
         values.extend([1e9, -1e12, 55.0]);
         let spread = robust_spread(&values).expect("a spread");

@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn eigenvalues_of_a_badly_scaled_matrix() {
+    fn the_eigenvalues_of_a_badly_scaled_matrix_have_the_sum_of_its_diagonal() {
         let a = DMatrix::from_row_slice(3, 3, &[0.0, 1.0, 0.0, 0.0, 0.0, 1e6, -6.0, -11.0, -6e6]);
         // Companion form of a cubic whose third state has micro-units.
         let trace: f64 = eigenvalues(&a).expect("converges").iter().map(|v| v.re).sum();
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn eigenvalues_of_degenerate_matrices() {
+    fn degenerate_matrices_have_eigenvalues_or_an_error() {
         assert!(eigenvalues(&DMatrix::zeros(0, 0)).expect("empty").is_empty());
         assert_eq!(eigenvalues(&DMatrix::zeros(3, 3)).expect("zero"), vec![Complex64::new(0.0, 0.0); 3]);
         assert!(matches!(
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn eigenvalues_of_a_matrix_with_many_zero_eigenvalues() {
+    fn the_eigenvalues_of_a_matrix_with_many_zero_eigenvalues_converge() {
         // The map of a long freeze with the force law `amplify` and ten ticks of delay in each direction; nine columns
         // are nonzero. The iteration does not converge without a shift. According to numpy one eigenvalue is above
         // rounding.

@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn exponential_of_closed_forms() {
+    fn the_exponential_agrees_with_closed_forms() {
         let nilpotent = DMatrix::from_row_slice(2, 2, &[0.0, 3.0, 0.0, 0.0]);
         assert_eq!(exponential(&nilpotent).expect("finite")[(0, 1)], 3.0);
         let rotation = exponential(&DMatrix::from_row_slice(2, 2, &[0.0, -20.0, 20.0, 0.0])).expect("finite");
@@ -151,28 +151,28 @@ mod tests {
     }
 
     #[test]
-    fn exponential_rejects_overflow() {
+    fn the_exponential_rejects_overflow() {
         let big = DMatrix::from_element(1, 1, 1e4);
         assert_eq!(exponential(&big), Err(Error::ExponentialOverflow { norm: 1e4 }));
         assert!(matches!(exponential(&DMatrix::zeros(1, 2)), Err(Error::DimensionMismatch { .. })));
     }
 
     #[test]
-    fn exponential_agrees_with_nalgebra() {
+    fn the_exponential_agrees_with_nalgebra() {
         let a = DMatrix::from_fn(6, 6, |i, j| ((7 * i + 3 * j) % 5) as f64 - 2.2);
         let (ours, theirs) = (exponential(&a).expect("finite"), a.exp());
         assert!(one_norm(&(&ours - &theirs)) < 1e-12 * one_norm(&theirs));
     }
 
     #[test]
-    fn logarithm_undoes_the_exponential() {
+    fn the_logarithm_inverts_the_exponential() {
         let a = DMatrix::from_row_slice(3, 3, &[-1.0, 2.5, 0.0, -2.5, -1.0, 1.0, 0.0, 0.0, -4.0]);
         let back = logarithm(&exponential(&a).expect("finite")).expect("principal");
         assert!(one_norm(&(back - a)) < 1e-12);
     }
 
     #[test]
-    fn logarithm_rejects_delays_and_nyquist_oscillations() {
+    fn the_logarithm_rejects_delays_and_nyquist_oscillations() {
         for diagonal in [0.0, -0.5] {
             let a = DMatrix::from_diagonal(&nalgebra::dvector![0.9, diagonal]);
             assert!(matches!(logarithm(&a), Err(Error::NoRealLogarithm { re, .. }) if re == diagonal));

@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn arithmetic_of_small_polynomials() {
+    fn small_polynomials_are_multiplied_differentiated_and_evaluated_exactly() {
         assert_eq!(&p(&[1.0, 1.0]) * &p(&[1.0, -1.0]), p(&[1.0, 0.0, -1.0]));
         assert_eq!(p(&[3.0, 2.0, 1.0]).derivative(), p(&[6.0, 2.0]));
         assert_eq!(p(&[1.0, 0.0, 1.0]).evaluate_complex(Complex64::new(0.0, 1.0)).norm(), 0.0);
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn roots_of_constants_and_of_the_zero_polynomial() {
+    fn a_constant_has_no_roots_and_the_zero_polynomial_is_an_error() {
         assert!(p(&[4.0]).roots().expect("none").is_empty());
         assert_eq!(p(&[]).roots(), Err(Error::ZeroPolynomial));
         assert!(matches!(Polynomial::new(&[1.0, f64::NAN]), Err(Error::NonFinite { position: 1, .. })));

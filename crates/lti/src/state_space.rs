@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn response_of_a_lag() {
+    fn a_lag_has_the_response_of_its_closed_form() {
         assert_eq!(lag().dc_gain().expect("finite"), dmatrix![2.0]);
         assert_eq!(lag().poles().expect("converges"), [Complex64::new(-2.0, 0.0)]);
         assert!(lag().is_stable().expect("converges"));

@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn degrees_and_gains() {
+    fn degrees_and_gains_follow_from_the_coefficients() {
         assert_eq!(tf(&[1.0], &[0.245, 4.1, 0.0]).relative_degree(), Some(2));
         assert_eq!(tf(&[1.0], &[0.245, 4.1, 0.0]).dc_gain(), None);
         assert!(!tf(&[1.0, 0.0], &[2.0]).is_proper());
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn minimal_cancels_zeros_pairs_and_reals_only_when_close() {
+    fn only_close_real_and_paired_roots_cancel() {
         let common = tf(&[1.0, 2.0, 10.0, 0.0], &[1.0, 2.0, 10.0, 0.0]);
         let plain = tf(&[2.0, 14.0], &[1.0, 3.0, 1.0]);
         let short = (&plain * &common).minimal(1e-6).expect("converges");

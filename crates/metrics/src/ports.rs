@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_balance_separates_stored_from_generated_energy() {
+    fn a_balance_distinguishes_stored_from_generated_energy() {
         let mut balance = Balance::default();
         for now in [2.0, 5.0, 1.0, -3.0, -1.0] {
             balance.update(now);

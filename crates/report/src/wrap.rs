@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_is_broken_after_spaces_and_hyphens_but_not_in_a_number() {
+    fn a_cell_is_broken_after_spaces_and_hyphens_but_not_within_a_number() {
         assert_eq!(lines("through-the-skin", 12, 0), ["through-the-", "skin"]);
         assert_eq!(lines("rupture 1: slave overshoot", 12, 2), ["rupture 1:", "  slave", "  overshoot"]);
         assert_eq!(lines("from -2.5 to 3", 7, 0), ["from", "-2.5 to", "3"]);

@@ -113,7 +113,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     let lacks_report = args.report && !folder.path.join(page::FILE).is_file();
     if is_complete(&folder, plan.canonical())? && !lacks_report {
         if shard.is_whole() {
-            // The last process ended between its last two steps.
+            // The previous process ended before it removed the packs.
             drop_packs(&folder);
         }
         return report(&folder, &args.output, "already complete");

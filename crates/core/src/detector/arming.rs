@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drop_is_a_force_below_a_predicted_resisting_force() {
+    fn only_a_force_below_a_predicted_resisting_force_is_a_drop() {
         let is_drop = |residual_n, predicted_force_n, drop_only| {
             let arming = arming(ArmingSettings { drop_only, ..ARMING });
             arming.conditions(&DetectorInput { residual_n, predicted_force_n, ..QUIET }).is_drop

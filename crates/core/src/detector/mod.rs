@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn page_hinkley_takes_a_constant_offset_for_quiet() {
+    fn page_hinkley_ignores_a_constant_offset() {
         let settings = DetectorSettings::for_kind(DistanceKind::PageHinkley, Hypotheses::default());
         let mut detector = CusumDetector::new(&settings, 1e-3);
         assert!((0..1000).all(|_| !detector.update(&input(-0.5, 0.01)).alarm));

@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_are_round_and_inside() {
+    fn ticks_are_round_numbers_within_the_axis() {
         assert_eq!(labels(&Axis::exact((5.12, 7.12), X_TICKS)), ["5.5", "6.0", "6.5", "7.0"]);
         assert_eq!(labels(&Axis::padded((-2.5, 5.7), Y_TICKS)), ["−2", "0", "2", "4", "6"]);
         assert_eq!(labels(&Axis::exact((0.0, 1.0), 0)), [""; 0]);

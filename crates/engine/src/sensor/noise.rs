@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bank_changes_no_number() {
+    fn a_noise_bank_does_not_change_the_numbers() {
         let mut bank = NoiseBank::new(10 * BLOCK);
         for seed in [7, 8, 7, 9, 8] {
             // The third seed finds no room. All streams continue after the bank's numbers.

@@ -227,7 +227,7 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         self.positions.update(target_m, received.is_fresh, None)
     }
 
-    /// Slave, after its reference: returns its message in `mode`.
+    /// On the slave's side, after the reference: the message of the slave in `mode`.
     #[inline(always)]
     pub fn slave_sends(&mut self, mode: Modes<L>, slave: &AtSlave<L>) -> ToMaster<L> {
         let payload = self.scheme.slave_sends();

@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn every_quarter_up_to_7_75_is_a_power() {
+    fn every_multiple_of_a_quarter_up_to_7_75_is_a_valid_power() {
         for quarters in 0..=31 {
             let exponent = 0.25 * f64::from(quarters);
             for depth in [0.25, 1.0, 2.0, 1e-3] {

@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn the_verdict_does_not_praise_missed_detections() {
+    fn the_verdict_does_not_praise_a_detector_that_misses_ruptures() {
         let missed = verdict(&[&shipped("paper/augmented", &["detector.threshold=100"])]).text();
         assert!(missed.contains("2 of 2 ruptures are missed (below the threshold: g reached "), "{missed}");
         assert!(missed.ends_with("; no alarm is false."), "{missed}");

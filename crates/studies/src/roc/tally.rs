@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_alarm_after_a_label_is_its_detection_and_the_rest_is_false() {
+    fn the_first_alarm_after_a_label_is_its_detection_and_the_others_are_false() {
         let tally = of(&[1999, 2003, 2004, 2310, 2801]);
         assert_eq!((tally.detected.as_slice(), tally.late, tally.false_alarms), ([1, 1].as_slice(), 0, 3));
         assert_eq!(tally.delays_ns.into_iter().collect::<Vec<_>>(), [(3_000_000, 1), (10_000_000, 1)]);

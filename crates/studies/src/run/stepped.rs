@@ -11,8 +11,7 @@ use trocar_engine::operator::{HumanOperator, Operator};
 use trocar_metrics::MetricsObserver;
 use trocar_scenario::Scenario;
 
-/// A run that the caller advances tick by tick, optionally with the person's position, for instance from another
-/// program's controller or from a person.
+/// A run that the caller advances tick by tick, optionally with the person's position from another program or a person.
 ///
 /// ```
 /// # mod trocar {

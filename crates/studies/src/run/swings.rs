@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn range_and_median() {
+    fn the_range_of_no_values_is_0_and_their_median_is_undefined() {
         assert_eq!((range(&[1.0, -2.0, 3.0]), range(&[])), (5.0, 0.0));
         assert_eq!((median(vec![3.0, 1.0, 2.0]), median(vec![])), (Some(2.0), None));
     }

@@ -90,8 +90,8 @@ impl<L: Lane> Tail<L> {
 
     /// Counts the present block as one with an alarm, in the lanes of the mask.
     ///
-    /// An alarm counts as false, with the mean of larger peaks, only while the wanted rate allows one. Without any of
-    /// these peaks the tail would be cut off; with all of them ruptures would raise the level.
+    /// An alarm counts as false only while the wanted rate allows one; its peak is then the mean of larger peaks.
+    /// Without any of these peaks the tail would be cut off; with all of them ruptures would raise the level.
     pub(super) fn take_alarm(&mut self, mask: L::Mask) {
         let zero = L::zero();
         self.peak = L::select(mask, zero, self.peak);
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shape_is_bounded() {
+    fn the_shape_of_the_tail_is_bounded() {
         // A lower part of -2, then an upper part of 2.
         let (short, _) = level(100.0, [0.1, 0.012]);
         assert!(is_close(short, 3.0 + 0.3 * 3.0 * (1.0 - 100.0_f64.powf(-0.5)) / 0.5), "{short}");

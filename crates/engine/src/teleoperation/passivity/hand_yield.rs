@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn without_delay_nothing_changes() {
+    fn without_delay_the_signals_do_not_change() {
         let context = SchemeContext::<f64> { is_immediate: true, ..SchemeContext::for_tests() };
         assert_eq!(HandYield::new(&context).update(5.0, 0.0), 0.0);
     }
