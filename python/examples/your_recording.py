@@ -1,5 +1,5 @@
 # %% [markdown]
-# # A detector, judged on a recording of your own
+# # A detector, evaluated on your recording
 # `python your_recording.py FILE.csv`, or set `FILE`, the columns and their factors into SI in the first cell and go on cell by
 # cell. Positions must grow into the tissue, forces must be positive when they resist insertion: a negative factor turns a sign.
 

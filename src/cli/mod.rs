@@ -59,7 +59,7 @@ struct Cli {
 const EXAMPLES: &str = "\
 Examples:
   trocar compare                             classical and augmented
-  trocar init my.toml && trocar run my.toml  your own scenario
+  trocar init my.toml && trocar run my.toml  your scenario
   trocar run layers/skin-augmented --set augmentation.reengage=snap
   trocar explore                             interactive, in the browser
   trocar detect force.csv --time t_s --position x_mm:1e-3 --force f_n
