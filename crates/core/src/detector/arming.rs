@@ -12,7 +12,7 @@ crate::settings! {
     /// threshold. A crossing while armed is a rupture if the force falls *below* a predicted *resisting* force
     /// (`drop_only`), the needle is not being withdrawn (`motion`), and it is deep enough (`minimum_depth_m`).
     ///
-    /// The price: a rupture within `settle_s` after any other crossing, by a rupture or a spike, is not detected.
+    /// The cost: a rupture within `settle_s` after any other crossing, by a rupture or a spike, is not detected.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmingSettings in "detector." {
         /// Duration of quiet contact before the detector is armed.

@@ -15,13 +15,13 @@ trocar_core::settings! {
     /// between ticks, so no exact step would exist.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ActuatorLimits in "actuator." {
-        /// Maximum force U_m of the master's motor, in both directions; no limit when not given.
+        /// Maximum force U_m of the master's motor, in both directions; no limit by default.
         master_force_n: Option<f64> at "actuator.master_force_limit_n" [POSITIVE],
-        /// Maximum command U_s to the slave, in both directions, in the command's unit; no limit when not given.
+        /// Maximum command U_s to the slave, in both directions, in the command's unit; no limit by default.
         slave_command: Option<f64> at "actuator.slave_command_limit" [POSITIVE],
-        /// Maximum rate of the commanded force of the master's motor; no limit when not given.
+        /// Maximum rate of the commanded force of the master's motor; no limit by default.
         master_force_rate_n_per_s: Option<f64> at "actuator.master_force_rate_limit_n_per_s" [POSITIVE],
-        /// Maximum rate of the command to the slave, in the command's unit per s; no limit when not given.
+        /// Maximum rate of the command to the slave, in the command's unit per s; no limit by default.
         slave_command_rate_per_s: Option<f64> at "actuator.slave_command_rate_limit_per_s" [POSITIVE],
         /// Time constant of the first-order lag of the master's motor; 0: no lag.
         master_lag_s: f64 [NON_NEGATIVE] = 0.0,

@@ -35,7 +35,7 @@ trocar_core::settings! {
         force_noise_std_n: f64 [NON_NEGATIVE] = 0.0,
         /// Step of the force reading; 0: no quantisation.
         force_resolution_n: f64 [NON_NEGATIVE] = 0.0,
-        /// Maximum force reading, in both directions: readings beyond it are clipped; no limit when not given.
+        /// Maximum force reading, in both directions: readings beyond it are clipped; no limit by default.
         force_range_n: Option<f64> [POSITIVE],
         /// Places the sensor at the tip, so that it does not measure the friction on the shaft.
         at_tip: bool = false,

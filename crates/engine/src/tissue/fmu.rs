@@ -22,13 +22,13 @@ trocar_core::settings! {
         step_s: Option<f64> [POSITIVE] => "simulation.tick_s",
         /// Name of the input for the needle's position, in m, increasing into the tissue.
         position: String = "needle.position_m",
-        /// Name of the input for the needle's velocity, in m/s; when not given, needle.velocity_m_per_s if the unit has
+        /// Name of the input for the needle's velocity, in m/s; by default needle.velocity_m_per_s, if the unit has
         /// that input.
         velocity: Option<String>,
         /// Name of the output with the force on the needle, in N, positive when it resists insertion.
         force: String = "reaction.force_n",
-        /// Name of the output that becomes true, or changes from 0 to another number, when a layer ruptures; when not
-        /// given, reaction.ruptured if the unit has that output, otherwise no rupture is known.
+        /// Name of the output that becomes true, or changes from 0 to another number, when a layer ruptures; by default
+        /// reaction.ruptured, if the unit has that output. Without it no rupture is known.
         ruptured: Option<String>,
         /// Values of the unit's parameters, as in "stiffness = 300; damping = 4", in the units of the parameters; true
         /// is 1.

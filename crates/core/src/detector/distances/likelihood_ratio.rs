@@ -31,7 +31,7 @@ crate::settings! {
 /// window, which bounds the work per sample: Willsky and Jones, *IEEE Transactions on Automatic Control* 21 (1976).
 /// Rises and falls count equally; the arming selects ruptures.
 ///
-/// It assumes neither a size nor a drift. The price: `N` steps per sample, where a CUSUM takes one.
+/// It assumes neither a size nor a drift. The cost: `N` steps per sample, where a CUSUM takes one.
 #[derive(Debug, Clone)]
 pub struct LikelihoodRatio<L> {
     /// Ring buffer of the last samples, initially 0. Sums over initial zeros give smaller ratios.

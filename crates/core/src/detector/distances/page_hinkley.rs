@@ -16,7 +16,7 @@ use crate::lane::{Lane, Mask};
 /// *Biometrika* 41, 1954; Hinkley, *Biometrika* 58, 1971). The mean before the change is estimated, so a constant error
 /// of the model is not accumulated.
 ///
-/// The price: after a long quiet time the mean changes slowly, and a new offset counts as a change.
+/// The cost: after a long quiet time the mean changes slowly, and a new offset counts as a change.
 #[derive(Debug, Clone)]
 pub struct PageHinkley<L> {
     towards: L,
