@@ -29,10 +29,10 @@ type Judged<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 /// A user-defined detector: its name, its threshold (if any) and the part.
 type UserDefinedDetector<'py> = (String, Option<f64>, Bound<'py, PyAny>);
 
-/// Evaluates built-in detectors, by their words, and user-defined ones on a recording, the closed loop of a scenario,
+/// Evaluates built-in detectors, by name, and user-defined ones on a recording, the closed loop of a scenario,
 /// synthetic recordings, or by default the shipped insertion.
 ///
-/// The content of `roc.json` and the document. Calls `tell` with the numbers of completed and of all cases;
+/// Returns the content of `roc.json` and the document. Calls `tell` with the numbers of completed and of all cases:
 /// each user-defined detector is a case, and all built-in ones together are another.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]

@@ -53,7 +53,7 @@ impl States {
     }
 }
 
-/// Maximum states of a side: five or three of the machine, one of the motor, two of the acceleration, two of the force
+/// Maximum number of states of a side: five or three of the machine, one of the motor, two of the acceleration, two of the force
 /// reading.
 const MAX_STATES: usize = 10;
 

@@ -53,8 +53,9 @@ impl Schedule {
         Self { delays: (0..until.max(to)).map(delay).collect(), outages: self.outages.clone() }
     }
 
-    /// Minimum and maximum age in ticks, after the first arrival, of the sample that the receiver holds: the one sent
-    /// last of those that have arrived. `None` without scheduled delays, or if all samples from some tick on are lost.
+    /// Minimum and maximum age in ticks of the sample that the receiver holds, from the first arrival on. Of the samples
+    /// that have arrived, it holds the one sent last. `None` without scheduled delays, or if all samples from some tick
+    /// on are lost.
     #[must_use]
     pub fn ages(&self) -> Option<(u64, u64)> {
         let last = arriving(*self.delays.last()?)?;

@@ -50,7 +50,7 @@ const MAX_RANDOM_REST: u64 = 8;
 const MAX_SLOW_REST: u64 = 4;
 const MAX_REST_TICKS: u64 = 400_000;
 
-/// The shortest rest in events and in round trips of the link: a window is at least as long.
+/// Minimum length of a rest, in events and in round trips of the link.
 const REST_EVENTS: f64 = 4.0;
 const REST_ROUND_TRIPS: u64 = 8;
 
