@@ -20,8 +20,8 @@ const KNOWN_SHARES: [f64; 8] = [0.0, 0.005, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
 /// Maximum calls of the solver. Each adds the tick counts that failed verification.
 const MAX_ROUNDS: usize = 5;
 
-/// Maximum ticks on the way for a full matrix of a function. Above, it has a full part on `SEGMENTS` means of them, and
-/// a diagonal part.
+/// Maximum delay in ticks for which a function has a full matrix. With a longer delay, it has a diagonal part, and a
+/// full part on `SEGMENTS` means of the delayed positions.
 const MAX_FULL_DELAY: usize = 4;
 const SEGMENTS: usize = 4;
 

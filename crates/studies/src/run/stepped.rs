@@ -122,7 +122,7 @@ impl SteppedRun {
         self.led_m.len() as u64
     }
 
-    /// The given position of the person at each tick so far, in m; NaN at ticks without one.
+    /// The position that a person gave at each tick so far, in m; NaN at ticks without one.
     #[must_use]
     pub fn led_m(&self) -> &[f64] {
         &self.led_m
