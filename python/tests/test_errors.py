@@ -127,7 +127,7 @@ def test_stability_reports_invalid_arguments():
         (lambda: trocar.compare(threads=2000), "threads = 2000, must be at most 1024"),
         (lambda: trocar.compare(seeds=-1), "seeds is -1, must be at least 2"),
         (lambda: trocar.roc(seeds=0), "seeds is 0, must be at least 1"),
-        (lambda: trocar.roc(trials=True, ruptures_s=[1.0]), "trials have their ruptures"),
+        (lambda: trocar.roc(trials=True, ruptures_s=[1.0]), "trials contain their ruptures"),
         (lambda: trocar.roc(noise_std_n=[]), "noise_std_n is empty"),
         (lambda: trocar.roc(detectors={"mine": {float("nan"): bool}}), "a threshold of mine is nan, must be finite"),
         (lambda: trocar.record(-1), "seed is -1, must be at least 0"),

@@ -94,8 +94,8 @@ def test_detectors_are_evaluated_on_recordings_loops_and_trials(copied):
         ({"seeds": 0}, ValueError, "seeds is 0, must be at least 1"),
         ({"noise_std_n": -1.0}, ValueError, "noise_std_n is -1, must be from 0 to 100"),
         ({"within_s": 2.0}, ValueError, "within_s is 2, must be from 0 to 0.5"),
-        ({"trials": True, "signal": "paper/classical"}, ValueError, "give one of them"),
-        ({"signal": "paper/classical", "contact_m": 0.01}, ValueError, "a scenario has its settings"),
+        ({"trials": True, "signal": "paper/classical"}, ValueError, "give either trials or a signal"),
+        ({"signal": "paper/classical", "contact_m": 0.01}, ValueError, "a scenario contains its settings"),
         ({"detectors": {"mine": lambda *_: None}}, TypeError, "the detector returned a"),
     ],
 )

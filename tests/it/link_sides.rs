@@ -311,7 +311,7 @@ fn invalid_links_are_refused() {
     let folder = TestFolder::new();
     folder.file("x.toml", format!("{BASE}{CHANNEL}")).file("short", "secret");
     folder.refused(&["link", "master", "x.toml"], &["act with --proxy only"]);
-    folder.refused(&["link", "master", "paper/augmented", "--pointer", "--no-open"], &["is the force of a recording"]);
+    folder.refused(&["link", "master", "paper/augmented", "--pointer", "--no-open"], &["replays a recorded force"]);
     folder.refused(&["link", "slave", "x.toml", "--listen", "0.0.0.0:0"], &["--key-file"]);
     folder.refused(&["link", "slave", "x.toml", "--key-file", "short"], &["short: the key has 6 bytes"]);
     folder.refused(&["link", "slave", "x.toml", "--key-file", "none"], &["none: "]);
