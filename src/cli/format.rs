@@ -30,7 +30,6 @@ impl FormatArgs {
         &self.format
     }
 
-    /// Returns these formats after CSV.
     pub(super) fn with_csv(&self) -> Self {
         let others = self.format.iter().copied().filter(|format| *format != ColumnFormat::Csv);
         Self { format: std::iter::once(ColumnFormat::Csv).chain(others).collect() }

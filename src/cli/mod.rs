@@ -196,7 +196,6 @@ enum Command {
 
 const OUT_PER_RECORDING: &str = "Folder for the files; it contains one folder per recording";
 
-/// The help of `--out` for sweeps.
 const OUT_PER_SWEEP: &str = "Folder for the files; it contains one folder per sweep";
 
 const SET_ONE: &str = "Override a key, as in --set scaling.force=2 (repeatable; the last value applies)";

@@ -13,7 +13,6 @@ use trocar_studies::stability_check::{CheckError, LoopVerdict};
 /// Ratio between the ends of an axis and a value other than 0.
 const SPAN_RATIO: f64 = 12.0;
 
-/// The stability map of a state.
 pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<ServerMessage, StateError> {
     let scenario = maker.unpaired(&request.state)?;
     let verdict = LoopVerdict::of(&scenario)?;

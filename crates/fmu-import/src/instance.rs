@@ -21,7 +21,6 @@ pub struct Instance {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// Instantiated or in initialisation.
     New,
     Running,
     Failed,

@@ -55,7 +55,6 @@ struct Balance {
     now: f64,
     min: f64,
     max: f64,
-    /// The largest fall from an earlier value.
     largest_fall: f64,
 }
 

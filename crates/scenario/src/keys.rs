@@ -61,7 +61,6 @@ pub fn is_section(path: &str) -> bool {
 
 const MIN_SIMILARITY: f64 = 0.8;
 
-/// Minimum similarity of a suggested name in the same section.
 const MIN_SIMILARITY_IN_SECTION: f64 = 0.75;
 
 /// The most similar known key, if similar enough. Prefers the same section, which is rarely wrong.

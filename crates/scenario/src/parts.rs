@@ -101,7 +101,6 @@ impl Scenario {
         Engine { grid: self.grid, plants, parts }
     }
 
-    /// Builds any built-in estimator and detector.
     fn any_chain<L: Lane>(&self) -> Chain<L, AnyEstimator<L>, AnyDetector<L>> {
         let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
         let detector = ScheduledAlarms::new(detector, self.alarm_ticks());
@@ -113,7 +112,6 @@ impl Scenario {
         Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector }
     }
 
-    /// Builds the paper's estimator and detector.
     fn paper_chain<L: Lane>(&self) -> Chain<L, Rls<L>, CusumDetector<L, SquaredResidual<L>>> {
         let distance = SquaredResidual::new();
         let detector = CusumDetector::with_distance(distance, &self.detector, self.grid.tick_s());

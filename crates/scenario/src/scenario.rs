@@ -214,7 +214,6 @@ impl ScenarioUpdate<'_> {
     }
 }
 
-/// A group without section, relation or reading.
 const PLAIN: Group = Group { sections: &[], keys: &[], also: &[], whole: &[], read: |_| Ok(()) };
 
 const OF_MACHINES: &[&[Key]] = &[

@@ -6,7 +6,6 @@ use super::scenario::Scenario;
 use super::values::Values;
 use trocar_core::settings::{ActsFor, KeySource as _};
 
-/// The kinds of tissue with layers.
 const LAYERED: ActsFor = ActsFor::new("tissue.kind", &["layers", "tearing"]);
 
 trocar_core::settings! {

@@ -22,7 +22,6 @@ pub enum Starter {
     All,
 }
 
-/// A line of a starter scenario: a key by its path.
 #[derive(Debug, Clone, Copy)]
 enum Line {
     /// The key with this value.

@@ -35,7 +35,6 @@ const OF_ADAPTIVE: [&str; 5] = [
     "detector.minimum_depth_m",
 ];
 
-/// The prefixes of keys that affect the detection on a recording.
 const OF_RECORDINGS: [&str; 4] = ["estimator.", "detector.", "sensor.", "recording."];
 
 #[derive(Debug, Clone)]

@@ -48,7 +48,6 @@ const MAX_BOXES: usize = 100_000;
 /// Number of stiffness intervals, each with its scaling.
 const PIECES: u32 = 4;
 
-/// Maximum jitter in the search for the margin, in ticks.
 const MAX_JITTER_TICKS: u64 = 10_000;
 
 /// The range of one direction's delay in whole ticks.

@@ -10,7 +10,6 @@ use trocar_core::error::{InvalidValue, require};
 use trocar_core::lane::Lane;
 use trocar_core::time::nearest_ticks;
 
-/// Longest jitter in ticks.
 const MAX_JITTER_TICKS: u64 = 100_000;
 
 trocar_core::settings! {

@@ -63,7 +63,6 @@ pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     run_portably(engine, observer)
 }
 
-/// Runs an engine in the registers that every machine has.
 #[inline(never)]
 pub(super) fn run_portably<P: Plants<W::Lane>, W: Wiring>(
     engine: &mut Engine<P, W>,

@@ -16,7 +16,6 @@ use trocar_core::lane::Lane;
 const MOTIONS: usize = MASTER_STATES - 1;
 /// The motions, `x_d` now and next, the command of `U_m`, and a zero column for an even number.
 const MASTER_COLUMNS: usize = MOTIONS + 4;
-/// The slave's states and the command of `U_s`.
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
 /// Both plants with sampled controllers, whose outputs are clipped in range and in change per tick, and motors that

@@ -118,7 +118,6 @@ pub struct Layers<L: Lane> {
     friction: L,
 }
 
-/// A layer and its state.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 struct Layer<L: Lane> {

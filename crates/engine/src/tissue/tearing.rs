@@ -131,7 +131,6 @@ pub struct Tearing<L: Lane> {
     friction_n: L,
 }
 
-/// A layer and its state.
 #[derive(Debug, Clone, Copy)]
 struct Layer<L: Lane> {
     solid: Viscoelastic<L>,

@@ -77,7 +77,6 @@ pub(super) fn magnitude(entry: Interval) -> f64 {
     entry.low.abs().max(entry.high.abs())
 }
 
-/// An interval matrix.
 pub(super) type Enclosure = Vec<Vec<Interval>>;
 
 pub(super) fn rounded(matrix: &DMatrix<f64>) -> Enclosure {

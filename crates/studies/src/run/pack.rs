@@ -61,7 +61,6 @@ pub(crate) trait RunObserver {
     }
 }
 
-/// No additional observer.
 impl RunObserver for () {
     type OverLanes<L: Lane> = ();
     type Finding = ();

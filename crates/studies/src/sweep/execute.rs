@@ -98,7 +98,6 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
 struct Worker<'a> {
     plan: &'a Plan,
     part: &'a Part,
-    /// The results of shared runs, for all threads.
     shared: Option<&'a SharedRuns>,
     maker: CaseMaker<'a>,
     bank: NoiseBank,

@@ -22,7 +22,6 @@ const ASCENT: f64 = 0.76;
 const MAX_LINES: usize = 3;
 
 pub(super) struct Typeface {
-    /// The PostScript name.
     pub(super) name: &'static str,
     pub(super) data: &'static [u8],
     pub(super) face: Face<'static>,

@@ -48,7 +48,6 @@ impl Scaling {
         symmetric(&transposed_times(&self.g, &times(a, &self.g)))
     }
 
-    /// Returns `G X Gᵀ`, a multiplier in unscaled coordinates.
     pub(super) fn unscaled_multiplier(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
         symmetric(&times_transposed(&times(&self.g, x), &self.g))
     }

@@ -213,7 +213,6 @@ impl PaperStudy {
         ]
     }
 
-    /// The appendix.
     pub(super) fn appendix(&self) -> Vec<Statement> {
         let outcome = self.master_as_printed.metrics.outcome;
         let ours = match outcome {

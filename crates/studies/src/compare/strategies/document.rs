@@ -223,7 +223,6 @@ fn correlations(study: &StrategyStudy) -> String {
     format!("Rank correlation of the excess with that of the 2 s after a rupture: {}.", correlations.join(", "))
 }
 
-/// `strategies.csv`: a row per strategy, in SI units.
 fn columns(study: &StrategyStudy) -> DataTable<'_> {
     type Read = fn(&StrategyRow) -> Option<f64>;
     let columns: [(&str, Read); 21] = [
