@@ -49,7 +49,7 @@ pub(super) struct CheckArgs {
 /// tissue of an FMU.
 fn verdict(scenario: &Scenario) -> Result<LoopVerdict, String> {
     let tissue = TissueRange::of_parameters(scenario)
-        .ok_or("only a run shows how stiff its tissue is; `trocar stability` runs it")?;
+        .ok_or("the stiffness of its tissue follows only from a run; `trocar stability` performs this run")?;
     let settings = LinearLoop::of(scenario, tissue).map_err(|error| error.to_string())?;
     LoopVerdict::with_loop(scenario, settings).map_err(|error| error.to_string())
 }

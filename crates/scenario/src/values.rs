@@ -635,7 +635,7 @@ fn named_layer(path: &str) -> Option<String> {
     let fields = || LAYER_KEYS.iter().map(|key| field(key.path));
     match nearest_of(misspelt, fields()).filter(|_| is_name(name)) {
         Some(near) => Some(format!("did you mean {LAYER_LIST}.{name}.{near}?")),
-        None => Some(format!("a layer has the keys name, {}", fields().collect::<Vec<_>>().join(", "))),
+        None => Some(format!("the keys of a layer are name, {}", fields().collect::<Vec<_>>().join(", "))),
     }
 }
 

@@ -86,7 +86,7 @@ impl PaperStudy {
             Statement::open(["4.1", "transitions", "5.52 s and 8.85 s"], format!("{} s", times.join(" and ")), INPUT),
             Statement::open(["4.1", "fast extraction", "14.5 s"], format!("{extracted_s:.2} s (largest pull)"), INPUT),
             Statement::checked(
-                ["4.1", "alarms at the extraction", "none, as it is no transition", "none"],
+                ["4.1", "alarms at the extraction", "none, because it is not a transition", "none"],
                 format!("{alarms}"),
                 alarms == 0,
                 "The force changes slowly enough for the estimate; alarms are taken in any motion and direction here, \
@@ -104,8 +104,8 @@ impl PaperStudy {
                     "no threshold on the derivative for both ruptures",
                     "very difficult to select",
                     "there is none in most of 20 seeds, with each fall",
-                    "The change of the force in one sample of a rupture has to exceed those of white noise of 6.25e-4 \
-                     N².",
+                    "A change of the force in one sample of a rupture must exceed every change caused by white noise of \
+                     6.25e-4 N².",
                 ],
                 |seed| seed.derivative_contrast <= 1.0,
                 |count| 2 * count > NOISE_SEEDS,
